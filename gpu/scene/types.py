@@ -1,0 +1,164 @@
+"""What a loader returns: one scene as plain NumPy arrays and frozen dataclasses, before any device sees it."""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+Ints = NDArray[np.int32]
+Bytes = NDArray[np.uint8]
+Rgb = tuple[float, float, float]
+
+
+class Wrap(IntEnum):
+    """What a texture shows outside [0, 1]."""
+
+    REPEAT = 0
+    CLAMP = 1
+    MIRROR = 2
+
+
+class AlphaMode(IntEnum):
+    """How a material's alpha is read; BLEND counts as MASK at one half, since light paths need a yes or no."""
+
+    OPAQUE = 0
+    MASK = 1
+    BLEND = 2
+
+
+class LightKind(IntEnum):
+    """Kinds of light that are not surfaces."""
+
+    POINT = 0
+    SPOT = 1
+    DIRECTIONAL = 2
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image with its sampler. pixels: (height, width, 4) uint8; row 0 is v = 0 (glTF); srgb: colours are encoded."""
+
+    name: str
+    pixels: Bytes
+    srgb: bool
+    wrap_s: Wrap = Wrap.REPEAT
+    wrap_t: Wrap = Wrap.REPEAT
+    nearest: bool = False
+
+
+@dataclass(frozen=True)
+class TextureSlot:
+    """One use of a texture: which, which UV set, and the 2×3 matrix that maps (u, v, 1) to the texture's own (u, v)."""
+
+    texture: int
+    uv_set: int = 0
+    transform: tuple[float, float, float, float, float, float] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A glTF metallic-roughness material. Colours are linear Rec. 709; emission is radiance [W/m²/sr], front side."""
+
+    name: str = "default"
+    base_color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    metallic: float = 0.0
+    roughness: float = 1.0
+    emission: Rgb = (0.0, 0.0, 0.0)
+    base_color_slot: TextureSlot | None = None
+    metallic_roughness_slot: TextureSlot | None = None
+    normal_slot: TextureSlot | None = None
+    emission_slot: TextureSlot | None = None
+    transmission_slot: TextureSlot | None = None
+    normal_scale: float = 1.0
+    alpha_mode: AlphaMode = AlphaMode.OPAQUE
+    alpha_cutoff: float = 0.5
+    double_sided: bool = False
+    unlit: bool = False
+    transmission: float = 0.0
+    ior: float = 1.5
+    thickness: float = 0.0
+    attenuation_color: Rgb = (1.0, 1.0, 1.0)
+    attenuation_distance: float = float("inf")
+    specular: float = 1.0
+    specular_color: Rgb = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Light:
+    """A punctual light in unit space. intensity: [W/sr] in unit space (point, spot) or irradiance [W/m²] (directional).
+
+    position: unit space; direction: where the light goes, unit length; cones: cosines of the half angles (spot).
+    """
+
+    name: str
+    kind: LightKind
+    intensity: Rgb
+    position: Rgb = (0.0, 0.0, 0.0)
+    direction: Rgb = (0.0, 0.0, -1.0)
+    cos_inner: float = 1.0
+    cos_outer: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sky:
+    """Light from all around: radiance · (1 + ω·up) / 2 for direction ω, so that it is brightest above, black below."""
+
+    radiance: Rgb
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A view in world space. to_world: 4×4 column-vector matrix, looking along −Z with +Y up.
+
+    half_height: tan(vertical field of view / 2), or half the view's height in world units when orthographic.
+    """
+
+    name: str
+    to_world: Doubles
+    half_height: float
+    aspect: float = 16.0 / 9.0
+    orthographic: bool = False
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Unit space from world space: unit = (world − centre) · scale, in float64."""
+
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class LoadReport:
+    """What a loader did not take as it was. ignored: one sentence each; dropped_triangles: degenerate ones."""
+
+    ignored: tuple[str, ...] = ()
+    dropped_triangles: int = 0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene ready for a device: all geometry in unit space (the box [−½, ½]³), every index in range, all finite.
+
+    vertices (vertex, 3), normals (vertex, 3) unit length, uvs (set, vertex, 2), colors (vertex, 4) linear or None,
+    triangles (triangle, 3) indices of vertices, triangle_material (triangle,). Light positions and intensities are in
+    unit space; cameras are in world space, which `placement` maps to unit space.
+    """
+
+    name: str
+    vertices: Floats
+    normals: Floats
+    uvs: Floats
+    colors: Floats | None
+    triangles: Ints
+    triangle_material: Ints
+    materials: tuple[Material, ...]
+    textures: tuple[Texture, ...]
+    lights: tuple[Light, ...]
+    sky: Sky | None
+    cameras: tuple[Camera, ...]
+    placement: Placement
+    report: LoadReport = field(default_factory=LoadReport)

@@ -1,0 +1,56 @@
+"""What a user can choose of a render, with its limits: one model for the command line, REST and the page's panel."""
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Method(StrEnum):
+    """How light is computed."""
+
+    FUZZY_VPL = "fuzzy-vpl"
+    EXACT_VPL = "exact-vpl"
+    PATH = "path"
+
+
+class Component(StrEnum):
+    """Which part of the light is in the picture."""
+
+    FULL = "full"
+    DIRECT = "direct"
+    INDIRECT = "indirect"
+
+
+class Clustering(StrEnum):
+    """What is clustered: the ablation of the 2022 paper, section 4."""
+
+    BOTH = "both"
+    SPS = "sps"
+    VPLS = "vpls"
+
+
+class Weighting(StrEnum):
+    """How the F clusters of a shading point are averaged: 2022 paper, Eq. 8 (average) or Eq. 9 and 10 (distance)."""
+
+    DISTANCE = "distance"
+    AVERAGE = "average"
+
+
+class RenderSettings(BaseModel):
+    """Method and quality of a render. A count that is None is chosen for the device (fewer on a CPU)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    method: Method = Field(Method.FUZZY_VPL, description="how light is computed")
+    component: Component = Field(Component.FULL, description="which part of the light is in the picture")
+    sp_clusters: int | None = Field(None, ge=1, le=262_144, description="clusters of shading points (SPs)")
+    vpls: int | None = Field(None, ge=1, le=4_194_304, description="virtual point lights (VPLs), about")
+    vpl_clusters: int | None = Field(None, ge=1, le=65_536, description="clusters of VPLs")
+    fuzziness: int = Field(6, ge=1, le=8, description="clusters that each shading point belongs to (F)")
+    weighting: Weighting = Field(Weighting.DISTANCE, description="weights of the F clusters")
+    clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
+    bounces: int = Field(4, ge=1, le=16, description="indirect bounces")
+    samples: int | None = Field(None, ge=1, le=65_536, description="light samples a pixel; for path: paths a pixel")
+    seed: int = Field(0, ge=0, le=2**31 - 1, description="of all random numbers: same seed, same picture")
+    lambertian: bool = Field(False, description="opaque Lambertian surfaces with geometric normals, as the references")
+    exposure: float | None = Field(None, gt=0.0, le=1e12, description="radiance to display; None chooses by itself")
