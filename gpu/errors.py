@@ -19,3 +19,7 @@ class SceneError(UserError):
 
 class DeviceError(UserError):
     """The wanted compute device does not exist or cannot be used."""
+
+
+class ImageError(UserError):
+    """An image cannot be read, written or compared."""

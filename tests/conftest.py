@@ -1,0 +1,18 @@
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of test scenes, references and samples beside the repository; without it the test is skipped."""
+    folder = Path(__file__).resolve().parents[2] / "shared"
+    if not folder.is_dir():
+        pytest.skip(f"needs the scenes and references of {folder}")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def cpu() -> str:
+    """The device that every machine has; tests run on it unless they are about another."""
+    return "cpu"
