@@ -10,6 +10,7 @@ Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Ints = NDArray[np.int32]
 Bytes = NDArray[np.uint8]
+Mask = NDArray[np.bool_]
 Rgb = tuple[float, float, float]
 
 
@@ -133,10 +134,11 @@ class Placement:
 
 @dataclass(frozen=True)
 class LoadReport:
-    """What a loader did not take as it was. ignored: one sentence each; dropped_triangles: degenerate ones."""
+    """What a loader did not take as it was, a sentence each, and what it added (notes). dropped_triangles: degenerate."""
 
     ignored: tuple[str, ...] = ()
     dropped_triangles: int = 0
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,207 @@
+"""From mesh parts in world space to a Scene in unit space: merged, cleaned, checked, recentred in float64."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gpu.errors import SceneError
+from gpu.scene import validate
+from gpu.scene.default_view import default_camera
+from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.normals import area_vectors, repaired_normals
+from gpu.scene.types import (
+    Camera,
+    Doubles,
+    Floats,
+    Ints,
+    Light,
+    LightKind,
+    LoadReport,
+    Mask,
+    Material,
+    Placement,
+    Rgb,
+    Scene,
+    Sky,
+    Texture,
+)
+
+SOFT_SKY = Sky((1.0, 1.0, 1.0))
+# Twice a triangle's area in unit space, relative to its longest edge squared and absolute: below, float32 sees a line.
+_RELATIVE_AREA, _ABSOLUTE_AREA = 1e-12, 1e-24
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPart:
+    """Triangles of one material in world space.
+
+    positions (vertex, 3) float64; triangles (triangle, 3) indices, counter-clockwise seen from the front; normals
+    (vertex, 3) or None for flat shading; uvs: one (vertex, 2) array a set; colors (vertex, 4) linear or None;
+    material: index into the scene's materials; name: what error messages call it.
+    """
+
+    positions: Doubles
+    triangles: Ints
+    normals: Doubles | None = None
+    uvs: tuple[Doubles | Floats, ...] = ()
+    colors: Doubles | Floats | None = None
+    material: int = 0
+    name: str = "mesh"
+
+
+def assemble(
+    name: str,
+    parts: Sequence[MeshPart],
+    materials: Sequence[Material],
+    textures: Sequence[Texture] = (),
+    lights: Sequence[Light] = (),
+    cameras: Sequence[Camera] = (),
+    sky: Sky | None = None,
+    ignored: Sequence[str] = (),
+    limits: SceneLimits = DEFAULT_LIMITS,
+) -> Scene:
+    """Merge `parts` into one scene, scaled so that its largest extent is 1 and centred on the origin.
+
+    `lights` (intensity [W/sr], directional [W/m²]) and `cameras` are in world space. Degenerate triangles are dropped
+    and counted; normals that are missing, zero or not finite become geometric ones. A scene that nothing lights gets a
+    soft sky, one without a camera a view; the report's notes say so.
+    Raises SceneError when an array is not finite or refers to what is not there, nothing visible is left, or a limit
+    is exceeded.
+    """
+    _check(name, parts, materials, textures, lights, cameras, limits)
+    parts = [_flat(part) if part.normals is None else part for part in parts if len(part.triangles)]
+    validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")
+    if not parts:
+        raise SceneError(name, "", "no triangles; points and lines are not rendered")
+
+    starts = np.cumsum([0, *(len(part.positions) for part in parts)])
+    triangles = np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)])
+    material = np.repeat([part.material for part in parts], [len(part.triangles) for part in parts])
+    world = np.concatenate([np.asarray(part.positions, np.float64) for part in parts])
+
+    sound = _sound(_recentred(world, triangles)[0], triangles)
+    if not sound.any():
+        raise SceneError(name, "", f"none of its {len(triangles)} triangles has an area")
+    unit, placement = _recentred(world, triangles[sound])
+    vertices = unit.astype(np.float32)
+    sound &= _sound(vertices.astype(np.float64), triangles)
+    triangles, material = triangles[sound], material[sound]
+
+    used = np.zeros(len(world), bool)
+    used[triangles] = True
+    triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
+    vertices = np.ascontiguousarray(vertices[used])
+    normals = np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used]
+    notes: list[str] = []
+    if not lights and sky is None and not any(any(materials[number].emission) for number in np.unique(material)):
+        sky = SOFT_SKY
+        notes.append("the scene has no light: a soft sky from above was added")
+    if not cameras:
+        cameras = [default_camera(vertices, triangles, placement)]
+        notes.append("the scene has no camera: a view was chosen")
+    return Scene(
+        name=name,
+        vertices=vertices,
+        normals=repaired_normals(normals, vertices, triangles),
+        uvs=_merged_uvs(parts, materials)[:, used],
+        colors=_merged_colors(parts, used),
+        triangles=triangles,
+        triangle_material=material.astype(np.int32),
+        materials=tuple(materials),
+        textures=tuple(textures),
+        lights=tuple(_placed(light, placement) for light in lights),
+        sky=sky,
+        cameras=tuple(cameras),
+        placement=placement,
+        report=LoadReport(tuple(ignored), int(np.count_nonzero(~sound)), tuple(notes)),
+    )
+
+
+def _check(
+    name: str,
+    parts: Sequence[MeshPart],
+    materials: Sequence[Material],
+    textures: Sequence[Texture],
+    lights: Sequence[Light],
+    cameras: Sequence[Camera],
+    limits: SceneLimits,
+) -> None:
+    validate.check_textures(name, textures, limits)
+    validate.check_materials(name, materials, len(textures), limits)
+    validate.check_lights(name, lights, limits)
+    validate.check_cameras(name, cameras, limits)
+    triangles = sum(len(part.triangles) for part in parts)
+    validate.check_count(name, "triangles", triangles, limits.max_triangles, "max_triangles")
+    for part in parts:
+        validate.check_finite(name, f"{part.name}.positions", part.positions)
+        validate.check_indices(name, f"{part.name}.triangles", part.triangles, len(part.positions))
+        validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(materials))
+        for number, uv in enumerate(part.uvs):
+            validate.check_finite(name, f"{part.name}.uvs[{number}]", uv)
+        if part.colors is not None:
+            validate.check_finite(name, f"{part.name}.colors", part.colors)
+        for what in (part.normals, part.colors, *part.uvs):
+            if what is not None and len(what) != len(part.positions):
+                raise SceneError(name, part.name, f"{len(what)} values of an attribute, {len(part.positions)} vertices")
+
+
+def _flat(part: MeshPart) -> MeshPart:
+    """`part` with vertices of its own for each triangle, and that triangle's normal (glTF 2.0, 3.7.2.1)."""
+    corner = part.triangles.reshape(-1)
+    positions = part.positions[corner]
+    triangles = np.arange(len(corner), dtype=np.int32).reshape(-1, 3)
+    normals = np.repeat(area_vectors(positions, triangles), 3, axis=0)
+    uvs = tuple(uv[corner] for uv in part.uvs)
+    colors = None if part.colors is None else part.colors[corner]
+    return replace(part, positions=positions, triangles=triangles, normals=normals, uvs=uvs, colors=colors)
+
+
+def _recentred(world: Doubles, triangles: Ints) -> tuple[Doubles, Placement]:
+    """World positions (vertex, 3) in the unit space of the box around `triangles`, and that space."""
+    corners = world[triangles.reshape(-1)]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    centre, extent = low + (high - low) / 2.0, float((high - low).max())
+    scale = 1.0 / extent if extent > 0.0 else 1.0
+    return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
+
+
+def _sound(unit: Doubles, triangles: Ints) -> Mask:
+    """Which triangles, (triangle, 3) indices of unit-space positions, are more than a point or a line."""
+    corners = unit[triangles]
+    edges = corners - np.roll(corners, 1, axis=1)
+    longest = np.einsum("tkc,tkc->tk", edges, edges).max(axis=1)
+    area = np.linalg.norm(area_vectors(unit, triangles), axis=1)
+    return np.asarray(area > np.maximum(_RELATIVE_AREA * longest, _ABSOLUTE_AREA))
+
+
+def _merged_uvs(parts: Sequence[MeshPart], materials: Sequence[Material]) -> Floats:
+    """UV sets (set, vertex, 2) up to the last that a material uses, at least one; zero where a part has none."""
+    sets = 1 + max((slot.uv_set for material in materials for slot in validate.slots(material).values()), default=0)
+    merged = np.zeros((sets, sum(len(part.positions) for part in parts), 2), np.float32)
+    start = 0
+    for part in parts:
+        for number, uv in enumerate(part.uvs[:sets]):
+            merged[number, start : start + len(uv)] = uv
+        start += len(part.positions)
+    return merged
+
+
+def _merged_colors(parts: Sequence[MeshPart], used: Mask) -> Floats | None:
+    """Vertex colours (used vertex, 4), white where a part has none, or None when no part has any."""
+    if all(part.colors is None for part in parts):
+        return None
+    white = [np.ones((len(part.positions), 4)) if part.colors is None else part.colors for part in parts]
+    return np.concatenate(white)[used].astype(np.float32)
+
+
+def _placed(light: Light, placement: Placement) -> Light:
+    """`light` in unit space. Distances shrink by the scale, so intensity by its square: irradiance stays the same."""
+    if light.kind is LightKind.DIRECTIONAL:
+        return light
+    position = (np.array(light.position) - placement.centre) * placement.scale
+    return replace(light, position=_rgb(position), intensity=_rgb(np.array(light.intensity) * placement.scale**2))
+
+
+def _rgb(values: Doubles) -> Rgb:
+    return (float(values[0]), float(values[1]), float(values[2]))

@@ -1,0 +1,38 @@
+"""Geometric normals of triangles, and vertex normals repaired with them."""
+
+import numpy as np
+
+from gpu.scene.types import Doubles, Floats, Ints, Mask
+
+
+def area_vectors(positions: Doubles, triangles: Ints) -> Doubles:
+    """Normals (triangle, 3) of length twice the area, on the side that sees the corners counter-clockwise."""
+    a, b, c = (positions[triangles[:, corner]] for corner in range(3))
+    return np.cross(b - a, c - a)
+
+
+def unit_rows(rows: Doubles) -> tuple[Doubles, Mask]:
+    """Rows (row, 3) scaled to length 1, and which of them had a direction; the others become zero."""
+    largest = np.abs(rows).max(axis=1)
+    good = np.isfinite(largest) & (largest > 0.0)
+    safe = np.where(good[:, None], rows, 0.0) / np.where(good, largest, 1.0)[:, None]
+    return safe / np.where(good, np.linalg.norm(safe, axis=1), 1.0)[:, None], good
+
+
+def repaired_normals(normals: Doubles, vertices: Floats, triangles: Ints) -> Floats:
+    """`normals` (vertex, 3) at unit length; one without a direction becomes that of the vertex's triangles.
+
+    vertices: (vertex, 3), triangles: (triangle, 3) with an area each, every vertex in at least one of them.
+    """
+    unit, good = unit_rows(normals)
+    if not good.all():
+        faces = area_vectors(vertices.astype(np.float64), triangles)
+        touching = (~good)[triangles].any(axis=1)
+        corners, vectors = triangles[touching].reshape(-1), np.repeat(faces[touching], 3, axis=0)
+        some = np.zeros_like(unit)
+        some[corners] = vectors  # for a vertex whose triangles cancel out, any of them will do
+        summed = np.stack([np.bincount(corners, vectors[:, axis], len(unit)) for axis in range(3)], axis=1)
+        cancelled = np.linalg.norm(summed, axis=1) <= 1e-6 * np.linalg.norm(some, axis=1)
+        geometric, _ = unit_rows(np.where(cancelled[:, None], some, summed))
+        unit = np.where(good[:, None], unit, geometric)
+    return unit.astype(np.float32)
