@@ -1,0 +1,137 @@
+"""Image files: pictures for display (PNG, JPEG), linear radiance (OpenEXR, NPY), and reading the linear ones back."""
+
+import io
+import os
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+import OpenEXR
+import simplejpeg
+from numpy.typing import NDArray
+from PIL import Image
+
+from gpu.errors import ImageError
+from gpu.settings import Component
+
+DISPLAY_FORMATS = (".png", ".jpg", ".jpeg")
+LINEAR_FORMATS = (".exr", ".npy")
+FORMATS = DISPLAY_FORMATS + LINEAR_FORMATS
+JPEG_QUALITY = 92
+
+# Rec. 709 primaries and D65, as (red, green, blue, white) x and y: what OpenEXR assumes, here said in the file.
+_REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+
+
+def encode_image(pixels: NDArray[np.uint8] | None, radiance: NDArray[np.float32] | None, suffix: str) -> bytes:
+    """Return the bytes of an image file of the format that `suffix` (".png", ...) names.
+
+    pixels: (height, width, 3) sRGB, for DISPLAY_FORMATS; radiance: (height, width, 3) linear Rec. 709, for
+    LINEAR_FORMATS, kept as float32. The one that the format does not need may be None.
+    Raises ImageError for another suffix; ValueError when what the format needs is None.
+    """
+    suffix = check_format(suffix)
+    source = pixels if suffix in DISPLAY_FORMATS else radiance
+    if source is None:
+        raise ValueError(f"{suffix} needs {'pixels' if suffix in DISPLAY_FORMATS else 'radiance'}")
+    image: NDArray[Any] = np.ascontiguousarray(source)
+    stream = io.BytesIO()
+    match suffix:
+        case ".png":
+            Image.fromarray(image).save(stream, "png")
+        case ".exr":
+            header = {
+                "compression": OpenEXR.ZIP_COMPRESSION,
+                "type": OpenEXR.scanlineimage,
+                "chromaticities": _REC_709,
+            }
+            OpenEXR.File(header, {"RGB": image.astype(np.float32)}).write(stream)
+        case ".npy":
+            np.save(stream, image.astype(np.float32), allow_pickle=False)
+        case _:
+            stream.write(simplejpeg.encode_jpeg(image, JPEG_QUALITY, colorspace="RGB", colorsubsampling="444"))
+    return stream.getvalue()
+
+
+def check_format(suffix: str) -> str:
+    """Return `suffix` in lower case when it names a format that can be written; raises ImageError otherwise."""
+    if suffix.lower() not in FORMATS:
+        raise ImageError(f"{suffix or 'a file without a suffix'}: not an image format; choose one of {_words(FORMATS)}")
+    return suffix.lower()
+
+
+def read_image(path: Path, component: Component = Component.FULL) -> NDArray[np.float32]:
+    """Return the linear radiance in an .npy, .exr or .npz file, shape (height, width, 3).
+
+    `component` chooses from an .npz reference, which holds `full` and `direct` (indirect is their difference); other
+    files hold one component, which is taken as it is. Raises ImageError for files that are missing, damaged, not
+    linear (PNG and JPEG have been through a tone curve) or not RGB.
+    """
+    readers: dict[str, Callable[[Path], NDArray[np.floating]]] = {
+        ".npy": _read_npy,
+        ".exr": _read_exr,
+        ".npz": lambda file: _read_reference(file, component),
+    }
+    suffix = path.suffix.lower()
+    if suffix in DISPLAY_FORMATS:
+        raise ImageError(f"{path}: {suffix} holds tone-mapped colours, not light; write .exr or .npy and use that")
+    if suffix not in readers:
+        raise ImageError(f"{path}: cannot be read as an image; use one of {_words(tuple(readers))}")
+    try:
+        image = readers[suffix](path)
+    except OSError as error:
+        raise ImageError(f"{path}: {error.strerror or 'cannot be read'}") from error
+    except (ValueError, EOFError, BadZipFile, zlib.error, RuntimeError) as error:
+        raise ImageError(f"{path}: not a readable {suffix} file: {error}") from error
+    if image.ndim != 3 or image.shape[2] != 3 or image.size == 0 or not np.issubdtype(image.dtype, np.floating):
+        raise ImageError(f"{path}: shape {image.shape} of {image.dtype}, expected (height, width, 3) of a float type")
+    return image.astype(np.float32)
+
+
+def write_atomic(path: Path, data: bytes) -> None:
+    """Write `data` to `path` so that a reader, or a crash, never meets half a file. Raises ImageError if it cannot."""
+    if not path.parent.is_dir():
+        raise ImageError(f"{path}: the folder {path.parent} does not exist; make it first")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        temporary.write_bytes(data)
+        temporary.replace(path)
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be written: {error.strerror}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _read_npy(path: Path) -> NDArray[np.floating]:
+    with path.open("rb") as file:
+        image: NDArray[np.floating] = np.lib.format.read_array(file, allow_pickle=False)
+    return image
+
+
+def _read_exr(path: Path) -> NDArray[np.floating]:
+    # OpenEXR only warns about damaged pixels, and leaves their channels out.
+    with path.open("rb") as stream, OpenEXR.File(stream) as file:
+        channels = file.channels()
+        name = next((name for name in ("RGB", "RGBA") if name in channels), None)
+        if name is None or channels[name].pixels is None:
+            raise ImageError(f"{path}: has no readable channels R, G and B")
+        image: NDArray[np.floating] = np.array(channels[name].pixels[..., :3])
+    return image
+
+
+def _read_reference(path: Path, component: Component) -> NDArray[np.floating]:
+    with np.load(path, allow_pickle=False) as arrays:
+        wanted = ("full", "direct") if component is Component.INDIRECT else (component.value,)
+        for name in wanted:
+            if name not in arrays:
+                raise ImageError(f"{path}: has no array {name!r}, which --component {component} needs")
+        first, *rest = (arrays[name].astype(np.float32) for name in wanted)
+    image: NDArray[np.floating] = first - rest[0] if rest else first
+    return image
+
+
+def _words(names: tuple[str, ...]) -> str:
+    return ", ".join(names)
