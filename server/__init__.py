@@ -1,0 +1,1 @@
+"""The lumenwalk service: HTTP, WebSocket and command line around the renderer in gpu/."""

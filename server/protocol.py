@@ -1,0 +1,306 @@
+"""The walkthrough's wire protocol, version 1: `GET /api/v1/stream` upgraded to a WebSocket, no compression.
+
+Text messages are JSON objects with a `type`; unknown types and unknown fields are refused. Binary messages go from the
+server to the viewer only: one frame each. All matrices are 16 numbers, column after column (glTF's order), camera to
+world; cameras look along −Z with +Y up; lengths are the scene's own units, angles radians.
+
+A session
+    viewer  hello {protocol, size, scene?, settings?}
+    server  welcome {viewer, scenes, settings_schema, stages, limits}     at once
+            status {state, text, fraction}                                while the scene is read and built
+            scene {id, name, cameras, bounds, ...}                        when it is known; again after each change
+    viewer  pose {id, matrix, yfov}
+                as often as it likes; only the newest counts. There is no frame before the first pose.
+    server  <frame>
+                for the newest pose; nothing while neither pose nor settings change.
+    viewer  ack {frame}
+                for each frame that it has shown or thrown away; it covers all older ones too. At most `limits.window`
+                frames are unacknowledged: then the server waits.
+    viewer  settings {id, scene?, size?, settings?}
+                what is left out stays as it is; `settings` is replaced as a whole (what it leaves out gets its
+                default). The newest pose is rendered again. After a change of scene the server waits for a new pose.
+    server  error {code, message}
+                a message was refused or a render failed; the session goes on without what was asked for. The codes
+                are `ErrorCode`. After a failed render the next one comes with the next settings message.
+
+`status.state` is "loading" (text and fraction say what), "ready" (a frame comes when a pose does) or "recovering" (the
+renderer died and is started again: the socket stays, the newest pose is rendered as soon as it is back). Pose ids and
+settings ids are the viewer's, from 1, increasing; frame ids are the server's, from 1, increasing, and frames are sent
+in that order. A frame names the newest pose and the newest settings that it was rendered with.
+
+The server closes with 1002 (no valid hello first), 1008 (refused by policy), 1009 (message too big), 1012 (server
+stops) or 1013 (too many viewers: try again later). The page reconnects with backoff after all but 1002, 1008 and 1009.
+
+A frame, little-endian, 64 bytes and then the image
+    offset  type      field
+    0       u8        version of this layout: 1
+    1       u8        codec: 1 = JPEG
+    2       u16       header length in bytes, where the image starts (64 now; longer later)
+    4       u16       width [px]
+    6       u16       height [px]
+    8       u32       pose id
+    12      u32       frame id
+    16      u32       settings id, 0 before any settings message
+    20      f32       queue [ms]: from the server's reading of the newer of pose and settings to the start of the render
+    24      f32       render [ms]: wall time of all stages
+    28      f32       encode [ms]
+    32      f32 × 8   stages [ms], named by `welcome.stages` in this order (`STAGES` below); the last one is all others
+"""
+
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError, field_validator
+
+from gpu.errors import UserError
+from gpu.settings import RenderSettings
+
+PROTOCOL = 1
+WINDOW = 2
+STAGES = ("gbuffer", "cluster", "assign", "visibility", "shade", "direct", "display", "other")
+
+MAX_SIDE = 16_384
+Side = Annotated[int, Field(ge=1, le=MAX_SIDE)]
+Size = tuple[Side, Side]
+Id = Annotated[int, Field(ge=1, le=2**32 - 1)]
+SceneId = Annotated[str, Field(min_length=1, max_length=512)]
+Matrix = Annotated[tuple[FiniteFloat, ...], Field(min_length=16, max_length=16)]
+RIGID_TOLERANCE = 1e-3
+
+
+class Message(BaseModel):
+    """Base of all control messages."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+# --- viewer to server ------------------------------------------------------------------------------------------------
+
+
+class Hello(Message):
+    """The first message of a viewer."""
+
+    type: Literal["hello"]
+    protocol: Literal[1]
+    size: Size = Field(description="of the frames, width and height [px]")
+    scene: SceneId | None = Field(None, description="scene id; None is the served scene")
+    settings: RenderSettings = RenderSettings()
+
+
+class Pose(Message):
+    """Where the viewer stands now."""
+
+    type: Literal["pose"]
+    id: Id
+    matrix: Matrix = Field(description="camera to world, column-major, rotation and translation only")
+    yfov: float = Field(gt=0.01, lt=3.1, description="vertical field of view [rad]")
+
+    @field_validator("matrix")
+    @classmethod
+    def _rigid(cls, matrix: tuple[float, ...]) -> tuple[float, ...]:
+        check_rigid(matrix)
+        return matrix
+
+
+class Settings(Message):
+    """A change of scene, frame size or render settings; what is None stays."""
+
+    type: Literal["settings"]
+    id: Id
+    scene: SceneId | None = None
+    size: Size | None = None
+    settings: RenderSettings | None = None
+
+
+class Ack(Message):
+    """The viewer has dealt with this frame and all before it."""
+
+    type: Literal["ack"]
+    frame: Id
+
+
+ViewerMessage = Annotated[Hello | Pose | Settings | Ack, Field(discriminator="type")]
+_viewer_message: TypeAdapter[Hello | Pose | Settings | Ack] = TypeAdapter(ViewerMessage)
+
+
+# --- server to viewer ------------------------------------------------------------------------------------------------
+
+
+class ErrorCode(StrEnum):
+    """What went wrong, for programs; the message says it for people."""
+
+    BAD_MESSAGE = "bad-message"
+    UNKNOWN_SCENE = "unknown-scene"
+    LIMIT = "limit"
+    SCENE_FAILED = "scene-failed"
+    RENDER_FAILED = "render-failed"
+
+
+class State(StrEnum):
+    """What a viewer can expect now."""
+
+    LOADING = "loading"
+    READY = "ready"
+    RECOVERING = "recovering"
+
+
+class SceneName(Message):
+    """A scene that can be chosen."""
+
+    id: str
+    name: str
+    builtin: bool = Field(description="comes with the program; else a file of the scenes folder or the served file")
+    served: bool = Field(description="the one shown when none is named")
+
+
+class CameraInfo(Message):
+    """A camera of a scene."""
+
+    name: str
+    matrix: tuple[float, ...] = Field(description="camera to world, column-major")
+    yfov: float = Field(description="vertical field of view [rad]; of an orthographic camera one that shows as much")
+    aspect: float
+    orthographic: bool
+
+
+class Bounds(Message):
+    """The scene's axis-aligned box in world space."""
+
+    min: tuple[float, float, float]
+    max: tuple[float, float, float]
+
+
+class SceneInfo(Message):
+    """What is known of a scene once it has been read."""
+
+    type: Literal["scene"] = "scene"
+    id: str
+    name: str
+    cameras: tuple[CameraInfo, ...]
+    bounds: Bounds
+    triangles: int
+    notes: tuple[str, ...] = Field((), description="what of the file was ignored or changed, a sentence each")
+
+
+class Limits(Message):
+    """What the server takes."""
+
+    max_pixels: int = Field(description="width × height of a streamed frame")
+    max_side: int = MAX_SIDE
+    window: int = Field(WINDOW, description="frames that may be unacknowledged")
+    max_message_bytes: int
+
+
+class Welcome(Message):
+    """The answer to hello."""
+
+    type: Literal["welcome"] = "welcome"
+    protocol: int = PROTOCOL
+    viewer: int
+    scenes: tuple[SceneName, ...]
+    settings_schema: dict[str, Any] = Field(description="JSON schema of `settings`")
+    stages: tuple[str, ...] = STAGES
+    limits: Limits
+
+
+class Status(Message):
+    """What the server is doing for this viewer."""
+
+    type: Literal["status"] = "status"
+    state: State
+    text: str = ""
+    fraction: float = Field(0.0, ge=0.0, le=1.0)
+
+
+class Error(Message):
+    """Why something asked for does not happen."""
+
+    type: Literal["error"] = "error"
+    code: ErrorCode
+    message: str
+
+
+# --- frames ----------------------------------------------------------------------------------------------------------
+
+
+class Codec(IntEnum):
+    """How a frame's image is encoded."""
+
+    JPEG = 1
+
+
+_header = struct.Struct("<BBHHHIIIfff8f")
+HEADER_VERSION = 1
+HEADER_BYTES = _header.size
+
+
+@dataclass(frozen=True)
+class FrameHeader:
+    """The fixed header of a frame; times in milliseconds, `stages` in the order of STAGES."""
+
+    width: int
+    height: int
+    pose: int
+    frame: int
+    settings: int
+    queue_ms: float
+    render_ms: float
+    encode_ms: float
+    stages: tuple[float, ...]
+    codec: Codec = Codec.JPEG
+
+    def pack(self) -> bytes:
+        """The 64 bytes that go before the image."""
+        return _header.pack(
+            *(HEADER_VERSION, self.codec, HEADER_BYTES, self.width, self.height),
+            *(self.pose, self.frame, self.settings),
+            *(self.queue_ms, self.render_ms, self.encode_ms, *self.stages),
+        )
+
+
+def unpack_frame(message: bytes) -> tuple[FrameHeader, bytes]:
+    """Header and image of a binary message; UserError when it is not a frame of this version."""
+    if len(message) < HEADER_BYTES or message[0] != HEADER_VERSION:
+        raise UserError(f"not a frame of protocol {PROTOCOL}: {len(message)} bytes starting with {message[:4].hex()}")
+    _, codec, start, width, height, pose, frame, settings, queue, render, encode, *stages = _header.unpack_from(message)
+    header = FrameHeader(width, height, pose, frame, settings, queue, render, encode, tuple(stages), Codec(codec))
+    return header, message[start:]
+
+
+def stage_slots(stage_ms: Mapping[str, float]) -> tuple[float, ...]:
+    """A renderer's named stage times in the header's order; stages without a slot are summed in the last one."""
+    named = [stage_ms.get(name, 0.0) for name in STAGES[:-1]]
+    return (*named, sum(ms for name, ms in stage_ms.items() if name not in STAGES[:-1]))
+
+
+# --- checks ----------------------------------------------------------------------------------------------------------
+
+
+def check_rigid(matrix: tuple[float, ...]) -> None:
+    """ValueError unless a column-major 4×4 is a rotation and a translation: three unit axes, right-handed."""
+    x, y, z = matrix[0:3], matrix[4:7], matrix[8:11]
+    cross = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
+    errors = [abs(matrix[3]), abs(matrix[7]), abs(matrix[11]), abs(matrix[15] - 1.0)]
+    errors += [abs(sum(a * a for a in axis) - 1.0) for axis in (x, y)]
+    errors += [abs(sum(a * b for a, b in zip(x, y, strict=True)))]
+    errors += [abs(a - b) for a, b in zip(cross, z, strict=True)]
+    if max(errors) > RIGID_TOLERANCE:
+        raise ValueError("must be a rotation and a translation, column after column, without scale or mirroring")
+
+
+def parse_viewer_message(text: str | bytes) -> Hello | Pose | Settings | Ack:
+    """The typed message in a JSON text; UserError says which field is wrong and why."""
+    try:
+        return _viewer_message.validate_json(text)
+    except ValidationError as error:
+        raise UserError(describe(error)) from None
+
+
+def describe(error: ValidationError) -> str:
+    """The first problem of a validation in one line: the field and what it must be."""
+    first = error.errors(include_url=False, include_input=False)[0]
+    place = ".".join(str(part) for part in first["loc"])
+    return f"{place}: {first['msg']}" if place else str(first["msg"])
