@@ -1,0 +1,66 @@
+# Every target sets up what it needs first; a second call finds that done.
+#   make run [SCENE=file.glb] [ARGS="--port 9000"]
+
+BIN := .venv/bin
+SCENE ?=
+ARGS ?=
+PYTHON ?=
+export PYTHON
+
+.DELETE_ON_ERROR:
+.PHONY: help run test lint types-js unit-js browser format lock clean
+
+help: ## say what can be made
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+
+run: .venv/.installed ## serve SCENE, or a built-in scene, on http://127.0.0.1:8000
+	@$(BIN)/lumenwalk serve $(if $(SCENE),--scene "$(SCENE)") $(ARGS)
+
+test: lint unit-js browser ## lint and every test
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: .venv/.installed types-js ## style and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: .venv/.installed ## lay out the Python files as lint wants them
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+lock: .venv/.installed ## resolve pyproject.toml's dependencies anew into the lock files
+	$(BIN)/python -m pip --quiet install uv
+	$(BIN)/uv pip compile $(LOCK) pyproject.toml --output-file requirements.lock
+	$(BIN)/uv pip compile $(LOCK) pyproject.toml --extra dev --constraint requirements.lock --output-file requirements-dev.lock
+
+clean: ## remove everything that these targets made
+	rm -rf .venv tests/browser/node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+LOCK := --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	--no-annotate --custom-compile-command "make lock"
+
+.venv/.installed: requirements-dev.lock pyproject.toml .ci/setup
+	@.ci/setup
+	@touch $@
+
+# The page's own checks need Node; its tests in a browser need Chromium and are skipped, with the reason, without it.
+ifneq ($(shell command -v npm),)
+NODE_MODULES := tests/browser/node_modules/.package-lock.json
+
+$(NODE_MODULES): tests/browser/package-lock.json
+	npm ci --prefix tests/browser --no-audit --no-fund
+	@touch $@
+
+types-js: $(NODE_MODULES)
+	npm --prefix tests/browser run --silent types
+
+unit-js: $(NODE_MODULES)
+	npm --prefix tests/browser run --silent unit
+else
+types-js unit-js:
+	@echo "Skipping $@: it needs Node 20 or newer with npm."
+endif
+
+browser:
+	@command -v chromium >/dev/null || .ci/packages chromium || true
