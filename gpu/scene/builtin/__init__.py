@@ -1,0 +1,19 @@
+"""Scenes that need no file: each is made in about a second from NumPy alone, and always the same."""
+
+from collections.abc import Callable
+from importlib import import_module
+
+from gpu.scene.types import Scene
+
+
+def _maker(module: str) -> Callable[[], Scene]:
+    def make() -> Scene:
+        scene: Scene = import_module(f"gpu.scene.builtin.{module}").make()
+        return scene
+
+    return make
+
+
+BUILTIN: dict[str, Callable[[], Scene]] = {
+    name: _maker(name.replace("-", "_")) for name in ("conference-room", "living-room", "atrium", "cornell-box")
+}

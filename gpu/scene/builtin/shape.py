@@ -1,0 +1,129 @@
+"""A triangle mesh under construction: moved, turned, copied and joined, with normals that follow its creases."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import cos, radians, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gpu.scene.types import Doubles, Ints
+
+_CELL = 1e-5  # metres; points of one shape closer than this share a smooth normal
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """positions (vertex, 3) in metres, triangles (triangle, 3) counter-clockwise from the front, normals (vertex, 3)
+    of unit length, uvs (vertex, 2) in metres along the surface, so that a texture has the same scale everywhere.
+    """
+
+    positions: Doubles
+    triangles: Ints
+    normals: Doubles
+    uvs: Doubles
+
+    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Shape":
+        """The shape shifted by (x, y, z) metres."""
+        return replace(self, positions=self.positions + np.array([x, y, z]))
+
+    def turned(self, degrees: float, axis: str = "y") -> "Shape":
+        """The shape rotated about a coordinate axis ("x", "y" or "z"), counter-clockwise seen from its tip."""
+        matrix = rotation(degrees, axis)
+        return replace(self, positions=self.positions @ matrix.T, normals=self.normals @ matrix.T)
+
+    def mirrored(self, axis: int) -> "Shape":
+        """The shape's mirror image in the plane where coordinate `axis` is 0; fronts stay fronts."""
+        flip = np.ones(3)
+        flip[axis] = -1.0
+        return replace(
+            self, positions=self.positions * flip, normals=self.normals * flip, triangles=self.triangles[:, ::-1]
+        )
+
+    def reversed(self) -> "Shape":
+        """The shape inside out."""
+        return replace(self, triangles=self.triangles[:, ::-1], normals=-self.normals)
+
+    def mapped_uv(self, u: float = 0.0, v: float = 0.0, scale: float = 1.0, swap: bool = False) -> "Shape":
+        """The shape with its UVs swapped (a texture turned by 90°), scaled, then shifted by (u, v)."""
+        return replace(self, uvs=(self.uvs[:, ::-1] if swap else self.uvs) * scale + np.array([u, v]))
+
+
+def rotation(degrees: float, axis: str) -> Doubles:
+    """The 3×3 matrix that turns column vectors about `axis`."""
+    c, s = cos(radians(degrees)), sin(radians(degrees))
+    first, second = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    matrix = np.eye(3)
+    matrix[first, first], matrix[first, second], matrix[second, first], matrix[second, second] = c, -s, s, c
+    return matrix
+
+
+def join(shapes: Iterable[Shape]) -> Shape:
+    """All of `shapes` as one."""
+    parts = list(shapes)
+    starts = np.cumsum([0, *(len(part.positions) for part in parts)], dtype=np.int32)
+    return Shape(
+        np.concatenate([part.positions for part in parts]),
+        np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)]),
+        np.concatenate([part.normals for part in parts]),
+        np.concatenate([part.uvs for part in parts]),
+    )
+
+
+def copies(shape: Shape, places: ArrayLike, matrices: ArrayLike | None = None, uv_shifts: ArrayLike = 0.0) -> Shape:
+    """One copy of `shape` at each of `places` (copy, 3), first turned by its rotation in `matrices` (copy, 3, 3).
+
+    uv_shifts: (copy, 2) added to the UVs, so that copies do not show the same piece of a texture.
+    """
+    where = np.asarray(places, np.float64).reshape(-1, 1, 3)
+    count, size = len(where), len(shape.positions)
+    turn = np.broadcast_to(np.eye(3) if matrices is None else np.asarray(matrices, np.float64), (count, 3, 3))
+    shifts = np.broadcast_to(np.asarray(uv_shifts, np.float64), (count, 2))[:, None]
+    return Shape(
+        (shape.positions @ turn.transpose(0, 2, 1) + where).reshape(-1, 3),
+        (shape.triangles + size * np.arange(count, dtype=np.int32)[:, None, None]).reshape(-1, 3),
+        (shape.normals @ turn.transpose(0, 2, 1)).reshape(-1, 3),
+        (shape.uvs + shifts).reshape(-1, 2),
+    )
+
+
+def placed(shape: Shape, places: Sequence[Sequence[float]], degrees: ArrayLike = 0.0) -> Shape:
+    """One copy of `shape` at each of `places` (copy, 3), turned about the vertical by `degrees` (copy,)."""
+    angles = np.broadcast_to(np.asarray(degrees, np.float64), (len(places),))
+    return copies(shape, places, [rotation(angle, "y") for angle in angles])
+
+
+def shaded(positions: Doubles, uvs: Doubles, triangles: Ints, crease: float = 35.0) -> Shape:
+    """A shape whose normals are smooth where faces meet at less than `crease` degrees and split elsewhere.
+
+    A normal is the area-weighted mean of the faces around the vertex that lie within `crease` of the corner's own face,
+    which keeps the flats beside a bevel flat. Triangles without an area are left out.
+    """
+    edges = positions[triangles]
+    area = np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0])
+    length = np.linalg.norm(area, axis=1)
+    solid = length > 1e-12
+    triangles, area, length = triangles[solid], area[solid], length[solid]
+    face, unit = np.repeat(area, 3, axis=0), np.repeat(area / length[:, None], 3, axis=0)
+
+    # All pairs of corners that meet in one point.
+    cell = np.round((positions - positions.min(axis=0)) / _CELL).astype(np.int64)
+    corner = triangles.reshape(-1)
+    key = (cell @ np.array([1 << 42, 1 << 21, 1]))[corner]
+    order = np.argsort(key, kind="stable")
+    _, start, count = np.unique(key[order], return_index=True, return_counts=True)
+    per_corner = np.repeat(count, count)
+    first = np.repeat(np.arange(len(order)), per_corner)
+    offset = np.arange(len(first)) - np.repeat(np.cumsum(per_corner) - per_corner, per_corner)
+    second = np.repeat(np.repeat(start, count), per_corner) + offset
+    first, second = order[first], order[second]
+    near = np.einsum("pc,pc->p", unit[first], unit[second]) > cos(radians(crease))
+    first, second = first[near], second[near]
+    normals = np.stack([np.bincount(first, face[second, axis], len(corner)) for axis in range(3)], axis=1)
+    normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+
+    # Corners of one vertex with one normal become one vertex again.
+    packed = np.round(normals * 500.0).astype(np.int64) + 512
+    identity = (packed @ np.array([1 << 20, 1 << 10, 1])) + (corner.astype(np.int64) << 30)
+    _, kept, index = np.unique(identity, return_index=True, return_inverse=True)
+    return Shape(positions[corner[kept]], index.reshape(-1, 3).astype(np.int32), normals[kept], uvs[corner[kept]])

@@ -1,0 +1,186 @@
+"""Procedural images: deterministic, seamless where they repeat, 8-bit sRGB of shape (height, width, 4).
+
+Colours are "#rrggbb" in sRGB. Every pixel is kept within albedos of 0.05 to 0.85, as real materials are.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gpu.scene.types import Bytes, Doubles, Rgb
+
+_DARKEST, _LIGHTEST = 64, 236  # sRGB of albedos 0.051 and 0.84
+
+
+def encoded(colour: str) -> Doubles:
+    """The sRGB values (3,) in 0 to 1 of "#rrggbb"."""
+    return np.array([int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
+
+
+def linear(colour: str) -> Rgb:
+    """The linear Rec. 709 values of "#rrggbb" (IEC 61966-2-1)."""
+    r, g, b = (x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in encoded(colour).tolist())
+    return r, g, b
+
+
+def image(colours: Doubles) -> Bytes:
+    """Pixels of sRGB values (height, width, 3) in 0 to 1."""
+    pixels = np.full((*colours.shape[:2], 4), 255, np.uint8)
+    pixels[..., :3] = np.clip(np.round(colours * 255.0), _DARKEST, _LIGHTEST)
+    return pixels
+
+
+def noise(
+    size: int, seed: int, slope: float = 1.5, stretch: tuple[float, float] = (1.0, 1.0), low: float = 1.0
+) -> Doubles:
+    """Seamless noise (size, size) of mean 0 and deviation 1 whose amplitude falls with frequency to the power `slope`.
+
+    stretch: how much longer its features are along u and v; low: frequencies below it, in cycles an image, are cut.
+    """
+    white = np.fft.rfft2(np.random.default_rng(seed).standard_normal((size, size)))
+    across = np.fft.rfftfreq(size, 1.0 / size) * stretch[0]
+    down = np.fft.fftfreq(size, 1.0 / size)[:, None] * stretch[1]
+    frequency = np.hypot(across, down)
+    values = np.fft.irfft2(
+        white * np.where(frequency >= low, np.maximum(frequency, low), np.inf) ** -slope, (size, size)
+    )
+    return np.asarray(values / values.std())
+
+
+def ramp(values: Doubles, colours: Sequence[str]) -> Doubles:
+    """The sRGB values (height, width, 3) from `values` in 0 to 1 along evenly spaced `colours`."""
+    stops = np.linspace(0.0, 1.0, len(colours))
+    table = np.array([encoded(colour) for colour in colours])
+    return np.stack([np.interp(values, stops, table[:, channel]) for channel in range(3)], axis=-1)
+
+
+def _grain(size: int, seed: int) -> Doubles:
+    """Wood grain along u, in 0 to 1."""
+    rings = np.sin(5.0 * noise(size, seed, 1.6, (12.0, 1.0), 2.0) + noise(size, seed + 1, 1.0, (30.0, 1.0)))
+    pores = noise(size, seed + 2, 0.3, (60.0, 1.0))
+    return np.clip(0.5 + 0.24 * rings + 0.11 * pores, 0.0, 1.0)
+
+
+def wood(seed: int, colours: Sequence[str], size: int = 512) -> Bytes:
+    """Grain along u in `colours` from dark to light."""
+    return image(ramp(_grain(size, seed), colours))
+
+
+def planks(seed: int, colours: Sequence[str], rows: int = 8, columns: int = 2, size: int = 1024) -> Bytes:
+    """A floor of `rows` boards along u, `columns` an image, each row shifted, each board of its own piece and tint."""
+    rng = np.random.default_rng(seed)
+    grain = _grain(size, seed)
+    v, u = np.mgrid[0:size, 0:size]
+    row = v * rows // size
+    along = (u + rng.integers(0, size, rows)[row]) % size
+    board = row * columns + along * columns // size
+    shade = rng.normal(0.0, 0.13, rows * columns)[board]
+    piece = grain[v, (u + rng.integers(0, size, rows * columns)[board]) % size]
+    colours_of = ramp(np.clip(0.5 + 0.75 * (piece - 0.5) + shade, 0.0, 1.0), colours)
+    edge = np.minimum(v * rows % size / rows, size / rows - 1 - v * rows % size / rows)
+    end = along * columns % size / columns
+    return image(colours_of * np.where((edge < 1.0) | (end < 1.5), 0.55, 1.0)[..., None])
+
+
+def marble(seed: int, colours: Sequence[str], veins: float = 1.0, size: int = 512) -> Bytes:
+    """Clouded stone in `colours` from vein to ground."""
+    return image(ramp(_marbling(seed, veins, size), colours))
+
+
+def _marbling(seed: int, veins: float, size: int) -> Doubles:
+    """Veins (near 0) on a clouded ground (near 1)."""
+    v, u = np.mgrid[0:size, 0:size]
+    shift = (size / 24 * np.stack([noise(size, seed + 1, 1.7), noise(size, seed + 2, 1.7)])).astype(int)
+    ridges = [np.abs(noise(size, seed + 3 + octave, 1.9, low=1.0 + octave)) for octave in range(2)]
+    ridge = np.minimum(ridges[0], 0.25 + ridges[1])[(v + shift[0]) % size, (u + shift[1]) % size]
+    sharp = np.exp(-ridge * 9.0) * np.clip(0.55 + 0.5 * noise(size, seed + 6, 1.6), 0.0, 1.0)
+    return np.clip(0.8 + 0.12 * noise(size, seed + 5, 1.6) - veins * sharp, 0.0, 1.0)
+
+
+def marble_tiles(
+    seed: int, grounds: Sequence[Sequence[str]], count: int = 4, joint: str = "#8a857c", size: int = 1024
+) -> Bytes:
+    """`count` × `count` square tiles whose marbles alternate between `grounds`, each tile turned and cut by chance."""
+    rng = np.random.default_rng(seed)
+    v, u = np.mgrid[0:size, 0:size]
+    row, column = v * count // size, u * count // size
+    tile = row * count + column
+    stones = np.stack([ramp(_marbling(seed + 10 * i, 0.8, size), ground) for i, ground in enumerate(grounds)])
+    du, dv = rng.integers(0, size, (2, count * count))
+    turned = rng.random(count * count)[tile] < 0.5
+    piece_u, piece_v = np.where(turned, v, u), np.where(turned, u, v)
+    colours = stones[(row + column) % len(grounds), (piece_v + dv[tile]) % size, (piece_u + du[tile]) % size]
+    colours = colours * rng.normal(1.0, 0.035, count * count)[tile][..., None]
+    width = size / count
+    edge = np.minimum(np.minimum(u % width, width - 1 - u % width), np.minimum(v % width, width - 1 - v % width))
+    return image(np.where((edge < 1.5)[..., None], encoded(joint), colours))
+
+
+def plaster(seed: int, colour: str, amount: float = 0.02, size: int = 512) -> Bytes:
+    """A painted wall: `colour` with a faint trowel pattern of relative deviation `amount`."""
+    cloud = 0.7 * noise(size, seed, 1.4, low=2.0) + 0.5 * noise(size, seed + 1, 0.6)
+    return image(encoded(colour) * (1.0 + amount * cloud)[..., None])
+
+
+def fabric(seed: int, colours: Sequence[str], threads: int = 64, size: int = 512) -> Bytes:
+    """A plain weave of `threads` an image in `colours` from shadow to light."""
+    v, u = np.mgrid[0:size, 0:size] * (2.0 * np.pi * threads / size)
+    weave = (
+        0.5
+        + 0.25 * np.sin(u / 2) * np.sin(v / 2) * np.sign(np.sin(u / 2) * np.sin(v / 2))
+        - 0.1 * np.cos(u) * np.cos(v)
+    )
+    return image(ramp(np.clip(weave + 0.1 * noise(size, seed, 0.4) + 0.05 * noise(size, seed + 1), 0.0, 1.0), colours))
+
+
+def carpet(seed: int, colours: Sequence[str], tiles: int = 2, size: int = 512) -> Bytes:
+    """`tiles` × `tiles` carpet tiles of loop pile, laid with the pile in turns along u and v."""
+    v, u = np.mgrid[0:size, 0:size]
+    other = (u * tiles // size + v * tiles // size) % 2 == 1
+    across, down = noise(size, seed, 0.5, (6.0, 1.0), 4.0), noise(size, seed + 1, 0.5, (1.0, 6.0), 4.0)
+    pile = np.where(other, across, down) * 0.12 + 0.1 * noise(size, seed + 2, 0.1) + np.where(other, 0.03, -0.03)
+    seam = (u * tiles % size < tiles) | (v * tiles % size < tiles)
+    return image(ramp(np.clip(0.5 + pile - 0.12 * seam, 0.0, 1.0), colours))
+
+
+def leaves(seed: int, colours: Sequence[str], size: int = 256) -> Bytes:
+    """A leaf along v: a pale midrib, side veins and blotches in `colours` from dark to light."""
+    v, u = np.mgrid[0:size, 0:size] / size
+    side = np.abs(u - 0.5)
+    veins = np.exp(-side * 60.0) * 0.4 + 0.08 * np.cos((v - side * 1.2) * 2 * np.pi * 12)
+    return image(ramp(np.clip(0.4 + veins + 0.08 * noise(size, seed), 0.0, 1.0), colours))
+
+
+def book_spines(seed: int, cloths: Sequence[str], count: int = 32, size: int = 512) -> Bytes:
+    """An atlas of `count` upright book spines side by side, each a cloth with bands and a title in gold or white."""
+    rng = np.random.default_rng(seed)
+    v, u = np.mgrid[0:size, 0:size] / size
+    book = (u * count).astype(int)
+    within = u * count - book
+    cloth = np.array([encoded(colour) for colour in cloths])[rng.integers(0, len(cloths), count)]
+    cloth = np.clip(cloth * rng.normal(1.0, 0.08, (count, 1)), 0.0, 1.0)
+    print_colour = np.where(rng.random((count, 1)) < 0.6, encoded("#d8b878"), encoded("#e8e2d4"))
+    band_at, label_at = rng.uniform(0.06, 0.2, count)[book], rng.uniform(0.3, 0.45, count)[book]
+    length, label = rng.uniform(0.15, 0.3, count)[book], (rng.random(count) < 0.35)[book]
+    bands = (np.abs(v - band_at) < 0.008) | (np.abs(v - 1 + band_at) < 0.008)
+    letters = (np.sin(v * 190 + book) + np.sin(v * 71 + 2 * book) > 0.2) & (np.abs(within - 0.5) < 0.16)
+    title = (v > label_at) & (v < label_at + length)
+    plate = title & label & (np.abs(within - 0.5) < 0.36)
+    colours = np.where(plate[..., None], cloth[book] * 0.6, cloth[book])
+    colours = np.where((bands | (title & letters))[..., None], print_colour[book], colours)
+    shade = 1.0 - 0.25 * (2 * within - 1) ** 4 + 0.02 * noise(size, seed)
+    return image(colours * shade[..., None])
+
+
+def kilim(seed: int, colours: Sequence[str], size: int = 512) -> Bytes:
+    """A woven rug of stepped diamonds within a border; colours: field, border, and those of the diamonds."""
+    v, u = np.floor(np.mgrid[0:size, 0:size] / size * 96) / 96
+    edge = np.minimum(np.minimum(u, 1 - 1 / 96 - u), np.minimum(v, 1 - 1 / 96 - v))
+    diamond = np.abs((u * 3) % 1 - 0.5) + np.abs((v * 4) % 1 - 0.5)
+    ring = np.clip((diamond * 7).astype(int), 0, 6)
+    palette = np.array([encoded(colour) for colour in colours])
+    index = np.array([2, 0, 3, 4, 0, 2, 0])[ring] % len(colours)
+    index = np.where(edge < 0.08, 1, index)
+    index = np.where((edge > 0.035) & (edge < 0.05) & ((u * 48 + v * 48).astype(int) % 2 == 0), 3 % len(colours), index)
+    weave = 1.0 + 0.05 * noise(size, seed, 0.5, (1.0, 4.0)) + 0.03 * noise(size, seed + 1)
+    return image(palette[index] * weave[..., None])
