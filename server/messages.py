@@ -1,0 +1,202 @@
+"""The border between the web process and the worker process: small typed messages, and bytes; nothing else crosses.
+
+On the wire a message is two little-endian u32 lengths, then its JSON, then raw bytes (an encoded image, often none).
+JSON that pydantic checks on arrival, rather than pickle: the worker runs native code on files that users bring, so
+what it sends must not be able to run anything in the web process. Its cost, some 20 µs, is small beside a frame.
+"""
+
+import struct
+from asyncio import StreamReader
+from dataclasses import dataclass, field
+from typing import Annotated, BinaryIO, Literal
+
+from pydantic import Field, TypeAdapter
+
+from gpu.scene.limits import SceneLimits
+from gpu.settings import RenderSettings
+from server.protocol import SceneInfo
+
+STILLS = 0  # the viewer number of renders that no viewer asked for; viewers count from 1
+START_UP = 0  # the request number of the start; requests count from 1
+
+Output = Literal["stream", ".png", ".jpg", ".exr", ".npy"]
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SceneRef:
+    """A scene as the worker finds it: public id, file or built-in name; a file that changed has another stamp."""
+
+    id: str
+    source: str
+    stamp: int = 0
+
+
+@dataclass(frozen=True)
+class SceneCamera:
+    """One of the scene's own cameras, by index or name."""
+
+    camera: int | str
+
+
+@dataclass(frozen=True)
+class LookAt:
+    """A perspective view from position to target, world space."""
+
+    position: Vector
+    target: Vector
+    up: Vector
+    yfov_degrees: float
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A perspective view by its camera-to-world matrix (16 numbers, column-major) and vertical field of view [rad]."""
+
+    matrix: tuple[float, ...]
+    yfov: float
+
+
+View = SceneCamera | LookAt | Placed
+
+# --- to the worker ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Start:
+    """The first message: what the worker serves, and its limits."""
+
+    scene: SceneRef
+    device: str | None = None
+    max_scenes: int = 4
+    scene_limits: SceneLimits = field(default_factory=SceneLimits)
+    jpeg_quality: int = 85
+    kind: Literal["start"] = "start"
+
+
+@dataclass(frozen=True)
+class OpenScene:
+    """Read a scene; answered by Opened or Failed."""
+
+    scene: SceneRef
+    request: int = 0
+    kind: Literal["open"] = "open"
+
+
+@dataclass(frozen=True)
+class Render:
+    """Render one picture for a viewer (or for STILLS); answered by Free, then Done or Failed."""
+
+    viewer: int
+    scene: SceneRef
+    view: View
+    size: tuple[int, int]
+    settings: RenderSettings
+    output: Output
+    request: int = 0
+    kind: Literal["render"] = "render"
+
+
+@dataclass(frozen=True)
+class Leave:
+    """A viewer is gone: free what is kept for it. Not answered."""
+
+    viewer: int
+    kind: Literal["leave"] = "leave"
+
+
+Job = OpenScene | Render
+ToWorker = Start | OpenScene | Render | Leave
+
+# --- from the worker -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Ready:
+    """Kernels are loaded and a frame was rendered."""
+
+    device: str
+    kind: Literal["ready"] = "ready"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What takes long now, and how far it is."""
+
+    text: str
+    fraction: float
+    kind: Literal["progress"] = "progress"
+
+
+@dataclass(frozen=True)
+class Free:
+    """The worker can take the next job; this one's answer may still be on its way (being encoded)."""
+
+    request: int
+    kind: Literal["free"] = "free"
+
+
+@dataclass(frozen=True)
+class Opened:
+    """Answer to OpenScene."""
+
+    request: int
+    info: SceneInfo
+    kind: Literal["opened"] = "opened"
+
+
+@dataclass(frozen=True)
+class Done:
+    """Answer to Render, with the encoded image as the message's bytes; times in milliseconds."""
+
+    request: int
+    size: tuple[int, int]
+    render_ms: float
+    encode_ms: float
+    stage_ms: dict[str, float]
+    counts: dict[str, int]
+    skips: dict[str, int]
+    kind: Literal["done"] = "done"
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Answer to any request: the user's mistake, which the text explains, or the program's, which the log does."""
+
+    request: int
+    text: str
+    users_fault: bool
+    kind: Literal["failed"] = "failed"
+
+
+FromWorker = Ready | Progress | Free | Opened | Done | Failed
+
+# --- the codec -------------------------------------------------------------------------------------------------------
+
+_Any = Annotated[ToWorker | FromWorker, Field(discriminator="kind")]
+_adapter: TypeAdapter[ToWorker | FromWorker] = TypeAdapter(_Any)
+_lengths = struct.Struct("<II")
+
+
+def pack(message: ToWorker | FromWorker, payload: bytes = b"") -> bytes:
+    """A message and its bytes, ready for the pipe."""
+    text = _adapter.dump_json(message)
+    return b"".join((_lengths.pack(len(text), len(payload)), text, payload))
+
+
+def read(pipe: BinaryIO) -> tuple[ToWorker | FromWorker, bytes]:
+    """The next message from a blocking pipe; EOFError when the other side is gone."""
+    lengths = pipe.read(_lengths.size)
+    if len(lengths) < _lengths.size:
+        raise EOFError
+    text, payload = _lengths.unpack(lengths)
+    body = pipe.read(text + payload)
+    if len(body) < text + payload:
+        raise EOFError
+    return _adapter.validate_json(body[:text]), body[text:]
+
+
+async def receive(stream: StreamReader) -> tuple[ToWorker | FromWorker, bytes]:
+    """The next message from an asyncio stream; EOFError (IncompleteReadError) when the other side is gone."""
+    text, payload = _lengths.unpack(await stream.readexactly(_lengths.size))
+    return _adapter.validate_json(await stream.readexactly(text)), await stream.readexactly(payload)

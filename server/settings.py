@@ -1,0 +1,96 @@
+"""How the service runs: defaults, then a TOML file, then LUMENWALK_* of the environment, then flags; the last one wins.
+
+A nested field has two underscores in the environment: LUMENWALK_SCENE_LIMITS__MAX_TRIANGLES=1000000.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationError
+from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
+from pydantic_settings.exceptions import SettingsError
+
+from gpu.errors import UserError
+from gpu.scene.limits import SceneLimits
+from gpu.settings import RenderSettings
+from server.protocol import MAX_SIDE, describe
+
+
+class ServerSettings(BaseSettings):
+    """Everything that whoever runs the service can choose."""
+
+    model_config = SettingsConfigDict(
+        env_prefix="LUMENWALK_",
+        env_nested_delimiter="__",
+        extra="forbid",
+        frozen=True,
+        nested_model_default_partial_update=True,
+    )
+
+    host: str = Field(default="127.0.0.1", min_length=1, description="address to listen on; loopback unless told")
+    port: int = Field(default=8000, ge=0, le=65_535, description="TCP port; 0 takes a free one")
+    scene: str = Field(default="cornell-box", min_length=1, description="served scene: a built-in name or a file")
+    scenes_dir: Path | None = Field(default=None, description="folder whose scene files can be chosen too")
+    device: str | None = Field(default=None, description='"cpu", "cuda:0", ...; the best there is when not given')
+    max_viewers: int = Field(default=32, ge=1, le=10_000, description="viewers at the same time")
+    max_stream_pixels: int = Field(default=3840 * 2160, ge=1, le=MAX_SIDE**2, description="pixels of a streamed frame")
+    max_pixels: int = Field(default=7680 * 4320, ge=1, le=MAX_SIDE**2, description="pixels of a still")
+    max_samples: int = Field(default=4096, ge=1, le=65_536, description="samples a pixel")
+    max_vpls: int = Field(default=1_048_576, ge=1, le=4_194_304, description="virtual point lights")
+    max_vpl_clusters: int = Field(default=16_384, ge=1, le=65_536, description="clusters of virtual point lights")
+    max_sp_clusters: int = Field(default=65_536, ge=1, le=262_144, description="clusters of shading points")
+    max_message_bytes: int = Field(default=65_536, ge=4096, le=2**24, description="one message or request body [bytes]")
+    max_waiting_renders: int = Field(
+        default=8, ge=1, le=1000, description="stills that may wait; more are told to retry"
+    )
+    max_scenes: int = Field(default=4, ge=1, le=1000, description="scenes kept on the device at the same time")
+    jpeg_quality: int = Field(default=85, ge=1, le=100, description="of streamed frames")
+    scene_limits: SceneLimits = Field(default=SceneLimits(), description="how large a scene may be")
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,
+        file_secret_settings: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Flags, then the environment, then the TOML file that `load_settings` was given."""
+        return init_settings, env_settings, TomlConfigSettingsSource(settings_cls)
+
+    def check_render(self, size: tuple[int, int], settings: RenderSettings, max_pixels: int) -> None:
+        """UserError when a render asks for more than this service gives."""
+        width, height = size
+        if width * height > max_pixels:
+            raise UserError(
+                f"size: {width}×{height} is {width * height} pixels; this server renders up to {max_pixels}"
+            )
+        for name in ("samples", "vpls", "vpl_clusters", "sp_clusters"):
+            wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
+            if wanted is not None and wanted > limit:
+                raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")
+
+
+def load_settings(file: Path | None = None, flags: Mapping[str, Any] | None = None) -> ServerSettings:
+    """The settings from `file`, the environment and `flags` (whose None means "not given").
+
+    Raises UserError with the field and what is wrong with it.
+    """
+    given = {name: value for name, value in (flags or {}).items() if value is not None}
+    if file is not None and not file.is_file():
+        raise UserError(f"{file}: there is no such settings file")
+
+    class FromFile(ServerSettings):
+        model_config = SettingsConfigDict(toml_file=file)
+
+    try:
+        return FromFile(**given)
+    except ValidationError as error:
+        raise UserError(f"settings: {describe(error)}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{file}: not a TOML file: {error}") from None
+    except SettingsError as error:
+        raise UserError(f"settings: {error}") from None
