@@ -63,6 +63,14 @@ def check_format(suffix: str) -> str:
     return suffix.lower()
 
 
+def check_output(path: Path) -> str:
+    """Return the suffix, in lower case, of an image that can be written to `path`; raises ImageError otherwise."""
+    suffix = check_format(path.suffix)
+    if not path.parent.is_dir():
+        raise ImageError(f"{path}: the folder {path.parent} does not exist; make it first")
+    return suffix
+
+
 def read_image(path: Path, component: Component = Component.FULL) -> NDArray[np.float32]:
     """Return the linear radiance in an .npy, .exr or .npz file, shape (height, width, 3).
 
@@ -93,8 +101,6 @@ def read_image(path: Path, component: Component = Component.FULL) -> NDArray[np.
 
 def write_atomic(path: Path, data: bytes) -> None:
     """Write `data` to `path` so that a reader, or a crash, never meets half a file. Raises ImageError if it cannot."""
-    if not path.parent.is_dir():
-        raise ImageError(f"{path}: the folder {path.parent} does not exist; make it first")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         temporary.write_bytes(data)

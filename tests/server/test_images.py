@@ -9,7 +9,7 @@ from PIL import Image
 
 from gpu.errors import ImageError
 from gpu.settings import Component
-from server.images import encode_image, read_image, write_atomic
+from server.images import check_output, encode_image, read_image, write_atomic
 
 RNG = np.random.default_rng(5)
 PIXELS = np.repeat(np.repeat(RNG.integers(0, 255, (4, 6, 3), np.uint8), 8, 0), 8, 1)
@@ -123,6 +123,9 @@ def test_write_replaces_whole_files_only(tmp_path: Path, monkeypatch: pytest.Mon
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_missing_folder_is_said(tmp_path: Path) -> None:
+def test_an_output_that_cannot_be_written_is_said_before_the_work(tmp_path: Path) -> None:
+    assert check_output(tmp_path / "a.PNG") == ".png"
     with pytest.raises(ImageError, match="folder"):
-        write_atomic(tmp_path / "no" / "a.png", b"")
+        check_output(tmp_path / "no" / "a.png")
+    with pytest.raises(ImageError, match="not an image format"):
+        check_output(tmp_path / "a")

@@ -1,0 +1,77 @@
+"""Command-line options made from pydantic models, so that names, limits and help are written once, in the model."""
+
+from argparse import SUPPRESS, ArgumentParser, BooleanOptionalAction, Namespace
+from enum import Enum
+from types import NoneType
+from typing import Any, TypeVar, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from gpu.errors import UserError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def add_options(parser: ArgumentParser, model: type[BaseModel], title: str) -> None:
+    """Add one option per field of `model` under the heading `title`: field `sp_clusters` becomes --sp-clusters.
+
+    Texts stay as they are until the model validates them. An option that is not given is not in the namespace, so that
+    the model's own defaults (or environment, or file) count. Nested models get no options.
+    """
+    group = parser.add_argument_group(title)
+    for name, field in model.model_fields.items():
+        kind = _kind(field)
+        details: dict[str, Any] = {"dest": name, "default": SUPPRESS, "help": _help(field)}
+        if kind is bool:
+            details["action"] = BooleanOptionalAction
+        elif isinstance(kind, type) and issubclass(kind, BaseModel):
+            continue
+        elif isinstance(kind, type) and issubclass(kind, Enum):
+            details["choices"] = [member.value for member in kind]
+        else:
+            details["metavar"] = {int: "N", float: "X"}.get(kind, "TEXT")
+        group.add_argument(_flag(name), **details)
+
+
+def given_options(options: Namespace, model: type[BaseModel]) -> dict[str, Any]:
+    """Return the fields of `model` that the command line gave, not yet validated."""
+    return {name: value for name, value in vars(options).items() if name in model.model_fields}
+
+
+def model_from(options: Namespace, model: type[Model]) -> Model:
+    """Return `model` with the options that were given; raises UserError that names the first wrong option."""
+    try:
+        return model(**given_options(options, model))
+    except ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        raise UserError(f"{_flag(str(problem['loc'][0]))}: {problem['msg']}, got {problem['input']!r}") from None
+
+
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _kind(field: FieldInfo) -> Any:
+    """The field's type without `| None`."""
+    kinds = [kind for kind in get_args(field.annotation) if kind is not NoneType]
+    return kinds[0] if len(kinds) == 1 and NoneType in get_args(field.annotation) else field.annotation
+
+
+def _help(field: FieldInfo) -> str:
+    """Description, limits and default, as argparse wants them (% doubled)."""
+    notes = [limits] if (limits := _limits(field)) else []
+    default = field.get_default(call_default_factory=True, validated_data={})
+    if default is not None and _kind(field) is not bool:
+        notes.append(f"default {default.value if isinstance(default, Enum) else default}")
+    text = field.description or ""
+    return (f"{text} ({'; '.join(notes)})" if notes else text).replace("%", "%%")
+
+
+def _limits(field: FieldInfo) -> str:
+    """What the field's constraints say, in words."""
+    words = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
+    bounds = {key: getattr(limit, key) for limit in field.metadata for key in words if hasattr(limit, key)}
+    if set(bounds) == {"ge", "le"}:
+        return f"{bounds['ge']} to {bounds['le']}"
+    return ", ".join(f"{words[key]} {bound:g}" for key, bound in bounds.items())
