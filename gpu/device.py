@@ -1,0 +1,101 @@
+"""The compute device: its choice, launches that use all of it, and the times of a frame's stages."""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from os import cpu_count
+from time import perf_counter
+from typing import Any
+
+import warp as wp
+
+from gpu.errors import DeviceError
+
+# Warp reports its start on stdout, which belongs to `--json`; adjoints are never used and double the compile time.
+wp.config.quiet = True
+wp.config.enable_backward = False
+
+CORES = cpu_count() or 1
+SMALLEST_SLICE = 256
+
+_pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
+
+
+def choose_device(name: str | None) -> wp.Device:
+    """The device called `name` ("cpu", "cuda:0", …), or the first CUDA device, or the CPU when there is none.
+
+    Raises DeviceError, which lists the devices there are, when `name` is not one of them.
+    """
+    if name is None:
+        name = "cuda:0" if wp.is_cuda_available() else "cpu"
+    available = {device.alias: device for device in wp.get_devices()}
+    if name == "cuda" and "cuda:0" in available:
+        name = "cuda:0"
+    if name not in available:
+        raise DeviceError(f"no device {name!r} here; available: {', '.join(available)}")
+    return available[name]
+
+
+def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device) -> None:
+    """Run `kernel` over `count` items; its first parameter receives the first item of a launch.
+
+    CUDA gets one launch. The CPU gets slices on all cores: a CPU launch runs on one thread but releases the GIL. No
+    two items may write the same element: atomics are not atomic between slices.
+    """
+    if count == 0:
+        return
+    if device.is_cuda:
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device)
+        return
+    size = max(SMALLEST_SLICE, -(-count // (4 * CORES)))
+    if size >= count:
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device)
+        return
+    kernel.module.load(device, block_dim=1)  # as CPU launches do: compiled once, before the threads race for it
+    slices = [
+        _pool.submit(wp.launch, kernel, min(size, count - first), [first, *inputs], device=device)
+        for first in range(0, count, size)
+    ]
+    for slice_ in slices:
+        slice_.result()
+
+
+class StageClock:
+    """Times the named stages of a frame: by device events on CUDA, by the wall clock on the CPU."""
+
+    def __init__(self, device: wp.Device) -> None:
+        self._device = device
+        self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
+        self._order: list[str] = []
+        self._seconds: dict[str, float] = {}
+
+    def start_frame(self) -> None:
+        """Forget the last frame's stages."""
+        self._order.clear()
+        self._seconds.clear()
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what is launched inside; a name may occur once a frame."""
+        self._order.append(name)
+        if self._device.is_cuda:
+            if name not in self._events:
+                self._events[name] = (
+                    wp.Event(self._device, enable_timing=True),
+                    wp.Event(self._device, enable_timing=True),
+                )
+            begin, end = self._events[name]
+            stream = wp.get_stream(self._device)
+            stream.record_event(begin)
+            yield
+            stream.record_event(end)
+            return
+        begun = perf_counter()
+        yield
+        self._seconds[name] = perf_counter() - begun
+
+    def milliseconds(self) -> dict[str, float]:
+        """The stages' times [ms] in the order they ran; waits for the device."""
+        if not self._device.is_cuda:
+            return {name: 1e3 * self._seconds[name] for name in self._order}
+        return {name: float(wp.get_event_elapsed_time(*self._events[name])) for name in self._order}

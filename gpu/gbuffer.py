@@ -1,0 +1,114 @@
+"""Shading points (SPs): primary rays, and what is needed to shade where they end. Step 3 of the 2022 paper."""
+
+import numpy as np
+import warp as wp
+
+from gpu.device import launch
+from gpu.lights import sky_radiance
+from gpu.rays import closest_hit
+from gpu.resident import NO_HIT, ResidentScene, SceneData
+from gpu.scene.types import Camera, Placement
+from gpu.surface import surface_at
+
+RAY_LENGTH = wp.constant(1.0e6)
+
+
+@wp.struct
+class CameraData:
+    """A camera in unit space. right, up, back: unit axes; half_width, half_height: of the image plane at distance 1.
+
+    An orthographic camera's are in unit lengths instead.
+    """
+
+    origin: wp.vec3
+    right: wp.vec3
+    up: wp.vec3
+    back: wp.vec3
+    half_width: float
+    half_height: float
+    orthographic: bool
+
+
+@wp.struct
+class GBuffer:
+    """What the camera sees, one element a pixel, row by row from the top left.
+
+    face: triangle of the SP, NO_HIT where there is none; position, geometric, normal: of the SP in unit space, normals
+    on the side it is seen from; view: unit direction to where the SP is seen from; spacing: size of a pixel there;
+    albedo, diffuse, f0, roughness: as gpu.surface.Surface; throughput: share of the SP's light that reaches the camera;
+    shown: radiance that reaches the camera from emitters and the sky without the SP [W/m²/sr].
+    """
+
+    face: wp.array[int]
+    position: wp.array[wp.vec3]
+    geometric: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    view: wp.array[wp.vec3]
+    spacing: wp.array[float]
+    albedo: wp.array[wp.vec3]
+    diffuse: wp.array[wp.vec3]
+    f0: wp.array[wp.vec3]
+    roughness: wp.array[float]
+    throughput: wp.array[wp.vec3]
+    shown: wp.array[wp.vec3]
+
+
+def allocate_gbuffer(pixels: int, device: wp.Device) -> GBuffer:
+    """A G-buffer for `pixels` pixels."""
+    buffer = GBuffer()
+    for name, variable in GBuffer.vars.items():
+        setattr(buffer, name, wp.zeros(pixels, dtype=variable.type.dtype, device=device))
+    return buffer
+
+
+def camera_data(camera: Camera, placement: Placement, aspect: float) -> CameraData:
+    """`camera` in unit space, for an image whose width is `aspect` times its height."""
+    axes = camera.to_world[:3, :3] / np.linalg.norm(camera.to_world[:3, :3], axis=0)
+    origin = (camera.to_world[:3, 3] - np.asarray(placement.centre)) * placement.scale
+    half_height = camera.half_height * (placement.scale if camera.orthographic else 1.0)
+    data = CameraData()
+    data.origin = wp.vec3(*origin)
+    data.right, data.up, data.back = (wp.vec3(*axes[:, k]) for k in range(3))
+    data.half_height, data.half_width = half_height, half_height * aspect
+    data.orthographic = camera.orthographic
+    return data
+
+
+@wp.kernel
+def primary_ray_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], width: int, height: int,
+                       out: GBuffer):  # fmt: skip
+    """One thread a pixel: its ray through the pixel's centre and the surface that it meets. cameras: one element."""
+    pixel = first + wp.tid()
+    camera = cameras[0]
+    x = (2.0 * (float(pixel % width) + 0.5) / float(width) - 1.0) * camera.half_width
+    y = (1.0 - 2.0 * (float(pixel // width) + 0.5) / float(height)) * camera.half_height
+    origin = camera.origin
+    direction = -camera.back
+    if camera.orthographic:
+        origin += camera.right * x + camera.up * y
+    else:
+        direction = wp.normalize(camera.right * x + camera.up * y - camera.back)
+    hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+    out.face[pixel] = hit.face
+    out.view[pixel] = -direction
+    out.throughput[pixel] = wp.vec3(1.0, 1.0, 1.0)
+    if hit.face == NO_HIT:
+        out.shown[pixel] = sky_radiance(scene, direction)
+        return
+    surface = surface_at(scene, hit, direction)
+    out.position[pixel] = surface.position
+    out.geometric[pixel] = surface.geometric
+    out.normal[pixel] = surface.normal
+    out.spacing[pixel] = wp.where(camera.orthographic, 1.0, hit.t) * 2.0 * camera.half_height / float(height)
+    out.albedo[pixel] = surface.albedo
+    out.diffuse[pixel] = surface.diffuse
+    out.f0[pixel] = surface.f0
+    out.roughness[pixel] = surface.roughness
+    out.shown[pixel] = surface.emission
+
+
+def trace_primary_rays(resident: ResidentScene, scene: SceneData, camera: wp.array, size: tuple[int, int],
+                       out: GBuffer) -> None:  # fmt: skip
+    """Fill `out` for an image of `size` (width, height). camera: (1,) CameraData."""
+    width, height = size
+    launch(primary_ray_kernel, width * height, [scene, camera, width, height, out], resident.device)

@@ -1,0 +1,97 @@
+"""The uniform grid over cluster representatives that nearest-cluster searches walk (2022 paper, Alg. 1, line 5).
+
+Clusters lie densely near the camera and sparsely far away, so one cell size would hold hundreds in a cell here and none
+there. Each representative has a spacing, the distance to its neighbours as the view makes it; its cells are the power
+of two above that. A search uses one cell size, that of its own point, so a representative stands in the grid at its own
+level and the levels beside it. With equal spacings this is the paper's uniform grid. Cells are hashed.
+"""
+
+import warp as wp
+
+from gpu.device import launch
+from gpu.grouping import Groups
+
+LEVELS_HELD = wp.constant(3)
+CELL_PER_SPACING = wp.constant(1.5)
+MIN_LEVEL = wp.constant(-24)
+NORMAL_THRESHOLD = wp.constant(0.8660254)  # cos 30°, 2022 paper, Eq. 7
+# How much more a distance along the normal counts than one along the surface: it keeps shelves and slats apart.
+PLANE_WEIGHT = wp.constant(4.0)
+FAR_AWAY = wp.constant(1.0e30)
+
+
+@wp.struct
+class Representatives:
+    """The clusters' points. position, normal, spacing (cluster,); spacing ≤ 0 marks a cluster that is not in use.
+
+    entries: encoded 3·cluster + (level − own level + 1), grouped by the hash of their cell; starts (bucket + 1,).
+    """
+
+    position: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    spacing: wp.array[float]
+    entries: wp.array[int]
+    starts: wp.array[int]
+    buckets: int
+
+
+@wp.func
+def level_of(spacing: float) -> int:
+    """The grid level whose cells are the power of two next above CELL_PER_SPACING spacings."""
+    return wp.max(int(wp.ceil(wp.log2(CELL_PER_SPACING * spacing))), MIN_LEVEL)
+
+
+@wp.func
+def cell_at(position: wp.vec3, level: int) -> wp.vec3i:
+    """The cell of size 2^level that holds `position`."""
+    scaled = position * wp.pow(2.0, -float(level))
+    return wp.vec3i(int(wp.floor(scaled[0])), int(wp.floor(scaled[1])), int(wp.floor(scaled[2])))
+
+
+@wp.func
+def bucket_of(cell: wp.vec3i, level: int, buckets: int) -> int:
+    """A cell's place in a table of `buckets`, a power of two."""
+    mixed = cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791 ^ level * 49979687
+    mixed = mixed ^ (mixed >> 15)
+    return mixed & (buckets - 1)
+
+
+@wp.func
+def separation(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> float:
+    """Distance of two surface points with what lies along the normals stretched; Eq. 7 without its threshold."""
+    way = q - p
+    plane = wp.max(wp.abs(wp.dot(way, p_normal)), wp.abs(wp.dot(way, q_normal)))
+    return wp.sqrt(wp.length_sq(way) + (PLANE_WEIGHT * PLANE_WEIGHT - 1.0) * plane * plane)
+
+
+@wp.kernel
+def entry_key_kernel(first: int, clusters: Representatives, keys: wp.array[int]):
+    """One thread an entry: the bucket of one level of one representative, `buckets` when it is not in use."""
+    entry = first + wp.tid()
+    cluster = entry // LEVELS_HELD
+    spacing = clusters.spacing[cluster]
+    if spacing <= 0.0:
+        keys[entry] = clusters.buckets
+        return
+    level = level_of(spacing) + entry % LEVELS_HELD - 1
+    keys[entry] = bucket_of(cell_at(clusters.position[cluster], level), level, clusters.buckets)
+
+
+class Grid:
+    """The grid over up to `capacity` representatives; `data` is what kernels take."""
+
+    def __init__(self, capacity: int, device: wp.Device) -> None:
+        self.device = device
+        entries = LEVELS_HELD * capacity
+        buckets = 1 << (entries - 1).bit_length()
+        self._groups = Groups(entries, buckets, device)
+        self.data = Representatives()
+        self.data.position = wp.zeros(capacity, dtype=wp.vec3, device=device)
+        self.data.normal = wp.zeros(capacity, dtype=wp.vec3, device=device)
+        self.data.spacing = wp.zeros(capacity, dtype=float, device=device)
+        self.data.entries, self.data.starts, self.data.buckets = self._groups.items, self._groups.starts, buckets
+
+    def build(self) -> None:
+        """Sort the representatives now in `data` into cells."""
+        launch(entry_key_kernel, self._groups.capacity, [self.data, self._groups.keys], self.device)
+        self._groups.sort()

@@ -1,0 +1,197 @@
+"""K-means of surface points on position and normal: Algorithm 1 of the 2022 paper, for SPs and for VPLs alike.
+
+Differences from the paper, each for a fault seen on real scenes: a cluster is represented by its medoid, since the mean
+lies inside or behind geometry; sums run over sorted members instead of atomics, so that the same seed gives the same
+bits; a cluster that lost its members starts again at a random point; distances along the normal count more (gpu.grid).
+"""
+
+import warp as wp
+
+from gpu.device import launch
+from gpu.grid import FAR_AWAY, NORMAL_THRESHOLD, Grid, Representatives, bucket_of, cell_at, level_of, separation
+from gpu.grouping import Groups
+from gpu.sampling import hashed
+
+# Farther than anything in unit space, even stretched: a like normal comes first, but no point is left out.
+OTHER_NORMAL = wp.constant(100.0)
+
+
+@wp.struct
+class Points:
+    """Surface points to be clustered, in an order that keeps neighbours together.
+
+    position, normal (point,); weight: share in means; spacing: wanted distance of clusters there, unit space;
+    count: (1,) how many of the arrays' elements are points.
+    """
+
+    position: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    weight: wp.array[float]
+    spacing: wp.array[float]
+    count: wp.array[int]
+
+
+@wp.func
+def nearest_cluster(clusters: Representatives, position: wp.vec3, normal: wp.vec3, level: int, threshold: float) -> int:
+    """The nearest representative in the 27 cells about `position` whose normal agrees, or −1."""
+    best = int(-1)
+    best_distance = float(FAR_AWAY)
+    centre = cell_at(position, level)
+    for neighbour in range(27):
+        cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
+        bucket = bucket_of(cell, level, clusters.buckets)
+        for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
+            entry = clusters.entries[place]
+            cluster = entry // 3
+            candidate = clusters.position[cluster]
+            if level_of(clusters.spacing[cluster]) + entry % 3 - 1 == level and cell_at(candidate, level) == cell:
+                candidate_normal = clusters.normal[cluster]
+                if wp.dot(candidate_normal, normal) > threshold:
+                    distance = separation(position, normal, candidate, candidate_normal)
+                    if distance < best_distance or (distance == best_distance and cluster < best):
+                        best_distance = distance
+                        best = cluster
+    return best
+
+
+@wp.kernel
+def seed_kernel(first: int, points: Points, cluster_count: int, seed: int, clusters: Representatives):
+    """One thread a cluster: starts it at a point, one from each of equal runs of the points' order."""
+    cluster = first + wp.tid()
+    count = points.count[0]
+    used = wp.min(cluster_count, count)
+    clusters.spacing[cluster] = 0.0
+    if cluster >= used:
+        return
+    begin = int(wp.int64(cluster) * wp.int64(count) / wp.int64(used))
+    end = int(wp.int64(cluster + 1) * wp.int64(count) / wp.int64(used))
+    pick = hashed(wp.uint32(cluster) ^ hashed(wp.uint32(seed)))
+    point = begin + int(pick % wp.uint32(wp.max(end - begin, 1)))
+    clusters.position[cluster] = points.position[point]
+    clusters.normal[cluster] = points.normal[point]
+    clusters.spacing[cluster] = points.spacing[point]
+
+
+@wp.kernel
+def assign_kernel(first: int, points: Points, clusters: Representatives, cluster_count: int, keys: wp.array[int]):
+    """One thread a point: keys[point] becomes its nearest cluster, or `cluster_count` where none is near."""
+    point = first + wp.tid()
+    keys[point] = cluster_count
+    if point >= points.count[0]:
+        return
+    level = level_of(points.spacing[point])
+    found = nearest_cluster(clusters, points.position[point], points.normal[point], level, NORMAL_THRESHOLD)
+    if found >= 0:
+        keys[point] = found
+
+
+@wp.kernel
+def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, cluster_count: int,
+                             keys: wp.array[int]):  # fmt: skip
+    """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if there are any."""
+    point = first + wp.tid()
+    keys[point] = cluster_count
+    if point >= points.count[0]:
+        return
+    position = points.position[point]
+    normal = points.normal[point]
+    best_distance = float(FAR_AWAY)
+    for cluster in range(cluster_count):
+        if clusters.spacing[cluster] > 0.0:
+            candidate_normal = clusters.normal[cluster]
+            distance = separation(position, normal, clusters.position[cluster], candidate_normal)
+            if wp.dot(candidate_normal, normal) <= NORMAL_THRESHOLD:
+                distance += OTHER_NORMAL
+            if distance < best_distance:
+                best_distance = distance
+                keys[point] = cluster
+
+
+@wp.kernel
+def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], cluster_count: int,
+                seed: int, clusters: Representatives):  # fmt: skip
+    """One thread a cluster: moves it to its members' weighted mean; without members it starts again at a random point."""
+    cluster = first + wp.tid()
+    count = points.count[0]
+    if cluster >= wp.min(cluster_count, count):
+        return
+    position = wp.vec3(0.0, 0.0, 0.0)
+    normal = wp.vec3(0.0, 0.0, 0.0)
+    spacing = float(0.0)
+    total = float(0.0)
+    for place in range(starts[cluster], starts[cluster + 1]):
+        point = members[place]
+        weight = points.weight[point]
+        position += points.position[point] * weight
+        normal += points.normal[point] * weight
+        spacing += points.spacing[point] * weight
+        total += weight
+    if total > 0.0 and wp.length_sq(normal) > 0.0:
+        clusters.position[cluster] = position / total
+        clusters.normal[cluster] = wp.normalize(normal)
+        clusters.spacing[cluster] = spacing / total
+        return
+    point = int(hashed(wp.uint32(cluster) ^ hashed(wp.uint32(seed))) % wp.uint32(count))
+    clusters.position[cluster] = points.position[point]
+    clusters.normal[cluster] = points.normal[point]
+    clusters.spacing[cluster] = points.spacing[point]
+
+
+@wp.kernel
+def medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
+                  clusters: Representatives, medoids: wp.array[int]):  # fmt: skip
+    """One thread a cluster: its representative becomes the member nearest its mean; without members it is dropped."""
+    cluster = first + wp.tid()
+    best = int(-1)
+    best_distance = float(FAR_AWAY)
+    for place in range(starts[cluster], starts[cluster + 1]):
+        point = members[place]
+        distance = separation(
+            points.position[point], points.normal[point], clusters.position[cluster], clusters.normal[cluster]
+        )
+        if distance < best_distance:
+            best_distance = distance
+            best = point
+    medoids[cluster] = best
+    if best >= 0:
+        clusters.position[cluster] = points.position[best]
+        clusters.normal[cluster] = points.normal[best]
+        clusters.spacing[cluster] = points.spacing[best]
+    else:
+        clusters.spacing[cluster] = 0.0
+
+
+class KMeans:
+    """K-means of up to `capacity` points into `cluster_count` clusters; arrays are allocated once.
+
+    After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
+    is, −1 for a dropped one, and `groups` the members of each cluster. `exhaustive` compares every point with every
+    cluster, so that none is left out: for VPLs, whose light would be lost and whose spacing is not known beforehand.
+    """
+
+    def __init__(
+        self, capacity: int, cluster_count: int, device: wp.Device, *, extra: int = 0, exhaustive: bool = False
+    ) -> None:
+        self.cluster_count, self.device = cluster_count, device
+        self._assign_kernel = exhaustive_assign_kernel if exhaustive else assign_kernel
+        self.grid = Grid(cluster_count + extra, device)
+        self.groups = Groups(capacity, cluster_count, device)
+        self.medoids = wp.zeros(cluster_count + extra, dtype=int, device=device)
+
+    def run(self, points: Points, iterations: int, seed: int) -> None:
+        """Cluster `points`: `iterations` rounds of assignment and update, then the medoids."""
+        clusters, groups, k = self.grid.data, self.groups, self.cluster_count
+        launch(seed_kernel, k, [points, k, seed, clusters], self.device)
+        for iteration in range(iterations):
+            self._assign(points)
+            inputs = [points, groups.items, groups.starts, k, seed + iteration + 1, clusters]
+            launch(mean_kernel, k, inputs, self.device)
+        self._assign(points)
+        launch(medoid_kernel, k, [points, groups.items, groups.starts, clusters, self.medoids], self.device)
+
+    def _assign(self, points: Points) -> None:
+        if self._assign_kernel is assign_kernel:
+            self.grid.build()
+        inputs = [points, self.grid.data, self.cluster_count, self.groups.keys]
+        launch(self._assign_kernel, self.groups.capacity, inputs, self.device)
+        self.groups.sort()

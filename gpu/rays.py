@@ -1,0 +1,91 @@
+"""Rays against the scene: the only place that knows about offsets at a ray's ends, alpha and mesh queries."""
+
+import warp as wp
+
+from gpu.resident import NO_HIT, Hit, SceneData
+from gpu.textures import sample_alpha
+
+# A ray that starts on a triangle hits it at t = 0, so both ends move off their surfaces by this many units in the last
+# place of the position (Wächter and Binder, Ray Tracing Gems, ch. 6); unit space bounds the position by 1/2.
+OFFSET_ULP = wp.constant(32.0 * 1.1920929e-07)
+# Below this distance from the origin float32 resolves finer than the intersection test, which rounds at the box's scale.
+OFFSET_FLOOR = wp.constant(0.0625)
+MAX_ALPHA_LAYERS = wp.constant(64)
+
+
+@wp.func
+def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3) -> wp.vec3:
+    """`position` moved off its surface (geometric `normal`) to the side that `direction` points to."""
+    size = wp.max(wp.max(wp.abs(position[0]), wp.abs(position[1])), wp.abs(position[2]))
+    step = OFFSET_ULP * wp.max(size, OFFSET_FLOOR)
+    return position + normal * wp.where(wp.dot(normal, direction) < 0.0, -step, step)
+
+
+@wp.func
+def is_solid(scene: SceneData, masked_face: int, u: float, v: float) -> bool:
+    """Whether the point with barycentrics (u, v) of a triangle of the masked mesh stops light."""
+    if scene.ignore_alpha:
+        return True
+    face = scene.opaque_count + masked_face
+    return sample_alpha(scene, face, u, v) >= scene.materials[scene.triangle_material[face]].alpha_cutoff
+
+
+@wp.func
+def closest_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
+    """The first surface along a ray; hit.face is NO_HIT where there is none. `direction` has unit length."""
+    hit = Hit()
+    hit.face = NO_HIT
+    hit.t = max_t
+    if scene.opaque_count > 0:
+        query = wp.mesh_query_ray(scene.opaque, origin, direction, max_t)
+        if query.result:
+            hit.face = query.face
+            hit.t = query.t
+            hit.u = query.u
+            hit.v = query.v
+    if scene.masked_count > 0:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            query = wp.mesh_query_ray(scene.masked, origin + direction * start, direction, hit.t - start)
+            if not query.result:
+                break
+            if is_solid(scene, query.face, query.u, query.v):
+                hit.face = scene.opaque_count + query.face
+                hit.t = start + query.t
+                hit.u = query.u
+                hit.v = query.v
+                break
+            start += query.t + OFFSET_ULP
+    return hit
+
+
+@wp.func
+def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
+    """Whether anything stands on the open segment of length `max_t` from `origin` along unit `direction`."""
+    if scene.opaque_count > 0:
+        if wp.mesh_query_ray_anyhit(scene.opaque, origin, direction, max_t):
+            return True
+    if scene.masked_count > 0:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            query = wp.mesh_query_ray(scene.masked, origin + direction * start, direction, max_t - start)
+            if not query.result:
+                return False
+            if is_solid(scene, query.face, query.u, query.v):
+                return True
+            start += query.t + OFFSET_ULP
+    return False
+
+
+@wp.func
+def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """Whether two surface points, given with their geometric normals, see each other."""
+    way = q - p
+    start = offset_origin(p, p_normal, way)
+    end = offset_origin(q, q_normal, -way)
+    segment = end - start
+    distance = wp.length(segment)
+    # Points closer than their offsets have nothing between them; a zero direction would be "missed" anyway.
+    if distance < 4.0 * OFFSET_ULP:
+        return True
+    return not occluded(scene, start, segment / distance, distance)

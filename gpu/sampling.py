@@ -1,0 +1,130 @@
+"""Sample points: Owen-scrambled Sobol pairs, and their mapping to directions and triangles."""
+
+import warp as wp
+
+TWO_PI = wp.constant(6.283185307179586)
+PI = wp.constant(3.141592653589793)
+TO_UNIT = wp.constant(2.3283064365386963e-10)  # 2⁻³²
+BELOW_ONE = wp.constant(0.99999994)
+MIX_1 = wp.constant(wp.uint32(0x7FEB352D))
+MIX_2 = wp.constant(wp.uint32(0x846CA68B))
+GOLDEN = wp.constant(wp.uint32(0x9E3779B9))
+TOP_BIT = wp.constant(wp.uint32(0x80000000))
+FIRST_KEY = wp.constant(wp.uint32(0xA511E9B3))
+SECOND_KEY = wp.constant(wp.uint32(0x63D83595))
+
+
+@wp.func
+def hashed(x: wp.uint32) -> wp.uint32:
+    """A well-mixed 32-bit hash (C. Wellons' lowbias32)."""
+    x ^= x >> wp.uint32(16)
+    x *= MIX_1
+    x ^= x >> wp.uint32(15)
+    x *= MIX_2
+    x ^= x >> wp.uint32(16)
+    return x
+
+
+@wp.func
+def reversed_bits(x: wp.uint32) -> wp.uint32:
+    """The 32 bits in reverse order."""
+    x = ((x >> wp.uint32(1)) & wp.uint32(0x55555555)) | ((x & wp.uint32(0x55555555)) << wp.uint32(1))
+    x = ((x >> wp.uint32(2)) & wp.uint32(0x33333333)) | ((x & wp.uint32(0x33333333)) << wp.uint32(2))
+    x = ((x >> wp.uint32(4)) & wp.uint32(0x0F0F0F0F)) | ((x & wp.uint32(0x0F0F0F0F)) << wp.uint32(4))
+    x = ((x >> wp.uint32(8)) & wp.uint32(0x00FF00FF)) | ((x & wp.uint32(0x00FF00FF)) << wp.uint32(8))
+    return (x >> wp.uint32(16)) | (x << wp.uint32(16))
+
+
+@wp.func
+def owen_scrambled(x: wp.uint32, seed: wp.uint32) -> wp.uint32:
+    """Nested uniform scrambling of a base-2 digit string (B. Burley, Practical Hash-based Owen Scrambling, 2020)."""
+    x = reversed_bits(x)
+    x ^= x * wp.uint32(0x3D20ADEA)
+    x += seed
+    x *= (seed >> wp.uint32(16)) | wp.uint32(1)
+    x ^= x * wp.uint32(0x05526C56)
+    x ^= x * wp.uint32(0x53A22864)
+    return reversed_bits(x)
+
+
+@wp.struct
+class Pair:
+    """Two sample values as 32-bit fractions, and as floats in [0, 1)."""
+
+    a: wp.uint32
+    b: wp.uint32
+    x: float
+    y: float
+
+
+@wp.func
+def sobol_pair(index: int, pair: int, seed: int) -> Pair:
+    """Point `index` of the scrambled two-dimensional Sobol sequence number `pair` of `seed`.
+
+    Different pairs are shuffled independently (padding); every power of two of consecutive indices is stratified.
+    """
+    key = hashed(wp.uint32(seed) * GOLDEN ^ hashed(wp.uint32(pair) + wp.uint32(0x68BC21EB)))
+    order = owen_scrambled(wp.uint32(index), key)
+    second = wp.uint32(0)
+    column = wp.uint32(TOP_BIT)
+    rest = order
+    while rest != wp.uint32(0):
+        if (rest & wp.uint32(1)) != wp.uint32(0):
+            second ^= column
+        rest = rest >> wp.uint32(1)
+        column ^= column >> wp.uint32(1)
+    point = Pair()
+    point.a = owen_scrambled(reversed_bits(order), hashed(key ^ FIRST_KEY))
+    point.b = owen_scrambled(second, hashed(key ^ SECOND_KEY))
+    point.x = wp.min(float(point.a) * TO_UNIT, BELOW_ONE)
+    point.y = wp.min(float(point.b) * TO_UNIT, BELOW_ONE)
+    return point
+
+
+@wp.func
+def orthonormal(normal: wp.vec3) -> wp.mat33:
+    """A frame whose columns are tangent, bitangent and unit `normal` (Duff et al., Building an Orthonormal Basis, 2017)."""
+    s = wp.where(normal[2] < 0.0, -1.0, 1.0)
+    a = -1.0 / (s + normal[2])
+    b = normal[0] * normal[1] * a
+    tangent = wp.vec3(1.0 + s * normal[0] * normal[0] * a, s * b, -s * normal[0])
+    bitangent = wp.vec3(b, s + normal[1] * normal[1] * a, -normal[1])
+    return wp.matrix_from_cols(tangent, bitangent, normal)
+
+
+@wp.func
+def on_disk(x: float, y: float) -> wp.vec2:
+    """A uniform point of the unit disk."""
+    radius = wp.sqrt(x)
+    return wp.vec2(radius * wp.cos(TWO_PI * y), radius * wp.sin(TWO_PI * y))
+
+
+@wp.func
+def cosine_direction(normal: wp.vec3, x: float, y: float) -> wp.vec3:
+    """A direction about unit `normal` with density cosθ/π."""
+    disk = on_disk(x, y)
+    height = wp.sqrt(wp.max(1.0 - x, 0.0))
+    return wp.normalize(orthonormal(normal) * wp.vec3(disk[0], disk[1], height))
+
+
+@wp.func
+def cone_direction(axis: wp.vec3, cos_angle: float, x: float, y: float) -> wp.vec3:
+    """A uniform direction of the cone about unit `axis`; density 1 / (2π(1 − cos_angle))."""
+    height = 1.0 - x * (1.0 - cos_angle)
+    radius = wp.sqrt(wp.max(1.0 - height * height, 0.0))
+    return orthonormal(axis) * wp.vec3(radius * wp.cos(TWO_PI * y), radius * wp.sin(TWO_PI * y), height)
+
+
+@wp.func
+def sky_direction(x: float, y: float) -> wp.vec3:
+    """A direction towards the sky with density (1 + ω·up)/(4π), which is the sky's own distribution of radiance."""
+    height = 2.0 * wp.sqrt(x) - 1.0
+    radius = wp.sqrt(wp.max(1.0 - height * height, 0.0))
+    return wp.vec3(radius * wp.cos(TWO_PI * y), height, radius * wp.sin(TWO_PI * y))
+
+
+@wp.func
+def triangle_barycentrics(x: float, y: float) -> wp.vec2:
+    """Barycentrics (u, v) of a uniform point of a triangle."""
+    root = wp.sqrt(x)
+    return wp.vec2(1.0 - root, y * root)

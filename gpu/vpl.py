@@ -1,0 +1,157 @@
+"""Virtual point lights: light particles traced from the emitters. Step 1 of the 2022 paper (A. Keller, 1997)."""
+
+import warp as wp
+from warp.utils import radix_sort_pairs
+
+from gpu.device import launch
+from gpu.grouping import iota_kernel
+from gpu.kmeans import Points
+from gpu.lights import LightTable, emit
+from gpu.rays import closest_hit, offset_origin
+from gpu.resident import NO_HIT, ResidentScene, SceneData
+from gpu.sampling import cosine_direction, sobol_pair
+from gpu.surface import surface_at
+
+RAY_LENGTH = wp.constant(1.0e6)
+PILOT_PATHS = 4096
+MAX_PATHS_PER_VPL = 16
+EMPTY_KEY = wp.constant(0x7FFFFFFF)
+
+
+@wp.struct
+class Vpls:
+    """Virtual point lights in Morton order. position, normal (vpl,) in unit space; flux (vpl,) [W], reflected.
+
+    A VPL is Lambertian: its intensity in a direction at angle θ from its normal is flux · cosθ / π.
+    """
+
+    count: int
+    position: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    flux: wp.array[wp.vec3]
+
+
+def allocate_vpls(capacity: int, device: wp.Device) -> Vpls:
+    """Room for `capacity` VPLs."""
+    vpls = Vpls()
+    vpls.count = capacity
+    vpls.position = wp.zeros(capacity, dtype=wp.vec3, device=device)
+    vpls.normal = wp.zeros(capacity, dtype=wp.vec3, device=device)
+    vpls.flux = wp.zeros(capacity, dtype=wp.vec3, device=device)
+    return vpls
+
+
+@wp.kernel
+def light_path_kernel(first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int,
+                      out: Vpls):  # fmt: skip
+    """One thread a light path: a VPL at each of its first `bounces` hits, at path · bounces + hit; flux 0 where none.
+
+    Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
+    """
+    path = first + wp.tid()
+    for bounce in range(bounces):
+        out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
+    pick = sobol_pair(path, 0, seed)
+    particle = emit(scene, table, pick.a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
+    flux = particle.flux / float(paths)
+    origin = offset_origin(particle.origin, particle.normal, particle.direction)
+    direction = particle.direction
+    for bounce in range(bounces):
+        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+        if hit.face == NO_HIT:
+            return
+        surface = surface_at(scene, hit, direction)
+        flux = wp.cw_mul(flux, surface.albedo)
+        slot = path * bounces + bounce
+        out.position[slot] = surface.position
+        out.normal[slot] = surface.geometric
+        out.flux[slot] = flux
+        survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
+        if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
+            return
+        flux = flux / survival
+        way = sobol_pair(path, 3 + 2 * bounce, seed)
+        direction = cosine_direction(surface.geometric, way.x, way.y)
+        origin = offset_origin(surface.position, surface.geometric, direction)
+
+
+@wp.func
+def spread_bits(x: int) -> int:
+    """The ten lowest bits, each followed by two zeros."""
+    x = (x | (x << 16)) & 0x030000FF
+    x = (x | (x << 8)) & 0x0300F00F
+    x = (x | (x << 4)) & 0x030C30C3
+    return (x | (x << 2)) & 0x09249249
+
+
+@wp.kernel
+def morton_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]):
+    """One thread a VPL: its place on the Z-order curve through unit space, or EMPTY_KEY when it carries no flux."""
+    index = first + wp.tid()
+    flux = vpls.flux[index]
+    keys[index] = EMPTY_KEY
+    if flux[0] + flux[1] + flux[2] > 0.0:
+        p = (vpls.position[index] + wp.vec3(0.5, 0.5, 0.5)) * 1023.0
+        x = spread_bits(wp.clamp(int(p[0]), 0, 1023))
+        y = spread_bits(wp.clamp(int(p[1]), 0, 1023))
+        z = spread_bits(wp.clamp(int(p[2]), 0, 1023))
+        keys[index] = x | (y << 1) | (z << 2)
+
+
+@wp.kernel
+def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls):
+    """One thread a VPL: copies the one that comes there in `order`."""
+    index = first + wp.tid()
+    source = order[index]
+    out.position[index] = vpls.position[source]
+    out.normal[index] = vpls.normal[source]
+    out.flux[index] = vpls.flux[source]
+
+
+def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
+                      seed: int) -> Vpls:  # fmt: skip
+    """The VPLs of `paths` light paths of at most `bounces` hits, in Morton order; none when nothing is lit."""
+    device = resident.device
+    slots = paths * bounces
+    raw = allocate_vpls(slots, device)
+    launch(light_path_kernel, paths, [scene, table, paths, bounces, seed, raw], device)
+    keys = wp.zeros(2 * slots, dtype=int, device=device)
+    order = wp.zeros(2 * slots, dtype=int, device=device)
+    launch(morton_key_kernel, slots, [raw, keys], device)
+    launch(iota_kernel, slots, [order], device)
+    radix_sort_pairs(keys, order, slots)
+    count = int((keys.numpy()[:slots] != EMPTY_KEY).sum())
+    vpls = allocate_vpls(count, device)
+    launch(gather_kernel, count, [order, raw, vpls], device)
+    return vpls
+
+
+def trace_vpls(resident: ResidentScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
+               seed: int) -> Vpls:  # fmt: skip
+    """About `wanted` VPLs: a pilot run tells how many a light path leaves; none when no light reaches a surface."""
+    if table.count == 0:
+        return allocate_vpls(0, resident.device)
+    pilot = trace_light_paths(resident, scene, table, PILOT_PATHS, bounces, seed)
+    per_path = max(pilot.count / PILOT_PATHS, 1.0 / MAX_PATHS_PER_VPL)
+    paths = max(1, round(wanted / per_path))
+    return trace_light_paths(resident, scene, table, paths, bounces, seed)
+
+
+@wp.kernel
+def vpl_weight_kernel(first: int, vpls: Vpls, weight: wp.array[float], spacing: wp.array[float]):
+    """One thread a VPL: its weight in clustering, the mean of its flux's channels. Spacing is not used there."""
+    index = first + wp.tid()
+    flux = vpls.flux[index]
+    weight[index] = (flux[0] + flux[1] + flux[2]) / 3.0
+    spacing[index] = 1.0
+
+
+def vpl_points(vpls: Vpls, device: wp.Device) -> Points:
+    """VPLs as points to be clustered, weighted by flux."""
+    points = Points()
+    points.position, points.normal = vpls.position, vpls.normal
+    points.weight = wp.zeros(vpls.count, dtype=float, device=device)
+    points.spacing = wp.zeros(vpls.count, dtype=float, device=device)
+    points.count = wp.array([vpls.count], dtype=int, device=device)
+    launch(vpl_weight_kernel, vpls.count, [vpls, points.weight, points.spacing], device)
+    return points
