@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from gpu.errors import SceneError
+from gpu.scene.gltf import load_gltf
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
 
@@ -15,7 +16,6 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
     Raises SceneError when there is no such scene, its format is not known, or its content is not sound.
     """
     from gpu.scene.builtin import BUILTIN
-    from gpu.scene.gltf import load_gltf
 
     if source in BUILTIN:
         return BUILTIN[source]()

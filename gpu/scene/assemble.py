@@ -14,7 +14,7 @@ from gpu.scene.types import (
     Camera,
     Doubles,
     Floats,
-    Ints,
+    Integers,
     Light,
     LightKind,
     LoadReport,
@@ -42,7 +42,7 @@ class MeshPart:
     """
 
     positions: Doubles
-    triangles: Ints
+    triangles: Integers
     normals: Doubles | None = None
     uvs: tuple[Doubles | Floats, ...] = ()
     colors: Doubles | Floats | None = None
@@ -157,7 +157,7 @@ def _flat(part: MeshPart) -> MeshPart:
     return replace(part, positions=positions, triangles=triangles, normals=normals, uvs=uvs, colors=colors)
 
 
-def _recentred(world: Doubles, triangles: Ints) -> tuple[Doubles, Placement]:
+def _recentred(world: Doubles, triangles: Integers) -> tuple[Doubles, Placement]:
     """World positions (vertex, 3) in the unit space of the box around `triangles`, and that space."""
     corners = world[triangles.reshape(-1)]
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -166,7 +166,7 @@ def _recentred(world: Doubles, triangles: Ints) -> tuple[Doubles, Placement]:
     return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
 
 
-def _sound(unit: Doubles, triangles: Ints) -> Mask:
+def _sound(unit: Doubles, triangles: Integers) -> Mask:
     """Which triangles, (triangle, 3) indices of unit-space positions, are more than a point or a line."""
     corners = unit[triangles]
     edges = corners - np.roll(corners, 1, axis=1)

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from gpu.scene.normals import area_vectors
-from gpu.scene.types import Camera, Doubles, Floats, Ints, Placement
+from gpu.scene.types import Camera, Doubles, Floats, Integers, Placement
 
 _SAMPLES = 20_000
 _AZIMUTHS, _HEIGHTS = 16, 8
@@ -13,7 +13,7 @@ _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a 
 _HALF_HEIGHT = float(np.tan(np.radians(60.0) / 2.0))
 
 
-def default_camera(vertices: Floats, triangles: Ints, placement: Placement) -> Camera:
+def default_camera(vertices: Floats, triangles: Integers, placement: Placement) -> Camera:
     """A perspective view in world space of the unit-space triangles.
 
     Where surfaces face a point from most sides, the scene is a room: the camera stands at the end of its longest free
@@ -36,7 +36,7 @@ def default_camera(vertices: Floats, triangles: Ints, placement: Placement) -> C
     return Camera("default", to_world, _HALF_HEIGHT)
 
 
-def _surface_points(vertices: Doubles, triangles: Ints) -> tuple[Doubles, Doubles]:
+def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Doubles]:
     """Points spread evenly over all triangles, (sample, 3), and the geometric normals there."""
     faces = area_vectors(vertices, triangles)
     areas = np.linalg.norm(faces, axis=1)

@@ -15,7 +15,7 @@ class SceneLimits(BaseModel):
     max_materials: int = Field(default=65_536, ge=1, description="materials")
     max_lights: int = Field(default=4_096, ge=0, description="punctual lights")
     max_cameras: int = Field(default=4_096, ge=1, description="cameras")
-    max_texture_size: int = Field(default=16_384, ge=1, description="pixels along one side of a texture")
+    max_texture_size: int = Field(default=8_192, ge=1, description="pixels along one side of a texture")
     max_texture_pixels: int = Field(default=512 * 1024**2, ge=1, description="pixels of all textures together")
 
 

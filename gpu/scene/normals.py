@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from gpu.scene.types import Doubles, Floats, Ints, Mask
+from gpu.scene.types import Doubles, Floats, Integers, Mask
 
 
-def area_vectors(positions: Doubles, triangles: Ints) -> Doubles:
+def area_vectors(positions: Doubles, triangles: Integers) -> Doubles:
     """Normals (triangle, 3) of length twice the area, on the side that sees the corners counter-clockwise."""
     a, b, c = (positions[triangles[:, corner]] for corner in range(3))
     return np.cross(b - a, c - a)
@@ -19,7 +19,7 @@ def unit_rows(rows: Doubles) -> tuple[Doubles, Mask]:
     return safe / np.where(good, np.linalg.norm(safe, axis=1), 1.0)[:, None], good
 
 
-def repaired_normals(normals: Doubles, vertices: Floats, triangles: Ints) -> Floats:
+def repaired_normals(normals: Doubles, vertices: Floats, triangles: Integers) -> Floats:
     """`normals` (vertex, 3) at unit length; one without a direction becomes that of the vertex's triangles.
 
     vertices: (vertex, 3), triangles: (triangle, 3) with an area each, every vertex in at least one of them.

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Ints = NDArray[np.int32]
+Integers = NDArray[np.signedinteger[Any]]
 Bytes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 Rgb = tuple[float, float, float]
@@ -134,7 +136,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class LoadReport:
-    """What a loader did not take as it was, a sentence each, and what it added (notes). dropped_triangles: degenerate."""
+    """What a loader left out (ignored) and added (notes), a sentence each; dropped_triangles: those without an area."""
 
     ignored: tuple[str, ...] = ()
     dropped_triangles: int = 0

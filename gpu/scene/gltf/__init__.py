@@ -1,0 +1,44 @@
+"""glTF 2.0 files (.gltf, .glb), read from their JSON: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html."""
+
+from pathlib import Path
+
+from gpu.scene.assemble import assemble
+from gpu.scene.gltf.buffers import Buffers
+from gpu.scene.gltf.document import open_document
+from gpu.scene.gltf.extensions import check_extensions
+from gpu.scene.gltf.geometry import Geometry
+from gpu.scene.gltf.hierarchy import placed_nodes
+from gpu.scene.gltf.images import Images
+from gpu.scene.gltf.materials import DEFAULT_MATERIAL, read_materials
+from gpu.scene.gltf.views import read_camera, read_light
+from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.types import Scene
+
+
+def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
+    """The scene in the glTF or GLB file at `path`, in the pose that the file has without animation.
+
+    Raises SceneError, naming the place in the JSON, for whatever is broken, too large, required but not supported, or
+    outside the file's folder; what is merely not used is in the scene's report.
+    """
+    document = open_document(path, limits)
+    check_extensions(document)
+    if document.root.items("animations"):
+        document.say("animations are not played; the scene is shown in its rest pose")
+    buffers = Buffers(document)
+    images = Images(buffers)
+    materials = [*read_materials(images), DEFAULT_MATERIAL]
+    placed = placed_nodes(document)
+    parts = list(Geometry(buffers, materials).parts(placed))
+    if not any(part.material == len(materials) - 1 for part in parts):
+        materials.pop()
+    return assemble(
+        str(path),
+        parts,
+        materials,
+        images.textures,
+        [light for node in placed.values() if (light := read_light(document, node))],
+        [camera for node in placed.values() if (camera := read_camera(document, node))],
+        ignored=tuple(document.ignored),
+        limits=limits,
+    )

@@ -1,0 +1,97 @@
+"""Typed arrays of a glTF file: plain, interleaved, normalised and sparse accessors."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gpu.scene.gltf.buffers import Buffers
+from gpu.scene.gltf.values import Value
+from gpu.scene.types import Doubles
+from gpu.scene.validate import check_count
+
+Array = NDArray[Any]
+
+_COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_CODES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_DTYPES = {code: np.dtype(name) for code, name in _CODES.items()}
+
+
+def read_indices(buffers: Buffers, place: Value, key: str) -> NDArray[np.int64]:
+    """The unsigned scalars (index,) of the accessor that `place` names at `key`. Raises SceneError."""
+    accessor, values = _read(buffers, place, key)
+    if values.shape[1] != 1 or values.dtype.kind != "u":
+        raise accessor.error("indices must be unsigned integer scalars")
+    return values[:, 0].astype(np.int64)
+
+
+def read_floats(buffers: Buffers, place: Value, key: str, components: tuple[int, ...]) -> Doubles:
+    """Rows (row, component) of the accessor at `key`, integers scaled when it says `normalized`.
+
+    components: how many a row may have. Raises SceneError when the accessor is broken, or holds NaN or infinity.
+    """
+    accessor, values = _read(buffers, place, key)
+    if values.shape[1] not in components:
+        raise accessor.error(f"has {values.shape[1]} components, expected {' or '.join(map(str, components))}")
+    if values.dtype == _DTYPES[5125]:
+        raise accessor.error("32-bit integers are for indices only")
+    result = dequantised(values, accessor.flag("normalized"))
+    if not np.isfinite(result).all():
+        row = int(np.argmax(~np.isfinite(result).all(axis=1)))
+        raise accessor.error(f"element {row} is not finite: {result[row].tolist()}")
+    return result
+
+
+def dequantised(values: Array, normalized: bool) -> Doubles:
+    """Values as float64; normalised integers divided by their largest value (glTF 2.0, section 3.11)."""
+    if not normalized or values.dtype.kind == "f":
+        return values.astype(np.float64)
+    return np.maximum(values / float(np.iinfo(values.dtype).max), -1.0)
+
+
+def _read(buffers: Buffers, place: Value, key: str) -> tuple[Value, Array]:
+    """The accessor and its raw elements, (element, component)."""
+    accessor = buffers.document.referred(place, key, "accessors")
+    dtype = _dtype(accessor)
+    kind = accessor.text("type")
+    if kind not in _COMPONENTS or (kind == "MAT4" and dtype.kind != "f"):
+        raise accessor.error(f"type {kind!r:.20} of {dtype.name} is not one that meshes have")
+    components, count = _COMPONENTS[kind], accessor.integer("count", low=1)
+    limits = buffers.document.limits
+    check_count(f"{accessor.source}: {accessor.path}", "elements", count, 3 * limits.max_vertices, "max_vertices")
+    if accessor.has("bufferView"):
+        values = _elements(buffers, accessor, dtype, components, count)
+    else:
+        values = np.zeros((count, components), dtype)
+    if accessor.has("sparse"):
+        values = values.copy()
+        _substitute(buffers, accessor.object("sparse"), values)
+    return accessor, values
+
+
+def _dtype(place: Value) -> "np.dtype[Any]":
+    code = place.integer("componentType")
+    if code not in _DTYPES:
+        raise place.get("componentType").error(f"{code} is not a component type")
+    return _DTYPES[code]
+
+
+def _elements(buffers: Buffers, place: Value, dtype: "np.dtype[Any]", components: int, count: int) -> Array:
+    """`count` elements of the buffer view of `place`, (element, component), without a copy."""
+    data, stride = buffers.view(place, "bufferView")
+    start, size = place.integer("byteOffset", 0), components * dtype.itemsize
+    stride = stride or size
+    end = start + stride * (count - 1) + size
+    if stride < size or end > len(data):
+        raise place.error(f"{count} elements end at byte {end} of a buffer view of {len(data)} bytes")
+    return np.ndarray((count, components), dtype, data, start, (stride, dtype.itemsize))
+
+
+def _substitute(buffers: Buffers, sparse: Value, values: Array) -> None:
+    """Replace the elements of `values` that a sparse accessor lists."""
+    count = sparse.integer("count", low=1, high=len(values))
+    where, what = sparse.object("indices"), sparse.object("values")
+    rows = _elements(buffers, where, _dtype(where), 1, count)[:, 0]
+    if rows.dtype.kind != "u" or int(rows.max()) >= len(values):
+        raise where.error(f"must be unsigned integers below {len(values)}")
+    values[rows] = _elements(buffers, what, values.dtype, values.shape[1], count)

@@ -1,0 +1,122 @@
+"""Meshes of a glTF scene as mesh parts in world space, one a primitive and node."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gpu.scene.assemble import MeshPart
+from gpu.scene.gltf.buffers import Buffers
+from gpu.scene.gltf.hierarchy import PlacedNode
+from gpu.scene.gltf.primitives import Primitive, read_primitive
+from gpu.scene.gltf.skins import blend, joint_matrices
+from gpu.scene.gltf.transforms import cofactors, instance_matrices, mirrored
+from gpu.scene.gltf.values import Value
+from gpu.scene.types import Doubles, Integers, Material
+from gpu.scene.validate import check_count, slots
+
+
+@dataclass
+class Geometry:
+    """Reads the meshes that nodes show. materials: those of the file, then glTF's default one."""
+
+    buffers: Buffers
+    materials: list[Material]
+    _primitives: dict[tuple[str, tuple[float, ...]], Primitive | None] = field(default_factory=dict)
+    _triangles: int = 0
+    _vertices: int = 0
+
+    def parts(self, placed: dict[str, PlacedNode]) -> Iterator[MeshPart]:
+        """The mesh parts of all nodes. Raises SceneError when a mesh is broken or limits are exceeded."""
+        document = self.buffers.document
+        for node in placed.values():
+            if node.entry.has("mesh"):
+                mesh = document.referred(node.entry, "mesh", "meshes")
+                joints = None
+                if node.entry.has("skin"):
+                    skin = document.referred(node.entry, "skin", "skins")
+                    joints = joint_matrices(self.buffers, skin, placed)
+                yield from self._node_parts(node, mesh, joints)
+
+    def _node_parts(self, node: PlacedNode, mesh: Value, joints: Doubles | None) -> Iterator[MeshPart]:
+        instancing = node.entry.extension("EXT_mesh_gpu_instancing")
+        instances = instance_matrices(self.buffers, instancing) if instancing else np.eye(4)[None]
+        primitives = mesh.objects("primitives")
+        if not primitives:
+            raise mesh.error("has no primitives")
+        for entry in primitives:
+            material, primitive = self._material(entry), self._primitive(entry, _weights(node.entry, mesh))
+            if primitive is None:
+                continue
+            self._count(primitive, len(instances))
+            if joints is None:
+                yield _instanced(primitive, material, node.to_world @ instances)
+            else:
+                yield _skinned(primitive, material, blend(primitive, joints, entry))
+
+    def _material(self, entry: Value) -> int:
+        if not entry.has("material"):
+            return len(self.materials) - 1
+        return entry.get("material").as_index(len(self.materials) - 1)
+
+    def _primitive(self, entry: Value, weights: tuple[float, ...]) -> Primitive | None:
+        key = (entry.path, weights)
+        if key not in self._primitives:
+            used = [slot.uv_set for slot in slots(self.materials[self._material(entry)]).values()]
+            primitive = read_primitive(self.buffers, entry, max(used, default=-1) + 1, weights)
+            missing = {f"TEXCOORD_{uv_set}" for uv_set in used} - primitive.attributes.keys() if primitive else ()
+            for name in sorted(missing):
+                self.buffers.document.say(f"{entry.path} has no {name} for its textures; (0, 0) was used")
+            self._primitives[key] = primitive
+        return self._primitives[key]
+
+    def _count(self, primitive: Primitive, instances: int) -> None:
+        """Raise SceneError before memory is taken for more triangles or vertices than allowed."""
+        source, limits = str(self.buffers.document.path), self.buffers.document.limits
+        self._triangles += instances * len(primitive.triangles)
+        self._vertices += instances * len(primitive.attributes["POSITION"])
+        check_count(source, "triangles", self._triangles, limits.max_triangles, "max_triangles")
+        check_count(source, "vertices", self._vertices, limits.max_vertices, "max_vertices")
+
+
+def _weights(node: Value, mesh: Value) -> tuple[float, ...]:
+    """Weights of the morph targets: the node's own, else the mesh's."""
+    place = node if node.has("weights") else mesh
+    return tuple(item.as_number() for item in place.items("weights"))
+
+
+def _instanced(primitive: Primitive, material: int, matrices: Doubles) -> MeshPart:
+    """`primitive` once for each of `matrices` (instance, 4, 4)."""
+    positions, count = primitive.attributes["POSITION"], len(matrices)
+    normals = primitive.attributes.get("NORMAL")
+    triangles = np.repeat(primitive.triangles[None], count, axis=0) + np.arange(count)[:, None, None] * len(positions)
+    flipped = mirrored(matrices)
+    triangles[flipped] = triangles[flipped][:, :, ::-1]
+    world = np.einsum("nij,vj->nvi", matrices[:, :3, :3], positions) + matrices[:, None, :3, 3]
+    if normals is not None:
+        normals = np.einsum("nij,vj->nvi", cofactors(matrices), normals).reshape(-1, 3)
+    return _part(primitive, material, world.reshape(-1, 3), triangles.reshape(-1, 3), normals, count)
+
+
+def _skinned(primitive: Primitive, material: int, matrices: Doubles) -> MeshPart:
+    """`primitive` with each vertex under its own of `matrices` (vertex, 4, 4)."""
+    normals = primitive.attributes.get("NORMAL")
+    world = np.einsum("vij,vj->vi", matrices[:, :3, :3], primitive.attributes["POSITION"]) + matrices[:, :3, 3]
+    if normals is not None:
+        normals = np.einsum("vij,vj->vi", cofactors(matrices), normals)
+    return _part(primitive, material, world, primitive.triangles, normals, 1)
+
+
+def _part(
+    primitive: Primitive, material: int, world: Doubles, triangles: Integers, normals: Doubles | None, count: int
+) -> MeshPart:
+    attributes = primitive.attributes
+    sets = 1 + max((int(name[9:]) for name in attributes if name.startswith("TEXCOORD_")), default=-1)
+    missing = np.zeros((len(attributes["POSITION"]), 2))
+    uvs = tuple(np.tile(attributes.get(f"TEXCOORD_{number}", missing), (count, 1)) for number in range(sets))
+    colors = attributes.get("COLOR_0")
+    if colors is not None:
+        alpha = np.ones((len(colors), 4))
+        alpha[:, : colors.shape[1]] = colors
+        colors = np.tile(alpha, (count, 1))
+    return MeshPart(world, triangles, normals, uvs, colors, material, primitive.path)

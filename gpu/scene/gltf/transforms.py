@@ -1,0 +1,84 @@
+"""Transforms of glTF nodes as 4×4 column-vector matrices."""
+
+import numpy as np
+
+from gpu.scene.gltf.accessors import read_floats
+from gpu.scene.gltf.buffers import Buffers
+from gpu.scene.gltf.values import Value
+from gpu.scene.types import Doubles, Mask
+
+_IDENTITY = tuple(float(value) for value in np.eye(4).reshape(-1))
+
+
+def local_matrix(node: Value) -> Doubles:
+    """The node's matrix (4, 4), from `matrix` or translation, rotation and scale. Raises SceneError."""
+    if node.has("matrix"):
+        matrix = np.array(node.numbers("matrix", _IDENTITY, -1e30, 1e30)).reshape(4, 4).T
+        if not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
+            raise node.get("matrix").error("its last row must be 0, 0, 0, 1")
+        return matrix
+    return compose(
+        node,
+        np.array([node.numbers("translation", (0.0, 0.0, 0.0), -1e30, 1e30)]),
+        np.array([node.numbers("rotation", (0.0, 0.0, 0.0, 1.0), -1e30, 1e30)]),
+        np.array([node.numbers("scale", (1.0, 1.0, 1.0), -1e30, 1e30)]),
+    )[0]
+
+
+def instance_matrices(buffers: Buffers, extension: Value) -> Doubles:
+    """Matrices (instance, 4, 4) of EXT_mesh_gpu_instancing. Raises SceneError."""
+    attributes = extension.object("attributes")
+    defaults = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
+    rows = {n: read_floats(buffers, attributes, n, (len(d),)) for n, d in defaults.items() if attributes.has(n)}
+    counts = {len(values) for values in rows.values()}
+    if len(counts) != 1:
+        raise attributes.error("needs TRANSLATION, ROTATION or SCALE, each with as many elements as the others")
+    count = counts.pop()
+    return compose(extension, *(rows.get(name, np.tile(value, (count, 1))) for name, value in defaults.items()))
+
+
+def compose(place: Value, translation: Doubles, rotation: Doubles, scale: Doubles) -> Doubles:
+    """Matrices (row, 4, 4) = T·R·S from rows of translations, quaternions (x, y, z, w) and scales."""
+    length = np.linalg.norm(rotation, axis=1)
+    if (length < 1e-6).any():
+        raise place.error("a rotation is a quaternion without direction (0, 0, 0, 0)")
+    x, y, z, w = (rotation / length[:, None]).T
+    matrices = np.zeros((len(translation), 4, 4))
+    matrices[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
+    matrices[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
+    matrices[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    matrices[:, :3, :3] *= scale[:, None, :]
+    matrices[:, :3, 3] = translation
+    matrices[:, 3, 3] = 1.0
+    return matrices
+
+
+def rigid(matrix: Doubles) -> Doubles:
+    """`matrix` (4, 4) without scale, shear or mirroring: same origin, same −Z, +Y as near as possible."""
+    backward = _unit(matrix[:3, 2], np.array([0.0, 0.0, 1.0]))
+    helper = np.eye(3)[int(np.argmin(np.abs(backward)))]
+    right = _unit(np.cross(matrix[:3, 1], backward), _unit(np.cross(helper, backward), helper))
+    result = np.eye(4)
+    result[:3, :3] = np.stack([right, np.cross(backward, right), backward], axis=1)
+    result[:3, 3] = matrix[:3, 3]
+    return result
+
+
+def cofactors(matrices: Doubles) -> Doubles:
+    """What turns normals under `matrices` (matrix, 4, 4): inverse transpose times |determinant|, (matrix, 3, 3).
+
+    Defined for singular matrices too.
+    """
+    x, y, z = (matrices[:, :3, column] for column in range(3))
+    turned = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=2)
+    return turned * np.where(mirrored(matrices), -1.0, 1.0)[:, None, None]
+
+
+def mirrored(matrices: Doubles) -> Mask:
+    """Which of the matrices (matrix, 4, 4) turn counter-clockwise into clockwise."""
+    return np.asarray(np.linalg.det(matrices[:, :3, :3]) < 0.0)
+
+
+def _unit(vector: Doubles, otherwise: Doubles) -> Doubles:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 1e-12 else otherwise

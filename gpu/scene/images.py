@@ -1,0 +1,41 @@
+"""Image files to pixels."""
+
+import io
+import warnings
+
+import numpy as np
+from PIL import Image
+
+from gpu.errors import SceneError
+from gpu.scene.limits import SceneLimits
+from gpu.scene.types import Bytes, Integers
+from gpu.scene.validate import check_count
+
+FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA")
+
+
+def decode_image(content: bytes, source: str, field: str, limits: SceneLimits) -> Bytes:
+    """Pixels (height, width, 4) uint8 of an image file, top row first; 16-bit channels lose their lower byte.
+
+    Raises SceneError naming `source` and `field` when it cannot be decoded or is larger than `limits` allow.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # Pillow only warns of broken metadata and images made to exhaust memory
+            with Image.open(io.BytesIO(content), formats=FORMATS) as image:
+                place, side, pixels = f"{source}: {field}", max(image.size), image.width * image.height
+                check_count(place, "pixels along one side", side, limits.max_texture_size, "max_texture_size")
+                check_count(place, "pixels", pixels, limits.max_texture_pixels, "max_texture_pixels")
+                if image.mode.startswith("I"):
+                    return _from_16_bit(np.asarray(image))
+                return np.asarray(image.convert("RGBA"))
+    except SceneError:
+        raise
+    except Exception as error:  # decoders raise whatever they like on broken files
+        raise SceneError(source, field, f"not an image that can be read: {error}") from error
+
+
+def _from_16_bit(grey: Integers) -> Bytes:
+    """Grey levels (height, width) of 16 bits as (height, width, 4) uint8."""
+    level = (grey.astype(np.uint32) >> 8).astype(np.uint8)
+    return np.stack([level, level, level, np.full_like(level, 255)], axis=-1)
