@@ -12,7 +12,7 @@ import warp as wp
 from gpu.errors import DeviceError
 
 # Warp reports its start on stdout, which belongs to `--json`; adjoints are never used and double the compile time.
-wp.config.quiet = True
+wp.config.log_level = wp.LOG_WARNING
 wp.config.enable_backward = False
 
 CORES = cpu_count() or 1
@@ -58,6 +58,23 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     ]
     for slice_ in slices:
         slice_.result()
+
+
+def allocate(struct: Any, count: int, device: wp.Device) -> Any:
+    """An instance of the Warp struct type `struct` whose arrays, all of one dimension, have `count` zero elements."""
+    instance = struct()
+    for name, variable in struct.vars.items():
+        if hasattr(variable.type, "dtype"):
+            setattr(instance, name, wp.zeros(count, dtype=variable.type.dtype, device=device))
+    return instance
+
+
+def duplicate(struct: Any, instance: Any) -> Any:
+    """A copy of an instance of the Warp struct type `struct` that shares its arrays."""
+    result = struct()
+    for name in struct.vars:
+        setattr(result, name, getattr(instance, name))
+    return result
 
 
 class StageClock:

@@ -53,14 +53,6 @@ class GBuffer:
     shown: wp.array[wp.vec3]
 
 
-def allocate_gbuffer(pixels: int, device: wp.Device) -> GBuffer:
-    """A G-buffer for `pixels` pixels."""
-    buffer = GBuffer()
-    for name, variable in GBuffer.vars.items():
-        setattr(buffer, name, wp.zeros(pixels, dtype=variable.type.dtype, device=device))
-    return buffer
-
-
 def camera_data(camera: Camera, placement: Placement, aspect: float) -> CameraData:
     """`camera` in unit space, for an image whose width is `aspect` times its height."""
     axes = camera.to_world[:3, :3] / np.linalg.norm(camera.to_world[:3, :3], axis=0)
@@ -76,7 +68,7 @@ def camera_data(camera: Camera, placement: Placement, aspect: float) -> CameraDa
 
 @wp.kernel
 def primary_ray_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], width: int, height: int,
-                       out: GBuffer):  # fmt: skip
+                       out: GBuffer) -> None:  # fmt: skip
     """One thread a pixel: its ray through the pixel's centre and the surface that it meets. cameras: one element."""
     pixel = first + wp.tid()
     camera = cameras[0]

@@ -65,7 +65,7 @@ def separation(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> 
 
 
 @wp.kernel
-def entry_key_kernel(first: int, clusters: Representatives, keys: wp.array[int]):
+def entry_key_kernel(first: int, clusters: Representatives, keys: wp.array[int]) -> None:
     """One thread an entry: the bucket of one level of one representative, `buckets` when it is not in use."""
     entry = first + wp.tid()
     cluster = entry // LEVELS_HELD

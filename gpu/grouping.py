@@ -7,14 +7,14 @@ from gpu.device import launch
 
 
 @wp.kernel
-def iota_kernel(first: int, values: wp.array[int]):
+def iota_kernel(first: int, values: wp.array[int]) -> None:
     """One thread an item: its own index."""
     index = first + wp.tid()
     values[index] = index
 
 
 @wp.kernel
-def starts_kernel(first: int, sorted_keys: wp.array[int], count: int, key_count: int, starts: wp.array[int]):
+def starts_kernel(first: int, sorted_keys: wp.array[int], count: int, key_count: int, starts: wp.array[int]) -> None:
     """One thread an item, one more at the end: writes the starts of all keys between its predecessor's and its own."""
     index = first + wp.tid()
     previous = int(-1)

@@ -55,7 +55,7 @@ def nearest_cluster(clusters: Representatives, position: wp.vec3, normal: wp.vec
 
 
 @wp.kernel
-def seed_kernel(first: int, points: Points, cluster_count: int, seed: int, clusters: Representatives):
+def seed_kernel(first: int, points: Points, cluster_count: int, seed: int, clusters: Representatives) -> None:
     """One thread a cluster: starts it at a point, one from each of equal runs of the points' order."""
     cluster = first + wp.tid()
     count = points.count[0]
@@ -73,7 +73,9 @@ def seed_kernel(first: int, points: Points, cluster_count: int, seed: int, clust
 
 
 @wp.kernel
-def assign_kernel(first: int, points: Points, clusters: Representatives, cluster_count: int, keys: wp.array[int]):
+def assign_kernel(
+    first: int, points: Points, clusters: Representatives, cluster_count: int, keys: wp.array[int]
+) -> None:
     """One thread a point: keys[point] becomes its nearest cluster, or `cluster_count` where none is near."""
     point = first + wp.tid()
     keys[point] = cluster_count
@@ -87,8 +89,8 @@ def assign_kernel(first: int, points: Points, clusters: Representatives, cluster
 
 @wp.kernel
 def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, cluster_count: int,
-                             keys: wp.array[int]):  # fmt: skip
-    """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if there are any."""
+                             keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any."""
     point = first + wp.tid()
     keys[point] = cluster_count
     if point >= points.count[0]:
@@ -109,8 +111,8 @@ def exhaustive_assign_kernel(first: int, points: Points, clusters: Representativ
 
 @wp.kernel
 def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], cluster_count: int,
-                seed: int, clusters: Representatives):  # fmt: skip
-    """One thread a cluster: moves it to its members' weighted mean; without members it starts again at a random point."""
+                seed: int, clusters: Representatives) -> None:  # fmt: skip
+    """One thread a cluster: moves it to its members' weighted mean; without any it starts again at a random point."""
     cluster = first + wp.tid()
     count = points.count[0]
     if cluster >= wp.min(cluster_count, count):
@@ -139,7 +141,7 @@ def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.a
 
 @wp.kernel
 def medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
-                  clusters: Representatives, medoids: wp.array[int]):  # fmt: skip
+                  clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: its representative becomes the member nearest its mean; without members it is dropped."""
     cluster = first + wp.tid()
     best = int(-1)

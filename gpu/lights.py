@@ -211,7 +211,7 @@ def sample_light(scene: SceneData, table: LightTable, position: wp.vec3, pick: w
 
 @wp.kernel
 def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], areas: wp.array[float],
-                          powers: wp.array[float]):  # fmt: skip
+                          powers: wp.array[float]) -> None:  # fmt: skip
     """One thread an emissive triangle: its area and its power [W], averaged over points and colour channels."""
     index = first + wp.tid()
     face = faces[index]

@@ -8,7 +8,7 @@ from gpu.textures import sample_alpha
 # A ray that starts on a triangle hits it at t = 0, so both ends move off their surfaces by this many units in the last
 # place of the position (Wächter and Binder, Ray Tracing Gems, ch. 6); unit space bounds the position by 1/2.
 OFFSET_ULP = wp.constant(32.0 * 1.1920929e-07)
-# Below this distance from the origin float32 resolves finer than the intersection test, which rounds at the box's scale.
+# Nearer to the origin float32 resolves finer than the intersection test, which rounds at the scale of the box.
 OFFSET_FLOOR = wp.constant(0.0625)
 MAX_ALPHA_LAYERS = wp.constant(64)
 
@@ -62,9 +62,8 @@ def closest_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: fl
 @wp.func
 def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
     """Whether anything stands on the open segment of length `max_t` from `origin` along unit `direction`."""
-    if scene.opaque_count > 0:
-        if wp.mesh_query_ray_anyhit(scene.opaque, origin, direction, max_t):
-            return True
+    if scene.opaque_count > 0 and wp.mesh_query_ray_anyhit(scene.opaque, origin, direction, max_t):
+        return True
     if scene.masked_count > 0:
         start = float(0.0)
         for _layer in range(MAX_ALPHA_LAYERS):

@@ -3,7 +3,7 @@
 import numpy as np
 import warp as wp
 
-from gpu.device import choose_device
+from gpu.device import choose_device, duplicate
 from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
 
 NO_HIT = wp.constant(-1)
@@ -69,8 +69,8 @@ class SceneData:
     """The scene as kernels see it, in unit space. Triangles below `opaque_count` are opaque, the rest alpha-masked.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
-    triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to linear.
-    lambertian: every surface is taken as Lambertian with its geometric normal; ignore_alpha: masks let no light through.
+    triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
+    linear. lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through.
     """
 
     opaque: wp.uint64
@@ -195,8 +195,6 @@ class ResidentScene:
 
         Then surfaces are opaque and Lambertian with their geometric normals, without alpha or normal maps.
         """
-        data = SceneData()
-        for name in SceneData.vars:
-            setattr(data, name, getattr(self.data, name))
+        data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
         return data

@@ -83,7 +83,7 @@ def sobol_pair(index: int, pair: int, seed: int) -> Pair:
 
 @wp.func
 def orthonormal(normal: wp.vec3) -> wp.mat33:
-    """A frame whose columns are tangent, bitangent and unit `normal` (Duff et al., Building an Orthonormal Basis, 2017)."""
+    """Columns tangent, bitangent and unit `normal` (Duff et al., Building an Orthonormal Basis, Revisited, 2017)."""
     s = wp.where(normal[2] < 0.0, -1.0, 1.0)
     a = -1.0 / (s + normal[2])
     b = normal[0] * normal[1] * a

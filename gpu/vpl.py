@@ -3,7 +3,7 @@
 import warp as wp
 from warp.utils import radix_sort_pairs
 
-from gpu.device import launch
+from gpu.device import allocate, launch
 from gpu.grouping import iota_kernel
 from gpu.kmeans import Points
 from gpu.lights import LightTable, emit
@@ -31,19 +31,16 @@ class Vpls:
     flux: wp.array[wp.vec3]
 
 
-def allocate_vpls(capacity: int, device: wp.Device) -> Vpls:
-    """Room for `capacity` VPLs."""
-    vpls = Vpls()
-    vpls.count = capacity
-    vpls.position = wp.zeros(capacity, dtype=wp.vec3, device=device)
-    vpls.normal = wp.zeros(capacity, dtype=wp.vec3, device=device)
-    vpls.flux = wp.zeros(capacity, dtype=wp.vec3, device=device)
+def allocate_vpls(count: int, device: wp.Device) -> Vpls:
+    """`count` VPLs without flux."""
+    vpls: Vpls = allocate(Vpls, count, device)
+    vpls.count = count
     return vpls
 
 
 @wp.kernel
 def light_path_kernel(first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int,
-                      out: Vpls):  # fmt: skip
+                      out: Vpls) -> None:  # fmt: skip
     """One thread a light path: a VPL at each of its first `bounces` hits, at path · bounces + hit; flux 0 where none.
 
     Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
@@ -85,7 +82,7 @@ def spread_bits(x: int) -> int:
 
 
 @wp.kernel
-def morton_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]):
+def morton_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
     """One thread a VPL: its place on the Z-order curve through unit space, or EMPTY_KEY when it carries no flux."""
     index = first + wp.tid()
     flux = vpls.flux[index]
@@ -99,7 +96,7 @@ def morton_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]):
 
 
 @wp.kernel
-def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls):
+def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> None:
     """One thread a VPL: copies the one that comes there in `order`."""
     index = first + wp.tid()
     source = order[index]
@@ -138,7 +135,7 @@ def trace_vpls(resident: ResidentScene, scene: SceneData, table: LightTable, wan
 
 
 @wp.kernel
-def vpl_weight_kernel(first: int, vpls: Vpls, weight: wp.array[float], spacing: wp.array[float]):
+def vpl_weight_kernel(first: int, vpls: Vpls, weight: wp.array[float], spacing: wp.array[float]) -> None:
     """One thread a VPL: its weight in clustering, the mean of its flux's channels. Spacing is not used there."""
     index = first + wp.tid()
     flux = vpls.flux[index]

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from gpu.device import launch
+from gpu.device import allocate, launch
 from gpu.kmeans import KMeans
 from gpu.resident import ResidentScene
 from gpu.sampling import PI
@@ -30,19 +30,14 @@ class VplClusters:
 
 def allocate_vpl_clusters(count: int, device: wp.Device) -> VplClusters:
     """Room for `count` clusters."""
-    clusters = VplClusters()
+    clusters: VplClusters = allocate(VplClusters, count, device)
     clusters.count = count
-    clusters.position = wp.zeros(count, dtype=wp.vec3, device=device)
-    clusters.normal = wp.zeros(count, dtype=wp.vec3, device=device)
-    clusters.flux = wp.zeros(count, dtype=wp.vec3, device=device)
-    clusters.area = wp.zeros(count, dtype=float, device=device)
-    clusters.cone = wp.zeros(count, dtype=float, device=device)
     return clusters
 
 
 @wp.kernel
 def summarise_kernel(first: int, vpls: Vpls, members: wp.array[int], starts: wp.array[int], medoids: wp.array[int],
-                     used: wp.array[int], out: VplClusters):  # fmt: skip
+                     used: wp.array[int], out: VplClusters) -> None:  # fmt: skip
     """One thread a used cluster: the disk light that stands for its members."""
     index = first + wp.tid()
     cluster = used[index]

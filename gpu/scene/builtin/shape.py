@@ -127,3 +127,8 @@ def shaded(positions: Doubles, uvs: Doubles, triangles: Ints, crease: float = 35
     identity = (packed @ np.array([1 << 20, 1 << 10, 1])) + (corner.astype(np.int64) << 30)
     _, kept, index = np.unique(identity, return_index=True, return_inverse=True)
     return Shape(positions[corner[kept]], index.reshape(-1, 3).astype(np.int32), normals[kept], uvs[corner[kept]])
+
+
+def warped(shape: Shape, positions: Doubles, crease: float = 50.0) -> Shape:
+    """`shape` with its vertices at `positions` (vertex, 3) instead, and normals to match."""
+    return shaded(positions, shape.uvs, shape.triangles, crease)

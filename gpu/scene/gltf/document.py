@@ -76,6 +76,8 @@ def _chunks(source: str, content: bytes) -> tuple[bytes, bytes | None]:
             raise SceneError(source, "GLB chunk at byte 12", "the first chunk must be JSON")
         chunks.setdefault(kind, content[start + 8 : start + 8 + size])
         start += 8 + size
+    if _JSON_CHUNK not in chunks:
+        raise SceneError(source, "GLB header", "the file has no JSON chunk")
     return chunks[_JSON_CHUNK], chunks.get(_BINARY_CHUNK)
 
 

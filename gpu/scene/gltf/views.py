@@ -46,7 +46,7 @@ def read_light(document: Document, node: PlacedNode) -> Light | None:
     kind = entry.text("type")
     if kind not in _KINDS:
         raise entry.get("type").error(f"must be one of {', '.join(_KINDS)}, not {kind!r:.40}")
-    spot = entry.object("spot")
+    spot = entry.object("spot") if kind == "spot" else Value(entry.source, entry.path, {})
     outer = spot.number("outerConeAngle", pi / 4.0, 0.0, pi / 2.0)
     inner = spot.number("innerConeAngle", 0.0, 0.0, outer)
     color = np.array(entry.numbers("color", (1.0, 1.0, 1.0), 0.0)) * entry.number("intensity", 1.0, 0.0, 1e30)
