@@ -45,6 +45,7 @@ class ServerSettings(BaseSettings):
     max_waiting_renders: int = Field(
         default=8, ge=1, le=1000, description="stills that may wait; more are told to retry"
     )
+    max_wait_seconds: float = Field(default=60.0, gt=0.0, le=3600.0, description="that a still waits for its turn [s]")
     max_scenes: int = Field(default=4, ge=1, le=1000, description="scenes kept on the device at the same time")
     jpeg_quality: int = Field(default=85, ge=1, le=100, description="of streamed frames")
     scene_limits: SceneLimits = Field(default=SceneLimits(), description="how large a scene may be")

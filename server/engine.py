@@ -1,0 +1,202 @@
+"""The web process's side of rendering: keeps a worker running and gives it one job at a time, in turn.
+
+Whoever wants something rendered waits in one queue, first come first served. Each viewer, and all stills together, has
+at most one place in it, so the device goes round among them. A job is made when its turn comes, not before: a viewer's
+pose is then the newest one. More devices will mean more engines, one worker each, and viewers shared out among them.
+"""
+
+import asyncio
+import itertools
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from time import monotonic
+
+from gpu.errors import UserError
+from server.link import Link, WorkerLostError
+from server.messages import (
+    START_UP,
+    Done,
+    Failed,
+    Free,
+    Job,
+    Leave,
+    Opened,
+    OpenScene,
+    Progress,
+    Ready,
+    SceneRef,
+    Start,
+)
+from server.protocol import SceneInfo
+
+WORKER = (sys.executable, "-m", "server.backend")
+BACKOFF_SECONDS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
+SETTLED_SECONDS = 60.0  # a worker that lived this long does not count as failing again and again
+log = logging.getLogger("lumenwalk.engine")
+
+
+class EngineState(StrEnum):
+    """Whether frames can be had."""
+
+    STARTING = "starting"
+    READY = "ready"
+    RECOVERING = "recovering"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Activity:
+    """What the engine is doing: its state and, while something takes long, what and how far it is."""
+
+    state: EngineState
+    text: str = ""
+    fraction: float = 0.0
+
+
+class RenderFaultError(Exception):
+    """A job failed by the program's fault."""
+
+
+Reply = tuple[Done | Opened, bytes]
+
+
+class Engine:
+    """One worker process, restarted when it dies, and the queue to it."""
+
+    def __init__(self, start: Start, command: Sequence[str] = WORKER) -> None:
+        self._start = start
+        self._command = command
+        self._activity = Activity(EngineState.STARTING, "starting")
+        self._link: Link | None = None
+        self._turn = asyncio.Lock()
+        self._idle = asyncio.Event()  # set while the worker is ready and has no job
+        self._numbers = itertools.count(1)
+        self._running = START_UP
+        self._owed: dict[int, asyncio.Future[Reply]] = {}
+        self.restarts = 0
+        self.device = ""
+        self.listeners: set[Callable[[], None]] = set()
+
+    @property
+    def activity(self) -> Activity:
+        """What the engine is doing now; `listeners` are called when it changes."""
+        return self._activity
+
+    @property
+    def ready(self) -> bool:
+        """Whether jobs are taken now."""
+        return self._activity.state is EngineState.READY
+
+    @property
+    def worker_pid(self) -> int | None:
+        """Process id of the worker, if one runs."""
+        return self._link.pid if self._link else None
+
+    async def run(self) -> None:
+        """Keep a worker running until cancelled, or until the first one fails by the user's fault (state FAILED)."""
+        failures = 0
+        while True:
+            began = monotonic()
+            try:
+                await self._live()
+            except UserError as error:
+                if self.restarts == 0:
+                    self._tell(Activity(EngineState.FAILED, str(error)))
+                    return
+                log.error("the worker cannot start again: %s", error)
+            except WorkerLostError as error:
+                log.error("%s", error)
+            except Exception:
+                log.exception("the worker is started again after a fault in the web process")
+            failures = 0 if monotonic() - began > SETTLED_SECONDS else failures + 1
+            self.restarts += 1
+            self._tell(Activity(EngineState.RECOVERING, "starting the renderer again"))
+            await asyncio.sleep(BACKOFF_SECONDS[min(failures, len(BACKOFF_SECONDS)) - 1] if failures else 0.0)
+
+    async def submit(self, make: Callable[[], Job | None]) -> "asyncio.Future[Reply] | None":
+        """Wait for a turn, then send the job that `make` returns then, and return the future of its answer.
+
+        Returns None when `make` does, which gives the turn away. The future ends with the answer and its bytes, or
+        with UserError (the job was wrong), RenderFaultError (a bug) or WorkerLostError.
+        """
+        async with self._turn:
+            while not self._idle.is_set():  # the worker may have died again between its set and this task's turn
+                await self._idle.wait()
+            job = make()
+            if job is None or self._link is None:
+                return None
+            self._running = next(self._numbers)
+            self._idle.clear()
+            reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+            self._owed[self._running] = reply
+            self._link.send(replace(job, request=self._running))
+            return reply
+
+    async def open(self, scene: SceneRef) -> SceneInfo:
+        """Load a scene and say what is in it; errors as the futures of `submit`."""
+        reply = await self.submit(lambda: OpenScene(scene))
+        if reply is None:
+            raise WorkerLostError("the worker is gone")
+        answer, _ = await reply
+        assert isinstance(answer, Opened)
+        return answer.info
+
+    def leave(self, viewer: int) -> None:
+        """Free what the worker keeps for a viewer."""
+        if self._link is not None:
+            self._link.send(Leave(viewer))
+
+    async def _live(self) -> None:
+        self._link = link = await Link.start(self._command)
+        try:
+            link.send(self._start)
+            while True:
+                message, payload = await link.receive()
+                match message:
+                    case Ready(device):
+                        self.device = device
+                        self._idle.set()
+                        self._tell(Activity(EngineState.READY))
+                    case Progress(text, fraction):
+                        self._tell(Activity(self._activity.state, text, fraction))
+                    case Free(request):
+                        self._free(request)
+                    case Failed(request, text, users_fault):
+                        error = UserError(text) if users_fault else RenderFaultError(text)
+                        if request == START_UP:
+                            raise error if users_fault else WorkerLostError(f"worker {link.pid} could not start")
+                        self._settle(request, error)
+                    case Opened(request) | Done(request):
+                        self._settle(request, (message, payload))
+        finally:
+            self._link = None
+            self._idle.clear()
+            for request in list(self._owed):
+                self._settle(request, WorkerLostError("the renderer was lost; it is being started again"))
+            status = await link.stop()
+            log.info("worker %d ended with status %d", link.pid, status)
+
+    def _free(self, request: int) -> None:
+        if request == self._running:
+            self._idle.set()
+            self._tell(Activity(EngineState.READY))
+
+    def _settle(self, request: int, result: Reply | Exception) -> None:
+        future = self._owed.pop(request, None)
+        if future is None or future.done():  # whoever asked has left
+            return
+        if isinstance(result, Exception):
+            future.set_exception(result)
+            future.exception()  # marks it as seen: nobody may be left to look
+        else:
+            future.set_result(result)
+
+    def _tell(self, activity: Activity) -> None:
+        if activity == self._activity:
+            return
+        self._activity = activity
+        for listener in tuple(self.listeners):
+            listener()

@@ -1,0 +1,105 @@
+"""The scenes that can be chosen: the served one, the built-in ones, and the files of the scenes folder, by id.
+
+An id is looked up in a list that the server makes; it never becomes a path, so none leaves the folder.
+"""
+
+import os
+from pathlib import Path
+from time import monotonic
+
+from gpu.errors import UserError
+from gpu.scene.builtin import BUILTIN
+from server.engine import Engine
+from server.messages import SceneRef
+from server.protocol import SceneInfo, SceneName
+
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+MAX_LISTED = 10_000
+LISTED_SECONDS = 2.0  # so that a burst of requests walks a large folder once
+
+
+class UnknownSceneError(UserError):
+    """No scene has this id."""
+
+
+class Catalogue:
+    """Ids of scenes, and what is known of those that were opened."""
+
+    def __init__(self, served: str, folder: Path | None) -> None:
+        """UserError when the served scene or the folder does not exist."""
+        if folder is not None and not folder.is_dir():
+            raise UserError(f"{folder}: the scenes folder does not exist")
+        if served not in BUILTIN and not Path(served).is_file():
+            raise UserError(
+                f"{served}: there is no such file, nor a built-in scene of that name ({', '.join(BUILTIN)})"
+            )
+        self._folder = folder
+        self._served = served
+        self._known: dict[SceneRef, SceneInfo] = {}
+        self._files: list[tuple[str, str]] = []
+        self._files_until = 0.0
+
+    @property
+    def served(self) -> SceneRef:
+        """The scene that is meant when none is named."""
+        return self.find(None)
+
+    def names(self) -> tuple[SceneName, ...]:
+        """All scenes that can be chosen, the served one first."""
+        sources = self._sources()
+        served = next(iter(sources))
+        return tuple(
+            SceneName(id=id_, name=Path(id_).stem, builtin=source in BUILTIN, served=id_ == served)
+            for id_, source in sources.items()
+        )
+
+    def find(self, scene_id: str | None) -> SceneRef:
+        """The scene with this id, or the served one; UnknownSceneError when there is none."""
+        sources = self._sources()
+        if scene_id is None:
+            scene_id = next(iter(sources))
+        if scene_id not in sources:
+            raise UnknownSceneError(f"scene: there is no {scene_id!r} here; /api/v1/scenes lists what there is")
+        source = sources[scene_id]
+        if source in BUILTIN:
+            return SceneRef(scene_id, source)
+        try:
+            return SceneRef(scene_id, source, Path(source).stat().st_mtime_ns)
+        except OSError as error:
+            raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
+
+    async def open(self, scene: SceneRef, engine: Engine) -> SceneInfo:
+        """What is in a scene, loaded by the worker the first time; errors as of `Engine.open`."""
+        if scene not in self._known:
+            info = await engine.open(scene)
+            for older in [known for known in self._known if known.id == scene.id]:
+                del self._known[older]
+            self._known[scene] = info
+        return self._known[scene]
+
+    def _sources(self) -> dict[str, str]:
+        # A built-in scene or a file in the folder that is called as the served file is yields its id to that.
+        served_id = self._served if self._served in BUILTIN else Path(self._served).name
+        listed = {served_id: self._served}
+        for name in BUILTIN:
+            listed.setdefault(name, name)
+        if self._folder is not None:
+            if monotonic() > self._files_until:
+                self._files, self._files_until = _scene_files(self._folder), monotonic() + LISTED_SECONDS
+            for id_, path in self._files:
+                listed.setdefault(id_, path)
+        return listed
+
+
+def _scene_files(folder: Path) -> list[tuple[str, str]]:
+    """(path inside the folder, whole path) of its scene files, sorted; links that lead out of it are left out."""
+    root = folder.resolve()
+    found = []
+    for directory, _, names in os.walk(root):
+        for name in names:
+            path = Path(directory, name)
+            if path.suffix.lower() in SUFFIXES and path.resolve().is_relative_to(root):
+                found.append((path.relative_to(root).as_posix(), str(path)))
+            if len(found) >= MAX_LISTED:
+                return sorted(found)
+    return sorted(found)

@@ -1,0 +1,186 @@
+"""The worker process's loop: one job at a time from the web process, pictures encoded in threads meanwhile.
+
+The web process sends the next job when it hears that the last one has left the device, so the queue, its fairness and
+the newest pose stay there and nothing waits here. What renders is a `Backend`; server.backend has the real one.
+"""
+
+import logging
+import os
+import signal
+import socket
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from queue import SimpleQueue
+from threading import Lock, Thread
+from time import monotonic, perf_counter
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gpu.errors import UserError
+from server.encode import encode
+from server.messages import (
+    START_UP,
+    Done,
+    Failed,
+    Free,
+    FromWorker,
+    Job,
+    Leave,
+    Opened,
+    OpenScene,
+    Progress,
+    Ready,
+    Render,
+    SceneRef,
+    Start,
+    ToWorker,
+    pack,
+    read,
+)
+from server.protocol import SceneInfo
+
+FAULT = 70  # exit status after a fault that only a new process can mend
+QUIET_SECONDS = 0.3  # work shorter than this reports no progress
+PROGRESS_SECONDS = 0.1
+INTERNAL = "an internal error of the renderer; the server's log has the details"
+
+Report = Callable[[str, float], None]
+log = logging.getLogger("lumenwalk.worker")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A rendered picture on the host, no longer shared with the renderer, and its statistics.
+
+    pixels: (height, width, 3) uint8 sRGB; radiance: (height, width, 3) float32 linear; the one not asked for is None.
+    """
+
+    pixels: NDArray[np.uint8] | None
+    radiance: NDArray[np.float32] | None
+    stage_ms: dict[str, float]
+    counts: dict[str, int]
+    skips: dict[str, int]
+
+
+class Backend(Protocol):
+    """What renders. All calls come from one thread; UserError is the user's fault, all else the program's."""
+
+    def start(self, start: Start, report: Report) -> str:
+        """Choose a device, load the served scene, render one frame of it; return the device's name."""
+
+    def open(self, scene: SceneRef, report: Report) -> SceneInfo:
+        """Make sure that a scene is loaded."""
+
+    def render(self, job: Render, report: Report) -> Picture:
+        """Render one picture."""
+
+    def leave(self, viewer: int) -> None:
+        """Free what is kept for a viewer."""
+
+    def healthy(self) -> bool:
+        """Whether the device still works after an unexpected error."""
+
+
+class Worker:
+    """Takes messages from a socket to the backend and its answers back."""
+
+    def __init__(self, connection: socket.socket, backend: Backend) -> None:
+        self._connection = connection
+        self._backend = backend
+        self._sending = Lock()
+        self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
+        self._encoders = ThreadPoolExecutor(min(8, os.cpu_count() or 1), thread_name_prefix="encode")
+        self._quality = 0
+
+    def run(self) -> int:
+        """Serve until the web process is gone, which ends this process; returns the exit status of a failed start."""
+        Thread(target=self._read, daemon=True, name="read").start()
+        start = self._inbox.get()
+        if not isinstance(start, Start):
+            raise TypeError(f"expected Start first, got {start}")
+        self._quality = start.jpeg_quality
+        try:
+            self._send(Ready(self._backend.start(start, self._reporter(quiet_seconds=0.0))))
+        except Exception as error:
+            self._fail(START_UP, error)
+            return 0 if isinstance(error, UserError) else FAULT
+        while True:
+            message = self._inbox.get()
+            if isinstance(message, Leave):
+                self._backend.leave(message.viewer)
+            elif isinstance(message, OpenScene | Render):
+                self._do(message)
+
+    def _read(self) -> None:
+        # The end of the pipe is the end of the web process: nothing is left to do, whatever the device is busy with.
+        with self._connection.makefile("rb") as pipe:
+            try:
+                while True:
+                    message, _ = read(pipe)
+                    if isinstance(message, ToWorker):
+                        self._inbox.put(message)
+            except (EOFError, OSError):
+                os._exit(0)
+
+    def _do(self, job: Job) -> None:
+        report = self._reporter(QUIET_SECONDS)
+        try:
+            if isinstance(job, OpenScene):
+                self._send(Opened(job.request, self._backend.open(job.scene, report)))
+            else:
+                began = perf_counter()
+                picture = self._backend.render(job, report)
+                render_ms = 1e3 * (perf_counter() - began)
+                self._encoders.submit(self._finish, job, picture, render_ms)
+        except Exception as error:
+            self._fail(job.request, error)
+            if not isinstance(error, UserError) and not self._backend.healthy():
+                log.critical("the device does not work any more: ending this worker")
+                os._exit(FAULT)
+        self._send(Free(job.request))
+
+    def _finish(self, job: Render, picture: Picture, render_ms: float) -> None:
+        try:
+            began = perf_counter()
+            image = encode(picture.pixels, picture.radiance, job.output, self._quality)
+            encode_ms = 1e3 * (perf_counter() - began)
+            stats = (picture.stage_ms, picture.counts, picture.skips)
+            self._send(Done(job.request, job.size, render_ms, encode_ms, *stats), image)
+        except Exception as error:
+            self._fail(job.request, error)
+
+    def _fail(self, request: int, error: Exception) -> None:
+        users_fault = isinstance(error, UserError)
+        if not users_fault:
+            log.error("request %d failed", request, exc_info=error)
+        self._send(Failed(request, str(error) if users_fault else INTERNAL, users_fault))
+
+    def _reporter(self, quiet_seconds: float) -> Report:
+        due = monotonic() + quiet_seconds
+
+        def report(text: str, fraction: float) -> None:
+            nonlocal due
+            if monotonic() >= due:
+                due = monotonic() + PROGRESS_SECONDS
+                self._send(Progress(text, min(max(fraction, 0.0), 1.0)))
+
+        return report
+
+    def _send(self, message: FromWorker, payload: bytes = b"") -> None:
+        with self._sending:
+            self._connection.sendall(pack(message, payload))
+
+
+def work(descriptor: int, backend: Backend) -> int:
+    """Run a worker on the inherited socket `descriptor`; returns the process's exit status."""
+    logging.basicConfig(format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with socket.socket(fileno=descriptor) as connection:
+        try:
+            return Worker(connection, backend).run()
+        except BrokenPipeError:
+            return 0
