@@ -5,6 +5,8 @@ from pathlib import Path
 from gpu.errors import SceneError
 from gpu.scene.gltf import load_gltf
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.meshes import load_mesh
+from gpu.scene.obj import load_obj
 from gpu.scene.types import Scene
 
 __all__ = ["DEFAULT_LIMITS", "Scene", "SceneLimits", "load_scene"]
@@ -20,7 +22,14 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
     if source in BUILTIN:
         return BUILTIN[source]()
     path = Path(source)
-    readers = {".gltf": load_gltf, ".glb": load_gltf}
+    readers = {
+        ".gltf": load_gltf,
+        ".glb": load_gltf,
+        ".obj": load_obj,
+        ".ply": load_mesh,
+        ".stl": load_mesh,
+        ".off": load_mesh,
+    }
     reader = readers.get(path.suffix.lower())
     if reader is None:
         known = f"a file ({', '.join(readers)}) or one of {', '.join(BUILTIN)}"

@@ -23,20 +23,17 @@ def read_bytes(path: Path, limits: SceneLimits) -> bytes:
 def confined_path(scene: Path, name: str, field: str) -> Path:
     """The file called `name`, relative to the folder of `scene` and inside it. `field` is where the scene names it.
 
-    Raises SceneError for an absolute path, a "..", a link out of the folder, or a file that does not exist.
+    Raises SceneError for an absolute path, a "..", or a link out of the folder.
     """
     relative = PurePosixPath(name.replace("\\", "/"))
     folder = scene.parent.resolve()
     try:
         path = (folder / relative).resolve()
         inside = not relative.is_absolute() and ".." not in relative.parts and path.is_relative_to(folder)
-        exists = inside and path.is_file()
     except (OSError, ValueError, RuntimeError):  # a name too long, with a NUL, or a loop of links
-        inside = exists = False
+        inside = False
     if not inside:
         raise SceneError(str(scene), field, f"{name!r} is outside the scene's folder; put the file beside the scene")
-    if not exists:
-        raise SceneError(str(scene), field, f"{name!r} does not exist beside the scene")
     return path
 
 
@@ -50,7 +47,10 @@ def read_uri(scene: Path, uri: str, field: str, limits: SceneLimits) -> bytes:
         scheme = "?"
     if scheme:
         raise SceneError(str(scene), field, f"{uri[:60]!r} is not a data URI or a file beside the scene; put it there")
-    return read_bytes(confined_path(scene, unquote(uri), field), limits)
+    path = confined_path(scene, unquote(uri), field)
+    if not path.is_file():
+        raise SceneError(str(scene), field, f"{uri[:60]!r} does not exist beside the scene")
+    return read_bytes(path, limits)
 
 
 def _data_uri(scene: Path, uri: str, field: str) -> bytes:

@@ -1,0 +1,136 @@
+"""What `lumenwalk info` says of a scene."""
+
+from collections.abc import Iterator
+from math import atan, degrees, pi
+from typing import Any
+
+import numpy as np
+
+from gpu.scene.normals import area_vectors
+from gpu.scene.types import Camera, Doubles, Light, LightKind, Material, Scene, Texture
+
+_LISTED = 40
+
+
+def summarise(scene: Scene) -> dict[str, Any]:
+    """The scene's contents as JSON-ready values: lengths in world units, power [W], irradiance [W/m²], radiance."""
+    low, high = (bound(scene.vertices, axis=0) / scene.placement.scale for bound in (np.min, np.max))
+    areas = np.linalg.norm(area_vectors(scene.vertices.astype(np.float64), scene.triangles), axis=1) / 2.0
+    world_areas = np.bincount(scene.triangle_material, areas, len(scene.materials)) / scene.placement.scale**2
+    triangles = np.bincount(scene.triangle_material, minlength=len(scene.materials))
+    return {
+        "name": scene.name,
+        "triangles": len(scene.triangles),
+        "vertices": len(scene.vertices),
+        "uv_sets": len(scene.uvs),
+        "bounds": {"min": _list(low + scene.placement.centre), "max": _list(high + scene.placement.centre)},
+        "materials": [
+            {"name": material.name, "triangles": int(count), "area": float(area)}
+            for material, count, area in zip(scene.materials, triangles, world_areas, strict=True)
+        ],
+        "textures": [_texture(texture) for texture in scene.textures],
+        "lights": [*_emitters(scene, world_areas), *(_light(light, scene.placement.scale) for light in scene.lights)]
+        + ([{"name": "sky", "kind": "sky", "radiance": list(scene.sky.radiance)}] if scene.sky else []),
+        "cameras": [_camera(camera) for camera in scene.cameras],
+        "memory_bytes": memory_bytes(scene),
+        "dropped_triangles": scene.report.dropped_triangles,
+        "ignored": list(scene.report.ignored),
+        "notes": list(scene.report.notes),
+    }
+
+
+def memory_bytes(scene: Scene) -> int:
+    """Bytes of the scene's arrays; pixels that several textures share count once."""
+    arrays = [scene.vertices, scene.normals, scene.uvs, scene.triangles, scene.triangle_material]
+    arrays += [] if scene.colors is None else [scene.colors]
+    pixels = {id(texture.pixels): texture.pixels.nbytes for texture in scene.textures}
+    return sum(array.nbytes for array in arrays) + sum(pixels.values())
+
+
+def summary_text(summary: dict[str, Any]) -> str:
+    """`summarise`'s result for people, one line a thing."""
+    bounds, size = summary["bounds"], np.subtract(summary["bounds"]["max"], summary["bounds"]["min"])
+    lines = [
+        summary["name"],
+        f"  {summary['triangles']:,} triangles, {summary['vertices']:,} vertices, {summary['uv_sets']} UV sets",
+        f"  size {_vector(size)}, from {_vector(bounds['min'])} to {_vector(bounds['max'])}",
+        f"  memory {summary['memory_bytes'] / 1e6:,.1f} MB",
+    ]
+    sections = {
+        "materials": lambda m: f"{m['name']}: {m['triangles']:,} triangles",
+        "textures": lambda t: f"{t['name']}: {t['width']}×{t['height']}, {'colour' if t['srgb'] else 'data'}",
+        "lights": _light_text,
+        "cameras": lambda c: f"{c['name']}: {c['projection']} at {_vector(c['position'])}",
+    }
+    for key, text in sections.items():
+        entries = summary[key]
+        lines.append(f"  {len(entries)} {key}")
+        lines += [f"    {text(entry)}" for entry in entries[:_LISTED]]
+        lines += [f"    and {len(entries) - _LISTED} more"] if len(entries) > _LISTED else []
+    if summary["dropped_triangles"]:
+        lines.append(f"  dropped: {summary['dropped_triangles']:,} triangles without area")
+    lines += [f"  ignored: {sentence}" for sentence in summary["ignored"]]
+    lines += [f"  note: {sentence}" for sentence in summary["notes"]]
+    return "\n".join(lines)
+
+
+def mean_emission(scene: Scene, material: Material) -> Doubles:
+    """The radiance (3,) that `material` emits, averaged over its emissive texture."""
+    emission = np.array(material.emission)
+    if material.emission_slot is None:
+        return emission
+    texture = scene.textures[material.emission_slot.texture]
+    values = np.arange(256) / 255.0
+    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4) if texture.srgb else values
+    counts = np.stack([np.bincount(texture.pixels[:, :, channel].reshape(-1), minlength=256) for channel in range(3)])
+    return np.asarray(emission * (counts @ linear) / counts.sum(axis=1))
+
+
+def _emitters(scene: Scene, areas: Doubles) -> Iterator[dict[str, Any]]:
+    """Materials that emit: a Lambertian emitter of radiance L and area A has the power π·A·L."""
+    for material, area in zip(scene.materials, areas, strict=True):
+        if any(material.emission) and area > 0.0:
+            power = pi * area * mean_emission(scene, material)
+            yield {"name": material.name, "kind": "area", "area": float(area), "power": _list(power)}
+
+
+def _light(light: Light, scale: float) -> dict[str, Any]:
+    entry: dict[str, Any] = {"name": light.name, "kind": light.kind.name.lower()}
+    if light.kind is LightKind.DIRECTIONAL:
+        return {**entry, "irradiance": list(light.intensity)}
+    solid_angle = 4.0 * pi
+    if light.kind is LightKind.SPOT:  # the falloff between the cones is the square of a ramp over the cosine
+        solid_angle = 2.0 * pi * (1.0 - light.cos_inner + (light.cos_inner - light.cos_outer) / 3.0)
+    return {**entry, "power": _list(solid_angle * np.array(light.intensity) / scale**2)}
+
+
+def _camera(camera: Camera) -> dict[str, Any]:
+    entry = {
+        "name": camera.name,
+        "projection": "orthographic" if camera.orthographic else "perspective",
+        "position": _list(camera.to_world[:3, 3]),
+        "direction": _list(-camera.to_world[:3, 2]),
+        "aspect": camera.aspect,
+    }
+    if camera.orthographic:
+        return {**entry, "height": 2.0 * camera.half_height}
+    return {**entry, "yfov_degrees": degrees(2.0 * atan(camera.half_height))}
+
+
+def _texture(texture: Texture) -> dict[str, Any]:
+    height, width, _ = texture.pixels.shape
+    return {"name": texture.name, "width": width, "height": height, "srgb": texture.srgb}
+
+
+def _light_text(light: dict[str, Any]) -> str:
+    unit = {"power": "W", "irradiance": "W/m²", "radiance": "W/m²/sr"}
+    amount = next(f"{_vector(light[key])} {unit[key]}" for key in unit if key in light)
+    return f"{light['name']}: {light['kind']}, {amount}"
+
+
+def _list(values: Doubles) -> list[float]:
+    return [float(value) for value in values]
+
+
+def _vector(values: Any) -> str:
+    return " ".join(f"{value:.4g}" for value in values)
