@@ -1,19 +1,20 @@
 """Scenes: from a file or a built-in name to plain arrays that a device can take."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from gpu.errors import SceneError
-from gpu.scene.gltf import load_gltf
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
-from gpu.scene.meshes import load_mesh
-from gpu.scene.obj import load_obj
 from gpu.scene.types import Scene
 
-__all__ = ["DEFAULT_LIMITS", "Scene", "SceneLimits", "load_scene"]
+__all__ = ["DEFAULT_LIMITS", "SUFFIXES", "Scene", "SceneLimits", "load_scene"]
+
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+"""How the names of scene files end, in lower case."""
 
 
 def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
-    """The built-in scene called `source`, or the scene in the file at that path (glTF, GLB, OBJ, PLY, STL, OFF).
+    """The built-in scene called `source`, or the scene in the file at that path.
 
     Raises SceneError when there is no such scene, its format is not known, or its content is not sound.
     """
@@ -22,16 +23,22 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
     if source in BUILTIN:
         return BUILTIN[source]()
     path = Path(source)
-    readers = {
-        ".gltf": load_gltf,
-        ".glb": load_gltf,
-        ".obj": load_obj,
-        ".ply": load_mesh,
-        ".stl": load_mesh,
-        ".off": load_mesh,
-    }
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        known = f"a file ({', '.join(readers)}) or one of {', '.join(BUILTIN)}"
+    if path.suffix.lower() not in SUFFIXES:
+        known = f"one of {', '.join(BUILTIN)}, or a file that ends in {', '.join(SUFFIXES)}"
         raise SceneError(source, "", f"is not a scene; give {known}")
-    return reader(path, limits)
+    return _reader(path.suffix.lower())(path, limits)
+
+
+def _reader(suffix: str) -> Callable[[Path, SceneLimits], Scene]:
+    """The reader of files with `suffix`, imported when first wanted: some bring large libraries."""
+    if suffix in (".glb", ".gltf"):
+        from gpu.scene.gltf import load_gltf
+
+        return load_gltf
+    if suffix == ".obj":
+        from gpu.scene.obj import load_obj
+
+        return load_obj
+    from gpu.scene.meshes import load_mesh
+
+    return load_mesh

@@ -4,13 +4,13 @@ from itertools import product
 
 import numpy as np
 
+from gpu.camera import look_at
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Placement
 
 _SAMPLES = 20_000
 _AZIMUTHS, _HEIGHTS = 16, 8
 _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a surface's front
-_HALF_HEIGHT = float(np.tan(np.radians(60.0) / 2.0))
 
 
 def default_camera(vertices: Floats, triangles: Integers, placement: Placement) -> Camera:
@@ -27,13 +27,8 @@ def default_camera(vertices: Floats, triangles: Integers, placement: Placement) 
         radius = float(np.linalg.norm(high - low)) / 2.0
         target = (low + high) / 2.0
         eye = target + np.array([0.5, 0.35, 0.8]) / np.linalg.norm([0.5, 0.35, 0.8]) * radius / np.sin(np.radians(30.0))
-    backward = (eye - target) / np.linalg.norm(eye - target)
-    right = np.cross([0.0, 1.0, 0.0], backward)
-    right /= np.linalg.norm(right)
-    to_world = np.eye(4)
-    to_world[:3, :3] = np.stack([right, np.cross(backward, right), backward], axis=1)
-    to_world[:3, 3] = eye / placement.scale + placement.centre
-    return Camera("default", to_world, _HALF_HEIGHT)
+    world = [(point / placement.scale + placement.centre).tolist() for point in (eye, target)]
+    return look_at(world[0], world[1], name="default")
 
 
 def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Doubles]:

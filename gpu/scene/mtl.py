@@ -51,9 +51,7 @@ class MaterialLibrary:
             return replace(material, emission=self._rgb(value, field))
         if key == "ks":
             return replace(material, specular=float(max(self._rgb(value, field)) > 0.0))
-        if (
-            key == "ns"
-        ):  # Phong's exponent n corresponds to a Beckmann width with α² = 2 / (n + 2); glTF's α = roughness²
+        if key == "ns":  # Phong's exponent n is like a microfacet width with α² = 2 / (n + 2); glTF's α is roughness²
             return replace(material, roughness=(2.0 / (self._numbers_in(value, field)[0] + 2.0)) ** 0.25)
         if key == "map_kd":
             slot = self._slot(value, field)
@@ -92,9 +90,8 @@ class MaterialLibrary:
         if path not in self._numbers:
             self._numbers[path] = None
             if path.is_file():
-                pixels = decode_image(
-                    read_bytes(path, self._limits), str(self._scene), f"{field}: {name}", self._limits
-                )
+                content = read_bytes(path, self._limits)
+                pixels = decode_image(content, str(self._scene), f"{field}: {name}", self._limits)
                 self.textures.append(Texture(path.name, pixels, srgb=True))
                 self._numbers[path] = len(self.textures) - 1
             else:

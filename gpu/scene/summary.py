@@ -1,11 +1,12 @@
 """What `lumenwalk info` says of a scene."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import atan, degrees, pi
 from typing import Any
 
 import numpy as np
 
+from gpu.scene.colors import srgb_to_linear
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Material, Scene, Texture
 
@@ -56,7 +57,7 @@ def summary_text(summary: dict[str, Any]) -> str:
         f"  size {_vector(size)}, from {_vector(bounds['min'])} to {_vector(bounds['max'])}",
         f"  memory {summary['memory_bytes'] / 1e6:,.1f} MB",
     ]
-    sections = {
+    sections: dict[str, Callable[[Any], str]] = {
         "materials": lambda m: f"{m['name']}: {m['triangles']:,} triangles",
         "textures": lambda t: f"{t['name']}: {t['width']}×{t['height']}, {'colour' if t['srgb'] else 'data'}",
         "lights": _light_text,
@@ -80,8 +81,7 @@ def mean_emission(scene: Scene, material: Material) -> Doubles:
     if material.emission_slot is None:
         return emission
     texture = scene.textures[material.emission_slot.texture]
-    values = np.arange(256) / 255.0
-    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4) if texture.srgb else values
+    linear = srgb_to_linear(np.arange(256)) if texture.srgb else np.arange(256) / 255.0
     counts = np.stack([np.bincount(texture.pixels[:, :, channel].reshape(-1), minlength=256) for channel in range(3)])
     return np.asarray(emission * (counts @ linear) / counts.sum(axis=1))
 
