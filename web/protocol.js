@@ -1,0 +1,93 @@
+/**
+ * Version 1 of the walkthrough's wire protocol: JSON messages both ways, binary frames from the server.
+ * `server/protocol.py` says what each field means and who sends what when.
+ */
+
+export const PROTOCOL = 1;
+const HEADER_VERSION = 1;
+const HEADER_BYTES = 64;
+const STAGE_SLOTS = 8;
+const CODECS = new Map([[1, "image/jpeg"]]);
+
+/** @typedef {[number, number]} Size  width and height [px] */
+/** @typedef {[number, number, number]} Vec3 */
+/** @typedef {Readonly<Record<string, unknown>>} RenderSettings  what differs from the defaults */
+
+/** @typedef {{type: "hello", protocol: number, size: Size, scene?: string, settings?: RenderSettings}} Hello */
+/** @typedef {{type: "pose", id: number, matrix: number[], yfov: number}} Pose  column-major, camera to world; [rad] */
+/** @typedef {{scene?: string, size?: Size, settings?: RenderSettings}} Change */
+/** @typedef {{type: "settings", id: number} & Change} Settings */
+/** @typedef {{type: "ack", frame: number}} Ack */
+/** @typedef {Hello | Pose | Settings | Ack} ViewerMessage */
+
+/** @typedef {{id: string, name: string, builtin: boolean, served: boolean}} SceneName */
+/** @typedef {{max_pixels: number, max_side: number, window: number, max_message_bytes: number}} Limits */
+/** @typedef {{name: string, matrix: number[], yfov: number, aspect: number, orthographic: boolean}} CameraInfo */
+/**
+ * @typedef {object} Welcome
+ * @property {"welcome"} type
+ * @property {number} protocol
+ * @property {number} viewer
+ * @property {SceneName[]} scenes
+ * @property {import("./ui/schema.js").JsonSchema} settings_schema
+ * @property {string[]} stages
+ * @property {Limits} limits
+ */
+/**
+ * @typedef {object} SceneInfo
+ * @property {"scene"} type
+ * @property {string} id
+ * @property {string} name
+ * @property {CameraInfo[]} cameras
+ * @property {{min: Vec3, max: Vec3}} bounds
+ * @property {number} triangles
+ * @property {string[]} notes
+ */
+/** @typedef {{type: "status", state: "loading" | "ready" | "recovering", text: string, fraction: number}} Status */
+/** @typedef {{type: "error", code: string, message: string}} ServerError */
+/** @typedef {Welcome | SceneInfo | Status | ServerError} ServerMessage */
+
+/**
+ * @typedef {object} Frame
+ * @property {string} codec  MIME type of the image
+ * @property {number} width
+ * @property {number} height
+ * @property {number} pose  id
+ * @property {number} frame  id
+ * @property {number} settings  id
+ * @property {number} queueMs
+ * @property {number} renderMs
+ * @property {number} encodeMs
+ * @property {number[]} stagesMs  in the order of `welcome.stages`
+ * @property {Uint8Array<ArrayBuffer>} image
+ */
+
+/**
+ * A binary message as a frame; throws when it is not one of this version.
+ * @param {ArrayBuffer} message
+ * @returns {Frame}
+ */
+export function parseFrame(message) {
+  const view = new DataView(message);
+  if (message.byteLength < HEADER_BYTES || view.getUint8(0) !== HEADER_VERSION) {
+    throw new Error(`not a frame of protocol ${PROTOCOL}: ${message.byteLength} bytes`);
+  }
+  const codec = CODECS.get(view.getUint8(1));
+  if (!codec) throw new Error(`a frame has an unknown codec: ${view.getUint8(1)}`);
+  return {
+    codec,
+    width: view.getUint16(4, true),
+    height: view.getUint16(6, true),
+    pose: view.getUint32(8, true),
+    frame: view.getUint32(12, true),
+    settings: view.getUint32(16, true),
+    queueMs: view.getFloat32(20, true),
+    renderMs: view.getFloat32(24, true),
+    encodeMs: view.getFloat32(28, true),
+    stagesMs: Array.from({ length: STAGE_SLOTS }, (_, slot) => view.getFloat32(32 + 4 * slot, true)),
+    image: new Uint8Array(message, view.getUint16(2, true)),
+  };
+}
+
+/** Whether trying again is pointless after a close with this code: our own fault, or refused by policy. @param {number} code */
+export const isFinalClose = (code) => code === 1002 || code === 1008 || code === 1009;

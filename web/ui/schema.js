@@ -1,0 +1,73 @@
+/** The part of JSON schema that describes the settings, read into fields that a form can show. */
+
+/**
+ * @typedef {object} JsonSchema
+ * @property {string} [type]
+ * @property {string} [title]
+ * @property {string} [description]
+ * @property {unknown} [default]
+ * @property {unknown[]} [enum]
+ * @property {number} [minimum]
+ * @property {number} [maximum]
+ * @property {number} [exclusiveMinimum]
+ * @property {number} [exclusiveMaximum]
+ * @property {JsonSchema[]} [anyOf]
+ * @property {JsonSchema[]} [allOf]
+ * @property {string} [$ref]
+ * @property {Record<string, JsonSchema>} [properties]
+ * @property {Record<string, JsonSchema>} [$defs]
+ *
+ * @typedef {object} Field
+ * @property {string} name
+ * @property {string} label
+ * @property {string} hint
+ * @property {"choice" | "integer" | "number" | "switch"} kind
+ * @property {unknown} initial  the default
+ * @property {boolean} optional  may be null: the server chooses
+ * @property {string[]} choices
+ * @property {number | null} min
+ * @property {number | null} max
+ */
+
+/** Words of the field that are written in capitals. */
+const ACRONYMS = new Map([["sp", "SP"], ["sps", "SPs"], ["vpl", "VPL"], ["vpls", "VPLs"]]);
+
+/** The fields of an object's schema, in its order; a property of a kind that no control shows is left out. @param {JsonSchema} schema @returns {Field[]} */
+export function fieldsOf(schema) {
+  return Object.entries(schema.properties ?? {}).flatMap(([name, property]) => {
+    const { optional, plain } = resolve(property, schema);
+    const kind = kindOf(plain);
+    if (!kind) return [];
+    return [
+      {
+        name,
+        label: name.split("_").map((word) => ACRONYMS.get(word) ?? word).join(" "),
+        hint: property.description ?? plain.description ?? "",
+        kind,
+        initial: property.default ?? null,
+        optional,
+        choices: (plain.enum ?? []).map(String),
+        min: plain.minimum ?? plain.exclusiveMinimum ?? null,
+        max: plain.maximum ?? plain.exclusiveMaximum ?? null,
+      },
+    ];
+  });
+}
+
+/** Follows references and takes "or null" apart. @param {JsonSchema} property @param {JsonSchema} root @returns {{optional: boolean, plain: JsonSchema}} */
+function resolve(property, root) {
+  const variants = property.anyOf ?? property.allOf ?? [property];
+  const plain = variants.find((variant) => variant.type !== "null") ?? {};
+  const name = plain.$ref?.split("/").at(-1);
+  return {
+    optional: variants.some((variant) => variant.type === "null"),
+    plain: name === undefined ? plain : (root.$defs?.[name] ?? {}),
+  };
+}
+
+/** @param {JsonSchema} plain @returns {Field["kind"] | null} */
+function kindOf(plain) {
+  if (plain.enum) return "choice";
+  if (plain.type === "integer" || plain.type === "number") return plain.type;
+  return plain.type === "boolean" ? "switch" : null;
+}

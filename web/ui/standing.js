@@ -1,0 +1,93 @@
+/** Where the page stands with the server, in words: for the overlay's light and the notice. */
+
+/** @typedef {import("../connection.js").ConnectionState} ConnectionState */
+/** @typedef {import("../protocol.js").Status} Status */
+
+export class Standing {
+  #overlay;
+  #notice;
+  /** @type {ReturnType<typeof setInterval> | undefined} */
+  #countdown;
+  /** Whether there is a picture of the scene, which needs no notice any more. */
+  #pictured = false;
+  /** Whether something failed, which stays said until the user chooses otherwise or a picture comes all the same. */
+  #failed = false;
+
+  /** @param {import("./overlay.js").Overlay} overlay @param {import("./notice.js").Notice} notice */
+  constructor(overlay, notice) {
+    this.#overlay = overlay;
+    this.#notice = notice;
+  }
+
+  /** @param {ConnectionState} state */
+  connection(state) {
+    clearInterval(this.#countdown);
+    this.#pictured = false;
+    this.#failed = false;
+    switch (state.state) {
+      case "connecting":
+        this.#overlay.connection("busy", "Connecting");
+        return this.#notice.show({ title: "Connecting", fraction: null });
+      case "open":
+        this.#overlay.connection("good", "Connected");
+        return this.#notice.show({ title: "Connected", detail: "Waiting for the scene", fraction: null });
+      case "refused":
+        this.#overlay.connection("bad", "Refused");
+        return this.#notice.show({ title: "Not connected", detail: state.reason, retry: true });
+      case "waiting":
+        return this.#count(state.reason, state.seconds);
+    }
+  }
+
+  /** @param {Status} status */
+  status({ state, text, fraction }) {
+    const known = fraction > 0 ? fraction : null;
+    switch (state) {
+      case "loading":
+        this.#overlay.connection("busy", "Loading");
+        return this.#notice.show({ title: "Loading", detail: text || "the scene", fraction: known });
+      case "recovering":
+        this.#overlay.connection("busy", "Recovering");
+        return this.#notice.show({ title: "The renderer starts again", detail: text, fraction: known });
+      case "ready":
+        if (this.#failed) return;
+        this.#overlay.connection("good", "Connected");
+        if (this.#pictured) this.#notice.hide();
+        else this.#notice.show({ title: "Rendering the first picture", fraction: null });
+    }
+  }
+
+  /** Something else was asked for. @param {boolean} scene another scene: there is no picture of it yet */
+  asked(scene) {
+    this.#failed = false;
+    if (scene) this.#pictured = false;
+  }
+
+  /** A picture of what was asked for is there. */
+  picture() {
+    if (this.#pictured && !this.#failed) return;
+    this.#pictured = true;
+    this.#failed = false;
+    this.#overlay.connection("good", "Connected");
+    this.#notice.hide();
+  }
+
+  /** What was asked for will not come. @param {string} title @param {string} detail */
+  failed(title, detail) {
+    this.#failed = true;
+    this.#overlay.connection("bad", title);
+    this.#notice.show({ title, detail });
+  }
+
+  /** @param {string} reason @param {number} seconds */
+  #count(reason, seconds) {
+    const end = performance.now() + 1000 * seconds;
+    const tell = () => {
+      const left = Math.max(1, Math.ceil((end - performance.now()) / 1000));
+      this.#overlay.connection("bad", "Reconnecting");
+      this.#notice.show({ title: "Reconnecting", detail: `${reason} Trying again in ${left} s`, retry: true });
+    };
+    tell();
+    this.#countdown = setInterval(tell, 1000);
+  }
+}

@@ -1,0 +1,81 @@
+/** Which picture to ask for: how many pixels, and how wide a view. */
+
+import { FEWEST_PIXELS, Resolution } from "./resolution.js";
+
+/** @typedef {import("../protocol.js").Size} Size */
+
+/**
+ * The size of a frame for a window, in its proportions.
+ * @param {{width: number, height: number}} window in device pixels
+ * @param {number} scale share of the window's pixels along each side
+ * @param {{max_pixels: number, max_side: number}} limits
+ * @returns {Size} even numbers, so that halved chroma fits
+ */
+export function frameSize(window, scale, limits) {
+  const width = Math.max(window.width, 1);
+  const height = Math.max(window.height, 1);
+  const fit = Math.min(
+    scale,
+    Math.sqrt(limits.max_pixels / (width * height)),
+    limits.max_side / Math.max(width, height),
+  );
+  // Rounding down keeps within the limits.
+  const even = (/** @type {number} */ pixels) => Math.max(2, 2 * Math.floor((pixels * fit) / 2));
+  return [even(width), even(height)];
+}
+
+/**
+ * The vertical field of view for a picture's proportions: a camera's own for wide ones, more for upright ones, so that
+ * a phone sees more than a slit.
+ * @param {number} yfov the camera's [rad] @param {number} aspect width / height of the picture
+ */
+export function fitFov(yfov, aspect) {
+  const half = Math.tan(yfov / 2) / Math.sqrt(Math.min(aspect, 1));
+  return 2 * Math.atan(half);
+}
+
+/** What the picture on a canvas should be. */
+export class Lens {
+  /** Vertical field of view of the chosen camera [rad]. */
+  yfov = Math.PI / 3;
+  /** Share of the window's pixels along each side that the user has set; null: chosen by how long frames take. @type {number | null} */
+  wantedScale = null;
+  /** What the server takes; next to nothing until it has said so. */
+  limits = { max_pixels: FEWEST_PIXELS, max_side: 4096 };
+  resolution = new Resolution();
+  #canvas;
+
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
+    this.#canvas = canvas;
+  }
+
+  /** The canvas in device pixels. */
+  get #window() {
+    const { clientWidth, clientHeight } = this.#canvas;
+    return { width: Math.max(clientWidth, 1) * devicePixelRatio, height: Math.max(clientHeight, 1) * devicePixelRatio };
+  }
+
+  /** Most pixels of use in a frame. */
+  get most() {
+    const { width, height } = this.#window;
+    return Math.min(width * height, this.limits.max_pixels);
+  }
+
+  /** Share of the window's pixels along each side. */
+  get scale() {
+    const { width, height } = this.#window;
+    return this.wantedScale ?? Math.min(1, Math.sqrt(this.resolution.pixels / (width * height)));
+  }
+
+  /** Of the frames to ask for. */
+  get size() {
+    return frameSize(this.#window, this.scale, this.limits);
+  }
+
+  /** Vertical field of view to ask for [rad]. */
+  get fov() {
+    const { width, height } = this.#window;
+    return fitFov(this.yfov, width / height);
+  }
+}
