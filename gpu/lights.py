@@ -1,10 +1,10 @@
-"""All that emits: emissive triangles, punctual lights and the sky in one table, sampled in proportion to power."""
+"""All that emits: emissive triangles, the sky and punctual lights in one table, sampled in proportion to power."""
 
 import numpy as np
 import warp as wp
 
 from gpu.device import launch
-from gpu.resident import ResidentScene, SceneData
+from gpu.resident import NO_HIT, Hit, ResidentScene, SceneData
 from gpu.sampling import (
     PI,
     TO_UNIT,
@@ -16,15 +16,17 @@ from gpu.sampling import (
     sky_direction,
     triangle_barycentrics,
 )
-from gpu.scene.types import Ints, Light, LightKind
+from gpu.scene.types import Doubles, Ints, Light, LightKind
 from gpu.surface import emission_at, triangle_normal
 
-POINT = wp.constant(int(LightKind.POINT))
 SPOT = wp.constant(int(LightKind.SPOT))
 DIRECTIONAL = wp.constant(int(LightKind.DIRECTIONAL))
 # Lights without a place stand this far away; unit space has the diameter √3.
 FAR = wp.constant(4.0)
+NOT_AN_EMITTER = wp.constant(-1)
 POWER_SAMPLES = wp.constant(16)
+# So many punctual lights are cheaper to visit one by one than the noise of a choice among them.
+MAX_VISITED = 8
 
 
 @wp.struct
@@ -40,17 +42,28 @@ class LightData:
 
 
 @wp.struct
-class LightTable:
-    """Emitters: `triangle_count` emissive triangles, then `light_count` punctual lights, then the sky if there is one.
+class Shares:
+    """The first `count` emitters' shares in a choice by power. cumulative (emitter,): their upper ends, of 2³²."""
 
-    cumulative (emitter,): upper ends of the emitters' shares of 2³² in the choice by power; faces, areas (triangle,);
-    radius: of the scene's bounding sphere about the origin.
+    count: int
+    cumulative: wp.array[wp.uint32]
+
+
+@wp.struct
+class LightTable:
+    """Emitters: `triangle_count` emissive triangles, then the sky (`sky_count` is 0 or 1), then punctual lights.
+
+    everything: shares of all emitters; sampled: of those that direct light chooses from; the first `visited_count`
+    punctual lights it visits one by one instead. faces (triangle,) ascending; areas (triangle,); lights (light,);
+    count: of all emitters, 0 when none has power; radius: of the scene's bounding sphere about the origin.
     """
 
     count: int
     triangle_count: int
-    light_count: int
-    cumulative: wp.array[wp.uint32]
+    sky_count: int
+    visited_count: int
+    everything: Shares
+    sampled: Shares
     faces: wp.array[int]
     areas: wp.array[float]
     lights: wp.array[LightData]
@@ -77,15 +90,25 @@ class Particle:
 
 @wp.struct
 class LightSample:
-    """A sample of the light that reaches a point: towards `direction`, from `distance` away, at a surface of `normal`.
+    """A sample of the light that reaches a place: from `point`, on a surface of `normal` (zero: on none).
 
-    irradiance: radiance × solid angle ÷ density [W/m²], still to be multiplied by the receiver's cosine.
+    direction: unit, towards the point; irradiance: radiance × solid_angle [W/m²], still to be multiplied by the
+    receiver's cosine; solid_angle: that the sample stands for, the inverse of its density [sr], 0 for punctual lights.
     """
 
-    direction: wp.vec3
-    distance: float
+    point: wp.vec3
     normal: wp.vec3
+    direction: wp.vec3
     irradiance: wp.vec3
+    solid_angle: float
+
+
+@wp.struct
+class MetLight:
+    """Light that a ray met: its radiance, and the density [1/sr] with which `sample_light` chooses that direction."""
+
+    radiance: wp.vec3
+    density: float
 
 
 @wp.func
@@ -103,26 +126,48 @@ def spot_falloff(light: LightData, direction: wp.vec3) -> float:
 
 
 @wp.func
-def choose_emitter(table: LightTable, value: wp.uint32) -> EmitterChoice:
+def choose_emitter(shares: Shares, value: wp.uint32) -> EmitterChoice:
     """The emitter whose share of 2³² holds `value`."""
     low = int(0)
-    high = table.count - 1
+    high = shares.count - 1
     while low < high:
         middle = (low + high) // 2
-        if value < table.cumulative[middle]:
+        if value < shares.cumulative[middle]:
             high = middle
         else:
             low = middle + 1
-    below = wp.uint32(0)
-    if low > 0:
-        below = table.cumulative[low - 1]
-    above = float(table.cumulative[low] - below)
-    if low == table.count - 1:
-        above += 1.0  # the last share ends at 2³², which is stored as 2³² − 1
     choice = EmitterChoice()
     choice.index = low
-    choice.probability = above * TO_UNIT
+    choice.probability = share_of(shares, low)
     return choice
+
+
+@wp.func
+def share_of(shares: Shares, emitter: int) -> float:
+    """The probability that an emitter is chosen with."""
+    below = wp.uint32(0)
+    if emitter > 0:
+        below = shares.cumulative[emitter - 1]
+    share = float(shares.cumulative[emitter] - below)
+    if emitter == shares.count - 1:
+        share += 1.0  # the last share ends at 2³², which is stored as 2³² − 1
+    return share * TO_UNIT
+
+
+@wp.func
+def emitter_of(table: LightTable, face: int) -> int:
+    """The emitter that triangle `face` is, or NOT_AN_EMITTER."""
+    low = int(0)
+    high = table.triangle_count
+    while low < high:
+        middle = (low + high) // 2
+        if table.faces[middle] < face:
+            low = middle + 1
+        else:
+            high = middle
+    if low < table.triangle_count and table.faces[low] == face:
+        return low
+    return NOT_AN_EMITTER
 
 
 @wp.func
@@ -139,7 +184,7 @@ def point_on(scene: SceneData, face: int, place: wp.vec2) -> wp.vec3:
 @wp.func
 def emit(scene: SceneData, table: LightTable, pick: wp.uint32, place: Pair, way: Pair) -> Particle:
     """A light particle whose expected flux is all the scene's light; Jensen 1996, light particles by power."""
-    choice = choose_emitter(table, pick)
+    choice = choose_emitter(table.everything, pick)
     particle = Particle()
     if choice.index < table.triangle_count:
         face = table.faces[choice.index]
@@ -150,63 +195,100 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, place: Pair, way:
         power = PI * table.areas[choice.index] / choice.probability
         particle.flux = emission_at(scene, face, uv[0], uv[1]) * power
         return particle
-    if choice.index < table.triangle_count + table.light_count:
-        light = table.lights[choice.index - table.triangle_count]
-        if light.kind == DIRECTIONAL:
-            disk = on_disk(place.x, place.y) * table.radius
-            frame = orthonormal(light.direction)
-            particle.origin = frame * wp.vec3(disk[0], disk[1], -FAR)
-            particle.direction = light.direction
-            particle.flux = light.intensity * (PI * table.radius * table.radius / choice.probability)
-            return particle
-        cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
-        particle.origin = light.position
-        particle.direction = cone_direction(light.direction, cos_angle, way.x, way.y)
-        share = wp.where(light.kind == SPOT, spot_falloff(light, particle.direction), 1.0)
-        particle.flux = light.intensity * (share * 2.0 * PI * (1.0 - cos_angle) / choice.probability)
+    if choice.index < table.triangle_count + table.sky_count:
+        disk = on_disk(place.x, place.y) * table.radius
+        particle.direction = -sky_direction(way.x, way.y)
+        particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
+        particle.flux = scene.sky * (2.0 * PI * PI * table.radius * table.radius / choice.probability)
         return particle
-    disk = on_disk(place.x, place.y) * table.radius
-    particle.direction = -sky_direction(way.x, way.y)
-    particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
-    particle.flux = scene.sky * (2.0 * PI * PI * table.radius * table.radius / choice.probability)
+    light = table.lights[choice.index - table.triangle_count - table.sky_count]
+    if light.kind == DIRECTIONAL:
+        disk = on_disk(place.x, place.y) * table.radius
+        particle.origin = orthonormal(light.direction) * wp.vec3(disk[0], disk[1], -FAR)
+        particle.direction = light.direction
+        particle.flux = light.intensity * (PI * table.radius * table.radius / choice.probability)
+        return particle
+    cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
+    particle.origin = light.position
+    particle.direction = cone_direction(light.direction, cos_angle, way.x, way.y)
+    share = wp.where(light.kind == SPOT, spot_falloff(light, particle.direction), 1.0)
+    particle.flux = light.intensity * (share * 2.0 * PI * (1.0 - cos_angle) / choice.probability)
     return particle
 
 
 @wp.func
-def sample_light(scene: SceneData, table: LightTable, position: wp.vec3, pick: wp.uint32, place: Pair) -> LightSample:
-    """A sample of the light that reaches `position` from the emitters, visibility left to the caller."""
-    choice = choose_emitter(table, pick)
+def punctual_sample(light: LightData, position: wp.vec3) -> LightSample:
+    """The light that reaches `position` from a punctual light, visibility left to the caller."""
+    sample = LightSample()
+    if light.kind == DIRECTIONAL:
+        sample.direction = -light.direction
+        sample.point = position + sample.direction * FAR
+        sample.irradiance = light.intensity
+        return sample
+    sample.point = light.position
+    way = light.position - position
+    distance = wp.length(way)
+    if distance > 0.0:
+        sample.direction = way / distance
+        share = wp.where(light.kind == SPOT, spot_falloff(light, -sample.direction), 1.0)
+        sample.irradiance = light.intensity * (share / (distance * distance))
+    return sample
+
+
+@wp.func
+def triangle_density(table: LightTable, emitter: int, probability: float, normal: wp.vec3, way: wp.vec3) -> float:
+    """Density [1/sr] of a uniform point of an emissive triangle, at `way` from the receiver; 0 seen from behind."""
+    facing = -wp.dot(way, normal)
+    if facing <= 0.0:
+        return 0.0
+    square = wp.length_sq(way)
+    return probability * square * wp.sqrt(square) / (table.areas[emitter] * facing)
+
+
+@wp.func
+def sample_light(scene: SceneData, table: LightTable, shares: Shares, position: wp.vec3, pick: wp.uint32,
+                 place: Pair) -> LightSample:  # fmt: skip
+    """A sample of the light that reaches `position` from the emitters of `shares`, visibility left to the caller."""
+    choice = choose_emitter(shares, pick)
+    if choice.index >= table.triangle_count + table.sky_count:
+        sample = punctual_sample(table.lights[choice.index - table.triangle_count - table.sky_count], position)
+        sample.irradiance = sample.irradiance / choice.probability
+        return sample
     sample = LightSample()
     if choice.index < table.triangle_count:
         face = table.faces[choice.index]
         uv = triangle_barycentrics(place.x, place.y)
+        sample.point = point_on(scene, face, uv)
         sample.normal = triangle_normal(scene, face)
-        way = point_on(scene, face, uv) - position
-        sample.distance = wp.length(way)
-        if sample.distance > 0.0:
-            sample.direction = way / sample.distance
-            cosine = wp.max(-wp.dot(sample.direction, sample.normal), 0.0)
-            area = table.areas[choice.index] / (sample.distance * sample.distance * choice.probability)
-            sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * (cosine * area)
-        return sample
-    if choice.index < table.triangle_count + table.light_count:
-        light = table.lights[choice.index - table.triangle_count]
-        if light.kind == DIRECTIONAL:
-            sample.direction = -light.direction
-            sample.distance = FAR
-            sample.irradiance = light.intensity / choice.probability
-            return sample
-        way = light.position - position
-        sample.distance = wp.length(way)
-        if sample.distance > 0.0:
-            sample.direction = way / sample.distance
-            share = wp.where(light.kind == SPOT, spot_falloff(light, -sample.direction), 1.0)
-            sample.irradiance = light.intensity * (share / (sample.distance * sample.distance * choice.probability))
+        way = sample.point - position
+        sample.direction = wp.normalize(way)
+        density = triangle_density(table, choice.index, choice.probability, sample.normal, way)
+        if density > 0.0:
+            sample.solid_angle = 1.0 / density
+            sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * sample.solid_angle
         return sample
     sample.direction = sky_direction(place.x, place.y)
-    sample.distance = FAR
+    sample.point = position + sample.direction * FAR
     sample.irradiance = scene.sky * (2.0 * PI / choice.probability)
+    sample.solid_angle = 4.0 * PI / (wp.max(1.0 + sample.direction[1], 1.0e-6) * choice.probability)
     return sample
+
+
+@wp.func
+def light_met(scene: SceneData, table: LightTable, shares: Shares, direction: wp.vec3, hit: Hit) -> MetLight:
+    """The light that a ray along unit `direction` met at `hit`, all of whose emitters must be among `shares`."""
+    met = MetLight()
+    if hit.face == NO_HIT:
+        met.radiance = sky_radiance(scene, direction)
+        if table.sky_count > 0:
+            met.density = share_of(shares, table.triangle_count) * (1.0 + direction[1]) / (4.0 * PI)
+        return met
+    emitter = emitter_of(table, hit.face)
+    normal = triangle_normal(scene, hit.face)
+    if emitter != NOT_AN_EMITTER and wp.dot(normal, direction) < 0.0:
+        met.radiance = emission_at(scene, hit.face, hit.u, hit.v)
+        met.density = triangle_density(table, emitter, share_of(shares, emitter), normal, direction * hit.t)
+    return met
 
 
 @wp.kernel
@@ -256,26 +338,37 @@ def emissive_faces(resident: ResidentScene) -> Ints:
     return np.flatnonzero(emits[materials]).astype(np.int32)
 
 
+def _shares(power: Doubles, device: wp.Device) -> Shares:
+    """Shares in proportion to `power` (emitter,); `count` is 0 when there is none."""
+    shares = Shares()
+    total = float(power.sum())
+    shares.count = len(power) if total > 0.0 else 0
+    ends = np.cumsum(power) / total if total > 0.0 else np.ones(1)
+    integers = np.minimum(np.floor(ends * 2**32), 2**32 - 1).astype(np.uint32)
+    shares.cumulative = wp.array(integers, dtype=wp.uint32, device=device)
+    return shares
+
+
 def build_light_table(resident: ResidentScene) -> LightTable:
     """The scene's emitters with their shares in the choice by power; `count` is 0 when nothing emits."""
     scene, device = resident.scene, resident.device
     faces = wp.array(emissive_faces(resident), dtype=wp.int32, device=device)
     table = LightTable()
     table.radius = float(np.linalg.norm(np.abs(scene.vertices).max(axis=0)))
-    table.triangle_count, table.light_count = len(faces), len(scene.lights)
+    table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
     table.faces = faces
     table.areas = wp.zeros(len(faces), dtype=float, device=device)
     powers = wp.zeros(len(faces), dtype=float, device=device)
     launch(triangle_power_kernel, len(faces), [resident.data, faces, table.areas, powers], device)
     table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
-    shares = [powers.numpy().astype(np.float64), [_light_power(light, table.radius) for light in scene.lights]]
-    if scene.sky is not None:
-        shares.append([float(np.mean(scene.sky.radiance)) * 2.0 * (np.pi * table.radius) ** 2])
-    power = np.concatenate(shares)
-    total = power.sum()
-    table.count = len(power) if total > 0.0 else 0
-    ends = np.cumsum(power) / total if total > 0.0 else np.ones(1)
-    table.cumulative = wp.array(
-        np.minimum(np.floor(ends * 2**32), 2**32 - 1).astype(np.uint32), dtype=wp.uint32, device=device
-    )
+    sky = [] if scene.sky is None else [float(np.mean(scene.sky.radiance)) * 2.0 * (np.pi * table.radius) ** 2]
+    extended = np.concatenate([powers.numpy().astype(np.float64), sky])
+    power = np.concatenate([extended, [_light_power(light, table.radius) for light in scene.lights]])
+    table.everything = _shares(power, device)
+    table.count = table.everything.count
+    if len(scene.lights) <= MAX_VISITED:
+        table.visited_count = len(scene.lights)
+        table.sampled = _shares(extended, device)
+    else:
+        table.sampled = table.everything
     return table

@@ -9,7 +9,6 @@ BELOW_ONE = wp.constant(0.99999994)
 MIX_1 = wp.constant(wp.uint32(0x7FEB352D))
 MIX_2 = wp.constant(wp.uint32(0x846CA68B))
 GOLDEN = wp.constant(wp.uint32(0x9E3779B9))
-TOP_BIT = wp.constant(wp.uint32(0x80000000))
 FIRST_KEY = wp.constant(wp.uint32(0xA511E9B3))
 SECOND_KEY = wp.constant(wp.uint32(0x63D83595))
 
@@ -36,15 +35,33 @@ def reversed_bits(x: wp.uint32) -> wp.uint32:
 
 
 @wp.func
-def owen_scrambled(x: wp.uint32, seed: wp.uint32) -> wp.uint32:
-    """Nested uniform scrambling of a base-2 digit string (B. Burley, Practical Hash-based Owen Scrambling, 2020)."""
-    x = reversed_bits(x)
+def scrambled(x: wp.uint32, seed: wp.uint32) -> wp.uint32:
+    """Nested uniform scrambling of binary digits that stand in reverse, the first lowest.
+
+    B. Burley, Practical Hash-based Owen Scrambling, 2020.
+    """
     x ^= x * wp.uint32(0x3D20ADEA)
     x += seed
     x *= (seed >> wp.uint32(16)) | wp.uint32(1)
     x ^= x * wp.uint32(0x05526C56)
     x ^= x * wp.uint32(0x53A22864)
-    return reversed_bits(x)
+    return x
+
+
+@wp.func
+def sobol_second(index: wp.uint32) -> wp.uint32:
+    """The second dimension of Sobol's sequence, its binary digits in reverse.
+
+    The matrix is Pascal's triangle modulo 2, a power of [[1, 1], [0, 1]], so it takes a step for each bit of a digit's
+    number (A. Ahmed, An Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact, 2024).
+    """
+    x = index
+    x ^= (x >> wp.uint32(16)) & wp.uint32(0x0000FFFF)
+    x ^= (x >> wp.uint32(8)) & wp.uint32(0x00FF00FF)
+    x ^= (x >> wp.uint32(4)) & wp.uint32(0x0F0F0F0F)
+    x ^= (x >> wp.uint32(2)) & wp.uint32(0x33333333)
+    x ^= (x >> wp.uint32(1)) & wp.uint32(0x55555555)
+    return x
 
 
 @wp.struct
@@ -64,21 +81,34 @@ def sobol_pair(index: int, pair: int, seed: int) -> Pair:
     Different pairs are shuffled independently (padding); every power of two of consecutive indices is stratified.
     """
     key = hashed(wp.uint32(seed) * GOLDEN ^ hashed(wp.uint32(pair) + wp.uint32(0x68BC21EB)))
-    order = owen_scrambled(wp.uint32(index), key)
-    second = wp.uint32(0)
-    column = wp.uint32(TOP_BIT)
-    rest = order
-    while rest != wp.uint32(0):
-        if (rest & wp.uint32(1)) != wp.uint32(0):
-            second ^= column
-        rest = rest >> wp.uint32(1)
-        column ^= column >> wp.uint32(1)
+    order = reversed_bits(scrambled(reversed_bits(wp.uint32(index)), key))
     point = Pair()
-    point.a = owen_scrambled(reversed_bits(order), hashed(key ^ FIRST_KEY))
-    point.b = owen_scrambled(second, hashed(key ^ SECOND_KEY))
+    point.a = reversed_bits(scrambled(order, hashed(key ^ FIRST_KEY)))
+    point.b = reversed_bits(scrambled(sobol_second(order), hashed(key ^ SECOND_KEY)))
     point.x = wp.min(float(point.a) * TO_UNIT, BELOW_ONE)
     point.y = wp.min(float(point.b) * TO_UNIT, BELOW_ONE)
     return point
+
+
+@wp.func
+def pixel_seed(pixel: int, seed: int) -> int:
+    """A seed of a pixel's own, so that neighbours are independent."""
+    return int(hashed(wp.uint32(seed) ^ hashed(wp.uint32(pixel))))
+
+
+@wp.func
+def spread_bits(x: int) -> int:
+    """The 16 lowest bits, each followed by a zero."""
+    x = (x | (x << 8)) & 0x00FF00FF
+    x = (x | (x << 4)) & 0x0F0F0F0F
+    x = (x | (x << 2)) & 0x33333333
+    return (x | (x << 1)) & 0x55555555
+
+
+@wp.func
+def z_order(x: int, y: int) -> int:
+    """The number of a pixel in Morton's order."""
+    return spread_bits(x) | (spread_bits(y) << 1)
 
 
 @wp.func
