@@ -66,28 +66,46 @@ def camera_data(camera: Camera, placement: Placement, aspect: float) -> CameraDa
     return data
 
 
+@wp.struct
+class CameraRay:
+    """A camera's ray; direction: unit length."""
+
+    origin: wp.vec3
+    direction: wp.vec3
+
+
+@wp.func
+def camera_ray(camera: CameraData, x: float, y: float) -> CameraRay:
+    """The ray through the image's point (x, y) in [0, 1]², from the top left."""
+    right = (2.0 * x - 1.0) * camera.half_width
+    up = (1.0 - 2.0 * y) * camera.half_height
+    ray = CameraRay()
+    ray.origin = camera.origin
+    ray.direction = -camera.back
+    if camera.orthographic:
+        ray.origin += camera.right * right + camera.up * up
+    else:
+        ray.direction = wp.normalize(camera.right * right + camera.up * up - camera.back)
+    return ray
+
+
 @wp.kernel
 def primary_ray_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], width: int, height: int,
                        out: GBuffer) -> None:  # fmt: skip
     """One thread a pixel: its ray through the pixel's centre and the surface that it meets. cameras: one element."""
     pixel = first + wp.tid()
     camera = cameras[0]
-    x = (2.0 * (float(pixel % width) + 0.5) / float(width) - 1.0) * camera.half_width
-    y = (1.0 - 2.0 * (float(pixel // width) + 0.5) / float(height)) * camera.half_height
-    origin = camera.origin
-    direction = -camera.back
-    if camera.orthographic:
-        origin += camera.right * x + camera.up * y
-    else:
-        direction = wp.normalize(camera.right * x + camera.up * y - camera.back)
-    hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+    x = (float(pixel % width) + 0.5) / float(width)
+    y = (float(pixel // width) + 0.5) / float(height)
+    ray = camera_ray(camera, x, y)
+    hit = closest_hit(scene, ray.origin, ray.direction, RAY_LENGTH)
     out.face[pixel] = hit.face
-    out.view[pixel] = -direction
+    out.view[pixel] = -ray.direction
     out.throughput[pixel] = wp.vec3(1.0, 1.0, 1.0)
     if hit.face == NO_HIT:
-        out.shown[pixel] = sky_radiance(scene, direction)
+        out.shown[pixel] = sky_radiance(scene, ray.direction)
         return
-    surface = surface_at(scene, hit, direction)
+    surface = surface_at(scene, hit, ray.direction)
     out.position[pixel] = surface.position
     out.geometric[pixel] = surface.geometric
     out.normal[pixel] = surface.normal

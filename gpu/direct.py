@@ -1,0 +1,125 @@
+"""Direct light at shading points: soft shadows of emissive triangles and the sky, hard ones of punctual lights.
+
+A light sample is resampled from a few candidates by what they would contribute unshadowed (Talbot et al., Importance
+Resampling for Global Illumination, 2005), so that its shadow ray is spent where it counts. On glossy surfaces a ray of
+the specular lobe shares the work by the balance heuristic (Veach 1997, 9.2).
+"""
+
+import warp as wp
+
+from gpu.brdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
+from gpu.device import launch
+from gpu.gbuffer import RAY_LENGTH, GBuffer
+from gpu.lights import LightSample, LightTable, light_met, punctual_sample, sample_light
+from gpu.rays import closest_hit, connected, offset_origin
+from gpu.resident import NO_HIT, ResidentScene, SceneData
+from gpu.sampling import sobol_pair, z_order
+from gpu.surface import Surface
+
+CANDIDATES = wp.constant(4)
+# `direct_light` takes sample pairs below this one; the rest are free for its callers.
+DIRECT_PAIRS = wp.constant(3)
+
+
+@wp.func
+def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int, seed: int,
+                    glossy: bool) -> wp.vec3:  # fmt: skip
+    """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
+
+    glossy: the light is shared with `lobe_light`.
+    """
+    chosen = LightSample()
+    light = wp.vec3(0.0, 0.0, 0.0)
+    total = float(0.0)
+    for candidate in range(CANDIDATES):
+        pick = sobol_pair(index * CANDIDATES + candidate, 0, seed)
+        place = sobol_pair(index * CANDIDATES + candidate, 1, seed)
+        sample = sample_light(scene, table, table.sampled, surface.position, pick.a, place)
+        reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
+        if glossy:
+            density = specular_density(surface, view, sample.direction)
+            reached = reached / (1.0 + density * sample.solid_angle)
+        weight = largest(reached)
+        total += weight
+        if pick.y * total < weight:
+            chosen = sample
+            light = reached / weight
+    if total > 0.0 and connected(scene, surface.position, surface.geometric, chosen.point, chosen.normal):
+        return light * (total / float(CANDIDATES))
+    return wp.vec3(0.0, 0.0, 0.0)
+
+
+@wp.func
+def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
+               seed: int) -> wp.vec3:  # fmt: skip
+    """The rest of that estimate on a glossy surface: light met by a ray of the specular lobe."""
+    place = sobol_pair(index, 2, seed)
+    lobe = sample_specular(surface, view, place.x, place.y)
+    if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric) <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    origin = offset_origin(surface.position, surface.geometric, lobe.direction)
+    hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
+    met = light_met(scene, table, table.sampled, lobe.direction, hit)
+    return wp.cw_mul(reflected(surface, view, lobe.direction), met.radiance) / (lobe.density + met.density)
+
+
+@wp.func
+def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, first: int, samples: int,
+                 seed: int) -> wp.vec3:  # fmt: skip
+    """Radiance that `surface` reflects of direct light towards unit `view` [W/m²/sr].
+
+    The mean of `samples` estimates, numbers `first` and on of the sample sequences of `seed`.
+    """
+    light = wp.vec3(0.0, 0.0, 0.0)
+    if largest(surface.diffuse) == 0.0 and largest(surface.f0) == 0.0:
+        return light
+    for number in range(table.visited_count):
+        sample = punctual_sample(table.lights[number], surface.position)
+        reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
+        if largest(reached) > 0.0 and connected(
+            scene, surface.position, surface.geometric, sample.point, sample.normal
+        ):
+            light += reached
+    if table.sampled.count > 0:
+        glossy = largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
+        for index in range(first, first + samples):
+            estimate = resampled_light(scene, table, surface, view, index, seed, glossy)
+            if glossy:
+                estimate += lobe_light(scene, table, surface, view, index, seed)
+            light += estimate / float(samples)
+    return light
+
+
+@wp.kernel
+def direct_light_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, width: int, samples: int,
+                        seed: int, out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: what the camera sees of emitters and direct light. out: (pixel,) radiance [W/m²/sr].
+
+    Pixels take their samples from one sequence in the order of a space-filling curve, so that neighbours complement
+    each other and the noise is blue (Ahmed and Wonka, Screen-Space Blue-Noise Diffusion, 2020).
+    """
+    pixel = first + wp.tid()
+    radiance = gbuffer.shown[pixel]
+    if gbuffer.face[pixel] != NO_HIT:
+        surface = Surface()
+        surface.position = gbuffer.position[pixel]
+        surface.geometric = gbuffer.geometric[pixel]
+        surface.normal = gbuffer.normal[pixel]
+        surface.diffuse = gbuffer.diffuse[pixel]
+        surface.f0 = gbuffer.f0[pixel]
+        surface.roughness = gbuffer.roughness[pixel]
+        number = z_order(pixel % width, pixel // width) * samples
+        light = direct_light(scene, table, surface, gbuffer.view[pixel], number, samples, seed)
+        radiance += wp.cw_mul(gbuffer.throughput[pixel], light)
+    out[pixel] = radiance
+
+
+def add_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
+                     size: tuple[int, int], samples: int, seed: int, out: wp.array) -> None:  # fmt: skip
+    """Write what the camera sees of emitters and direct light into `out`, (pixel,) vec3 of linear radiance [W/m²/sr].
+
+    size: (width, height); samples: shadow rays a pixel towards lights with an extent.
+    """
+    width, height = size
+    inputs = [scene, table, gbuffer, width, samples, seed, out]
+    launch(direct_light_kernel, width * height, inputs, resident.device)
