@@ -31,3 +31,12 @@ def report_errors(render: str, reference: str, component: Component, *, as_json:
             value = values[name]
             print(f"{label:<12}{'-' if value is None else f'{value:.4g}'}")
     return 1 if errors.nonfinite else 0
+
+
+def report_scene(source: str, *, as_json: bool) -> None:
+    """Print what is in the scene `source`, a file or a built-in name. Raises SceneError when it cannot be loaded."""
+    from gpu.scene import load_scene
+    from gpu.scene.summary import summarise, summary_text
+
+    summary = summarise(load_scene(source))
+    print(json.dumps(summary, indent=2, ensure_ascii=False) if as_json else summary_text(summary))

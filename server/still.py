@@ -33,6 +33,8 @@ def render_file(
     width, height = size
     started = perf_counter()
     scene = load_scene(source)
+    for sentence in (*scene.report.ignored, *scene.report.notes):
+        print(f"lumenwalk: note: {sentence}", file=sys.stderr)
     view = choose_camera(scene, camera, width / height)
     loaded = perf_counter()
     resident = ResidentScene(scene, device)

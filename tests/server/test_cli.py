@@ -97,6 +97,15 @@ def test_compare_takes_a_component_of_a_reference(shared: Path, tmp_path: Path) 
     assert energy[1] == pytest.approx(1.0)
 
 
+def test_info_as_text_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", "cornell-box"]) == 0
+    text = capsys.readouterr().out
+    assert main(["info", "cornell-box", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert f"{report['triangles']:,} triangles" in text
+    assert report["lights"][0]["kind"] == "area"
+
+
 def test_an_interrupt_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     def interrupted(*_: object, **__: object) -> int:
         raise KeyboardInterrupt
