@@ -1,0 +1,56 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { isFinalClose, parseFrame } from "../../../web/protocol.js";
+
+/** A frame as `server/protocol.py` packs it; `header` bytes long. @param {number} [header] */
+function frame(header = 64) {
+  const bytes = new ArrayBuffer(header + 3);
+  const view = new DataView(bytes);
+  view.setUint8(0, 1);
+  view.setUint8(1, 1);
+  view.setUint16(2, header, true);
+  view.setUint16(4, 640, true);
+  view.setUint16(6, 360, true);
+  view.setUint32(8, 7, true);
+  view.setUint32(12, 4_000_000_000, true);
+  view.setUint32(16, 3, true);
+  [1.5, 20, 0.25, 1, 2, 3, 4, 5, 6, 7, 8].forEach((ms, slot) => view.setFloat32(20 + 4 * slot, ms, true));
+  new Uint8Array(bytes, header).set([255, 216, 255]);
+  return bytes;
+}
+
+test("a frame's fields are where the protocol puts them", () => {
+  const { image, ...fields } = parseFrame(frame());
+  assert.deepEqual(fields, {
+    codec: "image/jpeg",
+    width: 640,
+    height: 360,
+    pose: 7,
+    frame: 4_000_000_000,
+    settings: 3,
+    queueMs: 1.5,
+    renderMs: 20,
+    encodeMs: 0.25,
+    stagesMs: [1, 2, 3, 4, 5, 6, 7, 8],
+  });
+  assert.deepEqual([...image], [255, 216, 255]);
+});
+
+test("the image starts where the header ends, however long it is", () => {
+  assert.deepEqual([...parseFrame(frame(80)).image], [255, 216, 255]);
+});
+
+test("what is not a frame of this version is refused", () => {
+  const other = frame();
+  new DataView(other).setUint8(0, 2);
+  assert.throws(() => parseFrame(other), /not a frame/);
+  assert.throws(() => parseFrame(new ArrayBuffer(63)), /not a frame/);
+  const codec = frame();
+  new DataView(codec).setUint8(1, 9);
+  assert.throws(() => parseFrame(codec), /codec: 9/);
+});
+
+test("the page comes back after all closes but those that are its own fault", () => {
+  assert.deepEqual([1000, 1001, 1002, 1006, 1008, 1009, 1012, 1013].filter(isFinalClose), [1002, 1008, 1009]);
+});
