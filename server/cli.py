@@ -4,6 +4,7 @@ Exit status: 0 done; 1 `compare` met non-finite pixels; 2 a mistake in what was 
 130 interrupted. Everything heavy is imported by the command that needs it.
 """
 
+import os
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
@@ -35,6 +36,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = _parser().parse_args(arguments)
         status: int = options.command(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader has seen enough, as `head` does; Python's own flush at exit must not fail too
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except UserError as error:
         print(f"lumenwalk: error: {error}", file=sys.stderr)
         return 2

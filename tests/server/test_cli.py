@@ -106,6 +106,16 @@ def test_info_as_text_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert report["lights"][0]["kind"] == "area"
 
 
+def test_a_reader_that_leaves_is_no_error() -> None:
+    script = Path(sys.executable).with_name("lumenwalk")
+    with subprocess.Popen([script, "info", "cornell-box"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(60) == 0
+
+
 def test_an_interrupt_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     def interrupted(*_: object, **__: object) -> int:
         raise KeyboardInterrupt
