@@ -60,6 +60,22 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER) -> Fast
     return app
 
 
+def server_config(app: FastAPI, settings: ServerSettings) -> uvicorn.Config:
+    """How uvicorn runs the application: frames are JPEGs already, so compressing messages would only cost time."""
+    return uvicorn.Config(
+        app,
+        host=settings.host,
+        port=settings.port,
+        log_level="warning",
+        access_log=False,
+        lifespan="on",
+        ws="websockets-sansio",
+        ws_max_size=settings.max_message_bytes,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=STOP_SECONDS,
+    )
+
+
 def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
     """Run the service until SIGINT or SIGTERM; prints its URL on stdout once a frame can be had.
 
@@ -71,17 +87,7 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
     with _listen(settings.host, settings.port) as listener:
         host = f"[{settings.host}]" if ":" in settings.host else settings.host
         url = f"http://{host}:{listener.getsockname()[1]}"
-        config = uvicorn.Config(
-            app,
-            log_level="warning",
-            access_log=False,
-            lifespan="on",
-            ws="websockets-sansio",
-            ws_max_size=settings.max_message_bytes,
-            ws_per_message_deflate=False,
-            timeout_graceful_shutdown=STOP_SECONDS,
-        )
-        server = uvicorn.Server(config)
+        server = uvicorn.Server(server_config(app, settings))
         engine.listeners.add(_announcer(engine, server, url))
         with suppress(KeyboardInterrupt):
             server.run(sockets=[listener])

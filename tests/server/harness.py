@@ -1,0 +1,113 @@
+"""A service that runs in a thread of the test, with gradients for pictures, and viewers to walk in it."""
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import httpx
+import pytest
+import uvicorn
+from websockets.sync.client import ClientConnection, connect
+
+from server.app import create_app, server_config
+from server.protocol import FrameHeader, unpack_frame
+from server.service import Service
+from server.settings import ServerSettings
+
+GRADIENT_WORKER = (sys.executable, str(Path(__file__).with_name("gradient_worker.py")))
+IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+
+
+class Walker:
+    """A viewer for tests: says hello, sends poses, and sorts what comes back into frames and words."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.words: list[dict[str, Any]] = []
+        self.frames: list[tuple[FrameHeader, bytes]] = []
+
+    def send(self, type_: str, **fields: Any) -> None:
+        self.socket.send(json.dumps({"type": type_, **fields}))
+
+    def hello(self, **fields: Any) -> dict[str, Any]:
+        """Says hello and waits for the scene, which is returned."""
+        self.send("hello", **{"protocol": 1, "size": [64, 36]} | fields)
+        return self.word("scene")
+
+    def pose(self, number: int, x: float = 0.0) -> None:
+        self.send("pose", id=number, matrix=[*IDENTITY[:12], x, *IDENTITY[13:]], yfov=1.0)
+
+    def word(self, type_: str, timeout: float = 10.0, **fields: Any) -> dict[str, Any]:
+        """The next message of this type with these fields; what comes before it is kept or passed over."""
+        deadline = time.monotonic() + timeout
+        while True:
+            for index, word in enumerate(self.words):
+                if {"type": type_, **fields}.items() <= word.items():
+                    del self.words[: index + 1]
+                    return word
+            self._take(deadline)
+
+    def frame(self, timeout: float = 10.0) -> tuple[FrameHeader, bytes]:
+        deadline = time.monotonic() + timeout
+        while not self.frames:
+            self._take(deadline)
+        return self.frames.pop(0)
+
+    def no_frame(self, seconds: float = 0.3) -> None:
+        """Fails when a frame comes within that time."""
+        with pytest.raises(TimeoutError):
+            self.frame(seconds)
+
+    def _take(self, deadline: float) -> None:
+        message = self.socket.recv(max(deadline - time.monotonic(), 0.0))
+        if isinstance(message, bytes):
+            self.frames.append(unpack_frame(message))
+        else:
+            self.words.append(json.loads(message))
+
+
+@dataclass
+class Running:
+    """A service that listens on a free port of the loopback address."""
+
+    service: Service
+    http: httpx.Client
+
+    @contextmanager
+    def walker(self) -> Iterator[Walker]:
+        """A viewer that has connected."""
+        url = f"ws://{self.http.base_url.netloc.decode()}/api/v1/stream"
+        with connect(url, max_size=2**26, compression="deflate") as socket:
+            yield Walker(socket)
+
+    def wait_ready(self, timeout: float = 20.0) -> None:
+        deadline = time.monotonic() + timeout
+        while self.http.get("/readyz").status_code != 200:
+            assert time.monotonic() < deadline, self.service.engine.activity
+            time.sleep(0.02)
+
+
+@contextmanager
+def run(settings: ServerSettings) -> Iterator[Running]:
+    """A service that runs as long as the context, on a port of its own."""
+    app = create_app(settings, GRADIENT_WORKER)
+    server = uvicorn.Server(server_config(app, settings))
+    thread = Thread(target=server.run, daemon=True)
+    thread.start()
+    try:
+        while not server.started:
+            assert thread.is_alive()
+            time.sleep(0.005)
+        port = server.servers[0].sockets[0].getsockname()[1]
+        with closing(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=20)) as http:
+            yield Running(app.state.service, http)
+    finally:
+        server.should_exit = True
+        thread.join(15)
+        assert not thread.is_alive()

@@ -1,0 +1,271 @@
+"""The WebSocket as a viewer meets it: admission, messages, frames, scenes, failures."""
+
+import os
+import signal
+import time
+from collections.abc import Callable
+
+import pytest
+import simplejpeg
+from gradient_worker import BUG_SEED, DEADLY_SEED, SLOW_SEED, WRONG_SEED
+from harness import Running, Walker
+from websockets.exceptions import ConnectionClosed
+
+from server.protocol import STAGES, WINDOW
+
+Visit = Callable[[Running], Walker]
+
+
+@pytest.fixture
+def walker(running: Running, visit: Visit) -> Walker:
+    """A viewer that has been welcomed and knows the scene."""
+    walker = visit(running)
+    walker.hello()
+    return walker
+
+
+def closed(walker: Walker) -> int:
+    """The code with which the server closes the socket."""
+    with pytest.raises(ConnectionClosed) as caught:
+        walker.word("never")
+    assert caught.value.rcvd is not None
+    return caught.value.rcvd.code
+
+
+def test_the_welcome_says_what_there_is(running: Running, visit: Visit) -> None:
+    walker = visit(running)
+    walker.send("hello", protocol=1, size=[64, 36])
+    welcome = walker.word("welcome")
+    assert welcome["scenes"][0]["id"] == "cornell-box"
+    assert {"rooms/hall.glb", "broken.glb"} < {scene["id"] for scene in welcome["scenes"]}
+    assert welcome["settings_schema"]["properties"]["fuzziness"]["maximum"] == 8
+    assert welcome["stages"] == list(STAGES)
+    assert welcome["limits"]["max_pixels"] == 640 * 360
+    scene = walker.word("scene")
+    assert scene["id"] == "cornell-box"
+    assert scene["cameras"][0]["name"] == "front"
+    walker.word("status", state="ready")
+
+
+def test_frames_are_not_compressed_again(walker: Walker) -> None:
+    assert walker.socket.protocol.extensions == []
+
+
+def test_a_pose_brings_its_frame(walker: Walker) -> None:
+    walker.pose(41, x=1.0)
+    header, image = walker.frame()
+    assert (header.pose, header.frame, header.settings) == (41, 1, 0)
+    assert header.render_ms > 0.0
+    assert header.encode_ms > 0.0
+    assert header.queue_ms >= 0.0
+    assert dict(zip(STAGES, header.stages, strict=True)) == dict.fromkeys(STAGES, 0.0) | {
+        "gbuffer": 0.5,
+        "shade": 1.5,
+        "other": 2.0,
+    }
+    pixels = simplejpeg.decode_jpeg(image)
+    assert pixels.shape == (36, 64, 3)
+    assert abs(float(pixels[..., 1].mean()) - 255.0) < 8.0
+
+
+def test_nothing_comes_while_nothing_changes(walker: Walker) -> None:
+    walker.pose(1)
+    frame = walker.frame()[0].frame
+    walker.send("ack", frame=frame)
+    walker.no_frame()
+
+
+def test_the_newest_pose_wins(walker: Walker) -> None:
+    walker.send("settings", id=1, settings={"seed": SLOW_SEED})
+    walker.pose(1)
+    time.sleep(0.1)  # the first is being rendered
+    for number in range(2, 30):
+        walker.pose(number)
+    poses = []
+    for _ in range(2):
+        header, _ = walker.frame()
+        walker.send("ack", frame=header.frame)
+        poses.append(header.pose)
+    assert poses == [1, 29]
+    walker.no_frame()
+
+
+def test_at_most_a_window_of_frames_is_unacknowledged(walker: Walker) -> None:
+    for number in range(1, 20):
+        walker.pose(number)
+        time.sleep(0.01)
+    frames = [walker.frame()[0].frame for _ in range(WINDOW)]
+    walker.no_frame()
+    walker.send("ack", frame=frames[0])
+    assert walker.frame()[0].pose == 19
+
+
+def test_settings_change_the_frames(walker: Walker) -> None:
+    walker.pose(3)
+    walker.send("ack", frame=walker.frame()[0].frame)
+    walker.send("settings", id=9, size=[32, 18], settings={"method": "path"})
+    header, image = walker.frame()
+    assert (header.pose, header.settings, header.width, header.height) == (3, 9, 32, 18)
+    assert simplejpeg.decode_jpeg_header(image)[:2] == (18, 32)
+
+
+def test_each_viewer_has_its_own_camera(running: Running, visit: Visit) -> None:
+    walkers = [visit(running) for _ in range(2)]
+    for index, walker in enumerate(walkers):
+        walker.hello()
+        walker.pose(index + 1, x=float(index))
+    green = [float(simplejpeg.decode_jpeg(walker.frame()[1])[..., 1].mean()) for walker in walkers]
+    assert green == pytest.approx([0.0, 255.0], abs=8.0)
+
+
+def test_viewers_take_turns(running: Running, visit: Visit) -> None:
+    walkers = [visit(running) for _ in range(2)]
+    counts = [0, 0]
+    for walker in walkers:
+        walker.hello()
+        walker.send("settings", id=1, settings={"seed": SLOW_SEED})
+    for number in range(1, 4):
+        for index, walker in enumerate(walkers):
+            walker.pose(number)
+            if number > 1:
+                walker.send("ack", frame=walker.frame()[0].frame)
+                counts[index] += 1
+    assert counts == [2, 2]
+
+
+def test_another_scene_needs_another_pose(walker: Walker) -> None:
+    walker.pose(1)
+    walker.send("ack", frame=walker.frame()[0].frame)
+    walker.send("settings", id=1, scene="rooms/hall.glb")
+    assert walker.word("scene")["id"] == "rooms/hall.glb"
+    walker.no_frame()
+    walker.pose(2)
+    assert walker.frame()[0].settings == 1
+
+
+def test_a_scene_that_cannot_be_opened_leaves_the_last_one(walker: Walker) -> None:
+    walker.send("settings", id=1, scene="broken.glb")
+    assert "accessors[0]" in walker.word("error", code="scene-failed")["message"]
+    assert walker.word("scene")["id"] == "cornell-box"
+    walker.pose(1)
+    walker.frame()
+
+
+@pytest.mark.parametrize("scene", ["nowhere", "../conftest.py", "/etc/passwd", "rooms/../broken.glb"])
+def test_an_unknown_scene_is_refused(walker: Walker, scene: str) -> None:
+    walker.send("settings", id=1, scene=scene)
+    assert scene in walker.word("error", code="unknown-scene")["message"]
+
+
+def test_an_unknown_scene_in_the_hello_gives_the_served_one(running: Running, visit: Visit) -> None:
+    walker = visit(running)
+    walker.send("hello", protocol=1, size=[8, 8], scene="gone")
+    walker.word("error", code="unknown-scene")
+    assert walker.word("scene")["id"] == "cornell-box"
+
+
+@pytest.mark.parametrize(
+    "message",
+    ["{", '{"type":"ack","frame":99}', '{"type":"pose","id":1}', '{"type":"hello","protocol":1,"size":[8,8]}', b"\x00"],
+)
+def test_a_wrong_message_is_refused_and_the_session_goes_on(walker: Walker, message: str | bytes) -> None:
+    walker.socket.send(message)
+    walker.word("error", code="bad-message")
+    walker.pose(1)
+    walker.frame()
+
+
+@pytest.mark.parametrize("change", [{"size": [640, 361]}, {"settings": {"samples": 65}}])
+def test_settings_beyond_the_limits_are_refused(walker: Walker, change: dict[str, object]) -> None:
+    walker.send("settings", id=1, **change)
+    walker.word("error", code="limit")
+    walker.pose(1)
+    assert walker.frame()[0].settings == 0
+
+
+def test_a_hello_beyond_the_limits_is_refused(running: Running, visit: Visit) -> None:
+    walker = visit(running)
+    walker.send("hello", protocol=1, size=[640, 361])
+    walker.word("error", code="limit")
+    assert closed(walker) == 1008
+
+
+def test_a_session_starts_with_hello(running: Running, visit: Visit) -> None:
+    walker = visit(running)
+    walker.pose(1)
+    assert "first message must be hello" in walker.word("error", code="bad-message")["message"]
+    assert closed(walker) == 1002
+
+
+def test_a_message_that_is_too_big_closes_the_session(running: Running, walker: Walker) -> None:
+    walker.socket.send("x" * (running.service.settings.max_message_bytes + 1))
+    assert closed(walker) == 1009
+
+
+def test_one_viewer_too_many_is_told_to_try_again(running: Running, visit: Visit) -> None:
+    while running.service.viewers:  # those of other tests are leaving
+        time.sleep(0.01)
+    for _ in range(running.service.settings.max_viewers):
+        visit(running).hello()
+    assert closed(visit(running)) == 1013
+
+
+def test_a_render_that_fails_is_reported_once(walker: Walker) -> None:
+    walker.send("settings", id=1, settings={"seed": WRONG_SEED})
+    for number in (1, 2, 3):
+        walker.pose(number)
+    assert walker.word("error", code="render-failed")["message"] == "settings.seed: is the wrong one"
+    with pytest.raises(TimeoutError):
+        walker.word("error", timeout=0.3)
+    walker.send("settings", id=2, settings={})
+    assert walker.frame()[0].pose == 3
+
+
+def test_a_bug_is_reported_without_its_traceback(walker: Walker) -> None:
+    walker.send("settings", id=1, settings={"seed": BUG_SEED})
+    walker.pose(1)
+    message = walker.word("error", code="render-failed")["message"]
+    assert "internal error" in message
+    assert "Traceback" not in message
+
+
+def test_a_killed_worker_is_replaced_and_the_viewer_stays(serve: Callable[..., Running], visit: Visit) -> None:
+    running = serve()
+    walker = visit(running)
+    walker.hello()
+    walker.pose(1)
+    walker.send("ack", frame=walker.frame()[0].frame)
+    pid = running.service.engine.worker_pid
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+    walker.word("status", state="recovering")
+    walker.pose(2)
+    walker.word("status", state="ready")
+    assert walker.frame()[0].pose == 2
+
+
+def test_a_view_that_kills_the_worker_is_given_up(serve: Callable[..., Running], visit: Visit) -> None:
+    walker = visit(serve())
+    walker.hello()
+    walker.send("settings", id=1, settings={"seed": DEADLY_SEED})
+    walker.pose(1)
+    assert "change it" in walker.word("error", timeout=30, code="render-failed")["message"]
+    walker.send("settings", id=2, settings={})
+    assert walker.frame(timeout=30)[0].settings == 2
+
+
+def test_viewers_of_a_service_that_starts_see_its_progress(serve: Callable[..., Running], visit: Visit) -> None:
+    walker = visit(serve(ready=False))
+    walker.send("hello", protocol=1, size=[8, 8])
+    walker.word("status", state="loading")
+    walker.word("scene")
+
+
+def test_a_viewer_that_leaves_is_forgotten(running: Running) -> None:
+    with running.walker() as walker:
+        walker.hello()
+        here = set(running.service.viewers)
+    deadline = time.monotonic() + 5.0
+    while running.service.viewers >= here and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not running.service.viewers >= here
