@@ -1,0 +1,65 @@
+"""Small scenes for the renderer's tests, and kernels' results as arrays."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from gpu.device import launch
+from gpu.resident import ResidentScene
+from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.types import Doubles, Light, Material, Scene, Sky, Texture
+
+
+def quad(corner: Sequence[float], edge_u: Sequence[float], edge_v: Sequence[float], material: int = 0) -> MeshPart:
+    """A parallelogram whose front is edge_u × edge_v; UVs (0, 0) at `corner`, (1, 1) opposite it."""
+    origin, u, v = (np.asarray(vector, np.float64) for vector in (corner, edge_u, edge_v))
+    positions = np.stack([origin, origin + u, origin + u + v, origin + v])
+    uvs = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float64)
+    return MeshPart(positions, np.array([[0, 1, 2], [0, 2, 3]]), uvs=(uvs,), material=material)
+
+
+def box(material: int = 0, half: float = 0.5) -> list[MeshPart]:
+    """A closed cube about the origin whose fronts are inside."""
+    parts = []
+    for axis in range(3):
+        for side in (-half, half):
+            corner, u, v = np.full(3, -half), np.zeros(3), np.zeros(3)
+            corner[axis] = side
+            u[(axis + 1) % 3], v[(axis + 2) % 3] = 2.0 * half, 2.0 * half
+            parts.append(quad(corner, u, v, material) if side < 0.0 else quad(corner, v, u, material))
+    return parts
+
+
+def grey(albedo: float, emission: float = 0.0) -> Material:
+    """A rough dielectric without a specular lobe."""
+    return Material(base_color=(albedo, albedo, albedo, 1.0), emission=(emission,) * 3, specular=0.0)
+
+
+def scene_of(
+    parts: Sequence[MeshPart],
+    materials: Sequence[Material],
+    lights: Sequence[Light] = (),
+    sky: Sky | None = None,
+    textures: Sequence[Texture] = (),
+) -> Scene:
+    """The parts as a scene. Its unit space is the world where the parts fill [−½, ½]³ along one axis, centred."""
+    return assemble("test", parts, materials, textures, lights, sky=sky)
+
+
+def resident_of(parts: Sequence[MeshPart], materials: Sequence[Material], **rest: Any) -> ResidentScene:
+    """The same scene on the CPU."""
+    return ResidentScene(scene_of(parts, materials, **rest), "cpu")
+
+
+def column(values: Any, dtype: Any) -> wp.array:
+    """A Warp array on the CPU."""
+    return wp.array(np.ascontiguousarray(values), dtype=dtype, device="cpu")
+
+
+def results(kernel: wp.Kernel, count: int, inputs: Sequence[Any], dtype: Any, width: int | None = None) -> Doubles:
+    """What `kernel` writes into its last argument, (count,) or (count · width,) of `dtype`, as float64."""
+    out = wp.zeros(count * (width or 1), dtype=dtype, device="cpu")
+    launch(kernel, count, [*inputs, out], wp.get_device("cpu"))
+    return np.asarray(out.numpy(), np.float64)
