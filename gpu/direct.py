@@ -18,7 +18,7 @@ from gpu.surface import Surface
 
 CANDIDATES = wp.constant(4)
 # `direct_light` takes sample pairs below this one; the rest are free for its callers.
-DIRECT_PAIRS = wp.constant(3)
+DIRECT_PAIRS = wp.constant(4)
 
 
 @wp.func
@@ -31,6 +31,8 @@ def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view:
     chosen = LightSample()
     light = wp.vec3(0.0, 0.0, 0.0)
     total = float(0.0)
+    # One number decides for all candidates, scaled up after each decision: theirs are stratified, so not independent.
+    lot = sobol_pair(index, 2, seed).x
     for candidate in range(CANDIDATES):
         pick = sobol_pair(index * CANDIDATES + candidate, 0, seed)
         place = sobol_pair(index * CANDIDATES + candidate, 1, seed)
@@ -41,9 +43,14 @@ def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view:
             reached = reached / (1.0 + density * sample.solid_angle)
         weight = largest(reached)
         total += weight
-        if pick.y * total < weight:
-            chosen = sample
-            light = reached / weight
+        if weight > 0.0:
+            share = weight / total
+            if lot < share:
+                chosen = sample
+                light = reached / weight
+                lot = lot / share
+            else:
+                lot = (lot - share) / (1.0 - share)
     if total > 0.0 and connected(scene, surface.position, surface.geometric, chosen.point, chosen.normal):
         return light * (total / float(CANDIDATES))
     return wp.vec3(0.0, 0.0, 0.0)
@@ -53,7 +60,7 @@ def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view:
 def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
                seed: int) -> wp.vec3:  # fmt: skip
     """The rest of that estimate on a glossy surface: light met by a ray of the specular lobe."""
-    place = sobol_pair(index, 2, seed)
+    place = sobol_pair(index, 3, seed)
     lobe = sample_specular(surface, view, place.x, place.y)
     if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)

@@ -1,10 +1,17 @@
 """A scene kept on a device: what every kernel reads and every renderer of that scene shares."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import warp as wp
 
 from gpu.device import choose_device, duplicate
 from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
+
+if TYPE_CHECKING:
+    from gpu.lighting import Lighting
 
 NO_HIT = wp.constant(-1)
 NO_TEXTURE = wp.constant(-1)
@@ -148,12 +155,13 @@ class ResidentScene:
     """A scene's geometry, materials and textures on one device.
 
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, to the
-    scene's. Raises DeviceError when `device` does not exist.
+    scene's; `lighting` keeps what gpu.lighting makes of the scene. Raises DeviceError when `device` does not exist.
     """
 
     def __init__(self, scene: Scene, device: str | None = None) -> None:
         self.scene = scene
         self.device = choose_device(device)
+        self.lighting: Lighting | None = None
         masked = np.array([m.alpha_mode is not AlphaMode.OPAQUE for m in scene.materials])[scene.triangle_material]
         self.triangle_order: Ints = np.argsort(masked, kind="stable").astype(np.int32)
         triangles = np.ascontiguousarray(scene.triangles[self.triangle_order])

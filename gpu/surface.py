@@ -56,8 +56,8 @@ def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3) -> wp.vec3:
     if wp.length_sq(tangent) == 0.0:
         return normal
     tangent = wp.normalize(tangent)
-    # glTF: the bitangent follows the UVs' handedness, and v grows downwards in the image, upwards in the map's green.
-    bitangent = wp.cross(normal, tangent) * wp.sign(determinant)
+    # glTF: green points up in the image, against v. Where u × v points along the normal, that is against normal × u.
+    bitangent = wp.cross(normal, tangent) * -wp.sign(determinant)
     place = sample_slot(scene, slot, hit.face, hit.u, hit.v)
     x = (2.0 * place[0] - 1.0) * material.normal_scale
     y = (2.0 * place[1] - 1.0) * material.normal_scale

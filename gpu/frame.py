@@ -1,0 +1,37 @@
+"""A rendered frame and what it took."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import warp as wp
+
+from gpu.scene.types import Bytes, Floats
+
+
+@dataclass(frozen=True)
+class FrameStats:
+    """Times of the stages [ms] in their order, counts of what was worked on, and what was skipped, each by name."""
+
+    stage_ms: dict[str, float] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    skips: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """An image of `size` (width, height) on the device; it is the renderer's until the next frame overwrites it."""
+
+    size: tuple[int, int]
+    device_radiance: wp.array
+    device_pixels: wp.array
+    stats: FrameStats
+
+    def radiance(self) -> Floats:
+        """Linear Rec. 709 radiance [W/m²/sr], shape (height, width, 3), a copy."""
+        width, height = self.size
+        return np.array(self.device_radiance.numpy(), np.float32).reshape(height, width, 3)
+
+    def pixels(self) -> Bytes:
+        """Display-ready sRGB, shape (height, width, 3) uint8, a copy."""
+        width, height = self.size
+        return np.array(self.device_pixels.numpy(), np.uint8).reshape(height, width, 3)

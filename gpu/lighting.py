@@ -1,0 +1,56 @@
+"""The light of a scene that no camera changes: its emitters, VPLs and VPL clusters. Made once, shared by renderers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gpu.lights import LightTable, build_light_table
+from gpu.resident import ResidentScene
+from gpu.vpl import trace_vpls
+from gpu.vpl_clusters import VplClusters, cluster_vpls
+
+Progress = Callable[[str, float], None]
+# Light sets kept per scene: enough for viewers who compare settings, few enough to bound memory.
+KEPT = 4
+
+
+@dataclass(frozen=True)
+class LightingChoice:
+    """What a light set depends on besides the scene."""
+
+    vpls: int
+    vpl_clusters: int
+    bounces: int
+    seed: int
+    lambertian: bool
+
+
+class Lighting:
+    """A scene's light sets by choice, and the table of its emitters."""
+
+    def __init__(self, resident: ResidentScene) -> None:
+        self._resident = resident
+        self._sets: dict[LightingChoice, VplClusters] = {}
+        self.table: LightTable = build_light_table(resident)
+
+    def clusters(self, choice: LightingChoice, progress: Progress) -> VplClusters:
+        """The clusters of `choice`, traced and clustered when they are not kept from before."""
+        if choice in self._sets:
+            self._sets[choice] = self._sets.pop(choice)
+            return self._sets[choice]
+        scene = self._resident.view(lambertian=choice.lambertian)
+        progress("tracing virtual point lights", 0.0)
+        vpls = trace_vpls(self._resident, scene, self.table, choice.vpls, choice.bounces, choice.seed)
+        progress("clustering virtual point lights", 0.5)
+        clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
+        progress("clustering virtual point lights", 1.0)
+        while len(self._sets) >= KEPT:
+            del self._sets[next(iter(self._sets))]
+        self._sets[choice] = clusters
+        return clusters
+
+
+def lighting_of(resident: ResidentScene) -> Lighting:
+    """The lighting that all renderers of `resident` share."""
+    if resident.lighting is None:
+        resident.lighting = Lighting(resident)
+    return resident.lighting

@@ -1,0 +1,1 @@
+"""Rendering methods: each orders the stages of a frame and does nothing else."""

@@ -1,0 +1,52 @@
+"""`exact-vpl`: every VPL with a shadow ray of its own from every pixel. The reference for errors of clustering.
+
+With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it gathers VPL clusters instead.
+"""
+
+from gpu.device import StageClock
+from gpu.lighting import Lighting, Progress
+from gpu.methods.common import lighting_choice, render_direct
+from gpu.quality import Quality
+from gpu.settings import Component, Method, RenderSettings
+from gpu.shade import gather
+from gpu.view import View
+from gpu.vpl_clusters import unclustered
+
+# Rays a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
+RAYS_PER_LAUNCH = 1 << 28
+RAYS_PER_CPU_LAUNCH = 1 << 22
+
+
+class ExactVpl:
+    """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
+
+    def __init__(
+        self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
+    ) -> None:
+        self._view, self._settings, self._quality, self._table = view, settings, quality, lighting.table
+        vpls = lighting.clusters(lighting_choice(settings, quality), progress)
+        self._vpls = unclustered(view.resident, vpls) if settings.method is Method.EXACT_VPL else vpls
+
+    def render(self, clock: StageClock, progress: Progress) -> None:
+        """Direct light, then all VPLs in runs."""
+        view = self._view
+        render_direct(view, self._settings, self._quality, self._table, clock)
+        if self._settings.component is Component.DIRECT or self._vpls.count == 0:
+            return
+        rays = RAYS_PER_LAUNCH if view.device.is_cuda else RAYS_PER_CPU_LAUNCH
+        run = max(1, rays // view.pixels)
+        with clock.stage("gather"):
+            for begin in range(0, self._vpls.count, run):
+                end = min(begin + run, self._vpls.count)
+                sps = view.shading_points
+                gather(view.resident, view.scene, view.gbuffer, sps, self._vpls, begin, end, view.radiance)
+                progress("gathering virtual point lights", end / self._vpls.count)
+
+    def counts(self) -> dict[str, int]:
+        """VPLs and VPL clusters that were gathered."""
+        members = self._vpls.members.count if self._vpls.count else 0
+        return {"vpls": members, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels, "unassigned": 0}
+
+    def skips(self) -> dict[str, int]:
+        """Nothing is skipped in a reference."""
+        return {}

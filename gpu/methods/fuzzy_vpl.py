@@ -1,0 +1,65 @@
+"""`fuzzy-vpl`: clustered VPLs and SPs with fuzzy visibility, the 2022 paper's method."""
+
+from gpu.counting import Counter
+from gpu.device import StageClock
+from gpu.lighting import Lighting, Progress
+from gpu.methods.common import lighting_choice, render_direct
+from gpu.quality import Quality
+from gpu.settings import Clustering, Component, RenderSettings
+from gpu.shade import shade
+from gpu.sp_clusters import UNSERVED_NEED, SpClustering
+from gpu.view import View
+from gpu.visibility import Visibility
+from gpu.vpl_clusters import unclustered
+
+
+class FuzzyVpl:
+    """The six steps of the 2022 paper, section 3.1; steps 1 and 2 happened when the light set was made."""
+
+    def __init__(
+        self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
+    ) -> None:
+        self._view, self._settings, self._quality, self._table = view, settings, quality, lighting.table
+        vpls = lighting.clusters(lighting_choice(settings, quality), progress)
+        self._vpls = unclustered(view.resident, vpls) if settings.clustering is Clustering.SPS else vpls
+        self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
+        self._clustering = SpClustering(
+            view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
+        )
+        self._visibility = Visibility(self._clustering.count, self._vpls.count, view.device)
+        self._counter = Counter(view.device)
+
+    def render(self, clock: StageClock, progress: Progress) -> None:
+        """Direct light, then SP clusters, their visibility and indirect light."""
+        view = self._view
+        render_direct(view, self._settings, self._quality, self._table, clock)
+        if not self._has_indirect:
+            return
+        with clock.stage("cluster"):
+            self._clustering.run(view.shading_points, view.gbuffer, self._settings.seed)
+        with clock.stage("visibility"):
+            self._visibility.trace(view.scene, self._clustering.clusters, self._vpls)
+        with clock.stage("shade"):
+            shade(
+                self._settings.fuzziness,
+                view.gbuffer,
+                view.shading_points,
+                self._clustering.clusters,
+                self._visibility,
+                self._vpls,
+                view.radiance,
+            )
+
+    def counts(self) -> dict[str, int]:
+        """VPLs and clusters, the rays between representatives, and SPs that no cluster serves."""
+        members = self._vpls.members.count if self._vpls.count else 0
+        counts = {"vpls": members, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
+        if not self._has_indirect:
+            return counts | {"rays": 0, "unassigned": 0}
+        unserved = self._counter.sum(self._clustering.need, UNSERVED_NEED) // UNSERVED_NEED
+        return counts | {"rays": self._counter.sum(self._visibility.rays), "unassigned": unserved}
+
+    def skips(self) -> dict[str, int]:
+        """Pairs of representatives that need no ray since they cannot exchange light."""
+        counts = self.counts()
+        return {"pairs facing away": counts["vpl_clusters"] * counts["sp_clusters"] - counts["rays"]}

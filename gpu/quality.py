@@ -1,0 +1,34 @@
+"""The counts of a render: those the user chose, and for the others what suits the device."""
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from gpu.settings import Method, RenderSettings
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Counts with none left open; see RenderSettings."""
+
+    sp_clusters: int
+    vpls: int
+    vpl_clusters: int
+    samples: int
+
+
+ON_CUDA = Quality(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=4)
+ON_CPU = Quality(sp_clusters=2048, vpls=16_384, vpl_clusters=512, samples=1)
+PATHS = 64
+
+
+def quality_of(settings: RenderSettings, device: wp.Device) -> Quality:
+    """The counts of `settings`, the open ones chosen for `device`."""
+    usual = ON_CUDA if device.is_cuda else ON_CPU
+    samples = PATHS if settings.method is Method.PATH else usual.samples
+    return Quality(
+        sp_clusters=settings.sp_clusters or usual.sp_clusters,
+        vpls=settings.vpls or usual.vpls,
+        vpl_clusters=settings.vpl_clusters or usual.vpl_clusters,
+        samples=settings.samples or samples,
+    )

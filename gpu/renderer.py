@@ -1,0 +1,68 @@
+"""A renderer: one image size and one choice of settings of a resident scene, one frame after the other."""
+
+import warp as wp
+
+from gpu.device import StageClock
+from gpu.errors import UserError
+from gpu.frame import Frame, FrameStats
+from gpu.lighting import Progress, lighting_of
+from gpu.methods.common import RenderMethod
+from gpu.methods.exact_vpl import ExactVpl
+from gpu.methods.fuzzy_vpl import FuzzyVpl
+from gpu.methods.path import PathTracing
+from gpu.quality import quality_of
+from gpu.resident import ResidentScene
+from gpu.scene.types import Camera
+from gpu.settings import Clustering, Method, RenderSettings
+from gpu.tonemap import Tonemap
+from gpu.view import View
+
+MAX_SIDE = 16_384
+
+
+def _silent(what: str, fraction: float) -> None:
+    """Report progress to nobody."""
+
+
+class Renderer:
+    """Renders `resident` at `size` (width, height) with `settings`; its arrays are allocated once.
+
+    progress(what, fraction) is called during long work, the first time light is traced above all.
+    Raises UserError when a side of `size` is not within 1 … 16384 pixels.
+    """
+
+    def __init__(
+        self,
+        resident: ResidentScene,
+        size: tuple[int, int],
+        settings: RenderSettings,
+        progress: Progress | None = None,
+    ) -> None:
+        if not all(1 <= side <= MAX_SIDE for side in size):
+            raise UserError(f"size: each side must be 1 to {MAX_SIDE} pixels, got {size[0]}x{size[1]}")
+        self._progress = progress or _silent
+        self._settings = settings
+        self._view = View(resident, size, lambertian=settings.lambertian)
+        self._clock = StageClock(resident.device)
+        self._tonemap = Tonemap(self._view.pixels, resident.device)
+        self._method = self._make_method(resident)
+
+    def _make_method(self, resident: ResidentScene) -> RenderMethod:
+        settings = self._settings
+        exact = settings.method is Method.EXACT_VPL or settings.clustering is Clustering.VPLS
+        method = PathTracing if settings.method is Method.PATH else ExactVpl if exact else FuzzyVpl
+        quality = quality_of(settings, resident.device)
+        return method(self._view, settings, quality, lighting_of(resident), self._progress)
+
+    def render(self, camera: Camera) -> Frame:
+        """The picture from `camera`, ready when the call returns."""
+        view = self._view
+        self._clock.start_frame()
+        view.look(camera)
+        self._method.render(self._clock, self._progress)
+        with self._clock.stage("display"):
+            self._tonemap.run(view.radiance, self._settings.exposure)
+        wp.synchronize_device(view.device)
+        counts = {"pixels": view.pixels, **self._method.counts(), "nonfinite": int(self._tonemap.nonfinite.numpy()[0])}
+        stats = FrameStats(self._clock.milliseconds(), counts, self._method.skips())
+        return Frame(view.size, view.radiance, self._tonemap.pixels, stats)

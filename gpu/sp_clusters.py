@@ -1,0 +1,241 @@
+"""Fuzzy clusters of shading points: each SP belongs to its F nearest ones. Step 4 and Algorithm 2 of the 2022 paper.
+
+Where no representative is near and of like orientation (thin, curved or small parts), the search widens, then relaxes
+the normal. SPs that are served badly or not at all get representatives of their own: a share of the clusters is kept
+back for them, spread in proportion to need, so that no pixel is left without a cluster.
+"""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from gpu.device import launch
+from gpu.gbuffer import GBuffer
+from gpu.grid import FAR_AWAY, NORMAL_THRESHOLD, Representatives, bucket_of, cell_at, level_of, separation
+from gpu.grouping import running_total
+from gpu.kmeans import KMeans
+from gpu.settings import Weighting
+from gpu.shading_points import SampledPoints, ShadingPoints
+
+ITERATIONS = 5
+SAMPLES_PER_CLUSTER = 8
+# Share of the clusters that is kept for SPs that k-means serves badly.
+EXTRA_SHARE = 0.25
+# A representative farther than this many spacings serves an SP badly; need grows with the excess.
+GOOD_DISTANCE = wp.constant(1.0)
+NEED_SCALE = wp.constant(16.0)
+MOST_NEED = wp.constant(255)
+UNSERVED_NEED = wp.constant(1023)
+RELAXED_THRESHOLD = wp.constant(0.0)
+WIDER_LEVELS = wp.constant(3)
+# Distances below this share of a spacing count as a match: w = 1/d has a pole at the representative (2022, Eq. 10).
+MATCH = wp.constant(1.0e-3)
+
+
+@wp.struct
+class SpClusters:
+    """Clusters' representatives as rays need them, and each SP's clusters.
+
+    position, geometric (cluster,): where rays start; used (cluster,): 0 for a cluster without members;
+    cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
+    """
+
+    position: wp.array[wp.vec3]
+    geometric: wp.array[wp.vec3]
+    used: wp.array[int]
+    cluster: wp.array2d[int]
+    weight: wp.array2d[float]
+
+
+@wp.kernel
+def representative_kernel(first: int, gbuffer: GBuffer, representatives: Representatives, pixels: wp.array[int],
+                          base: int, medoids: wp.array[int], sampled: wp.array[int], out: SpClusters) -> None:  # fmt: skip
+    """One thread a cluster: the SP that represents it. Those below `base` are medoids; extra ones know their pixel."""
+    cluster = first + wp.tid()
+    out.used[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 1, 0)
+    if representatives.spacing[cluster] <= 0.0:
+        return
+    if cluster < base:
+        pixels[cluster] = sampled[medoids[cluster]]
+    pixel = pixels[cluster]
+    out.position[cluster] = gbuffer.position[pixel]
+    out.geometric[cluster] = gbuffer.geometric[pixel]
+
+
+@wp.kernel
+def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
+                 base: int, extra: int, spacing_scale: float, representatives: Representatives,
+                 pixels: wp.array[int]) -> None:  # fmt: skip
+    """One thread an extra cluster: systematic sampling of the SPs in proportion to need (totals: its running sum)."""
+    index = first + wp.tid()
+    cluster = base + index
+    representatives.spacing[cluster] = 0.0
+    count = sp_count[0]
+    if count == 0:
+        return
+    total = wp.int64(totals[count - 1])
+    target = (wp.int64(2 * index + 1) * total) / wp.int64(2 * extra)
+    before = (wp.int64(2 * index - 1) * total) / wp.int64(2 * extra)
+    low = int(0)
+    high = count - 1
+    while low < high:
+        middle = (low + high) // 2
+        if wp.int64(totals[middle]) > target:
+            high = middle
+        else:
+            low = middle + 1
+    below = wp.int64(0)
+    if low > 0:
+        below = wp.int64(totals[low - 1])
+    # The SP whose share holds `target` is taken once, by the first of the extra clusters that fall into it.
+    if total == wp.int64(0) or (index > 0 and before >= below):
+        return
+    pixel = sps[low]
+    pixels[cluster] = pixel
+    representatives.position[cluster] = gbuffer.position[pixel]
+    representatives.normal[cluster] = gbuffer.normal[pixel]
+    representatives.spacing[cluster] = gbuffer.spacing[pixel] * wp.sqrt(float(count)) * spacing_scale
+
+
+@cache
+def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
+    """The kernel of Algorithm 2 for F = `fuzziness`; its weights are 1/distance (Eq. 10) or equal (Eq. 8)."""
+    distances: Any = wp.types.vector(length=fuzziness, dtype=float)
+    indices: Any = wp.types.vector(length=fuzziness, dtype=int)
+
+    @wp.struct
+    class Nearest:
+        distance: distances
+        cluster: indices
+
+    @wp.func
+    def search(clusters: Representatives, position: wp.vec3, normal: wp.vec3, level: int, threshold: float) -> Nearest:
+        nearest = Nearest()
+        for f in range(wp.static(fuzziness)):
+            nearest.distance[f] = FAR_AWAY
+            nearest.cluster[f] = -1
+        centre = cell_at(position, level)
+        for neighbour in range(27):
+            cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
+            bucket = bucket_of(cell, level, clusters.buckets)
+            for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
+                entry = clusters.entries[place]
+                cluster = entry // 3
+                candidate = clusters.position[cluster]
+                if level_of(clusters.spacing[cluster]) + entry % 3 - 1 == level and cell_at(candidate, level) == cell:
+                    candidate_normal = clusters.normal[cluster]
+                    if wp.dot(candidate_normal, normal) > threshold:
+                        distance = separation(position, normal, candidate, candidate_normal)
+                        for f in range(wp.static(fuzziness)):
+                            if distance < nearest.distance[f]:
+                                held_distance = nearest.distance[f]
+                                held_cluster = nearest.cluster[f]
+                                nearest.distance[f] = distance
+                                nearest.cluster[f] = cluster
+                                distance = held_distance
+                                cluster = held_cluster
+        return nearest
+
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        sp_count: wp.array[int],
+        clusters: Representatives,
+        spacing_scale: float,
+        only_needy: bool,
+        need: wp.array[int],
+        out: SpClusters,
+    ) -> None:
+        """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well)."""
+        sp = first + wp.tid()
+        if sp >= sp_count[0]:
+            need[sp] = 0
+            return
+        if only_needy and need[sp] == 0:
+            return
+        pixel = sps[sp]
+        position = gbuffer.position[pixel]
+        normal = gbuffer.normal[pixel]
+        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale
+        level = level_of(spacing)
+        nearest = search(clusters, position, normal, level, NORMAL_THRESHOLD)
+        for wider in range(1, WIDER_LEVELS):
+            if nearest.cluster[0] < 0:
+                nearest = search(clusters, position, normal, level + wider, NORMAL_THRESHOLD)
+        for wider in range(WIDER_LEVELS):
+            if nearest.cluster[0] < 0:
+                nearest = search(clusters, position, normal, level + wider, RELAXED_THRESHOLD)
+        need[sp] = UNSERVED_NEED
+        if nearest.cluster[0] >= 0:
+            excess = nearest.distance[0] / spacing - GOOD_DISTANCE
+            need[sp] = wp.clamp(int(NEED_SCALE * excess), 0, MOST_NEED)
+        total = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            weight = float(0.0)
+            if nearest.cluster[f] >= 0:
+                weight = 1.0
+                if wp.static(by_distance):
+                    weight = spacing / wp.max(nearest.distance[f], MATCH * spacing)
+            nearest.distance[f] = weight
+            total += weight
+        for f in range(wp.static(fuzziness)):
+            out.cluster[f, sp] = wp.max(nearest.cluster[f], 0)
+            out.weight[f, sp] = nearest.distance[f] / wp.max(total, 1.0e-20)
+
+    return kernel
+
+
+class SpClustering:
+    """Clusters a frame's SPs; `clusters` (SpClusters) and `need` (sp,) hold the result, arrays are allocated once."""
+
+    def __init__(
+        self, capacity: int, cluster_count: int, fuzziness: int, weighting: Weighting, device: wp.Device
+    ) -> None:
+        self.device = device
+        self.count = min(cluster_count, capacity)
+        self._extra = int(self.count * EXTRA_SHARE) if self.count > 1 else 0
+        self._base = self.count - self._extra
+        self._samples = SampledPoints(min(capacity, SAMPLES_PER_CLUSTER * self._base), device)
+        self._kmeans = KMeans(self._samples.capacity, self._base, device, extra=self._extra)
+        self._pixels = wp.zeros(self.count, dtype=int, device=device)
+        self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
+        self.need = wp.zeros(capacity, dtype=int, device=device)
+        self._needs = wp.zeros(capacity, dtype=int, device=device)
+        self.clusters = SpClusters()
+        self.clusters.position = wp.zeros(self.count, dtype=wp.vec3, device=device)
+        self.clusters.geometric = wp.zeros(self.count, dtype=wp.vec3, device=device)
+        self.clusters.used = wp.zeros(self.count, dtype=int, device=device)
+        self.clusters.cluster = wp.zeros((fuzziness, capacity), dtype=int, device=device)
+        self.clusters.weight = wp.zeros((fuzziness, capacity), dtype=float, device=device)
+
+    def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
+        """K-means of a sample of `sps`, then the F nearest clusters of every SP."""
+        grid, scale = self._kmeans.grid, self._base**-0.5
+        grid.data.spacing.zero_()
+        self._samples.draw(sps, gbuffer, self._base, seed)
+        self._kmeans.run(self._samples.points, ITERATIONS, seed)
+        grid.build()
+        self._assign(sps, gbuffer, scale, only_needy=False)
+        if self._extra:
+            running_total(self.need, self._needs)
+            inputs: list[Any] = [gbuffer, sps.pixels, sps.count, self._needs, self._base, self._extra, scale]
+            launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
+            grid.build()
+            self._assign(sps, gbuffer, scale, only_needy=True)
+        inputs = [
+            gbuffer,
+            grid.data,
+            self._pixels,
+            self._base,
+            self._kmeans.medoids,
+            self._samples.pixels,
+            self.clusters,
+        ]
+        launch(representative_kernel, self.count, inputs, self.device)
+
+    def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: float, *, only_needy: bool) -> None:
+        inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, scale, only_needy, self.need, self.clusters]
+        launch(self._kernel, sps.capacity, inputs, self.device)

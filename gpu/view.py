@@ -1,0 +1,32 @@
+"""One viewer's image: the arrays of its size, which live as long as its renderer, and the camera it looks through."""
+
+import warp as wp
+
+from gpu.device import allocate
+from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
+from gpu.resident import ResidentScene
+from gpu.scene.types import Camera
+from gpu.shading_points import ShadingPoints
+
+
+class View:
+    """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills."""
+
+    def __init__(self, resident: ResidentScene, size: tuple[int, int], *, lambertian: bool) -> None:
+        self.resident, self.size, self.device = resident, size, resident.device
+        self.pixels = size[0] * size[1]
+        self.scene = resident.view(lambertian=lambertian)
+        self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
+        self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
+        self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
+        self.shading_points = ShadingPoints(size, self.device)
+
+    def look(self, camera: Camera) -> None:
+        """Look through `camera`; its own aspect gives way to the image's."""
+        data = camera_data(camera, self.resident.scene.placement, self.size[0] / self.size[1])
+        self.camera.assign(wp.array([data], dtype=CameraData, device="cpu"))
+
+    def find_shading_points(self) -> None:
+        """Trace the primary rays and list the pixels that meet a surface."""
+        trace_primary_rays(self.resident, self.scene, self.camera, self.size, self.gbuffer)
+        self.shading_points.find(self.gbuffer)
