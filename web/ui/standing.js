@@ -65,7 +65,6 @@ export class Standing {
 
   /** A picture of what was asked for is there. */
   picture() {
-    if (this.#pictured && !this.#failed) return;
     this.#pictured = true;
     this.#failed = false;
     this.#overlay.connection("good", "Connected");

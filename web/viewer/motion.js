@@ -13,6 +13,11 @@ export class Motion {
   /** Right, up, forward, yaw, pitch: each of full speed. @type {[number, number, number, number, number]} */
   #speed = [0, 0, 0, 0, 0];
 
+  /** Stands still at once. */
+  stop() {
+    this.#speed = [0, 0, 0, 0, 0];
+  }
+
   /**
    * Advances by `seconds` towards the wish.
    * @param {Wish} wish

@@ -59,6 +59,7 @@ export class Navigation {
     /** @type {Vec3} */
     const middle = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, (min[2] + max[2]) / 2];
     this.size = Math.max(between(min, max), 1e-9);
+    this.#motion.stop();
     this.#camera.setMatrix(toWorld);
     const { back } = this.#camera.axes();
     const ahead = dot(back, this.#camera.position) - dot(back, middle);

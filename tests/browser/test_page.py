@@ -1,0 +1,244 @@
+"""The page in a real browser, with gradients for pictures: what it sends, shows and says."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from harness import Running, run
+from playwright.sync_api import Page, expect
+
+from server.settings import ServerSettings
+
+RENDER_FAILS_SEED = "1002"  # a lever of the gradient worker
+PIXEL = """([x, y]) => {
+    const view = document.getElementById("view");
+    const copy = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(view, -Math.floor(x * view.width), -Math.floor(y * view.height));
+    return [...copy.getImageData(0, 0, 1, 1).data.slice(0, 3)];
+}"""
+SHOW = """async (order) => {
+    const { FrameCanvas } = await import("/viewer/canvas.js");
+    const canvas = new FrameCanvas(document.createElement("canvas"));
+    const picture = new OffscreenCanvas(4, 4);
+    picture.getContext("2d");
+    const image = new Uint8Array(await (await picture.convertToBlob()).arrayBuffer());
+    const shown = [];
+    for (const frame of order) shown.push((await canvas.show({ frame, image, codec: "image/png" })) !== null);
+    return shown;
+}"""
+
+
+def pixel(page: Page, x: float = 0.5, y: float = 0.5) -> tuple[int, int, int]:
+    """The colour of the picture at a share of its width and height."""
+    red, green, blue = page.evaluate(PIXEL, [x, y])
+    return red, green, blue
+
+
+def visit(page: Page, service: Running) -> None:
+    page.goto(str(service.http.base_url))
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    expect(page.locator("#notice")).to_be_hidden()
+
+
+def wait_for(page: Page, condition: Callable[[], bool]) -> None:
+    for _ in range(100):
+        if condition():
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError("did not happen within 5 s")
+
+
+def hold(page: Page, key: str, milliseconds: int = 300) -> None:
+    page.keyboard.down(key)
+    page.wait_for_timeout(milliseconds)
+    page.keyboard.up(key)
+    page.wait_for_timeout(300)  # the motion eases out
+
+
+def test_shows_the_scene_and_its_name(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    left, right = pixel(page, 0.1), pixel(page, 0.9)
+    assert left[0] < 60 < 200 < right[0]
+    assert page.title() == "cornell-box – lumenwalk"
+    expect(page.locator("#scene")).to_have_value("cornell-box")
+    expect(page.locator("#connection-text")).to_have_text("Connected")
+    expect(page.locator("#method")).to_have_text("fuzzy-vpl")
+
+
+def test_fits_the_frames_to_the_window_and_the_servers_limit(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    expect(page.locator("#size")).to_have_text("640 × 360")
+    page.set_viewport_size({"width": 500, "height": 250})
+    expect(page.locator("#size")).to_have_text("500 × 250")
+
+
+def test_the_overlay_has_figures(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    page.keyboard.down("KeyW")
+    expect(page.locator("#fps")).to_have_text(re.compile(r"^\d+(\.\d)?$"))
+    expect(page.locator("#latency")).to_have_text(re.compile(r"^\d+(\.\d)?$"))
+    page.keyboard.up("KeyW")
+    stages = {row.split("\n")[0]: row.split("\n")[-1] for row in page.locator(".stage").all_inner_texts()}
+    assert {"gbuffer", "shade", "other"} <= stages.keys()
+    assert stages["shade"] == "1.5"
+    expect(page.locator("#fps")).to_have_text("still")
+
+
+def test_moves_right_and_back_with_key_codes(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    start = pixel(page)[1]
+    hold(page, "KeyD", 1000)
+    wait_for(page, lambda: pixel(page)[1] > start + 20)
+    page.keyboard.press("KeyR")
+    wait_for(page, lambda: pixel(page)[1] == start)
+
+
+def test_ctrl_is_no_movement(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    start = pixel(page)
+    page.keyboard.down("Control")
+    hold(page, "KeyD")
+    page.keyboard.up("Control")
+    assert pixel(page) == start
+
+
+def test_keys_typed_into_a_setting_do_not_move(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    start = pixel(page)
+    page.keyboard.press("KeyP")
+    page.locator("#setting-seed").focus()
+    hold(page, "KeyD")
+    assert pixel(page) == start
+
+
+def test_orbits_about_the_middle_of_the_scene(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    page.get_by_text("Orbit", exact=True).click()
+    page.mouse.move(640, 360)
+    page.mouse.down()
+    page.mouse.move(540, 360, steps=4)
+    page.mouse.up()
+    # The scene turns with the pointer, to the left: the camera goes to the right.
+    wait_for(page, lambda: pixel(page)[1] > 20)
+
+
+def test_sends_nothing_while_nothing_moves(page: Page, gradients: Running) -> None:
+    sent: list[str | bytes] = []
+    page.on("websocket", lambda socket: socket.on("framesent", lambda message: sent.append(message)))
+    visit(page, gradients)
+    page.wait_for_timeout(500)
+    before = len(sent)
+    page.wait_for_timeout(500)
+    assert len(sent) == before
+    hold(page, "KeyA")
+    assert len(sent) > before
+
+
+def test_says_why_a_scene_cannot_be_had_and_goes_on(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    page.locator("#scene").select_option("broken.glb")
+    expect(page.locator("#toast")).to_contain_text("accessors[0]: is cut off")
+    expect(page.locator("#scene")).to_have_value("cornell-box")
+    hold(page, "KeyD", 1000)
+    wait_for(page, lambda: pixel(page)[1] > 20)
+    expect(page.locator("#notice")).to_be_hidden()
+
+
+def test_changes_the_scene(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    page.locator("#scene").select_option("hall.glb")
+    expect(page).to_have_title("hall.glb – lumenwalk")
+    expect(page.locator("#notice")).to_be_hidden()
+    expect(page.locator("body")).not_to_have_attribute("data-busy", "")
+
+
+def test_settings_come_from_the_schema_and_reach_the_renderer(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    page.get_by_role("button", name="Settings", exact=True).click()
+    expect(page.get_by_label("VPL clusters")).to_have_attribute("placeholder", "auto")
+    page.get_by_label("Method").select_option("path")
+    expect(page.locator("#method")).to_have_text("path")
+    page.get_by_label("Seed").fill(RENDER_FAILS_SEED)
+    page.get_by_label("Seed").press("Enter")
+    expect(page.locator("#notice")).to_contain_text("settings.seed: is the wrong one")
+    page.get_by_role("button", name="Back to defaults").click()
+    expect(page.locator("#notice")).to_be_hidden()
+    expect(page.locator("#method")).to_have_text("fuzzy-vpl")
+
+
+def test_says_which_setting_the_server_refused(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    page.keyboard.press("KeyP")
+    page.get_by_label("VPL clusters").fill("60000")
+    page.get_by_label("VPL clusters").press("Enter")
+    expect(page.locator("#settings-problem")).to_contain_text("settings.vpl_clusters")
+    expect(page.locator("body")).not_to_have_attribute("data-busy", "")
+
+
+def test_comes_back_after_the_server_was_gone(page: Page, complaints: list[str]) -> None:
+    with run(ServerSettings(port=0)) as first:
+        first.wait_ready()
+        port = first.http.base_url.port
+        assert port is not None
+        visit(page, first)
+        hold(page, "KeyD", 1000)
+        expect(page.locator("#fps")).to_have_text("still")
+    expect(page.locator("#notice")).to_contain_text("Trying again")
+    expect(page.locator("#connection-text")).to_have_text("Reconnecting")
+    moved = pixel(page)[1]
+    assert moved > 20
+    with run(ServerSettings(port=port)) as second:
+        second.wait_ready()
+        expect(page.locator("#notice")).to_be_hidden(timeout=15_000)
+        expect(page.locator("#connection-text")).to_have_text("Connected")
+        hold(page, "KeyW", 100)
+        assert pixel(page)[1] == moved  # it stands where it stood
+    complaints.clear()  # the browser notes each failed attempt by itself
+
+
+def test_stays_away_when_refused(page: Page, tmp_path: Path) -> None:
+    page.route_web_socket(re.compile("stream"), lambda socket: socket.close(code=1008, reason="no entry"))
+    with run(ServerSettings(port=0)) as service:
+        page.goto(str(service.http.base_url))
+        expect(page.locator("#notice")).to_contain_text("no entry")
+        expect(page.get_by_role("button", name="Try again now")).to_be_visible()
+
+
+@pytest.mark.parametrize(("order", "shown"), [([1, 2, 3], [True, True, True]), ([3, 1, 2], [True, False, False])])
+def test_never_draws_an_older_frame_over_a_newer_one(
+    page: Page, gradients: Running, order: list[int], shown: list[bool]
+) -> None:
+    visit(page, gradients)
+    assert page.evaluate(SHOW, order) == shown
+
+
+def test_everything_is_reached_by_keyboard_and_has_a_name(page: Page, gradients: Running) -> None:
+    visit(page, gradients)
+    page.keyboard.press("KeyP")
+    nameless = page.evaluate(
+        """() => [...document.querySelectorAll("button, select, input, canvas")]
+            .filter((control) => !control.labels?.length && !control.ariaLabel && !control.textContent.trim())
+            .map((control) => control.outerHTML)"""
+    )
+    assert nameless == []
+    reached = set()
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate("() => document.activeElement.id || document.activeElement.name"))
+    assert {"view", "scene", "mode", "home", "toggle-panel", "toggle-help", "setting-method", "defaults"} <= reached
+
+
+def test_fits_a_phone(page: Page, gradients: Running) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    visit(page, gradients)
+    boxes = {name: page.locator(f"#{name}").bounding_box() for name in ("title-bar", "tools", "stats", "move-bar")}
+    for name, box in boxes.items():
+        assert box is not None, name
+        assert box["x"] >= 0, name
+        assert box["x"] + box["width"] <= 390, name
+        assert box["y"] + box["height"] <= 844, name
+    title, tools = boxes["title-bar"], boxes["tools"]
+    assert title is not None
+    assert tools is not None
+    assert title["x"] + title["width"] <= tools["x"]
