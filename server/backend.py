@@ -81,7 +81,8 @@ class GpuBackend:
             raise
         linear = job.output in (".exr", ".npy")
         pixels, radiance = (None, frame.radiance()) if linear else (frame.pixels(), None)
-        return Picture(pixels, radiance, frame.stats.stage_ms, frame.stats.counts, frame.stats.skips)
+        stats = frame.stats
+        return Picture(pixels, radiance, stats.stage_ms, stats.counts, stats.skips)
 
     def leave(self, viewer: int) -> None:
         """Free a viewer's renderer."""

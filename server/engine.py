@@ -56,6 +56,9 @@ class Activity:
     fraction: float = 0.0
 
 
+RECOVERING = Activity(EngineState.RECOVERING, "starting the renderer again")
+
+
 class RenderFaultError(Exception):
     """A job failed by the program's fault."""
 
@@ -113,7 +116,7 @@ class Engine:
                 log.exception("the worker is started again after a fault in the web process")
             failures = 0 if monotonic() - began > SETTLED_SECONDS else failures + 1
             self.restarts += 1
-            self._tell(Activity(EngineState.RECOVERING, "starting the renderer again"))
+            self._tell(RECOVERING)
             await asyncio.sleep(BACKOFF_SECONDS[min(failures, len(BACKOFF_SECONDS)) - 1] if failures else 0.0)
 
     async def submit(self, make: Callable[[], Job | None]) -> "asyncio.Future[Reply] | None":
@@ -174,6 +177,8 @@ class Engine:
         finally:
             self._link = None
             self._idle.clear()
+            if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
+                self._tell(RECOVERING)
             for request in list(self._owed):
                 self._settle(request, WorkerLostError("the renderer was lost; it is being started again"))
             status = await link.stop()

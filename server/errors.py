@@ -1,5 +1,7 @@
 """What goes wrong over HTTP, as JSON {code, message} with the status that fits."""
 
+from http import HTTPStatus
+
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
@@ -60,7 +62,8 @@ def install(app: FastAPI) -> None:
 
     async def http(_: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, HTTPException)
-        return error_response(error.status_code, "http", str(error.detail))
+        code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
+        return error_response(error.status_code, code, str(error.detail))
 
     for kind in _STATUS:
         app.add_exception_handler(kind, expected)

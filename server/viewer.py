@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 
 from fastapi import WebSocket, WebSocketDisconnect
 
@@ -29,7 +30,7 @@ from server.protocol import (
 )
 from server.scenes import UnknownSceneError
 from server.service import Service
-from server.session import Order, Session
+from server.session import MAX_LOSSES, Order, Session
 
 STATUS_SECONDS = 0.1  # at least, between two words on what is going on
 
@@ -151,7 +152,7 @@ class Viewer:
         self._news.set()
         shown = self._shown
         try:
-            shown = scene, await self._service.catalogue.open(scene, self._service.engine)
+            shown = scene, await self._read(scene)
         except (UserError, RenderFaultError, WorkerLostError) as error:
             await self._fail(ErrorCode.SCENE_FAILED, error)
         if self._wanted != scene:
@@ -162,6 +163,12 @@ class Viewer:
             self._session.show(shown[0])
             await self._send(shown[1])
         self._stir()
+
+    async def _read(self, scene: SceneRef) -> SceneInfo:
+        for _ in range(MAX_LOSSES - 1):
+            with suppress(WorkerLostError):  # it may have died of something else
+                return await self._service.catalogue.open(scene, self._service.engine)
+        return await self._service.catalogue.open(scene, self._service.engine)
 
     async def _deliver(self) -> None:
         while True:

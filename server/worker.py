@@ -170,8 +170,11 @@ class Worker:
         return report
 
     def _send(self, message: FromWorker, payload: bytes = b"") -> None:
-        with self._sending:
-            self._connection.sendall(pack(message, payload))
+        try:
+            with self._sending:
+                self._connection.sendall(pack(message, payload))
+        except OSError:
+            os._exit(0)  # the web process is gone
 
 
 def work(descriptor: int, backend: Backend) -> int:
@@ -180,7 +183,4 @@ def work(descriptor: int, backend: Backend) -> int:
     # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with socket.socket(fileno=descriptor) as connection:
-        try:
-            return Worker(connection, backend).run()
-        except BrokenPipeError:
-            return 0
+        return Worker(connection, backend).run()

@@ -31,6 +31,10 @@ class GradientBackend:
         return "gradient"
 
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
+        if scene.source.endswith("deadly.glb"):
+            os.kill(os.getpid(), signal.SIGKILL)
+        if scene.source.endswith("deadly.glb"):
+            os.kill(os.getpid(), signal.SIGKILL)
         if scene.source.endswith("broken.glb"):
             raise UserError(f"{scene.id}: accessors[0]: is cut off")
         camera = CameraInfo(name="front", matrix=IDENTITY, yfov=1.0, aspect=16 / 9, orthographic=False)

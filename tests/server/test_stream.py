@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 import simplejpeg
@@ -254,6 +255,17 @@ def test_a_view_that_kills_the_worker_is_given_up(serve: Callable[..., Running],
     assert walker.frame(timeout=30)[0].settings == 2
 
 
+def test_a_scene_that_kills_the_worker_is_given_up(serve: Callable[..., Running], visit: Visit, tmp_path: Path) -> None:
+    (tmp_path / "deadly.glb").write_bytes(b"")
+    walker = visit(serve(scenes_dir=tmp_path))
+    walker.hello()
+    walker.send("settings", id=1, scene="deadly.glb")
+    walker.word("error", timeout=30, code="scene-failed")
+    assert walker.word("scene")["id"] == "cornell-box"
+    walker.pose(1)
+    walker.frame(timeout=30)
+
+
 def test_viewers_of_a_service_that_starts_see_its_progress(serve: Callable[..., Running], visit: Visit) -> None:
     walker = visit(serve(ready=False))
     walker.send("hello", protocol=1, size=[8, 8])
@@ -264,8 +276,9 @@ def test_viewers_of_a_service_that_starts_see_its_progress(serve: Callable[..., 
 def test_a_viewer_that_leaves_is_forgotten(running: Running) -> None:
     with running.walker() as walker:
         walker.hello()
-        here = set(running.service.viewers)
+        here, listeners = set(running.service.viewers), len(running.service.engine.listeners)
     deadline = time.monotonic() + 5.0
     while running.service.viewers >= here and time.monotonic() < deadline:
         time.sleep(0.01)
     assert not running.service.viewers >= here
+    assert len(running.service.engine.listeners) < listeners

@@ -1,0 +1,88 @@
+"""The service as a process: what it prints, what it imports, and how it ends."""
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+from harness import GRADIENT_WORKER, Walker
+from websockets.sync.client import connect
+
+from gpu.errors import UserError
+from server.app import serve
+from server.settings import ServerSettings
+
+PROGRAM = f"""
+import sys
+from gpu.errors import UserError
+from server.app import serve
+from server.settings import ServerSettings
+try:
+    serve(ServerSettings(port=0, device=sys.argv[1] or None), {GRADIENT_WORKER!r})
+except UserError as error:
+    print("user error:", error)
+"""
+
+
+@contextmanager
+def service(errors: Path, device: str = "") -> Iterator["subprocess.Popen[str]"]:
+    # importtime lists on stderr every module that the web process imports.
+    command = [sys.executable, "-X", "importtime", "-c", PROGRAM, device]
+    with errors.open("w") as stderr:
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True)
+        try:
+            with process:
+                yield process
+                process.kill()
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
+def test_it_prints_its_url_serves_without_warp_and_stops_in_seconds(tmp_path: Path, sign: signal.Signals) -> None:
+    errors = tmp_path / "stderr"
+    with service(errors) as process:
+        assert process.stdout is not None
+        url = process.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+", url)
+        assert httpx.post(f"{url}/api/v1/render", json={"size": [32, 18]}, timeout=20).status_code == 200
+        with connect(f"{url.replace('http', 'ws')}/api/v1/stream") as connection:
+            walker = Walker(connection)
+            walker.hello()
+            walker.pose(1)
+            walker.frame()
+            began = time.monotonic()
+            os.kill(process.pid, sign)
+            process.wait(20)
+        assert time.monotonic() - began < 8.0
+    imported = {line.split("|")[-1].strip() for line in errors.read_text().splitlines() if "import time:" in line}
+    assert "server.stream" in imported
+    assert not [name for name in imported if name.split(".")[0] == "warp"]
+    assert "Traceback" not in errors.read_text()
+
+
+def test_a_start_that_fails_ends_the_service_with_the_reason(tmp_path: Path) -> None:
+    with service(tmp_path / "stderr", device="none") as process:
+        assert process.stdout is not None
+        assert process.stdout.read() == "user error: no device 'none' here\n"
+        assert process.wait(20) == 0
+
+
+def test_a_port_in_use_is_said() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(UserError, match=f"port {port} of 127.0.0.1 is in use"):
+            serve(ServerSettings(port=port), GRADIENT_WORKER)
+
+
+def test_an_address_of_another_machine_is_said() -> None:
+    with pytest.raises(UserError, match=r"cannot listen on 192\.0\.2\.1"):
+        serve(ServerSettings(host="192.0.2.1", port=0), GRADIENT_WORKER)

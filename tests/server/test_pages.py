@@ -1,0 +1,29 @@
+import pytest
+from harness import Running
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+
+@pytest.mark.parametrize(
+    ("path", "media_type"),
+    [("/", "text/html"), ("/main.js", "text/javascript")],
+)
+def test_the_page_is_served_and_asked_about_each_time(running: Running, path: str, media_type: str) -> None:
+    response = running.http.get(path)
+    assert response.status_code == 200
+    assert response.headers["Content-Type"].split(";")[0] == media_type
+    assert response.headers["Cache-Control"] == "no-cache"
+    again = running.http.get(path, headers={"If-None-Match": response.headers["ETag"]})
+    assert (again.status_code, again.headers["Cache-Control"]) == (304, "no-cache")
+
+
+@pytest.mark.parametrize("path", ["/nothing.js", "/api/v1/nothing", "/../pyproject.toml", "/%2e%2e/pyproject.toml"])
+def test_nothing_else_is_served(running: Running, path: str) -> None:
+    response = running.http.get(path)
+    assert response.status_code == 404
+    assert response.json()["code"] == "not-found"
+
+
+def test_a_socket_to_nowhere_is_refused(running: Running) -> None:
+    with pytest.raises(InvalidStatus, match="403"), connect(f"ws://{running.http.base_url.netloc.decode()}/nowhere"):
+        pass

@@ -1,0 +1,68 @@
+from pathlib import Path
+
+import pytest
+
+from gpu.errors import UserError
+from gpu.settings import RenderSettings
+from server.settings import ServerSettings, load_settings
+
+
+def test_loopback_is_the_default() -> None:
+    assert load_settings().host == "127.0.0.1"
+
+
+def test_flags_win_over_the_environment_which_wins_over_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "lumenwalk.toml"
+    file.write_text('port = 1001\nhost = "::1"\nmax_viewers = 3\n[scene_limits]\nmax_triangles = 5\nmax_lights = 6\n')
+    monkeypatch.setenv("LUMENWALK_PORT", "1002")
+    monkeypatch.setenv("LUMENWALK_HOST", "0.0.0.0")
+    monkeypatch.setenv("LUMENWALK_SCENE_LIMITS__MAX_TRIANGLES", "7")
+    settings = load_settings(file, {"port": 1003, "host": None})
+    assert (settings.port, settings.host, settings.max_viewers) == (1003, "0.0.0.0", 3)
+    assert (settings.scene_limits.max_triangles, settings.scene_limits.max_lights) == (7, 6)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("port = 70000", "port"),
+        ("prt = 1", "prt"),
+        ("port = ", "not a TOML file"),
+        ("[scene_limits]\nmax_triangles = 0", "scene_limits.max_triangles"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_the_place(tmp_path: Path, text: str, complaint: str) -> None:
+    file = tmp_path / "lumenwalk.toml"
+    file.write_text(text)
+    with pytest.raises(UserError, match=complaint):
+        load_settings(file)
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="no such settings file"):
+        load_settings(tmp_path / "gone.toml")
+
+
+def test_a_wrong_environment_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LUMENWALK_SCENE_LIMITS", "{")
+    with pytest.raises(UserError, match="scene_limits"):
+        load_settings()
+
+
+def test_every_setting_says_what_it_is() -> None:
+    assert [name for name, field in ServerSettings.model_fields.items() if not field.description] == []
+
+
+@pytest.mark.parametrize("name", ["samples", "vpls", "vpl_clusters", "sp_clusters"])
+def test_counts_have_limits_of_the_service(name: str) -> None:
+    settings = ServerSettings(**{f"max_{name}": 10})
+    settings.check_render((8, 8), RenderSettings(**{name: 10}), 64)
+    with pytest.raises(UserError, match=rf"settings\.{name}: 11"):
+        settings.check_render((8, 8), RenderSettings(**{name: 11}), 64)
+
+
+def test_pixels_have_a_limit() -> None:
+    with pytest.raises(UserError, match="size: 8×9 is 72 pixels"):
+        ServerSettings().check_render((8, 9), RenderSettings(), 71)
