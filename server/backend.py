@@ -10,11 +10,11 @@ from math import tan
 
 import numpy as np
 import warp as wp
-from gpu.renderer import Renderer
 
 from gpu.camera import look_at
 from gpu.device import choose_device
 from gpu.errors import UserError
+from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.scene.types import Camera, Scene
