@@ -60,7 +60,7 @@ from gpu.settings import RenderSettings
 
 PROTOCOL = 1
 WINDOW = 2
-STAGES = ("gbuffer", "cluster", "assign", "visibility", "shade", "direct", "display", "other")
+STAGES = ("gbuffer", "direct", "cluster", "visibility", "shade", "gather", "paths", "other")
 
 MAX_SIDE = 16_384
 Side = Annotated[int, Field(ge=1, le=MAX_SIDE)]

@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,9 +94,9 @@ class Running:
 
 
 @contextmanager
-def run(settings: ServerSettings) -> Iterator[Running]:
+def run(settings: ServerSettings, worker: Sequence[str] = GRADIENT_WORKER) -> Iterator[Running]:
     """A service that runs as long as the context, on a port of its own."""
-    app = create_app(settings, GRADIENT_WORKER)
+    app = create_app(settings, worker)
     server = uvicorn.Server(server_config(app, settings))
     thread = Thread(target=server.run, daemon=True)
     thread.start()
