@@ -70,7 +70,8 @@ def gradients(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 @pytest.fixture(scope="module")
 def real_url() -> Iterator[str]:
     """The URL of the real program, which renders a built-in scene on the CPU."""
-    command = (sys.executable, "-m", "server.cli", "serve", "--port", "0", "--scene", "cornell-box", "--device", "cpu")
+    program = Path(sys.executable).with_name("lumenwalk")
+    command = (program, "serve", "--port", "0", "--scene", "cornell-box", "--device", "cpu")
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None

@@ -10,6 +10,7 @@ from playwright.sync_api import Page, expect
 
 from server.settings import ServerSettings
 
+NUMBER = re.compile(r"^\d+(\.\d)?$")
 RENDER_FAILS_SEED = "1002"  # a lever of the gradient worker
 PIXEL = """([x, y]) => {
     const view = document.getElementById("view");
@@ -76,8 +77,8 @@ def test_fits_the_frames_to_the_window_and_the_servers_limit(page: Page, gradien
 def test_the_overlay_has_figures(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     page.keyboard.down("KeyW")
-    expect(page.locator("#fps")).to_have_text(re.compile(r"^\d+(\.\d)?$"))
-    expect(page.locator("#latency")).to_have_text(re.compile(r"^\d+(\.\d)?$"))
+    expect(page.locator("#fps")).to_have_text(NUMBER)
+    expect(page.locator("#latency")).to_have_text(NUMBER)
     page.keyboard.up("KeyW")
     stages = {row.split("\n")[0]: row.split("\n")[-1] for row in page.locator(".stage").all_inner_texts()}
     assert {"gbuffer", "shade", "other"} <= stages.keys()

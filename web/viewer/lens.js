@@ -24,13 +24,16 @@ export function frameSize(window, scale, limits) {
   return [even(width), even(height)];
 }
 
+/** 0 keeps the vertical field of view of an upright picture, 1 keeps the horizontal one that a square would have. */
+const UPRIGHT = 0.75;
+
 /**
  * The vertical field of view for a picture's proportions: a camera's own for wide ones, more for upright ones, so that
  * a phone sees more than a slit.
  * @param {number} yfov the camera's [rad] @param {number} aspect width / height of the picture
  */
 export function fitFov(yfov, aspect) {
-  const half = Math.tan(yfov / 2) / Math.sqrt(Math.min(aspect, 1));
+  const half = Math.tan(yfov / 2) / Math.min(aspect, 1) ** UPRIGHT;
   return 2 * Math.atan(half);
 }
 
