@@ -13,7 +13,7 @@ import warp as wp
 
 from gpu.camera import look_at
 from gpu.device import choose_device
-from gpu.errors import UserError
+from gpu.errors import SceneError, UserError
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene import load_scene
@@ -101,7 +101,10 @@ class GpuBackend:
         if loaded is None:
             self._make_room()
             report(f"reading {ref.id}", 0.0)
-            scene = load_scene(ref.source, self._start.scene_limits)
+            try:
+                scene = load_scene(ref.source, self._start.scene_limits)
+            except SceneError as error:  # viewers know ids, not this machine's paths
+                raise SceneError(ref.id, error.field, error.problem) from None
             report(f"building {ref.id}", 0.5)
             loaded = _Loaded(scene, ResidentScene(scene, str(self._device)))
         self._scenes[ref] = loaded

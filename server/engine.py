@@ -128,14 +128,16 @@ class Engine:
         async with self._turn:
             while not self._idle.is_set():  # the worker may have died again between its set and this task's turn
                 await self._idle.wait()
+            link = self._link
+            assert link is not None
             job = make()
-            if job is None or self._link is None:
+            if job is None:
                 return None
             self._running = next(self._numbers)
             self._idle.clear()
             reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
             self._owed[self._running] = reply
-            self._link.send(replace(job, request=self._running))
+            link.send(replace(job, request=self._running))
             return reply
 
     async def open(self, scene: SceneRef) -> SceneInfo:

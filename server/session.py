@@ -44,18 +44,13 @@ class Session:
         self._blocked = False  # these settings failed: wait for others
         self._losses = 0  # workers lost in a row while rendering for this viewer
         self._last_frame = 0
-        self._unacknowledged: set[int] = set()
+        self._unacknowledged: set[int] = set()  # frames being rendered, sent, or shown without an acknowledgement
 
     @property
     def due(self) -> bool:
         """Whether a frame should be rendered."""
         shown = self.scene is not None and self._pose is not None and self._fresh
         return shown and not self._blocked and len(self._unacknowledged) < WINDOW
-
-    @property
-    def unacknowledged(self) -> int:
-        """Frames that are being rendered, sent, or shown but not yet acknowledged."""
-        return len(self._unacknowledged)
 
     def pose(self, pose: Pose) -> None:
         """The viewer has moved. Poses are dropped while no scene is open: they are meant for the last one."""

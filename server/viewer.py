@@ -133,20 +133,24 @@ class Viewer:
             await self._until(lambda: self._wanted is not None or self._session.due)
             if self._wanted is not None:
                 await self._open(self._wanted)
-                continue
-            orders: list[Order] = []
+            else:
+                await self._order_frame()
 
-            def newest(orders: list[Order] = orders) -> Job | None:
-                taken = self._session.take()
-                if taken is None:
-                    return None
-                orders.append(taken[0])
-                return taken[1]
+    async def _order_frame(self) -> None:
+        orders: list[Order] = []
 
-            reply = await self._service.engine.submit(newest)
-            if reply is not None:
-                self._pending += 1
-                self._rendering.put_nowait((orders[0], reply))
+        def newest() -> Job | None:
+            taken = self._session.take()
+            if taken is None:
+                return None
+            order, job = taken
+            orders.append(order)
+            return job
+
+        reply = await self._service.engine.submit(newest)
+        if reply is not None:
+            self._pending += 1
+            self._rendering.put_nowait((orders[0], reply))
 
     async def _open(self, scene: SceneRef) -> None:
         self._news.set()

@@ -2,6 +2,7 @@
 
 import io
 import weakref
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -103,6 +104,13 @@ def test_a_scene_that_is_viewed_is_not_dropped(backend: GpuBackend) -> None:
     backend.leave(1)
     backend.open(THIRD, silent)
     assert list(backend._scenes) == [TWIN, THIRD]
+
+
+def test_an_error_of_a_scene_names_its_id_not_its_path(backend: GpuBackend, tmp_path: Path) -> None:
+    (tmp_path / "secret.glb").write_bytes(b"no GLB")
+    with pytest.raises(UserError, match=r"^hall\.glb: ") as caught:
+        backend.open(SceneRef("hall.glb", str(tmp_path / "secret.glb")), silent)
+    assert str(tmp_path) not in str(caught.value)
 
 
 @pytest.mark.parametrize("camera", [99, "nowhere"])
