@@ -10,13 +10,14 @@ import warp as wp
 from gpu.brdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
 from gpu.device import launch
 from gpu.gbuffer import RAY_LENGTH, GBuffer
-from gpu.lights import LightSample, LightTable, light_met, punctual_sample, sample_light
+from gpu.light_samples import LightSample, light_met, punctual_sample, sample_light
+from gpu.lights import LightTable
 from gpu.rays import closest_hit, connected, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
 from gpu.sampling import sobol_pair, z_order
 from gpu.surface import Surface
 
-CANDIDATES = wp.constant(4)
+CANDIDATES = wp.constant(8)
 # `direct_light` takes sample pairs below this one; the rest are free for its callers.
 DIRECT_PAIRS = wp.constant(4)
 
@@ -66,7 +67,7 @@ def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
         return wp.vec3(0.0, 0.0, 0.0)
     origin = offset_origin(surface.position, surface.geometric, lobe.direction)
     hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
-    met = light_met(scene, table, table.sampled, lobe.direction, hit)
+    met = light_met(scene, table, table.sampled, origin, lobe.direction, hit)
     return wp.cw_mul(reflected(surface, view, lobe.direction), met.radiance) / (lobe.density + met.density)
 
 

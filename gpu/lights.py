@@ -4,7 +4,7 @@ import numpy as np
 import warp as wp
 
 from gpu.device import launch
-from gpu.resident import NO_HIT, Hit, ResidentScene, SceneData
+from gpu.resident import ResidentScene, SceneData
 from gpu.sampling import (
     PI,
     TO_UNIT,
@@ -86,29 +86,6 @@ class Particle:
     normal: wp.vec3
     direction: wp.vec3
     flux: wp.vec3
-
-
-@wp.struct
-class LightSample:
-    """A sample of the light that reaches a place: from `point`, on a surface of `normal` (zero: on none).
-
-    direction: unit, towards the point; irradiance: radiance × solid_angle [W/m²], still to be multiplied by the
-    receiver's cosine; solid_angle: that the sample stands for, the inverse of its density [sr], 0 for punctual lights.
-    """
-
-    point: wp.vec3
-    normal: wp.vec3
-    direction: wp.vec3
-    irradiance: wp.vec3
-    solid_angle: float
-
-
-@wp.struct
-class MetLight:
-    """Light that a ray met: its radiance, and the density [1/sr] with which `sample_light` chooses that direction."""
-
-    radiance: wp.vec3
-    density: float
 
 
 @wp.func
@@ -214,81 +191,6 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, place: Pair, way:
     share = wp.where(light.kind == SPOT, spot_falloff(light, particle.direction), 1.0)
     particle.flux = light.intensity * (share * 2.0 * PI * (1.0 - cos_angle) / choice.probability)
     return particle
-
-
-@wp.func
-def punctual_sample(light: LightData, position: wp.vec3) -> LightSample:
-    """The light that reaches `position` from a punctual light, visibility left to the caller."""
-    sample = LightSample()
-    if light.kind == DIRECTIONAL:
-        sample.direction = -light.direction
-        sample.point = position + sample.direction * FAR
-        sample.irradiance = light.intensity
-        return sample
-    sample.point = light.position
-    way = light.position - position
-    distance = wp.length(way)
-    if distance > 0.0:
-        sample.direction = way / distance
-        share = wp.where(light.kind == SPOT, spot_falloff(light, -sample.direction), 1.0)
-        sample.irradiance = light.intensity * (share / (distance * distance))
-    return sample
-
-
-@wp.func
-def triangle_density(table: LightTable, emitter: int, probability: float, normal: wp.vec3, way: wp.vec3) -> float:
-    """Density [1/sr] of a uniform point of an emissive triangle, at `way` from the receiver; 0 seen from behind."""
-    facing = -wp.dot(way, normal)
-    if facing <= 0.0:
-        return 0.0
-    square = wp.length_sq(way)
-    return probability * square * wp.sqrt(square) / (table.areas[emitter] * facing)
-
-
-@wp.func
-def sample_light(scene: SceneData, table: LightTable, shares: Shares, position: wp.vec3, pick: wp.uint32,
-                 place: Pair) -> LightSample:  # fmt: skip
-    """A sample of the light that reaches `position` from the emitters of `shares`, visibility left to the caller."""
-    choice = choose_emitter(shares, pick)
-    if choice.index >= table.triangle_count + table.sky_count:
-        sample = punctual_sample(table.lights[choice.index - table.triangle_count - table.sky_count], position)
-        sample.irradiance = sample.irradiance / choice.probability
-        return sample
-    sample = LightSample()
-    if choice.index < table.triangle_count:
-        face = table.faces[choice.index]
-        uv = triangle_barycentrics(place.x, place.y)
-        sample.point = point_on(scene, face, uv)
-        sample.normal = triangle_normal(scene, face)
-        way = sample.point - position
-        sample.direction = wp.normalize(way)
-        density = triangle_density(table, choice.index, choice.probability, sample.normal, way)
-        if density > 0.0:
-            sample.solid_angle = 1.0 / density
-            sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * sample.solid_angle
-        return sample
-    sample.direction = sky_direction(place.x, place.y)
-    sample.point = position + sample.direction * FAR
-    sample.irradiance = scene.sky * (2.0 * PI / choice.probability)
-    sample.solid_angle = 4.0 * PI / (wp.max(1.0 + sample.direction[1], 1.0e-6) * choice.probability)
-    return sample
-
-
-@wp.func
-def light_met(scene: SceneData, table: LightTable, shares: Shares, direction: wp.vec3, hit: Hit) -> MetLight:
-    """The light that a ray along unit `direction` met at `hit`, all of whose emitters must be among `shares`."""
-    met = MetLight()
-    if hit.face == NO_HIT:
-        met.radiance = sky_radiance(scene, direction)
-        if table.sky_count > 0:
-            met.density = share_of(shares, table.triangle_count) * (1.0 + direction[1]) / (4.0 * PI)
-        return met
-    emitter = emitter_of(table, hit.face)
-    normal = triangle_normal(scene, hit.face)
-    if emitter != NOT_AN_EMITTER and wp.dot(normal, direction) < 0.0:
-        met.radiance = emission_at(scene, hit.face, hit.u, hit.v)
-        met.density = triangle_density(table, emitter, share_of(shares, emitter), normal, direction * hit.t)
-    return met
 
 
 @wp.kernel

@@ -10,7 +10,8 @@ from gpu.brdf import largest
 from gpu.device import launch
 from gpu.direct import DIRECT_PAIRS, direct_light
 from gpu.gbuffer import RAY_LENGTH, CameraData, camera_ray
-from gpu.lights import LightTable, light_met, sample_light, sky_radiance
+from gpu.light_samples import light_met, sample_light
+from gpu.lights import LightTable, sky_radiance
 from gpu.rays import closest_hit, connected, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
 from gpu.sampling import PI, cosine_direction, pixel_seed, sobol_pair
@@ -67,7 +68,7 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces:
         origin = offset_origin(surface.position, surface.geometric, direction)
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if bounce > 0:
-            met = light_met(scene, table, table.everything, direction, hit)
+            met = light_met(scene, table, table.everything, origin, direction, hit)
             density = wp.dot(direction, surface.normal) / PI
             light += wp.cw_mul(throughput, met.radiance) * (density / (density + met.density))
         if hit.face == NO_HIT:

@@ -1,5 +1,7 @@
 """Sampled frequencies against the densities that the functions promise."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import warp as wp
@@ -16,6 +18,7 @@ from gpu.sampling import (
     triangle_barycentrics,
     z_order,
 )
+from gpu.scene.types import Doubles
 
 COUNT = 1 << 14
 AXIS = wp.constant(wp.vec3(0.48, -0.6, 0.64))
@@ -68,12 +71,12 @@ def z_order_kernel(first: int, width: int, out: wp.array[int]) -> None:
     out[index] = z_order(index % width, index // width)
 
 
-def uniform(values: np.ndarray, bins: int = 64) -> float:
+def uniform(values: Doubles, bins: int = 64) -> float:
     """p-value of the χ² test that `values` in [0, 1] are uniform."""
     return float(stats.chisquare(np.histogram(values, bins, (0.0, 1.0))[0]).pvalue)
 
 
-def test_every_power_of_two_of_points_is_stratified():
+def test_every_power_of_two_of_points_is_stratified() -> None:
     for pair, seed in ((0, 0), (1, 0), (5, 123)):
         points = results(sobol_kernel, 256, [pair, seed], wp.vec2)
         for columns in (1, 2, 4, 8, 16, 32, 64, 128, 256):
@@ -81,7 +84,7 @@ def test_every_power_of_two_of_points_is_stratified():
             assert len(np.unique(cells, axis=0)) == 256, (pair, seed, columns)
 
 
-def test_pairs_and_seeds_give_different_points():
+def test_pairs_and_seeds_give_different_points() -> None:
     sets = [results(sobol_kernel, 64, [pair, seed], wp.vec2) for pair, seed in ((0, 0), (1, 0), (0, 1))]
     for number, points in enumerate(sets):
         for other in sets[number + 1 :]:
@@ -89,11 +92,11 @@ def test_pairs_and_seeds_give_different_points():
             assert abs(np.corrcoef(points[:, 0], other[:, 0])[0, 1]) < 0.4
 
 
-def test_same_seed_gives_the_same_bits():
+def test_same_seed_gives_the_same_bits() -> None:
     assert np.array_equal(*(results(sobol_kernel, 4096, [3, 9], wp.vec2) for _ in range(2)))
 
 
-def test_pixels_are_uniform_and_independent():
+def test_pixels_are_uniform_and_independent() -> None:
     points = results(independent_kernel, COUNT, [], wp.vec2)
     cells = np.histogram2d(points[:, 0], points[:, 1], 16, [[0, 1], [0, 1]])[0]
     assert stats.chisquare(cells.ravel()).pvalue > 1e-3
@@ -109,7 +112,7 @@ def test_pixels_are_uniform_and_independent():
     ],
     ids=["cosine", "cone", "sky"],
 )
-def test_directions_have_their_density(mapping, cumulative):
+def test_directions_have_their_density(mapping: int, cumulative: Callable[[Doubles], Doubles]) -> None:
     axis = np.array([0.0, 1.0, 0.0]) if mapping == int(FROM_SKY) else np.array(tuple(AXIS))
     directions = results(direction_kernel, COUNT, [mapping, wp.vec3(*axis)], wp.vec3)
     assert np.allclose(np.linalg.norm(directions, axis=1), 1.0, atol=1e-5)
@@ -121,7 +124,7 @@ def test_directions_have_their_density(mapping, cumulative):
     assert uniform(angle / (2.0 * np.pi) + 0.5) > 1e-3
 
 
-def test_triangles_are_covered_uniformly():
+def test_triangles_are_covered_uniformly() -> None:
     u, v = results(triangle_kernel, COUNT, [], wp.vec2).T
     assert (u >= 0.0).all()
     assert (v >= 0.0).all()
@@ -131,7 +134,7 @@ def test_triangles_are_covered_uniformly():
     assert uniform((u + v) ** 2) > 1e-3
 
 
-def test_frames_are_orthonormal_and_right_handed():
+def test_frames_are_orthonormal_and_right_handed() -> None:
     normals = np.random.default_rng(0).normal(size=(500, 3))
     normals[:4] = [[0, 0, 1], [0, 0, -1], [1e-4, 0, -1], [1, 0, 0]]
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -141,7 +144,7 @@ def test_frames_are_orthonormal_and_right_handed():
     assert np.allclose(np.linalg.det(frames), 1.0, atol=1e-5)
 
 
-def test_z_order_numbers_each_block_in_turn():
+def test_z_order_numbers_each_block_in_turn() -> None:
     numbers = results(z_order_kernel, 64, [8], int).reshape(8, 8)
     assert sorted(numbers.ravel()) == list(range(64))
     assert numbers[:2, :2].tolist() == [[0, 1], [2, 3]]
