@@ -136,10 +136,10 @@ class Worker:
                 render_ms = 1e3 * (perf_counter() - began)
                 self._encoders.submit(self._finish, job, picture, render_ms)
         except Exception as error:
-            self._fail(job.request, error)
             if not isinstance(error, UserError) and not self._backend.healthy():
-                log.critical("the device does not work any more: ending this worker")
+                log.critical("the device does not work any more: ending this worker", exc_info=error)
                 os._exit(FAULT)
+            self._fail(job.request, error)
         self._send(Free(job.request))
 
     def _finish(self, job: Render, picture: Picture, render_ms: float) -> None:

@@ -15,13 +15,16 @@ from server.messages import Placed, Render, SceneCamera, SceneRef, Start
 from server.protocol import Bounds, CameraInfo, SceneInfo
 from server.worker import Picture, Report, work
 
-SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED = 1001, 1002, 1003, 1004
+SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
 SLOW_SECONDS = 0.25
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class GradientBackend:
     """Pictures whose blue is the viewer's number and whose brightness follows the x of the camera's position."""
+
+    def __init__(self) -> None:
+        self._healthy = True
 
     def start(self, start: Start, report: Report) -> str:
         report("warming up", 0.5)
@@ -49,6 +52,9 @@ class GradientBackend:
                 raise UserError("settings.seed: is the wrong one")
             case seed if seed == BUG_SEED:
                 raise RuntimeError("a bug")
+            case seed if seed == FAULT_SEED:
+                self._healthy = False
+                raise RuntimeError("an illegal access")
             case seed if seed == DEADLY_SEED:
                 os.kill(os.getpid(), signal.SIGKILL)
         if job.view == SceneCamera("missing"):
@@ -66,7 +72,7 @@ class GradientBackend:
         pass
 
     def healthy(self) -> bool:
-        return True
+        return self._healthy
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 
 import pytest
-from gradient_worker import BUG_SEED, SLOW_SEED, WRONG_SEED
+from gradient_worker import BUG_SEED, FAULT_SEED, SLOW_SEED, WRONG_SEED
 from harness import GRADIENT_WORKER
 
 from gpu.errors import UserError
@@ -135,6 +135,16 @@ def test_a_killed_worker_is_replaced_and_owes_nothing() -> None:
             await reply
         await result(engine, job())
         assert engine.worker_pid != first
+        assert engine.restarts == 1
+
+    check(scenario)
+
+
+def test_a_worker_whose_device_fails_is_replaced() -> None:
+    async def scenario(engine: Engine) -> None:
+        with pytest.raises(WorkerLostError):
+            await result(engine, job(seed=FAULT_SEED))
+        await result(engine, job())
         assert engine.restarts == 1
 
     check(scenario)
