@@ -49,8 +49,16 @@ class SpClusters:
 
 
 @wp.kernel
-def representative_kernel(first: int, gbuffer: GBuffer, representatives: Representatives, pixels: wp.array[int],
-                          base: int, medoids: wp.array[int], sampled: wp.array[int], out: SpClusters) -> None:  # fmt: skip
+def representative_kernel(
+    first: int,
+    gbuffer: GBuffer,
+    representatives: Representatives,
+    pixels: wp.array[int],
+    base: int,
+    medoids: wp.array[int],
+    sampled: wp.array[int],
+    out: SpClusters,
+) -> None:
     """One thread a cluster: the SP that represents it. Those below `base` are medoids; extra ones know their pixel."""
     cluster = first + wp.tid()
     out.used[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 1, 0)

@@ -2,9 +2,9 @@
 
     python -m tests.bench.indirect --scenes DIR --references DIR --out results.json [--exact] [SCENE …]
 
-DIR/NAME.glb are the scenes, DIR/NAME.npz their path-traced images with arrays `full` and `direct` (linear, through pixel
-centres, Lambertian surfaces). Total error: against full − direct. Clustering error: against `exact-vpl` with the same
-VPLs. Times: medians over frames after warm-up, by device events on CUDA.
+DIR/NAME.glb are the scenes, DIR/NAME.npz their path-traced images with arrays `full` and `direct` (linear, through
+pixel centres, Lambertian surfaces). Total error: against full − direct. Clustering error: against `exact-vpl` with the
+same VPLs. Times: medians over frames after warm-up, by device events on CUDA.
 """
 
 import argparse
@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+
 from gpu.metrics import measure
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
