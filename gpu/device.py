@@ -1,10 +1,8 @@
-"""The compute device: its choice, launches that use all of it, and the times of a frame's stages."""
+"""The compute device: its choice, launches that use all of it, and arrays on it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from os import cpu_count
-from time import perf_counter
 from typing import Any
 
 import warp as wp
@@ -75,44 +73,3 @@ def duplicate(struct: Any, instance: Any) -> Any:
     for name in struct.vars:
         setattr(result, name, getattr(instance, name))
     return result
-
-
-class StageClock:
-    """Times the named stages of a frame: by device events on CUDA, by the wall clock on the CPU."""
-
-    def __init__(self, device: wp.Device) -> None:
-        self._device = device
-        self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
-        self._order: list[str] = []
-        self._seconds: dict[str, float] = {}
-
-    def start_frame(self) -> None:
-        """Forget the last frame's stages."""
-        self._order.clear()
-        self._seconds.clear()
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time what is launched inside; a name may occur once a frame."""
-        self._order.append(name)
-        if self._device.is_cuda:
-            if name not in self._events:
-                self._events[name] = (
-                    wp.Event(self._device, enable_timing=True),
-                    wp.Event(self._device, enable_timing=True),
-                )
-            begin, end = self._events[name]
-            stream = wp.get_stream(self._device)
-            stream.record_event(begin)
-            yield
-            stream.record_event(end)
-            return
-        begun = perf_counter()
-        yield
-        self._seconds[name] = perf_counter() - begun
-
-    def milliseconds(self) -> dict[str, float]:
-        """The stages' times [ms] in the order they ran; waits for the device."""
-        if not self._device.is_cuda:
-            return {name: 1e3 * self._seconds[name] for name in self._order}
-        return {name: float(wp.get_event_elapsed_time(*self._events[name])) for name in self._order}

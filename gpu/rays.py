@@ -77,14 +77,51 @@ def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float
 
 
 @wp.func
+def occluded_solid(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
+    """As `occluded` for a scene whose masks are ignored: no textures, hence far fewer registers and twice the rays."""
+    if scene.opaque_count > 0 and wp.mesh_query_ray_anyhit(scene.opaque, origin, direction, max_t):
+        return True
+    return scene.masked_count > 0 and wp.mesh_query_ray_anyhit(scene.masked, origin, direction, max_t)
+
+
+@wp.struct
+class Segment:
+    """What lies between two surface points: from `origin` along unit `direction`; length 0 when nothing can."""
+
+    origin: wp.vec3
+    direction: wp.vec3
+    length: float
+
+
+@wp.func
+def segment_between(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> Segment:
+    """The open segment from `p` to `q`, both moved off their surfaces, whose geometric normals are given."""
+    segment = Segment()
+    way = q - p
+    segment.origin = offset_origin(p, p_normal, way)
+    between = offset_origin(q, q_normal, -way) - segment.origin
+    distance = wp.length(between)
+    # Points closer than their offsets have nothing between them; a zero direction would be "missed" anyway.
+    if distance > 4.0 * OFFSET_ULP:
+        segment.direction = between / distance
+        segment.length = distance
+    return segment
+
+
+@wp.func
 def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
     """Whether two surface points, given with their geometric normals, see each other."""
-    way = q - p
-    start = offset_origin(p, p_normal, way)
-    end = offset_origin(q, q_normal, -way)
-    segment = end - start
-    distance = wp.length(segment)
-    # Points closer than their offsets have nothing between them; a zero direction would be "missed" anyway.
-    if distance < 4.0 * OFFSET_ULP:
-        return True
-    return not occluded(scene, start, segment / distance, distance)
+    segment = segment_between(p, p_normal, q, q_normal)
+    return segment.length == 0.0 or not occluded(scene, segment.origin, segment.direction, segment.length)
+
+
+@wp.func
+def connected_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """As `connected` for a scene whose masks are ignored or that has none."""
+    segment = segment_between(p, p_normal, q, q_normal)
+    return segment.length == 0.0 or not occluded_solid(scene, segment.origin, segment.direction, segment.length)
+
+
+def connection(scene: SceneData) -> wp.Function:
+    """The cheaper of `connected` and `connected_solid` that is right for `scene`."""
+    return connected if scene.masked_count > 0 and not scene.ignore_alpha else connected_solid

@@ -2,7 +2,6 @@
 
 import warp as wp
 
-from gpu.device import StageClock
 from gpu.errors import UserError
 from gpu.frame import Frame, FrameStats
 from gpu.lighting import Progress, lighting_of
@@ -14,6 +13,7 @@ from gpu.quality import quality_of
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.settings import Clustering, Method, RenderSettings
+from gpu.stages import Stages
 from gpu.tonemap import Tonemap
 from gpu.view import View
 
@@ -43,7 +43,7 @@ class Renderer:
         self._progress = progress or _silent
         self._settings = settings
         self._view = View(resident, size, lambertian=settings.lambertian)
-        self._clock = StageClock(resident.device)
+        self._stages = Stages(resident.device)
         self._tonemap = Tonemap(self._view.pixels, resident.device)
         self._method = self._make_method(resident)
 
@@ -57,12 +57,11 @@ class Renderer:
     def render(self, camera: Camera) -> Frame:
         """The picture from `camera`, ready when the call returns."""
         view = self._view
-        self._clock.start_frame()
+        self._stages.start_frame()
         view.look(camera)
-        self._method.render(self._clock, self._progress)
-        with self._clock.stage("display"):
-            self._tonemap.run(view.radiance, self._settings.exposure)
+        self._method.render(self._stages, self._progress)
+        self._stages.run("display", lambda: self._tonemap.run(view.radiance, self._settings.exposure))
         wp.synchronize_device(view.device)
         counts = {"pixels": view.pixels, **self._method.counts(), "nonfinite": int(self._tonemap.nonfinite.numpy()[0])}
-        stats = FrameStats(self._clock.milliseconds(), counts, self._method.skips())
+        stats = FrameStats(self._stages.milliseconds(), counts, self._method.skips())
         return Frame(view.size, view.radiance, self._tonemap.pixels, stats)

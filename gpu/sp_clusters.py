@@ -48,6 +48,17 @@ class SpClusters:
     weight: wp.array2d[float]
 
 
+def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device) -> SpClusters:
+    """`count` clusters, to `fuzziness` of which each of `sps` SPs belongs."""
+    clusters = SpClusters()
+    clusters.position = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.geometric = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.used = wp.zeros(count, dtype=int, device=device)
+    clusters.cluster = wp.zeros((fuzziness, sps), dtype=int, device=device)
+    clusters.weight = wp.zeros((fuzziness, sps), dtype=float, device=device)
+    return clusters
+
+
 @wp.kernel
 def representative_kernel(
     first: int,
@@ -212,12 +223,7 @@ class SpClustering:
         self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
         self.need = wp.zeros(capacity, dtype=int, device=device)
         self._needs = wp.zeros(capacity, dtype=int, device=device)
-        self.clusters = SpClusters()
-        self.clusters.position = wp.zeros(self.count, dtype=wp.vec3, device=device)
-        self.clusters.geometric = wp.zeros(self.count, dtype=wp.vec3, device=device)
-        self.clusters.used = wp.zeros(self.count, dtype=int, device=device)
-        self.clusters.cluster = wp.zeros((fuzziness, capacity), dtype=int, device=device)
-        self.clusters.weight = wp.zeros((fuzziness, capacity), dtype=float, device=device)
+        self.clusters = allocate_sp_clusters(self.count, fuzziness, capacity, device)
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of `sps`, then the F nearest clusters of every SP."""

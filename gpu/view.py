@@ -2,15 +2,26 @@
 
 import warp as wp
 
-from gpu.device import allocate
+from gpu.device import allocate, launch
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
+from gpu.shade import allocate_indirect
 from gpu.shading_points import ShadingPoints
 
 
+@wp.kernel
+def add_kernel(first: int, term: wp.array[wp.vec3], total: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: adds a radiance to another."""
+    pixel = first + wp.tid()
+    total[pixel] += term[pixel]
+
+
 class View:
-    """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills."""
+    """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
+
+    `indirect` is the indirect light alone, for the methods that make it in stages of its own.
+    """
 
     def __init__(self, resident: ResidentScene, size: tuple[int, int], *, lambertian: bool) -> None:
         self.resident, self.size, self.device = resident, size, resident.device
@@ -19,6 +30,7 @@ class View:
         self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
+        self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, self.device)
 
     def look(self, camera: Camera) -> None:
@@ -30,3 +42,7 @@ class View:
         """Trace the primary rays and list the pixels that meet a surface."""
         trace_primary_rays(self.resident, self.scene, self.camera, self.size, self.gbuffer)
         self.shading_points.find(self.gbuffer)
+
+    def add_indirect(self) -> None:
+        """Add the indirect light to the picture."""
+        launch(add_kernel, self.pixels, [self.indirect.radiance, self.radiance], self.device)

@@ -1,9 +1,11 @@
 """Visibility between the representatives of SP clusters and VPL clusters, one bit a pair. Step 5 of the 2022 paper."""
 
+from functools import cache
+
 import warp as wp
 
 from gpu.device import launch
-from gpu.rays import connected
+from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sp_clusters import SpClusters
 from gpu.vpl_clusters import VplClusters
@@ -27,27 +29,40 @@ def may_connect(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3, q_
     return wp.dot(way, q_normal) > -slack and wp.dot(way, p_normal) < 0.0
 
 
-@wp.kernel
-def visibility_kernel(first: int, scene: SceneData, sps: SpClusters, sp_count: int, vpls: VplClusters, first_vpl: int,
-                      visible: wp.array[wp.uint8]) -> None:  # fmt: skip
-    """One thread a pair, neighbouring threads on neighbouring SP clusters: whether they see each other.
+@cache
+def visibility_kernel(connect: wp.Function) -> wp.Kernel:
+    """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
 
-    visible: (vpl cluster − first_vpl, sp cluster), flattened: TRACED where a ray was needed, plus SEEN.
-    """
-    pair = first + wp.tid()
-    sp = pair % sp_count
-    vpl = first_vpl + pair // sp_count
-    answer = wp.uint8(0)
-    if vpl < vpls.count and sps.used[sp] == 1:
-        p = sps.position[sp]
-        p_normal = sps.geometric[sp]
-        q = vpls.position[vpl]
-        q_normal = vpls.normal[vpl]
-        if may_connect(p, p_normal, q, q_normal, vpls.cone[vpl]):
-            answer = wp.uint8(TRACED)
-            if connected(scene, p, p_normal, q, q_normal):
-                answer = wp.uint8(TRACED + SEEN)
-    visible[pair] = answer
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        scene: SceneData,
+        sps: SpClusters,
+        sp_count: int,
+        vpls: VplClusters,
+        first_vpl: int,
+        visible: wp.array[wp.uint8],
+    ) -> None:
+        """One thread a pair, neighbouring threads on neighbouring SP clusters: whether they see each other.
+
+        visible: (vpl cluster − first_vpl, sp cluster), flattened: TRACED where a ray was needed, plus SEEN.
+        """
+        pair = first + wp.tid()
+        sp = pair % sp_count
+        vpl = first_vpl + pair // sp_count
+        answer = wp.uint8(0)
+        if vpl < vpls.count and sps.used[sp] == 1:
+            p = sps.position[sp]
+            p_normal = sps.geometric[sp]
+            q = vpls.position[vpl]
+            q_normal = vpls.normal[vpl]
+            if may_connect(p, p_normal, q, q_normal, vpls.cone[vpl]):
+                answer = wp.uint8(TRACED)
+                if connect(scene, p, p_normal, q, q_normal):
+                    answer = wp.uint8(TRACED + SEEN)
+        visible[pair] = answer
+
+    return kernel
 
 
 @wp.kernel
@@ -88,6 +103,6 @@ class Visibility:
             words = min(self._run, self._word_count - first_word)
             pairs = words * WORD_BITS * self._sp_count
             inputs = [scene, sps, self._sp_count, vpls, first_word * WORD_BITS, self._visible]
-            launch(visibility_kernel, pairs, inputs, self.device)
+            launch(visibility_kernel(connection(scene)), pairs, inputs, self.device)
             inputs = [self._visible, self._sp_count, first_word, self.words, self.rays]
             launch(pack_kernel, words * self._sp_count, inputs, self.device)

@@ -2,19 +2,19 @@
 
 from typing import Protocol
 
-from gpu.device import StageClock
 from gpu.direct import add_direct_light
 from gpu.lighting import LightingChoice, Progress
 from gpu.lights import LightTable
 from gpu.quality import Quality
 from gpu.settings import Component, RenderSettings
+from gpu.stages import Stages
 from gpu.view import View
 
 
 class RenderMethod(Protocol):
     """What a renderer runs once a frame."""
 
-    def render(self, clock: StageClock, progress: Progress) -> None:
+    def render(self, stages: Stages, progress: Progress) -> None:
         """Fill the view's radiance for its camera."""
 
     def counts(self) -> dict[str, int]:
@@ -29,14 +29,15 @@ def lighting_choice(settings: RenderSettings, quality: Quality) -> LightingChoic
     return LightingChoice(quality.vpls, quality.vpl_clusters, settings.bounces, settings.seed, settings.lambertian)
 
 
-def render_direct(view: View, settings: RenderSettings, quality: Quality, table: LightTable, clock: StageClock) -> None:
+def render_direct(view: View, settings: RenderSettings, quality: Quality, table: LightTable, stages: Stages) -> None:
     """Trace the primary rays and start the picture with direct light, or with black when only indirect is wanted."""
-    with clock.stage("gbuffer"):
-        view.find_shading_points()
+    stages.run("gbuffer", view.find_shading_points)
     if settings.component is Component.INDIRECT:
         view.radiance.zero_()
         return
-    with clock.stage("direct"):
-        add_direct_light(
+    stages.run(
+        "direct",
+        lambda: add_direct_light(
             view.resident, view.scene, table, view.gbuffer, view.size, quality.samples, settings.seed, view.radiance
-        )
+        ),
+    )

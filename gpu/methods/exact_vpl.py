@@ -3,12 +3,12 @@
 With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it gathers VPL clusters instead.
 """
 
-from gpu.device import StageClock
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import lighting_choice, render_direct
 from gpu.quality import Quality
 from gpu.settings import Component, Method, RenderSettings
 from gpu.shade import gather
+from gpu.stages import Stages
 from gpu.view import View
 from gpu.vpl_clusters import unclustered
 
@@ -27,20 +27,22 @@ class ExactVpl:
         vpls = lighting.clusters(lighting_choice(settings, quality), progress)
         self._vpls = unclustered(view.resident, vpls) if settings.method is Method.EXACT_VPL else vpls
 
-    def render(self, clock: StageClock, progress: Progress) -> None:
+    def render(self, stages: Stages, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
+        render_direct(self._view, self._settings, self._quality, self._table, stages)
+        if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
+            stages.run("gather", lambda: self._gather(progress), repeats=False)
+
+    def _gather(self, progress: Progress) -> None:
         view = self._view
-        render_direct(view, self._settings, self._quality, self._table, clock)
-        if self._settings.component is Component.DIRECT or self._vpls.count == 0:
-            return
         rays = RAYS_PER_LAUNCH if view.device.is_cuda else RAYS_PER_CPU_LAUNCH
         run = max(1, rays // view.pixels)
-        with clock.stage("gather"):
-            for begin in range(0, self._vpls.count, run):
-                end = min(begin + run, self._vpls.count)
-                sps = view.shading_points
-                gather(view.resident, view.scene, view.gbuffer, sps, self._vpls, begin, end, view.radiance)
-                progress("gathering virtual point lights", end / self._vpls.count)
+        view.indirect.radiance.zero_()
+        for begin in range(0, self._vpls.count, run):
+            end = min(begin + run, self._vpls.count)
+            gather(view.scene, view.gbuffer, view.shading_points, self._vpls, begin, end, view.indirect)
+            progress("gathering virtual point lights", end / self._vpls.count)
+        view.add_indirect()
 
     def counts(self) -> dict[str, int]:
         """VPLs and VPL clusters that were gathered."""

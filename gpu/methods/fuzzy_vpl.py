@@ -1,16 +1,21 @@
 """`fuzzy-vpl`: clustered VPLs and SPs with fuzzy visibility, the 2022 paper's method."""
 
 from gpu.counting import Counter
-from gpu.device import StageClock
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import lighting_choice, render_direct
 from gpu.quality import Quality
+from gpu.refine import Refinement
 from gpu.settings import Clustering, Component, RenderSettings
 from gpu.shade import shade
 from gpu.sp_clusters import UNSERVED_NEED, SpClustering
+from gpu.stages import Stages
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import unclustered
+
+# SPs with visibility of their own, per SP cluster; SPs whose clusters differ less than this are well served by them.
+REFINED_SHARE = 0.5
+LEAST_DISPUTE = 0.25
 
 
 class FuzzyVpl:
@@ -27,28 +32,31 @@ class FuzzyVpl:
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
         self._visibility = Visibility(self._clustering.count, self._vpls.count, view.device)
+        refined = int(quality.sp_clusters * REFINED_SHARE)
+        self._refinement = Refinement(view.pixels, refined, self._vpls.count, LEAST_DISPUTE, view.device)
         self._counter = Counter(view.device)
 
-    def render(self, clock: StageClock, progress: Progress) -> None:
-        """Direct light, then SP clusters, their visibility and indirect light."""
-        view = self._view
-        render_direct(view, self._settings, self._quality, self._table, clock)
+    def render(self, stages: Stages, progress: Progress) -> None:
+        """Direct light, then SP clusters, their visibility and indirect light, exact where clusters disagree."""
+        view, vpls, clustering = self._view, self._vpls, self._clustering
+        render_direct(view, self._settings, self._quality, self._table, stages)
         if not self._has_indirect:
             return
-        with clock.stage("cluster"):
-            self._clustering.run(view.shading_points, view.gbuffer, self._settings.seed)
-        with clock.stage("visibility"):
-            self._visibility.trace(view.scene, self._clustering.clusters, self._vpls)
-        with clock.stage("shade"):
-            shade(
-                self._settings.fuzziness,
-                view.gbuffer,
-                view.shading_points,
-                self._clustering.clusters,
-                self._visibility,
-                self._vpls,
-                view.radiance,
-            )
+        seed, fuzziness = self._settings.seed, self._settings.fuzziness
+        sps, gbuffer, clusters = view.shading_points, view.gbuffer, clustering.clusters
+
+        def shade_all() -> None:
+            view.indirect.radiance.zero_()
+            shade(fuzziness, gbuffer, sps.pixels, sps.count, clusters, self._visibility, vpls, view.indirect)
+
+        def refine() -> None:
+            self._refinement.run(view.scene, gbuffer, sps, vpls, view.indirect)
+            view.add_indirect()
+
+        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed))
+        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls))
+        stages.run("shade", shade_all)
+        stages.run("refine", refine)
 
     def counts(self) -> dict[str, int]:
         """VPLs and clusters, the rays between representatives, and SPs that no cluster serves."""

@@ -1,10 +1,10 @@
 """`path`: path tracing, the reference for the whole error of the other methods."""
 
-from gpu.device import StageClock
 from gpu.lighting import Lighting, Progress
 from gpu.path import trace_paths
 from gpu.quality import Quality
 from gpu.settings import RenderSettings
+from gpu.stages import Stages
 from gpu.view import View
 
 # Paths a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
@@ -21,29 +21,31 @@ class PathTracing:
         self._view, self._settings, self._samples, self._table = view, settings, quality.samples, lighting.table
         progress("path tracing needs no virtual point lights", 1.0)
 
-    def render(self, clock: StageClock, progress: Progress) -> None:
+    def render(self, stages: Stages, progress: Progress) -> None:
         """Average all samples, some a launch."""
+        stages.run("paths", lambda: self._trace(progress), repeats=False)
+
+    def _trace(self, progress: Progress) -> None:
         view, settings = self._view, self._settings
         paths = PATHS_PER_LAUNCH if view.device.is_cuda else PATHS_PER_CPU_LAUNCH
         run = max(1, paths // view.pixels)
-        with clock.stage("paths"):
-            for first in range(0, self._samples, run):
-                samples = min(run, self._samples - first)
-                trace_paths(
-                    view.resident,
-                    view.scene,
-                    self._table,
-                    view.camera,
-                    view.size,
-                    settings.component,
-                    settings.bounces,
-                    first,
-                    samples,
-                    settings.seed,
-                    False,
-                    view.radiance,
-                )
-                progress("tracing paths", (first + samples) / self._samples)
+        for first in range(0, self._samples, run):
+            samples = min(run, self._samples - first)
+            trace_paths(
+                view.resident,
+                view.scene,
+                self._table,
+                view.camera,
+                view.size,
+                settings.component,
+                settings.bounces,
+                first,
+                samples,
+                settings.seed,
+                False,
+                view.radiance,
+            )
+            progress("tracing paths", (first + samples) / self._samples)
 
     def counts(self) -> dict[str, int]:
         """Camera paths a pixel."""
