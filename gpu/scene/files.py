@@ -20,21 +20,21 @@ def read_bytes(path: Path, limits: SceneLimits) -> bytes:
         raise SceneError(str(path), "", f"cannot be read: {problem}") from error
 
 
-def confined_path(scene: Path, name: str, field: str) -> Path:
-    """The file called `name`, relative to the folder of `scene` and inside it. `field` is where the scene names it.
+def confined_file(scene: Path, name: str, field: str) -> Path | None:
+    """The file called `name`, relative to the folder of `scene` and inside it; None when there is none.
 
-    Raises SceneError for an absolute path, a "..", or a link out of the folder.
+    field: where the scene names it. Raises SceneError for an absolute path, a "..", or a link out of the folder.
     """
     relative = PurePosixPath(name.replace("\\", "/"))
     folder = scene.parent.resolve()
     try:
         path = (folder / relative).resolve()
         inside = not relative.is_absolute() and ".." not in relative.parts and path.is_relative_to(folder)
-    except (OSError, ValueError, RuntimeError):  # a name too long, with a NUL, or a loop of links
-        inside = False
-    if not inside:
-        raise SceneError(str(scene), field, f"{name!r} is outside the scene's folder; put the file beside the scene")
-    return path
+        if inside:
+            return path if path.is_file() else None
+    except (OSError, ValueError, RuntimeError):  # a name too long or with a NUL, or a loop of links
+        return None
+    raise SceneError(str(scene), field, f"{name!r} is outside the scene's folder; put the file beside the scene")
 
 
 def read_uri(scene: Path, uri: str, field: str, limits: SceneLimits) -> bytes:
@@ -47,8 +47,8 @@ def read_uri(scene: Path, uri: str, field: str, limits: SceneLimits) -> bytes:
         scheme = "?"
     if scheme:
         raise SceneError(str(scene), field, f"{uri[:60]!r} is not a data URI or a file beside the scene; put it there")
-    path = confined_path(scene, unquote(uri), field)
-    if not path.is_file():
+    path = confined_file(scene, unquote(uri), field)
+    if path is None:
         raise SceneError(str(scene), field, f"{uri[:60]!r} does not exist beside the scene")
     return read_bytes(path, limits)
 

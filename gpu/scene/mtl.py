@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gpu.errors import SceneError
-from gpu.scene.files import confined_path, read_bytes
+from gpu.scene.files import confined_file, read_bytes
 from gpu.scene.images import decode_image
 from gpu.scene.limits import SceneLimits
 from gpu.scene.types import Material, Rgb, Texture, TextureSlot
@@ -25,12 +25,12 @@ class MaterialLibrary:
         self.textures: list[Texture] = []
         self.ignored: dict[str, None] = {}
         self._scene, self._limits = scene, limits
-        self._numbers: dict[Path, int | None] = {}
+        self._numbers: dict[Path, int] = {}
 
     def read(self, name: str) -> None:
         """Add the materials of the library `name`; a missing one is said. Raises SceneError when it is broken."""
-        path = confined_path(self._scene, name, "mtllib")
-        if not path.is_file():
+        path = confined_file(self._scene, name, "mtllib")
+        if path is None:
             self.ignored[f"material library {name} is missing: its surfaces are grey"] = None
             return
         material: Material | None = None
@@ -86,15 +86,13 @@ class MaterialLibrary:
         if value.startswith("-"):
             name = value.split()[-1]
             self.ignored["options of MTL textures are not supported and were ignored"] = None
-        path = confined_path(self._scene, name, field)
+        path = confined_file(self._scene, name, field)
+        if path is None:
+            self.ignored[f"texture {name} is missing"] = None
+            return None
         if path not in self._numbers:
-            self._numbers[path] = None
-            if path.is_file():
-                content = read_bytes(path, self._limits)
-                pixels = decode_image(content, str(self._scene), f"{field}: {name}", self._limits)
-                self.textures.append(Texture(path.name, pixels, srgb=True))
-                self._numbers[path] = len(self.textures) - 1
-            else:
-                self.ignored[f"texture {name} is missing"] = None
-        number = self._numbers[path]
-        return None if number is None else TextureSlot(number)
+            content = read_bytes(path, self._limits)
+            pixels = decode_image(content, str(self._scene), f"{field}: {name}", self._limits)
+            self.textures.append(Texture(path.name, pixels, srgb=True))
+            self._numbers[path] = len(self.textures) - 1
+        return TextureSlot(self._numbers[path])

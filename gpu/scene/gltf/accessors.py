@@ -58,7 +58,8 @@ def _read(buffers: Buffers, place: Value, key: str) -> tuple[Value, Array]:
         raise accessor.error(f"type {kind!r:.20} of {dtype.name} is not one that meshes have")
     components, count = _COMPONENTS[kind], accessor.integer("count", low=1)
     limits = buffers.document.limits
-    check_count(f"{accessor.source}: {accessor.path}", "elements", count, 3 * limits.max_vertices, "max_vertices")
+    most = max(limits.max_vertices, 3 * limits.max_triangles)
+    check_count(f"{accessor.source}: {accessor.path}", "elements", count, most, "max_vertices")
     if accessor.has("bufferView"):
         values = _elements(buffers, accessor, dtype, components, count)
     else:

@@ -11,9 +11,11 @@ from gpu.scene.types import Doubles
 
 
 def read_draco(
-    buffers: Buffers, entry: Value, extension: Value, names: list[str]
+    buffers: Buffers, entry: Value, extension: Value, components: dict[str, tuple[int, ...]]
 ) -> tuple[dict[str, Doubles], NDArray[np.int64]]:
-    """The attributes among `names` that the primitive `entry` has compressed, and its triangles' indices (index,).
+    """The attributes that the primitive `entry` has compressed, and its triangles' indices (index,).
+
+    components: the wanted attributes, and how many components each may have.
 
     Raises SceneError when the bitstream is broken or does not hold what `extension` says.
     """
@@ -28,13 +30,15 @@ def read_draco(
         raise entry.error("only triangles can be compressed with Draco")
     compressed = extension.object("attributes")
     attributes = {}
-    for name in names:
+    for name, expected in components.items():
         if compressed.has(name):
             number = compressed.integer(name)
             if number not in streams:
                 raise compressed.get(name).error(f"the Draco data has no attribute {number}")
             accessor = buffers.document.referred(entry.get("attributes"), name, "accessors")
             rows = streams[number].reshape(len(streams[number]), -1)
+            if rows.shape[1] not in expected or not np.isfinite(rows).all():
+                raise compressed.get(name).error("the Draco data has another type there, or is not finite")
             attributes[name] = dequantised(rows, accessor.flag("normalized"))
     vertices = len(next(iter(streams.values()), ()))
     if faces.size and not 0 <= int(faces.min()) <= int(faces.max()) < vertices:

@@ -34,15 +34,16 @@ def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, weights: tuple[
     if mode in _POINTS_AND_LINES:
         buffers.document.say("points and lines have no surface and were ignored")
         return None
+    listed = entry.get("attributes")
     wanted = ["POSITION", "NORMAL", "COLOR_0", "JOINTS_0", "WEIGHTS_0", *(f"TEXCOORD_{n}" for n in range(uv_sets))]
-    names = [name for name in wanted if entry.get("attributes").has(name)]
-    if "POSITION" not in names:
-        raise entry.get("attributes").error("'POSITION' is missing")
+    components = {name: _COMPONENTS[name.rpartition("_")[0] or name] for name in wanted if listed.has(name)}
+    if "POSITION" not in components:
+        raise listed.error("'POSITION' is missing")
     compressed = entry.extension("KHR_draco_mesh_compression")
-    decoded, indices = read_draco(buffers, entry, compressed, names) if compressed else ({}, None)
+    decoded, indices = read_draco(buffers, entry, compressed, components) if compressed else ({}, None)
     attributes = {
-        name: decoded[name] if name in decoded else read_floats(buffers, entry.get("attributes"), name, _expected(name))
-        for name in names
+        name: decoded[name] if name in decoded else read_floats(buffers, listed, name, expected)
+        for name, expected in components.items()
     }
     vertices = len(attributes["POSITION"])
     for name, rows in attributes.items():
@@ -67,10 +68,6 @@ def to_triangles(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
     if mode == _STRIP:
         return indices[np.stack([first, first + 1 + first % 2, first + 2 - first % 2], axis=1)]
     return indices[np.stack([first + 1, first + 2, np.zeros_like(first)], axis=1)]
-
-
-def _expected(name: str) -> tuple[int, ...]:
-    return _COMPONENTS[name.rpartition("_")[0] or name]
 
 
 def _morph(buffers: Buffers, entry: Value, weights: tuple[float, ...], attributes: dict[str, Doubles]) -> None:

@@ -1,0 +1,23 @@
+import pytest
+from gltf_file import GltfFile
+
+from gpu.errors import SceneError
+
+
+def test_a_required_extension_that_is_not_supported_is_refused_by_name(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    gltf.json["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_basisu", "EXT_meshopt_compression"]
+    with pytest.raises(SceneError, match="needs EXT_meshopt_compression, KHR_texture_basisu, which is not supported"):
+        gltf.load()
+
+
+def test_a_used_extension_that_is_not_supported_is_said_once(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    gltf.json["extensionsUsed"] = ["KHR_materials_sheen", "KHR_materials_unlit", "KHR_materials_sheen"]
+    assert gltf.load().report.ignored == ("extension KHR_materials_sheen is not supported and was ignored",)
+
+
+def test_animations_are_said_once(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    gltf.json["animations"] = [{}, {}]
+    assert gltf.load().report.ignored == ("animations are not played; the scene is shown in its rest pose",)

@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+from gltf_file import TRIANGLE, GltfFile, corners
+
+from gpu.errors import SceneError
+
+
+def test_transforms_multiply_down_the_tree(gltf: GltfFile) -> None:
+    child = gltf.mesh_node(translation=[1, 0, 0])
+    gltf.add("nodes", children=[child], scale=[2, 2, 2])
+    assert np.array_equal(corners(gltf.load()), [2 * (TRIANGLE + np.float32([1, 0, 0]))])
+
+
+@pytest.mark.parametrize("scale", [[-1, 1, 1], [-1, -1, -1]])
+def test_a_mirrored_node_keeps_its_front(gltf: GltfFile, scale: list[float]) -> None:
+    gltf.mesh_node(gltf.primitive(NORMAL=np.tile(np.float32([0, 0, 1]), (3, 1))), scale=scale)
+    scene = gltf.load()
+    a, b, c = corners(scene)[0]
+    assert np.allclose(scene.normals, (0, 0, scale[2]))
+    assert np.dot(np.cross(b - a, c - a), scene.normals[0]) > 0.0
+
+
+def test_a_deep_tree(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    for number in range(3000):
+        gltf.add("nodes", children=[number], translation=[0, 0, 1])
+    assert np.allclose(corners(gltf.load())[0, 0], (0, 0, 3000))
+
+
+def test_only_the_shown_scene_is_read(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    gltf.mesh_node(translation=[9, 0, 0])
+    gltf.json.update(scenes=[{"nodes": [0]}, {"nodes": [1], "name": "second"}], scene=1)
+    scene = gltf.load()
+    assert np.allclose(corners(scene)[0, 0], (9, 0, 0))
+    assert scene.report.ignored == ("only one of 2 scenes is shown: second",)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "roots", "says"),
+    [
+        ([{"children": [1]}, {"children": [0]}], [0], "another node's child"),
+        ([{"children": [0]}], [0], "another node's child"),
+        ([{"children": [2]}, {"children": [2]}, {}], [0, 1], "nodes[2]: is the child of two nodes"),
+        ([{}], [0, 0], "listed twice"),
+        ([{}], [1], "scenes[0].nodes[0]: 1 does not exist"),
+        ([{"children": [5]}], [0], "nodes[0].children[0]: 5 does not exist"),
+    ],
+)
+def test_nodes_that_are_no_tree(gltf: GltfFile, nodes: list, roots: list, says: str) -> None:
+    gltf.json.update(nodes=nodes, scenes=[{"nodes": roots}])
+    with pytest.raises(SceneError) as caught:
+        gltf.load()
+    assert says in str(caught.value)
+
+
+def test_a_loop_without_a_scene_shows_nothing(gltf: GltfFile) -> None:
+    gltf.json["nodes"] = [{"children": [1]}, {"children": [0]}]
+    with pytest.raises(SceneError, match="no triangles"):
+        gltf.load()

@@ -1,0 +1,188 @@
+import base64
+import io
+from math import inf, pi
+
+import numpy as np
+import pytest
+from gltf_file import TRIANGLE, GltfFile
+from PIL import Image
+
+from gpu.errors import SceneError
+from gpu.scene.types import AlphaMode, Material, Wrap
+
+UV = TRIANGLE[:, :2]
+
+
+def image(gltf: GltfFile, kind: str = "PNG", size: tuple[int, int] = (2, 1), **options: object) -> int:
+    file = io.BytesIO()
+    Image.new("RGB", size, (255, 0, 0)).save(file, kind, **options)
+    return gltf.add("images", bufferView=gltf.view(file.getvalue()), mimeType=f"image/{kind.lower()}")
+
+
+def material_of(gltf: GltfFile, uvs: int = 1, **material: object) -> Material:
+    gltf.add("materials", **material)
+    gltf.mesh_node(gltf.primitive(material=0, **{f"TEXCOORD_{number}": UV for number in range(uvs)}))
+    return gltf.load().materials[0]
+
+
+def test_defaults_are_those_of_the_specification(gltf: GltfFile) -> None:
+    material = material_of(gltf)
+    assert (material.base_color, material.metallic, material.roughness) == ((1, 1, 1, 1), 1.0, 1.0)
+    assert (material.emission, material.ior, material.specular) == ((0, 0, 0), 1.5, 1.0)
+    assert (material.alpha_mode, material.alpha_cutoff, material.attenuation_distance) == (AlphaMode.OPAQUE, 0.5, inf)
+    assert not material.double_sided
+    assert not material.unlit
+
+
+def test_every_factor_is_read(gltf: GltfFile) -> None:
+    material = material_of(
+        gltf,
+        name="all",
+        pbrMetallicRoughness={"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0, "roughnessFactor": 0.5},
+        emissiveFactor=[1, 0.5, 0],
+        alphaMode="MASK",
+        alphaCutoff=0.7,
+        doubleSided=True,
+        extensions={
+            "KHR_materials_emissive_strength": {"emissiveStrength": 10},
+            "KHR_materials_unlit": {},
+            "KHR_materials_transmission": {"transmissionFactor": 0.9},
+            "KHR_materials_ior": {"ior": 1.33},
+            "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0, 1, 0]},
+            "KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 2, 3]},
+        },
+    )
+    assert material == Material(
+        name="all",
+        base_color=(0.1, 0.2, 0.3, 0.4),
+        metallic=0.0,
+        roughness=0.5,
+        emission=(10.0, 5.0, 0.0),
+        alpha_mode=AlphaMode.MASK,
+        alpha_cutoff=0.7,
+        double_sided=True,
+        unlit=True,
+        transmission=0.9,
+        ior=1.33,
+        thickness=2.0,
+        attenuation_color=(0.0, 1.0, 0.0),
+        attenuation_distance=3.0,
+        specular=0.25,
+        specular_color=(1.0, 2.0, 3.0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("material", "says"),
+    [
+        ({"alphaMode": "GLASS"}, "materials[0].alphaMode: must be one of OPAQUE, MASK, BLEND"),
+        ({"emissiveFactor": [1, 2, 0]}, "materials[0].emissiveFactor[1]: must be between 0 and 1"),
+        ({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}, "KHR_materials_ior.ior: must be 0 or at least 1"),
+        ({"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}, "attenuationDistance"),
+        ({"normalTexture": {"index": 0}}, "materials[0].normalTexture.index: 0 does not exist"),
+    ],
+)
+def test_broken_materials(gltf: GltfFile, material: dict, says: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        material_of(gltf, **material)
+    assert says in str(caught.value)
+
+
+def test_every_texture_is_read_and_one_used_in_two_ways_becomes_two(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf))
+    use = {"index": 0}
+    gltf.add(
+        "materials",
+        pbrMetallicRoughness={"baseColorTexture": use, "metallicRoughnessTexture": use},
+        normalTexture={**use, "scale": 0.5},
+        emissiveTexture=use,
+        emissiveFactor=[1, 1, 1],
+        occlusionTexture=use,
+        extensions={"KHR_materials_transmission": {"transmissionTexture": use}},
+    )
+    gltf.mesh_node(gltf.primitive(material=0, TEXCOORD_0=UV))
+    scene = gltf.load()
+    color, data = scene.textures
+    assert (color.srgb, data.srgb) == (True, False)
+    assert color.pixels is data.pixels
+    assert color.pixels.tolist() == [[[255, 0, 0, 255]] * 2]
+    (material,) = scene.materials
+    slots = [material.base_color_slot, material.emission_slot, material.metallic_roughness_slot, material.normal_slot,
+             material.transmission_slot]  # fmt: skip
+    assert [scene.textures[slot.texture].srgb for slot in slots] == [True, True, False, False, False]
+    assert material.normal_scale == 0.5
+    assert scene.report.ignored == ("occlusion textures were ignored: the light itself is computed",)
+
+
+def test_samplers(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf), sampler=gltf.add("samplers", wrapS=33071, wrapT=33648, magFilter=9728))
+    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    (texture,) = gltf.load().textures
+    assert (texture.wrap_s, texture.wrap_t, texture.nearest) == (Wrap.CLAMP, Wrap.MIRROR, True)
+
+
+def test_uv_sets_and_their_override(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf))
+    change = {"KHR_texture_transform": {"texCoord": 2}}
+    material = material_of(gltf, 3, pbrMetallicRoughness={"baseColorTexture": {"index": 0, "texCoord": 1}},
+                           normalTexture={"index": 0, "texCoord": 1, "extensions": change})  # fmt: skip
+    assert (material.base_color_slot.uv_set, material.normal_slot.uv_set) == (1, 2)
+    assert np.array_equal(gltf.load().uvs, [UV] * 3)
+
+
+def test_a_missing_uv_set_is_said(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf))
+    material_of(gltf, 1, pbrMetallicRoughness={"baseColorTexture": {"index": 0, "texCoord": 1}})
+    scene = gltf.load()
+    assert "meshes[0].primitives[0] has no TEXCOORD_1 for its textures" in scene.report.ignored[0]
+    assert not scene.uvs[1].any()
+
+
+def test_a_texture_transform_as_in_the_extensions_example(gltf: GltfFile) -> None:
+    """ "Only the lower left quadrant of the source image, rotated clockwise 90°": v points down."""
+    gltf.add("textures", source=image(gltf))
+    change = {"KHR_texture_transform": {"offset": [0, 1], "rotation": pi / 2, "scale": [0.5, 0.5]}}
+    slot = material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0, "extensions": change}})
+    matrix = np.array(slot.base_color_slot.transform).reshape(2, 3)
+    corners = np.array([matrix @ [u, v, 1] for u, v in ((0, 0), (1, 0), (0, 1), (1, 1))])
+    assert np.allclose(corners, [[0, 1], [0, 0.5], [0.5, 1], [0.5, 0.5]])
+
+
+def test_webp_goes_before_its_fallback(gltf: GltfFile) -> None:
+    webp = image(gltf, "WEBP", (3, 1), lossless=True)
+    gltf.add("textures", source=image(gltf), extensions={"EXT_texture_webp": {"source": webp}})
+    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    assert gltf.load().textures[0].pixels.shape == (1, 3, 4)
+
+
+def test_an_image_in_a_data_uri_and_one_in_a_file(gltf: GltfFile) -> None:
+    file = io.BytesIO()
+    Image.new("RGB", (4, 4)).save(file, "PNG")
+    (gltf.folder / "an image.png").write_bytes(file.getvalue())
+    for uri in ("data:image/png;base64," + base64.b64encode(file.getvalue()).decode(), "an%20image.png"):
+        gltf.add("textures", source=gltf.add("images", uri=uri))
+    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}, normalTexture={"index": 1})
+    assert [texture.pixels.shape for texture in gltf.load().textures] == [(4, 4, 4)] * 2
+
+
+def test_a_broken_image(gltf: GltfFile) -> None:
+    gltf.add("textures", source=gltf.add("images", bufferView=gltf.view(b"not an image"), mimeType="image/png"))
+    with pytest.raises(SceneError, match=r"images\[0\]: not an image"):
+        material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+
+
+def test_a_texture_without_an_image_that_can_be_read_is_said(gltf: GltfFile) -> None:
+    gltf.add("textures", extensions={"KHR_texture_basisu": {"source": 0}})
+    assert material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}).base_color_slot is None
+    assert gltf.load().report.ignored == ("textures[0] has no PNG, JPEG or WebP image and was ignored",)
+
+
+def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf))
+    use = {"index": 0}
+    material_of(gltf, extensions={"KHR_materials_volume": {"thicknessTexture": use},
+                                  "KHR_materials_specular": {"specularTexture": use}})  # fmt: skip
+    assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == [
+        "textures of thickness",
+        "textures of specular",
+    ]

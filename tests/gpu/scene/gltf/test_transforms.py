@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+from gltf_file import GltfFile
+
+from gpu.errors import SceneError
+from gpu.scene.gltf.transforms import cofactors, compose, local_matrix, mirrored, rigid
+from gpu.scene.gltf.values import Value
+
+HALF = float(np.sqrt(0.5))
+
+
+def node(**raw: object) -> Value:
+    return Value("a.gltf", "nodes[0]", raw)
+
+
+def test_translation_rotation_and_scale() -> None:
+    matrix = local_matrix(node(translation=[1, 2, 3], rotation=[0, 0, 2 * HALF, 2 * HALF], scale=[2, 1, 1]))
+    assert np.allclose(matrix @ [1, 0, 0, 1], [1, 4, 3, 1])  # scaled to 2, turned from x to y, moved
+    assert np.allclose(matrix @ [0, 1, 0, 1], [0, 2, 3, 1])
+
+
+def test_a_matrix_is_in_columns() -> None:
+    matrix = local_matrix(node(matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]))
+    assert np.array_equal(matrix[:3, 3], [5, 6, 7])
+
+
+@pytest.mark.parametrize("raw", [{"matrix": [1.0] * 16}, {"matrix": [0] * 15}, {"rotation": [0, 0, 0, 0]}])
+def test_broken_transforms(raw: dict) -> None:
+    with pytest.raises(SceneError, match=r"nodes\[0\]"):
+        local_matrix(node(**raw))
+
+
+def test_cofactors_keep_normals_on_their_side() -> None:
+    matrices = compose(node(), np.zeros((3, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (3, 1)),
+                       np.array([[2.0, 1, 1], [-1, 1, 1], [1, 1, 0]]))  # fmt: skip
+    turned = np.einsum("nij,j->ni", cofactors(matrices), [1.0, 1.0, 0.0])
+    assert np.array_equal(mirrored(matrices), [False, True, False])
+    assert np.allclose(turned[0] / turned[0, 1], [0.5, 1, 0])  # as the inverse transpose
+    assert turned[1, 0] < 0.0 < turned[1, 1]  # mirrored like the surface
+    assert np.isfinite(turned[2]).all()
+
+
+@pytest.mark.parametrize(
+    "matrix", [np.diag([2.0, 3.0, 4.0, 1.0]), np.diag([-1.0, 1.0, 1.0, 1.0]), np.diag([0.0, 0.0, 0.0, 1.0])]
+)
+def test_rigid_removes_scale_and_mirroring(matrix: np.ndarray) -> None:
+    matrix[:3, 3] = (1, 2, 3)
+    axes = rigid(matrix)[:3, :3]
+    assert np.allclose(axes @ axes.T, np.eye(3))
+    assert np.linalg.det(axes) > 0.0
+    assert np.allclose(axes[:, 2], (0, 0, 1))
+    assert np.array_equal(rigid(matrix)[:3, 3], (1, 2, 3))
+
+
+def test_instances(gltf: GltfFile) -> None:
+    count = 3
+    attributes = {
+        "TRANSLATION": gltf.accessor(np.array([[10 * i, 0, 0] for i in range(count)], np.float32)),
+        "SCALE": gltf.accessor(np.array([[1, 1, 1], [2, 2, 2], [-1, 1, 1]], np.float32)),
+    }
+    gltf.mesh_node(extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}}, translation=[0, 5, 0])
+    scene = gltf.load()
+    world = scene.vertices / scene.placement.scale + scene.placement.centre
+    assert np.allclose(world[scene.triangles[:, 0]], [[0, 5, 0], [10, 5, 0], [20, 6, 0]], atol=1e-5)
+    assert np.allclose(scene.normals, (0, 0, 1))  # the mirrored one is wound the other way
+
+
+def test_instances_of_different_number(gltf: GltfFile) -> None:
+    attributes = {name: gltf.accessor(np.ones((count, 3), np.float32)) for name, count in
+                  (("TRANSLATION", 2), ("SCALE", 3))}  # fmt: skip
+    gltf.mesh_node(extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}})
+    with pytest.raises(SceneError, match=r"nodes\[0\]\.extensions\.EXT_mesh_gpu_instancing\.attributes"):
+        gltf.load()

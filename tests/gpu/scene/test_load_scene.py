@@ -1,0 +1,25 @@
+from pathlib import Path
+
+import pytest
+
+from gpu.errors import SceneError
+from gpu.scene import load_scene
+from gpu.scene.builtin import BUILTIN
+
+
+def test_a_built_in_scene_by_its_name() -> None:
+    assert load_scene("cornell-box").name == "cornell-box"
+
+
+@pytest.mark.parametrize("name", ["A.OFF", "a.off"])
+def test_a_file_by_its_suffix(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    assert len(load_scene(str(path)).triangles) == 1
+
+
+@pytest.mark.parametrize("source", ["kitchen", "kitchen.usd", ""])
+def test_what_is_no_scene_is_told_what_there_is(source: str) -> None:
+    with pytest.raises(SceneError, match=r"\.gltf") as caught:
+        load_scene(source)
+    assert all(name in str(caught.value) for name in BUILTIN)

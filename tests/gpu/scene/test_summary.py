@@ -1,0 +1,67 @@
+import json
+from math import cos, pi
+
+import numpy as np
+import pytest
+
+from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.summary import memory_bytes, summarise, summary_text
+from gpu.scene.types import Light, LightKind, Material, Scene, Texture, TextureSlot
+
+QUAD = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]])
+PART = MeshPart(QUAD + 10, np.array([[0, 1, 2], [0, 2, 3], [0, 0, 1]]))
+
+
+def scene_of(*lights: Light, **material: object) -> Scene:
+    pixels = np.zeros((1, 2, 4), np.uint8)
+    pixels[0, 0] = 255
+    textures = [Texture("half", pixels, srgb=True), Texture("half", pixels, srgb=False)]
+    return assemble("room", [PART], [Material("m", **material)], textures, lights, ignored=("that",))
+
+
+def test_lengths_are_in_world_units() -> None:
+    summary = summarise(scene_of())
+    assert np.allclose(summary["bounds"]["min"], (10, 10, 10))
+    assert np.allclose(summary["bounds"]["max"], (14, 12, 10))
+    assert (summary["triangles"], summary["dropped_triangles"]) == (2, 1)
+    assert summary["materials"] == [{"name": "m", "triangles": 2, "area": pytest.approx(8.0)}]
+
+
+def test_an_area_lights_power() -> None:
+    (light,) = summarise(scene_of(emission=(1.0, 2.0, 0.0)))["lights"]
+    assert light["kind"] == "area"
+    assert np.allclose(light["power"], (8 * pi, 16 * pi, 0))
+
+
+def test_an_emissive_texture_counts_with_its_mean() -> None:
+    (light,) = summarise(scene_of(emission=(1.0, 1.0, 1.0), emission_slot=TextureSlot(0)))["lights"]
+    assert np.allclose(light["power"], 4 * pi)
+
+
+def test_the_power_of_punctual_lights_is_that_of_the_file() -> None:
+    inner, outer = cos(0.2), cos(0.5)
+    lights = [
+        Light("p", LightKind.POINT, (3.0, 2.0, 1.0), (1.0, 1.0, 1.0)),
+        Light("s", LightKind.SPOT, (5.0, 5.0, 5.0), cos_inner=inner, cos_outer=outer),
+        Light("d", LightKind.DIRECTIONAL, (7.0, 7.0, 7.0)),
+    ]
+    point, spot, sun = summarise(scene_of(*lights))["lights"]
+    assert np.allclose(point["power"], np.array([3, 2, 1]) * 4 * pi)
+    cosines = np.linspace(outer, 1.0, 100_001)
+    falloff = np.clip((cosines - outer) / (inner - outer), 0.0, 1.0) ** 2
+    assert np.allclose(spot["power"], 5 * 2 * pi * np.trapezoid(falloff, cosines), rtol=1e-4)
+    assert sun["irradiance"] == [7.0, 7.0, 7.0]
+
+
+def test_shared_pixels_count_once() -> None:
+    scene = scene_of()
+    assert memory_bytes(scene) == 6 * 3 * 4 * 2 + 6 * 2 * 4 + 2 * 3 * 4 + 2 * 4 + 8
+
+
+def test_text_and_json_say_what_was_changed() -> None:
+    summary = summarise(scene_of())
+    assert json.loads(json.dumps(summary)) == summary
+    text = summary_text(summary)
+    for part in ("room", "2 triangles", "size 4 2 0", "half: 2×1, colour", "sky: sky, 1 1 1 W/m²/sr", "ignored: that",
+                 "dropped: 1 triangles", "note: the scene has no light", "default: perspective"):  # fmt: skip
+        assert part in text
