@@ -1,6 +1,8 @@
 """The page in a real browser, with gradients for pictures: what it sends, shows and says."""
 
+import os
 import re
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -92,7 +94,7 @@ def test_moves_right_and_back_with_key_codes(page: Page, gradients: Running) -> 
     hold(page, "KeyD", 1000)
     wait_for(page, lambda: pixel(page)[1] > start + 20)
     page.keyboard.press("KeyR")
-    wait_for(page, lambda: pixel(page)[1] == start)
+    wait_for(page, lambda: abs(pixel(page)[1] - start) < 3)  # but for the coding of another size
 
 
 def test_ctrl_is_no_movement(page: Page, gradients: Running) -> None:
@@ -101,7 +103,7 @@ def test_ctrl_is_no_movement(page: Page, gradients: Running) -> None:
     page.keyboard.down("Control")
     hold(page, "KeyD")
     page.keyboard.up("Control")
-    assert pixel(page) == start
+    assert abs(pixel(page)[1] - start[1]) < 3
 
 
 def test_keys_typed_into_a_setting_do_not_move(page: Page, gradients: Running) -> None:
@@ -110,7 +112,7 @@ def test_keys_typed_into_a_setting_do_not_move(page: Page, gradients: Running) -
     page.keyboard.press("KeyP")
     page.locator("#setting-seed").focus()
     hold(page, "KeyD")
-    assert pixel(page) == start
+    assert abs(pixel(page)[1] - start[1]) < 3
 
 
 def test_orbits_about_the_middle_of_the_scene(page: Page, gradients: Running) -> None:
@@ -194,8 +196,22 @@ def test_comes_back_after_the_server_was_gone(page: Page, complaints: list[str])
         expect(page.locator("#notice")).to_be_hidden(timeout=15_000)
         expect(page.locator("#connection-text")).to_have_text("Connected")
         hold(page, "KeyW", 100)
-        assert pixel(page)[1] == moved  # it stands where it stood
+        assert abs(pixel(page)[1] - moved) < 3  # it stands where it stood
     complaints.clear()  # the browser notes each failed attempt by itself
+
+
+def test_walks_on_after_the_renderer_died(page: Page) -> None:
+    with run(ServerSettings(port=0)) as service:
+        service.wait_ready()
+        visit(page, service)
+        worker = service.service.engine.worker_pid
+        assert worker is not None
+        os.kill(worker, signal.SIGKILL)
+        expect(page.locator("#connection-text")).to_have_text("Recovering")
+        expect(page.locator("#connection-text")).to_have_text("Connected")
+        expect(page.locator("#notice")).to_be_hidden()
+        hold(page, "KeyD", 1000)
+        wait_for(page, lambda: pixel(page)[1] > 20)
 
 
 def test_stays_away_when_refused(page: Page, tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 /** Which picture to ask for: how many pixels, and how wide a view. */
 
-import { FEWEST_PIXELS, Resolution } from "./resolution.js";
+import { Resolution } from "./resolution.js";
 
 /** @typedef {import("../protocol.js").Size} Size */
 
@@ -44,7 +44,7 @@ export class Lens {
   /** Share of the window's pixels along each side that the user has set; null: chosen by how long frames take. @type {number | null} */
   wantedScale = null;
   /** What the server takes; next to nothing until it has said so. */
-  limits = { max_pixels: FEWEST_PIXELS, max_side: 4096 };
+  limits = { max_pixels: 64 * 36, max_side: 4096 };
   resolution = new Resolution();
   #canvas;
 

@@ -2,7 +2,8 @@
 
 /** Where to start: any device renders this many in bearable time. */
 const MODEST_PIXELS = 512 * 288;
-export const FEWEST_PIXELS = 128 * 72;
+/** Fewer would not be worth looking at, and gain little: part of a frame's time does not depend on its pixels. */
+const FEWEST_PIXELS = MODEST_PIXELS / 2;
 /** More pixels than modest only within this time a frame [ms]; fewer only where a frame takes longer than that. */
 const SMOOTH = 40;
 const BEARABLE = 200;

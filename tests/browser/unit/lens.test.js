@@ -35,7 +35,8 @@ test("a slow device keeps a modest size while that is bearable, less when it is 
   resolution.restart();
   for (let frame = 0; frame < 3; frame++) assert.equal(resolution.observe(modest, 900, 1e6), false);
   assert.equal(resolution.observe(modest, 900, 1e6), true);
-  assert.ok(resolution.pixels < 0.3 * modest);
+  assert.equal(resolution.pixels, modest / 2);
+  for (let frame = 0; frame < 10; frame++) assert.equal(resolution.observe(modest / 2, 900, 1e6), false);
 });
 
 test("one slow first frame does not shrink the picture", () => {
