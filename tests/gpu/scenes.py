@@ -7,9 +7,10 @@ import numpy as np
 import warp as wp
 
 from gpu.device import launch
+from gpu.gbuffer import CameraData, camera_data
 from gpu.resident import ResidentScene
 from gpu.scene.assemble import MeshPart, assemble
-from gpu.scene.types import Doubles, Light, Material, Scene, Sky, Texture
+from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
 
 
 def quad(corner: Sequence[float], edge_u: Sequence[float], edge_v: Sequence[float], material: int = 0) -> MeshPart:
@@ -51,6 +52,12 @@ def scene_of(
 def resident_of(parts: Sequence[MeshPart], materials: Sequence[Material], **rest: Any) -> ResidentScene:
     """The same scene on the CPU."""
     return ResidentScene(scene_of(parts, materials, **rest), "cpu")
+
+
+def camera_of(resident: ResidentScene, camera: Camera, size: tuple[int, int]) -> wp.array:
+    """`camera` as kernels take it, for an image of `size` (width, height)."""
+    data = camera_data(camera, resident.scene.placement, size[0] / size[1])
+    return wp.array([data], dtype=CameraData, device="cpu")
 
 
 def column(values: Any, dtype: Any) -> wp.array:
