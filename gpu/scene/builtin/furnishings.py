@@ -92,6 +92,18 @@ def tree(seed: int, height: float, stems: int, leaf_count: int, base: float) -> 
     return wood, Shape(foliage.positions, foliage.triangles, normals, foliage.uvs)
 
 
+def topiary(seed: int, radius: float, leaf_count: int) -> tuple[Shape, Shape]:
+    """A clipped ball of leaves about the origin, and the darkness within it: (leaves, core)."""
+    rng = np.random.default_rng(seed)
+    out = rng.standard_normal((leaf_count, 3))
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    yaw = np.degrees(np.arctan2(out[:, 0], out[:, 2])) + rng.normal(0.0, 40.0, leaf_count)
+    pitch = np.degrees(np.arcsin(out[:, 1])) + rng.normal(0.0, 30.0, leaf_count)
+    matrices = _aim(yaw, pitch, rng.uniform(-60.0, 60.0, leaf_count))
+    places = out * radius * rng.uniform(0.86, 0.97, leaf_count)[:, None]
+    return copies(leaf(radius * 0.22, radius * 0.13, 0.2, 3, 5), places, matrices), sphere(radius * 0.88, 40)
+
+
 def mug(radius: float = 0.04, height: float = 0.095) -> Shape:
     """A mug with a handle towards +X."""
     wall = 0.004

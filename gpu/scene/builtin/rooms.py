@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from gpu.scene.builtin.shape import Shape, copies, join, rotation
 from gpu.scene.builtin.shapes import box, cylinder, moulding, quad, rectangle, rounded_path, surface, tube
+from gpu.scene.types import Doubles
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,15 @@ def _lining(hole: Opening, depth: float) -> Shape:
 def pane(hole: Opening, depth: float) -> Shape:
     """The face that closes an opening of wall() at the back of its lining, facing +Z."""
     return quad((hole.left, hole.bottom, -depth), (hole.width, 0, 0), (0, hole.height, 0))
+
+
+def bands(hole: Opening, depth: float, heights: Sequence[Doubles]) -> list[Shape]:
+    """The pane() cut into bands, bottom to top, by curves of as many `heights` (0 to 1) each, each above the last."""
+    count = len(heights[0])
+    x = np.linspace(hole.left, hole.right, count)
+    levels = [hole.bottom + hole.height * share for share in (np.zeros(count), *heights, np.ones(count))]
+    rows = [np.stack([x, y, np.full(count, -depth)], axis=1) for y in levels]
+    return [surface([low, high]) for low, high in pairwise(rows)]
 
 
 def window_frame(hole: Opening, z: float, columns: int, rows: int = 1, bar: float = 0.05, depth: float = 0.06) -> Shape:

@@ -105,11 +105,12 @@ def marble_tiles(
     v, u = np.mgrid[0:size, 0:size]
     row, column = v * count // size, u * count // size
     tile = row * count + column
-    stones = np.stack([ramp(_marbling(seed + 10 * i, 0.8, size), ground) for i, ground in enumerate(grounds)])
-    du, dv = rng.integers(0, size, (2, count * count))
+    block = size // 2  # the stones that tiles are cut from
+    stones = np.stack([ramp(_marbling(seed + 10 * i, 0.8, block), ground) for i, ground in enumerate(grounds)])
+    du, dv = rng.integers(0, block, (2, count * count))
     turned = rng.random(count * count)[tile] < 0.5
     piece_u, piece_v = np.where(turned, v, u), np.where(turned, u, v)
-    colours = stones[(row + column) % len(grounds), (piece_v + dv[tile]) % size, (piece_u + du[tile]) % size]
+    colours = stones[(row + column) % len(grounds), (piece_v + dv[tile]) % block, (piece_u + du[tile]) % block]
     colours = colours * rng.normal(1.0, 0.035, count * count)[tile][..., None]
     width = size / count
     edge = np.minimum(np.minimum(u % width, width - 1 - u % width), np.minimum(v % width, width - 1 - v % width))
