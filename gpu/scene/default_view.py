@@ -1,5 +1,6 @@
 """A camera for a scene that has none: inside of a room, outside of an object."""
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -9,23 +10,39 @@ from gpu.scene.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Placement
 
 _SAMPLES = 20_000
-_AZIMUTHS, _HEIGHTS = 16, 8
+_AZIMUTHS, _HEIGHTS = 16, 8  # cells of equal solid angle around a point
+_ALONG, _UP = (0.1, 0.3, 0.5, 0.7, 0.9), (0.3, 0.5, 0.7)  # where in the scene's box to stand
 _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a surface's front
+_ROOM = 0.125  # share of such points in a room; beside a round object there are some too
+_NEAR = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class _Standpoint:
+    """A point and what is seen from it: how enclosed it is, how open its best view is, and where to."""
+
+    enclosed: float
+    openness: float
+    eye: Doubles
+    forward: Doubles
 
 
 def default_camera(vertices: Floats, triangles: Integers, placement: Placement) -> Camera:
     """A perspective view in world space of the unit-space triangles.
 
-    Where surfaces face a point from most sides, the scene is a room: the camera stands at the end of its longest free
-    line through that point. Otherwise it is an object, seen whole from above one corner.
+    Where surfaces face many points from most sides, the scene is a room: the camera stands at the one that sees
+    farthest. Otherwise it is an object, seen whole from above one corner.
     """
     points, normals = _surface_points(vertices.astype(np.float64), triangles)
     low, high = points.min(axis=0), points.max(axis=0)
-    views = [_look_around(low + (high - low) * at, points, normals) for at in product((0.3, 0.5, 0.7), repeat=3)]
-    enclosed, _, eye, target = max(views, key=lambda view: (view[0] >= _ENCLOSED, view[1]))
-    if enclosed < _ENCLOSED:
-        radius = float(np.linalg.norm(high - low)) / 2.0
+    stands = [_look_around(low + (high - low) * at, points, normals) for at in product(_ALONG, _UP, _ALONG)]
+    rooms = [stand for stand in stands if stand.enclosed >= _ENCLOSED]
+    if len(rooms) >= _ROOM * len(stands):
+        best = max(rooms, key=lambda stand: stand.openness)
+        eye, target = best.eye, best.eye + best.forward
+    else:
         target = (low + high) / 2.0
+        radius = float(np.linalg.norm(high - low)) / 2.0
         eye = target + np.array([0.5, 0.35, 0.8]) / np.linalg.norm([0.5, 0.35, 0.8]) * radius / np.sin(np.radians(30.0))
     world = [(point / placement.scale + placement.centre).tolist() for point in (eye, target)]
     return look_at(world[0], world[1], name="default")
@@ -42,28 +59,26 @@ def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Do
     return (1.0 - root) * a + root * (1.0 - other) * b + root * other * c, faces[chosen]
 
 
-def _look_around(centre: Doubles, points: Doubles, normals: Doubles) -> tuple[float, float, Doubles, Doubles]:
-    """What `centre` sees of `points`: share of directions closed by fronts, length of view, its eye and target."""
-    offsets = points - centre
+def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint:
+    """What `eye` sees of `points`: the nearest in each cell of directions."""
+    offsets = points - eye
     distance = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
     azimuth = ((np.arctan2(offsets[:, 2], offsets[:, 0]) / (2.0 * np.pi)) % 1.0 * _AZIMUTHS).astype(int) % _AZIMUTHS
     height = ((offsets[:, 1] / distance + 1.0) / 2.0 * _HEIGHTS).astype(int).clip(0, _HEIGHTS - 1)
-    cell = azimuth * _HEIGHTS + height  # all cells have the same solid angle
     farthest_first = np.argsort(-distance)
-    nearest = np.full(_AZIMUTHS * _HEIGHTS, -1)
-    nearest[cell[farthest_first]] = farthest_first
+    nearest = np.full((_AZIMUTHS, _HEIGHTS), -1)
+    nearest[azimuth[farthest_first], height[farthest_first]] = farthest_first
     seen = nearest[nearest >= 0]
     fronts = np.einsum("sc,sc->s", offsets[seen], normals[seen]) < 0.0
-    depth = np.where(nearest >= 0, distance[nearest], 0.0).reshape(_AZIMUTHS, _HEIGHTS)
-    level = depth[:, _HEIGHTS // 2 - 1 : _HEIGHTS // 2 + 1].min(axis=1)
-    line = level + np.roll(level, _AZIMUTHS // 2)
-    ahead = int(np.argmax(line))
+    depth = np.where(nearest >= 0, distance[nearest], 0.0)
+    # The mean of logarithms: one thing close in front of the camera, or the void, spoils a view.
+    column = np.log(np.maximum(depth[:, _HEIGHTS // 4 : -_HEIGHTS // 4], _NEAR)).mean(axis=1)
+    openness = sum(np.roll(column, turn) for turn in range(-2, 3)) / 5.0
+    ahead = int(np.argmax(openness))
     angle = (ahead + 0.5) / _AZIMUTHS * 2.0 * np.pi
-    forward = np.array([np.cos(angle), 0.0, np.sin(angle)])
-    behind = level[(ahead + _AZIMUTHS // 2) % _AZIMUTHS]
-    return (
-        float(fronts.sum()) / len(nearest),
-        float(line[ahead]),
-        centre - 0.8 * behind * forward,
-        centre + 0.5 * forward,
+    return _Standpoint(
+        enclosed=float(fronts.sum()) / nearest.size,
+        openness=float(openness[ahead]),
+        eye=eye,
+        forward=np.array([np.cos(angle), 0.0, np.sin(angle)]),
     )
