@@ -73,7 +73,7 @@ def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint
     depth = np.where(nearest >= 0, distance[nearest], 0.0)
     # The mean of logarithms: one thing close in front of the camera, or the void, spoils a view.
     column = np.log(np.maximum(depth[:, _HEIGHTS // 4 : -_HEIGHTS // 4], _NEAR)).mean(axis=1)
-    openness = sum(np.roll(column, turn) for turn in range(-2, 3)) / 5.0
+    openness = sum(np.roll(column, turn) for turn in range(-2, 3))  # as wide as the picture
     ahead = int(np.argmax(openness))
     angle = (ahead + 0.5) / _AZIMUTHS * 2.0 * np.pi
     return _Standpoint(
