@@ -42,14 +42,14 @@ def make() -> Scene:
         [
             look_at((4.05, 1.62, 2.75), (-1.5, 0.8, -0.75), yfov_degrees=52, name="corner"),
             look_at((3.9, 1.45, 0.0), (-4.5, 1.0, 0.0), yfov_degrees=50, name="head of the table"),
-            look_at((-3.6, 1.6, -2.3), (2.2, 0.75, 1.2), yfov_degrees=55, name="from the screen"),
+            look_at((-3.45, 1.6, -1.7), (2.2, 0.75, 1.25), yfov_degrees=55, name="from the screen"),
         ]
     )
 
 
 def _shell(builder: Builder) -> None:
     carpet = textures.carpet(1, ["#555b62", "#777d84", "#979ba0"])
-    builder.add(builder.textured("carpet", carpet, (1.0, 1.0), 0.95), quad((-_X, 0, _Z), (_LONG, 0, 0), (0, 0, -_WIDE)))
+    builder.add(builder.textured("carpet", carpet, (1.0, 1.0), 0.95), rooms.level(_X, _Z, 0.0))
     white = builder.textured("plaster", textures.plaster(2, "#e9e5dc", 0.008), (2.0, 2.0), 0.9)
     blue = builder.textured("blue plaster", textures.plaster(3, "#5f7f8c", 0.015), (2.0, 2.0), 0.9)
     felt = builder.paint("felt", "#4b4640", 1.0)
@@ -69,7 +69,7 @@ def _openings() -> list[Opening]:
 
 def _ceiling(builder: Builder) -> None:
     tile = builder.textured("ceiling tile", textures.plaster(4, "#ebe9e3", 0.012), (0.6, 0.6), 1.0)
-    builder.add(tile, quad((-_X, _HIGH, -_Z), (_LONG, 0, 0), (0, 0, _WIDE)))
+    builder.add(tile, rooms.level(_X, _Z, -_HIGH).mirrored(1))
     metal = builder.paint("ceiling grid", "#e6e6e2", 0.5)
     for number in range(1, 15):
         x = -_X + 0.6 * number
@@ -79,7 +79,7 @@ def _ceiling(builder: Builder) -> None:
         builder.add(metal, block((-_X + 0.001, _HIGH - 0.0075, z - 0.012), (_X - 0.001, _HIGH + 0.001, z + 0.012)))
 
     rim = [(-0.002, -0.022), (-0.002, 0.002), (0.003, 0.003), (0.035, -0.010), (0.035, -0.014), (0.004, -0.022)]
-    frame = moulding(rim[::-1], rectangle((-0.6, -0.3), (0.6, 0.3)))
+    frame = moulding(rim, rectangle((-0.6, -0.3), (0.6, 0.3)))
     lamp = quad((-0.566, -0.012, -0.266), (1.132, 0, 0), (0, 0, 0.532))
     places = [(x, _HIGH, z) for x in (-2.7, -0.9, 0.9, 2.7) for z in (-1.2, 1.2)]
     builder.add(metal, copies(frame, places))

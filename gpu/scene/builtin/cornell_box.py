@@ -30,10 +30,11 @@ def _block(plan: list[tuple[float, float]], height: float) -> Shape:
     """A box without its underside over four (x, z) corners of the data."""
     top = [(x, height, z) for x, z in plan]
     sides = [
-        _face((x, 0, z), top[number], top[(number + 1) % 4], (plan[(number + 1) % 4][0], 0, plan[(number + 1) % 4][1]))
+        _face((plan[after][0], 0, plan[after][1]), top[after], top[number], (x, 0, z))
         for number, (x, z) in enumerate(plan)
+        for after in [(number + 1) % 4]
     ]
-    return join([_face(top[0], top[3], top[2], top[1]), *sides])
+    return join([_face(*top), *sides])
 
 
 def make() -> Scene:

@@ -47,7 +47,7 @@ def pot(radius: float, height: float) -> tuple[Shape, Shape]:
         (radius * 0.97, height * 0.86),
         (radius, height - 0.006),
     ]
-    profile += [(radius - 0.005, height), (radius - wall, height - 0.004), (radius - wall - 0.004, height * 0.5)]
+    profile += [(radius - 0.005, height), (radius - wall, height - 0.004), (radius - wall - 0.002, height * 0.8)]
     angle = np.linspace(0.0, 1.0, 7)
     soil = [
         (radius - wall - 0.001, height - 0.045),
@@ -254,7 +254,7 @@ def clock(radius: float) -> tuple[Shape, Shape, Shape]:
         64,
     )
     face = cylinder(radius - 0.013, 0.016, 64)
-    mark = block((-0.004, 0.0162, radius * 0.72), (0.004, 0.0182, radius * 0.84))
+    mark = block((-0.004, 0.0165, radius * 0.72), (0.004, 0.0185, radius * 0.84))
     marks = copies(mark, np.zeros((12, 3)), [rotation(30.0 * hour, "y") for hour in range(12)])
     hands = [
         block((-w, low, -0.03), (w, low + 0.002, length)).turned(angle)

@@ -14,7 +14,6 @@ from gpu.scene.builtin.shapes import (
     lathe,
     moulding,
     picture,
-    quad,
     rectangle,
     slab,
     sphere,
@@ -54,13 +53,13 @@ def make() -> Scene:
 
 
 def _shell(builder: Builder, oak: int) -> None:
-    boards = textures.planks(23, ["#80603f", "#aa855c", "#c9a67b"], 8, 1)
-    floor = builder.textured("floorboards", boards, (1.6, 1.12), 0.4)
-    builder.add(floor, quad((-_X, 0, _Z), (2 * _X, 0, 0), (0, 0, -2 * _Z)))
+    boards = textures.planks(23, ["#80603f", "#aa855c", "#c9a67b"], 8, 2)
+    floor = builder.textured("floorboards", boards, (3.0, 1.12), 0.4)
+    builder.add(floor, rooms.level(_X, _Z, 0.0))
     white = builder.textured("plaster", textures.plaster(24, "#ece6da", 0.006), (2.0, 2.0), 0.95)
     sage = builder.textured("sage plaster", textures.plaster(25, "#9aa58c", 0.008), (2.0, 2.0), 0.95)
     trim = builder.paint("white paint", "#e7e2d8", 0.5)
-    builder.add(white, quad((-_X, _HIGH, -_Z), (2 * _X, 0, 0), (0, 0, 2 * _Z)))
+    builder.add(white, rooms.level(_X, _Z, -_HIGH).mirrored(1))
     builder.add(sage, Placer(0, (-_X, 0, -_Z))(rooms.wall(2 * _X, _HIGH)))
     builder.add(white, Placer(90, (-_X, 0, _Z))(rooms.wall(2 * _Z, _HIGH, [_WINDOW], 0.3)))
     builder.add(white, Placer(180, (_X, 0, _Z))(rooms.wall(2 * _X, _HIGH)))
@@ -151,10 +150,10 @@ def _coffee_table(builder: Builder, walnut: int, china: int) -> None:
     cloths = [builder.paint("book cloth", colour, 0.8) for colour in ("#3d5a73", "#b0603f", "#d8c9a8")]
     sheets = builder.paint("book pages", "#e6dfcd", 0.9)
     for number, (cloth, size, angle) in enumerate(zip(cloths, (0.3, 0.27, 0.22), (12.0, 20.0, -8.0), strict=True)):
-        y = top + 0.027 * number
-        cover = [block((-size / 2, low, -size * 0.36), (size / 2, low + 0.003, size * 0.36)) for low in (0.0, 0.0235)]
-        pages = block((-size / 2 + 0.004, 0.0032, -size * 0.35), (size / 2 - 0.002, 0.0233, size * 0.35))
-        spine = block((-size / 2, 0.0031, -size * 0.36), (-size / 2 + 0.003, 0.0234, size * 0.36))
+        y = top + 0.0275 * number
+        cover = [block((-size / 2, low, -size * 0.36), (size / 2, low + 0.003, size * 0.36)) for low in (0.0, 0.024)]
+        pages = block((-size / 2 + 0.004, 0.0035, -size * 0.35), (size / 2 - 0.002, 0.0235, size * 0.35))
+        spine = block((-size / 2, 0.0035, -size * 0.36), (-size / 2 + 0.003, 0.0235, size * 0.36))
         place = Placer(angle, (x - 0.17, y, z + 0.12))
         builder.add(cloth, *(place(part) for part in (*cover, spine)))
         builder.add(sheets, place(pages))

@@ -11,6 +11,8 @@ from gpu.scene.builtin.shape import Shape, copies, join, rotation
 from gpu.scene.builtin.shapes import box, cylinder, moulding, quad, rectangle, rounded_path, surface, tube
 from gpu.scene.types import Doubles
 
+LAP = 0.01  # metres that floors, walls and ceilings run past each other, so that no light comes through the corners
+
 
 @dataclass(frozen=True)
 class Opening:
@@ -32,13 +34,20 @@ class Opening:
         return self.top - self.bottom
 
 
+def level(x: float, z: float, y: float) -> Shape:
+    """A floor of half sides `x` and `z` at the height `y`, facing up, with LAP more on every side."""
+    x, z = x + LAP, z + LAP
+    return quad((-x, y, z), (2 * x, 0, 0), (0, 0, -2 * z)).mapped_uv(-LAP, -LAP)
+
+
 def wall(width: float, height: float, openings: Sequence[Opening] = (), depth: float = 0.2) -> Shape:
     """A wall in the plane z = 0 from (0, 0) to (width, height) that faces +Z, its openings lined `depth` towards −Z.
 
+    It runs LAP further on at its sides, past the walls that it meets there.
     Openings must not share a column or row of the wall unless they share both edges there, so that no edge of one face
     ends in the middle of another's.
     """
-    xs = sorted({0.0, width, *(x for hole in openings for x in (hole.left, hole.right))})
+    xs = sorted({-LAP, width + LAP, *(x for hole in openings for x in (hole.left, hole.right))})
     ys = sorted({0.0, height, *(y for hole in openings for y in (hole.bottom, hole.top))})
     cells = [
         quad((x, y, 0), (right - x, 0, 0), (0, top - y, 0)).mapped_uv(x, y)
@@ -50,12 +59,12 @@ def wall(width: float, height: float, openings: Sequence[Opening] = (), depth: f
 
 
 def _lining(hole: Opening, depth: float) -> Shape:
-    """The four faces of an opening's thickness; no sill where it begins at the floor."""
-    w, h = hole.width, hole.height
-    left = quad((hole.left, hole.bottom, -depth), (0, 0, depth), (0, h, 0))
-    right = quad((hole.right, hole.bottom, 0), (0, 0, -depth), (0, h, 0))
-    top = quad((hole.left, hole.top, -depth), (0, 0, depth), (w, 0, 0))
-    sill = quad((hole.left, hole.bottom, 0), (0, 0, -depth), (w, 0, 0))
+    """The four faces of an opening's thickness, which run LAP past what closes it."""
+    w, h, depth = hole.width, hole.height, depth + LAP
+    left = quad((hole.left, hole.bottom, 0), (0, 0, -depth), (0, h, 0))
+    right = quad((hole.right, hole.bottom, -depth), (0, 0, depth), (0, h, 0))
+    top = quad((hole.left, hole.top, -depth), (w, 0, 0), (0, 0, depth))
+    sill = quad((hole.left, hole.bottom, 0), (w, 0, 0), (0, 0, -depth))
     return join([left, right, top, sill])
 
 

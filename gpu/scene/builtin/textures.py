@@ -74,7 +74,7 @@ def planks(seed: int, colours: Sequence[str], rows: int = 8, columns: int = 2, s
     row = v * rows // size
     along = (u + rng.integers(0, size, rows)[row]) % size
     board = row * columns + along * columns // size
-    shade = rng.normal(0.0, 0.13, rows * columns)[board]
+    shade = rng.normal(0.0, 0.09, rows * columns)[board]
     piece = grain[v, (u + rng.integers(0, size, rows * columns)[board]) % size]
     colours_of = ramp(np.clip(0.5 + 0.75 * (piece - 0.5) + shade, 0.0, 1.0), colours)
     edge = np.minimum(v * rows % size / rows, size / rows - 1 - v * rows % size / rows)
