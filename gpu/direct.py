@@ -14,10 +14,13 @@ from gpu.light_samples import LightSample, light_met, punctual_sample, sample_li
 from gpu.lights import LightTable
 from gpu.rays import closest_hit, connected, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
-from gpu.sampling import sobol_pair, z_order
+from gpu.sampling import Pair, sobol_pair, z_order
 from gpu.surface import Surface
 
 CANDIDATES = wp.constant(8)
+CANDIDATES_U = wp.constant(wp.uint32(8))
+STRATUM = wp.constant(wp.uint32(2**32 // 8))
+LATTICE = wp.constant(wp.vec2(1.0 / 8.0, 0.618034))
 # `direct_light` takes sample pairs below this one; the rest are free for its callers.
 DIRECT_PAIRS = wp.constant(4)
 
@@ -32,12 +35,17 @@ def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view:
     chosen = LightSample()
     light = wp.vec3(0.0, 0.0, 0.0)
     total = float(0.0)
-    # One number decides for all candidates, scaled up after each decision: theirs are stratified, so not independent.
-    lot = sobol_pair(index, 2, seed).x
+    # Candidates share one pick and one place, which each shifts: in order over the emitters, as a lattice over each
+    # one. So one number that chooses among them all, scaled up after each decision, keeps the choice stratified.
+    pick = sobol_pair(index, 0, seed)
+    place = sobol_pair(index, 1, seed)
+    lot = pick.y
     for candidate in range(CANDIDATES):
-        pick = sobol_pair(index * CANDIDATES + candidate, 0, seed)
-        place = sobol_pair(index * CANDIDATES + candidate, 1, seed)
-        sample = sample_light(scene, table, table.sampled, surface.position, pick.a, place)
+        stratum = pick.a // CANDIDATES_U + wp.uint32(candidate) * STRATUM
+        shifted = Pair()
+        shifted.x = (place.x + float(candidate) * LATTICE[0]) % 1.0
+        shifted.y = (place.y + float(candidate) * LATTICE[1]) % 1.0
+        sample = sample_light(scene, table, table.sampled, surface.position, stratum, shifted)
         reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
         if glossy:
             density = specular_density(surface, view, sample.direction)

@@ -8,26 +8,26 @@ from gpu.device import allocate, launch
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
-from gpu.sampling import PI
+from gpu.sampling import PI, TO_UNIT, hashed
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
+from gpu.transfer import brightness, unoccluded
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters
-
-# A cluster whose disk has more area than this times the squared distance is shaded member by member.
-UNFOLD_SHARE = wp.constant(0.1)
 
 
 @wp.struct
 class Indirect:
     """Indirect light. radiance (pixel,) towards the camera [W/m²/sr], black where there is no SP.
 
-    low, high (sp,): the least and the most luminance that one of the SP's clusters alone would give it.
+    low, high (sp,): the least and the most brightness that one of the SP's clusters alone would give it;
+    word (sp,): 32 VPL clusters, drawn in proportion to the light that the SP gets of them.
     """
 
     radiance: wp.array[wp.vec3]
     low: wp.array[float]
     high: wp.array[float]
+    word: wp.array[int]
 
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
@@ -37,50 +37,9 @@ def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
 
 
 @wp.func
-def disk_transfer(way: wp.vec3, normal: wp.vec3, disk_normal: wp.vec3, area: float) -> float:
-    """Share of a disk light's flux that arrives per area at an unoccluded point `-way` from it: form factor over area.
-
-    cosθ·cosθ′ / (π·d² + A), which is bounded by 1/A, where point lights' 1/d² makes bright spots.
-    """
-    squared = wp.length_sq(way)
-    facing = wp.dot(way, normal)
-    leaving = -wp.dot(way, disk_normal)
-    if facing <= 0.0 or leaving <= 0.0:
-        return 0.0
-    return facing * leaving / (squared * (PI * squared + area))
-
-
-@wp.func
-def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
-    """Irradiance at a point from a VPL cluster that nothing hides [W/m²].
-
-    Near a cluster its one disk would be too coarse and too dim, so its members count one by one there.
-    """
-    way = vpls.position[cluster] - position
-    area = vpls.area[cluster]
-    if area <= UNFOLD_SHARE * wp.length_sq(way):
-        return vpls.flux[cluster] * disk_transfer(way, normal, vpls.normal[cluster], area)
-    irradiance = wp.vec3(0.0, 0.0, 0.0)
-    begin = vpls.starts[cluster]
-    end = vpls.starts[cluster + 1]
-    area = area / float(end - begin)
-    for member in range(begin, end):
-        way = vpls.members.position[member] - position
-        share = disk_transfer(way, normal, vpls.members.normal[member], area)
-        irradiance += vpls.members.flux[member] * share
-    return irradiance
-
-
-@wp.func
 def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
     """Radiance that the camera gets of an SP per irradiance."""
     return wp.cw_mul(gbuffer.throughput[pixel], gbuffer.albedo[pixel]) / PI
-
-
-@wp.func
-def brightness(radiance: wp.vec3) -> float:
-    """One number for how bright a radiance is."""
-    return (radiance[0] + radiance[1] + radiance[2]) / 3.0
 
 
 @cache
@@ -114,6 +73,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         for f in range(wp.static(fuzziness)):
             weights[f] = clusters.weight[f, sp]
             alone[f] = 0.0
+        drawn = int(0)
+        state = hashed(wp.uint32(pixel))
         agreed = wp.vec3(0.0, 0.0, 0.0)
         disputed = wp.vec3(0.0, 0.0, 0.0)
         for word in range((vpls.count + 31) // 32):
@@ -126,6 +87,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                     seen |= words[f]
                     seen_by_all &= words[f]
             vpl = 32 * word
+            before = brightness(agreed + disputed)
             while seen != wp.uint32(0):
                 if (seen & wp.uint32(1)) != wp.uint32(0):
                     light = unoccluded(position, normal, vpls, vpl)
@@ -143,6 +105,10 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 seen = seen >> wp.uint32(1)
                 seen_by_all = seen_by_all >> wp.uint32(1)
                 vpl += 1
+            after = brightness(agreed + disputed)
+            state = hashed(state)
+            if float(state) * TO_UNIT * after < after - before:
+                drawn = word
         out.radiance[pixel] = wp.cw_mul(reflected, agreed + disputed)
         low = float(1.0e30)
         high = float(0.0)
@@ -153,6 +119,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         common = brightness(wp.cw_mul(reflected, agreed))
         out.low[sp] = common + low
         out.high[sp] = common + high
+        out.word[sp] = drawn
 
     return kernel
 

@@ -1,4 +1,8 @@
-"""Visibility between the representatives of SP clusters and VPL clusters, one bit a pair. Step 5 of the 2022 paper."""
+"""Visibility between the representatives of SP clusters and VPL clusters, one bit a pair. Step 5 of the 2022 paper.
+
+Most pairs exchange little light. Of four neighbouring VPL clusters, those that send a representative less than the
+average share one ray, to the brightest of them; the others have a ray each. This halves the rays.
+"""
 
 from functools import cache
 
@@ -8,25 +12,63 @@ from gpu.device import launch
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sp_clusters import SpClusters
+from gpu.transfer import brightness, disk_transfer
 from gpu.vpl_clusters import VplClusters
 
 WORD_BITS = 32
 # VPL clusters are taken in runs, so that the unpacked answers stay within the cache's reach and bounded memory.
 MAX_UNPACKED_BYTES = 64 << 20
+# An answer's byte: whether a ray was traced, whether it arrived, or else whose answer (of four) counts.
 TRACED = wp.constant(1)
 SEEN = wp.constant(2)
+SHARED = wp.constant(4)
+LEADER_SHIFT = wp.constant(4)
+GROUP = wp.constant(4)
+# Light below this share of what the average VPL cluster sends is weak.
+WEAK_SHARE = wp.constant(1.0)
+# The average is taken in parts, since there are few representatives for a GPU's threads.
+PARTS = wp.constant(32)
+NO_LIGHT = wp.constant(-1.0)
 
 
 @wp.func
-def may_connect(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3, q_cone: float) -> bool:
-    """Whether light can leave a VPL cluster at `q` towards `p`, by their normals alone.
+def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> float:
+    """Brightness that a VPL cluster sends a representative if nothing is between them, NO_LIGHT if it cannot.
 
-    q_cone: cosine of the half angle that the cluster's normals fill; the SP's side is judged by its own plane.
+    The cluster's normals fill a cone, so some members may reach what its representative does not; a surface's own
+    plane is what it is.
     """
-    way = p - q
+    way = vpls.position[vpl] - p
     distance = wp.length(way)
-    slack = wp.sqrt(wp.max(1.0 - q_cone * q_cone, 0.0)) * distance
-    return wp.dot(way, q_normal) > -slack and wp.dot(way, p_normal) < 0.0
+    cone = vpls.cone[vpl]
+    slack = wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) * distance
+    if wp.dot(way, vpls.normal[vpl]) >= slack or wp.dot(way, p_normal) <= 0.0:
+        return NO_LIGHT
+    return brightness(vpls.flux[vpl]) * disk_transfer(way, p_normal, vpls.normal[vpl], vpls.area[vpl])
+
+
+@wp.kernel
+def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, parts: wp.array[float]) -> None:
+    """One thread a PARTS-th of the VPL clusters at one representative: the sum of their light. parts: (part, sp)."""
+    index = first + wp.tid()
+    sp = index % sp_count
+    vpl = index // sp_count
+    total = float(0.0)
+    if sps.used[sp] == 1:
+        while vpl < vpls.count:
+            total += wp.max(pair_light(sps.position[sp], sps.geometric[sp], vpls, vpl), 0.0)
+            vpl += PARTS
+    parts[index] = total
+
+
+@wp.kernel
+def weak_kernel(first: int, parts: wp.array[float], sp_count: int, vpl_count: int, weak: wp.array[float]) -> None:
+    """One thread a representative: the light below which a VPL cluster is weak there."""
+    sp = first + wp.tid()
+    total = float(0.0)
+    for part in range(PARTS):
+        total += parts[part * sp_count + sp]
+    weak[sp] = WEAK_SHARE * total / float(vpl_count)
 
 
 @cache
@@ -41,32 +83,46 @@ def visibility_kernel(connect: wp.Function) -> wp.Kernel:
         sp_count: int,
         vpls: VplClusters,
         first_vpl: int,
-        visible: wp.array[wp.uint8],
+        weak: wp.array[float],
+        answers: wp.array[wp.uint8],
     ) -> None:
         """One thread a pair, neighbouring threads on neighbouring SP clusters: whether they see each other.
 
-        visible: (vpl cluster − first_vpl, sp cluster), flattened: TRACED where a ray was needed, plus SEEN.
+        answers: (vpl cluster − first_vpl, sp cluster), flattened: a byte of the flags above.
         """
         pair = first + wp.tid()
         sp = pair % sp_count
         vpl = first_vpl + pair // sp_count
-        answer = wp.uint8(0)
-        if vpl < vpls.count and sps.used[sp] == 1:
-            p = sps.position[sp]
-            p_normal = sps.geometric[sp]
-            q = vpls.position[vpl]
-            q_normal = vpls.normal[vpl]
-            if may_connect(p, p_normal, q, q_normal, vpls.cone[vpl]):
-                answer = wp.uint8(TRACED)
-                if connect(scene, p, p_normal, q, q_normal):
-                    answer = wp.uint8(TRACED + SEEN)
-        visible[pair] = answer
+        answers[pair] = wp.uint8(0)
+        if vpl >= vpls.count or sps.used[sp] == 0:
+            return
+        p = sps.position[sp]
+        p_normal = sps.geometric[sp]
+        light = pair_light(p, p_normal, vpls, vpl)
+        if light < 0.0:
+            return
+        if light < weak[sp]:
+            leader = int(vpl)
+            begin = vpl - vpl % GROUP
+            brightest = float(NO_LIGHT)
+            for other in range(begin, wp.min(begin + GROUP, vpls.count)):
+                other_light = pair_light(p, p_normal, vpls, other)
+                if other_light < weak[sp] and other_light > brightest:
+                    brightest = other_light
+                    leader = other
+            if leader != vpl:
+                answers[pair] = wp.uint8(SHARED | ((leader - begin) << LEADER_SHIFT))
+                return
+        answer = TRACED
+        if connect(scene, p, p_normal, vpls.position[vpl], vpls.normal[vpl]):
+            answer = TRACED | SEEN
+        answers[pair] = wp.uint8(answer)
 
     return kernel
 
 
 @wp.kernel
-def pack_kernel(first: int, visible: wp.array[wp.uint8], sp_count: int, first_word: int,
+def pack_kernel(first: int, answers: wp.array[wp.uint8], sp_count: int, first_word: int,
                 words: wp.array2d[wp.uint32], rays: wp.array[int]) -> None:  # fmt: skip
     """One thread a word: packs 32 VPL clusters' answers for one SP cluster, and counts the rays they took.
 
@@ -78,9 +134,12 @@ def pack_kernel(first: int, visible: wp.array[wp.uint8], sp_count: int, first_wo
     bits = wp.uint32(0)
     traced = int(0)
     for bit in range(32):
-        answer = int(visible[(word * 32 + bit) * sp_count + sp])
+        answer = int(answers[(word * 32 + bit) * sp_count + sp])
+        if (answer & SHARED) != 0:
+            leader = bit - bit % GROUP + (answer >> LEADER_SHIFT)
+            answer = int(answers[(word * 32 + leader) * sp_count + sp]) & SEEN
         traced += answer & TRACED
-        bits |= wp.uint32(answer >> 1) << wp.uint32(bit)
+        bits |= wp.uint32((answer & SEEN) // SEEN) << wp.uint32(bit)
     words[sp, first_word + word] = bits
     rays[first_word * sp_count + index] = traced
 
@@ -93,16 +152,20 @@ class Visibility:
         self._sp_count = sp_count
         self._word_count = max(1, -(-vpl_count // WORD_BITS))
         self._run = min(self._word_count, max(1, MAX_UNPACKED_BYTES // (WORD_BITS * sp_count)))
-        self._visible = wp.zeros(self._run * WORD_BITS * sp_count, dtype=wp.uint8, device=device)
+        self._answers = wp.zeros(self._run * WORD_BITS * sp_count, dtype=wp.uint8, device=device)
+        self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
+        self._weak = wp.zeros(sp_count, dtype=float, device=device)
         self.rays = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
-        """One any-hit ray for each pair that can exchange light."""
+        """Find which representatives see each other."""
+        count, device = self._sp_count, self.device
+        launch(part_kernel, len(self._parts), [sps, count, vpls, self._parts], device)
+        launch(weak_kernel, count, [self._parts, count, vpls.count, self._weak], device)
         for first_word in range(0, self._word_count, self._run):
             words = min(self._run, self._word_count - first_word)
-            pairs = words * WORD_BITS * self._sp_count
-            inputs = [scene, sps, self._sp_count, vpls, first_word * WORD_BITS, self._visible]
-            launch(visibility_kernel(connection(scene)), pairs, inputs, self.device)
-            inputs = [self._visible, self._sp_count, first_word, self.words, self.rays]
-            launch(pack_kernel, words * self._sp_count, inputs, self.device)
+            inputs = [scene, sps, count, vpls, first_word * WORD_BITS, self._weak, self._answers]
+            launch(visibility_kernel(connection(scene)), words * WORD_BITS * count, inputs, device)
+            inputs = [self._answers, count, first_word, self.words, self.rays]
+            launch(pack_kernel, words * count, inputs, device)

@@ -20,8 +20,9 @@ EMPTY_KEY = wp.constant(0x7FFFFFFF)
 
 @wp.struct
 class Vpls:
-    """Virtual point lights in Morton order. position, normal (vpl,) in unit space; flux (vpl,) [W], reflected.
+    """Virtual point lights, neighbours on a surface side by side.
 
+    position, normal (vpl,) in unit space; flux (vpl,) [W], reflected.
     A VPL is Lambertian: its intensity in a direction at angle θ from its normal is flux · cosθ / π.
     """
 
@@ -81,18 +82,34 @@ def spread_bits(x: int) -> int:
     return (x | (x << 2)) & 0x09249249
 
 
+@wp.func
+def main_direction(normal: wp.vec3) -> int:
+    """Which of the six axis directions a normal is nearest to, 0 to 5."""
+    size = wp.vec3(wp.abs(normal[0]), wp.abs(normal[1]), wp.abs(normal[2]))
+    axis = int(2)
+    if size[0] >= size[1] and size[0] >= size[2]:
+        axis = 0
+    elif size[1] >= size[2]:
+        axis = 1
+    return 2 * axis + wp.where(normal[axis] < 0.0, 1, 0)
+
+
 @wp.kernel
-def morton_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
-    """One thread a VPL: its place on the Z-order curve through unit space, or EMPTY_KEY when it carries no flux."""
+def order_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
+    """One thread a VPL: EMPTY_KEY when it carries no flux, else its place on a Z-order curve through unit space.
+
+    There is one curve for each of the six directions that normals mostly point to, so that neighbours in the order are
+    neighbours on a surface, and not the two sides of a wall or of its corner.
+    """
     index = first + wp.tid()
     flux = vpls.flux[index]
     keys[index] = EMPTY_KEY
     if flux[0] + flux[1] + flux[2] > 0.0:
-        p = (vpls.position[index] + wp.vec3(0.5, 0.5, 0.5)) * 1023.0
-        x = spread_bits(wp.clamp(int(p[0]), 0, 1023))
-        y = spread_bits(wp.clamp(int(p[1]), 0, 1023))
-        z = spread_bits(wp.clamp(int(p[2]), 0, 1023))
-        keys[index] = x | (y << 1) | (z << 2)
+        p = (vpls.position[index] + wp.vec3(0.5, 0.5, 0.5)) * 511.0
+        x = spread_bits(wp.clamp(int(p[0]), 0, 511))
+        y = spread_bits(wp.clamp(int(p[1]), 0, 511))
+        z = spread_bits(wp.clamp(int(p[2]), 0, 511))
+        keys[index] = (main_direction(vpls.normal[index]) << 27) | x | (y << 1) | (z << 2)
 
 
 @wp.kernel
@@ -107,14 +124,14 @@ def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> No
 
 def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
                       seed: int) -> Vpls:  # fmt: skip
-    """The VPLs of `paths` light paths of at most `bounces` hits, in Morton order; none when nothing is lit."""
+    """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
     device = resident.device
     slots = paths * bounces
     raw = allocate_vpls(slots, device)
     launch(light_path_kernel, paths, [scene, table, paths, bounces, seed, raw], device)
     keys = wp.zeros(2 * slots, dtype=int, device=device)
     order = wp.zeros(2 * slots, dtype=int, device=device)
-    launch(morton_key_kernel, slots, [raw, keys], device)
+    launch(order_key_kernel, slots, [raw, keys], device)
     launch(iota_kernel, slots, [order], device)
     radix_sort_pairs(keys, order, slots)
     count = int((keys.numpy()[:slots] != EMPTY_KEY).sum())

@@ -14,7 +14,7 @@ ITERATIONS = 10
 
 @wp.struct
 class VplClusters:
-    """Clusters of VPLs in Morton order, without empty ones.
+    """Clusters of VPLs in the order of their seeds, so that neighbours on a surface lie side by side; none is empty.
 
     position, normal: (cluster,) of the representative, a member; flux: summed over members [W], per channel;
     area: of the disk that spreads as the members do, unit space; cone: cosine of the widest angle between the

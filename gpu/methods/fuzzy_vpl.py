@@ -13,8 +13,8 @@ from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import unclustered
 
-# SPs with visibility of their own, per SP cluster; SPs whose clusters differ less than this are well served by them.
-REFINED_SHARE = 0.5
+# SPs with rays of their own, per SP cluster; what may be too bright by less than this, relatively, is well served.
+REFINED_SHARE = 4.0
 LEAST_DISPUTE = 0.25
 
 
@@ -33,7 +33,7 @@ class FuzzyVpl:
         )
         self._visibility = Visibility(self._clustering.count, self._vpls.count, view.device)
         refined = int(quality.sp_clusters * REFINED_SHARE)
-        self._refinement = Refinement(view.pixels, refined, self._vpls.count, LEAST_DISPUTE, view.device)
+        self._refinement = Refinement(view.pixels, refined, LEAST_DISPUTE, view.device)
         self._counter = Counter(view.device)
 
     def render(self, stages: Stages, progress: Progress) -> None:
@@ -50,12 +50,16 @@ class FuzzyVpl:
             shade(fuzziness, gbuffer, sps.pixels, sps.count, clusters, self._visibility, vpls, view.indirect)
 
         def refine() -> None:
-            self._refinement.run(view.scene, gbuffer, sps, vpls, view.indirect)
+            self._refinement.trace(view.scene, gbuffer, vpls, view.indirect)
             view.add_indirect()
 
         stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed))
         stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls))
         stages.run("shade", shade_all)
+        stages.run(
+            "check",
+            lambda: self._refinement.select(view.scene, gbuffer, sps, clusters, self._visibility, vpls, view.indirect),
+        )
         stages.run("refine", refine)
 
     def counts(self) -> dict[str, int]:

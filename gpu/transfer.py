@@ -1,0 +1,50 @@
+"""Light from disk lights and VPL clusters to a point, were nothing in between. Eq. 4 of the 2022 paper."""
+
+import warp as wp
+
+from gpu.sampling import PI
+from gpu.vpl_clusters import VplClusters
+
+# A cluster whose disk has more area than this times the squared distance is shaded member by member.
+UNFOLD_SHARE = wp.constant(0.3)
+
+
+@wp.func
+def brightness(radiance: wp.vec3) -> float:
+    """One number for how bright a radiance is."""
+    return (radiance[0] + radiance[1] + radiance[2]) / 3.0
+
+
+@wp.func
+def disk_transfer(way: wp.vec3, normal: wp.vec3, disk_normal: wp.vec3, area: float) -> float:
+    """Share of a disk light's flux that arrives per area at an unoccluded point `-way` from it: form factor over area.
+
+    cosθ·cosθ′ / (π·d² + A), which is bounded by 1/A, where point lights' 1/d² makes bright spots.
+    """
+    squared = wp.length_sq(way)
+    facing = wp.dot(way, normal)
+    leaving = -wp.dot(way, disk_normal)
+    if facing <= 0.0 or leaving <= 0.0:
+        return 0.0
+    return facing * leaving / (squared * (PI * squared + area))
+
+
+@wp.func
+def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
+    """Irradiance at a point from a VPL cluster that nothing hides [W/m²].
+
+    Near a cluster its one disk would be too coarse and too dim, so its members count one by one there.
+    """
+    way = vpls.position[cluster] - position
+    area = vpls.area[cluster]
+    if area <= UNFOLD_SHARE * wp.length_sq(way):
+        return vpls.flux[cluster] * disk_transfer(way, normal, vpls.normal[cluster], area)
+    irradiance = wp.vec3(0.0, 0.0, 0.0)
+    begin = vpls.starts[cluster]
+    end = vpls.starts[cluster + 1]
+    area = area / float(end - begin)
+    for member in range(begin, end):
+        way = vpls.members.position[member] - position
+        share = disk_transfer(way, normal, vpls.members.normal[member], area)
+        irradiance += vpls.members.flux[member] * share
+    return irradiance
