@@ -62,5 +62,5 @@ types-js unit-js:
 	@echo "Skipping $@: it needs Node 20 or newer with npm."
 endif
 
-browser:
-	@command -v chromium >/dev/null || .ci/packages chromium || true
+browser: # Playwright's driver needs libatomic
+	@.ci/packages chromium libatomic1 || true
