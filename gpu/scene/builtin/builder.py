@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from gpu.scene.assemble import MeshPart, assemble
 from gpu.scene.builtin.shape import Shape, join
-from gpu.scene.builtin.textures import linear
+from gpu.scene.builtin.textures import LEAST_ALBEDO, MOST_ALBEDO, linear
 from gpu.scene.types import Bytes, Camera, Light, Material, Rgb, Scene, Sky, Texture, TextureSlot
 
 
@@ -18,8 +18,9 @@ class Builder:
         self._shapes: list[list[Shape]] = []
 
     def paint(self, name: str, colour: str, roughness: float = 0.6) -> int:
-        """A new material of one sRGB colour "#rrggbb"; returns its number."""
-        return self.diffuse(name, linear(colour), roughness)
+        """A new material of one sRGB colour "#rrggbb", kept within the albedos of textures; returns its number."""
+        r, g, b = (min(max(channel, LEAST_ALBEDO), MOST_ALBEDO) for channel in linear(colour))
+        return self.diffuse(name, (r, g, b), roughness)
 
     def diffuse(self, name: str, albedo: Rgb, roughness: float = 1.0) -> int:
         """A new material of one linear Rec. 709 albedo; returns its number."""

@@ -9,7 +9,8 @@ import numpy as np
 
 from gpu.scene.types import Bytes, Doubles, Rgb
 
-_DARKEST, _LIGHTEST = 64, 236  # sRGB of albedos 0.051 and 0.84
+LEAST_ALBEDO, MOST_ALBEDO = 0.05, 0.85
+_DARKEST, _LIGHTEST = 64, 236  # their sRGB, rounded inwards
 
 
 def encoded(colour: str) -> Doubles:

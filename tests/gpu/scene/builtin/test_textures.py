@@ -1,0 +1,60 @@
+"""Textures are deterministic, of their stated size, within the albedos of real surfaces, and repeat without a seam."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gpu.scene.builtin import paintings, textures
+from gpu.scene.types import Bytes
+
+BROWN = ["#59402a", "#7c5b3d", "#97744f"]
+MAKERS: dict[str, Callable[[int], Bytes]] = {
+    "wood": lambda seed: textures.wood(seed, BROWN, 128),
+    "planks": lambda seed: textures.planks(seed, BROWN, 4, 2, 128),
+    "marble": lambda seed: textures.marble(seed, BROWN, 1.0, 128),
+    "tiles": lambda seed: textures.marble_tiles(seed, [BROWN, BROWN[::-1]], 4, "#222222", 128),
+    "plaster": lambda seed: textures.plaster(seed, "#dddddd", 0.02, 128),
+    "fabric": lambda seed: textures.fabric(seed, BROWN, 16, 128),
+    "carpet": lambda seed: textures.carpet(seed, BROWN, 2, 128),
+    "leaves": lambda seed: textures.leaves(seed, BROWN, 128),
+    "spines": lambda seed: textures.book_spines(seed, BROWN, 16, 128),
+    "kilim": lambda seed: textures.kilim(seed, [*BROWN, "#ffffff", "#000000"], 128),
+    "landscape": lambda seed: paintings.landscape(seed, BROWN, BROWN, 128),
+    "blocks": lambda seed: paintings.blocks(seed, ["#ffffff", *BROWN], 128),
+    "strata": lambda seed: paintings.strata(seed, BROWN, 128),
+}
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_is_sound_and_depends_on_its_seed_alone(name: str) -> None:
+    first, again, other = MAKERS[name](3), MAKERS[name](3), MAKERS[name](4)
+    assert first.shape == (128, 128, 4)
+    assert first.dtype == np.uint8
+    assert (first[..., 3] == 255).all()
+    assert first[..., :3].min() >= 64
+    assert first[..., :3].max() <= 236
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+
+
+@pytest.mark.parametrize("name", ["wood", "marble", "plaster", "fabric"])
+def test_repeats_without_a_seam(name: str) -> None:
+    pixels = MAKERS[name](5)[..., :3].astype(np.float64)
+    for axis in (0, 1):
+        steps = np.abs(pixels - np.roll(pixels, 1, axis=axis)).mean(axis=(1 - axis, 2))
+        assert steps[0] <= 1.5 * steps.max(initial=0.0, where=np.arange(128) > 0)
+
+
+def test_colours_are_decoded_as_srgb() -> None:
+    assert textures.linear("#ffffff") == pytest.approx((1.0, 1.0, 1.0))
+    assert textures.linear("#000000") == (0.0, 0.0, 0.0)
+    assert textures.linear("#808080")[0] == pytest.approx(0.2158605)
+
+
+def test_noise_is_seamless_and_stretched_where_asked() -> None:
+    values = textures.noise(128, 1, 1.5, (8.0, 1.0))
+    assert values.std() == pytest.approx(1.0)
+    assert abs(values.mean()) < 1e-9
+    across = np.abs(np.diff(values, axis=1)).mean()
+    assert across < 0.5 * np.abs(np.diff(values, axis=0)).mean()
