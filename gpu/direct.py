@@ -14,15 +14,23 @@ from gpu.light_samples import LightSample, light_met, punctual_sample, sample_li
 from gpu.lights import LightTable
 from gpu.rays import closest_hit, connected, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
-from gpu.sampling import Pair, sobol_pair, z_order
+from gpu.sampling import sobol_pair, z_order
 from gpu.surface import Surface
 
 CANDIDATES = wp.constant(8)
-CANDIDATES_U = wp.constant(wp.uint32(8))
-STRATUM = wp.constant(wp.uint32(2**32 // 8))
-LATTICE = wp.constant(wp.vec2(1.0 / 8.0, 0.618034))
+STRATUM = wp.constant(wp.uint32(2**32 // int(CANDIDATES)))
+Weights = wp.types.vector(length=int(CANDIDATES), dtype=float)
 # `direct_light` takes sample pairs below this one; the rest are free for its callers.
-DIRECT_PAIRS = wp.constant(4)
+DIRECT_PAIRS = wp.constant(3)
+
+
+@wp.func
+def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, glossy: bool) -> wp.vec3:
+    """What `surface` reflects of a light sample that nothing hides; if glossy, without the share of `lobe_light`."""
+    light = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
+    if glossy:
+        light = light / (1.0 + specular_density(surface, view, sample.direction) * sample.solid_angle)
+    return light
 
 
 @wp.func
@@ -30,46 +38,41 @@ def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view:
                     glossy: bool) -> wp.vec3:  # fmt: skip
     """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
 
-    glossy: the light is shared with `lobe_light`.
+    Candidates share a place on their emitters and stand in the emitters' order. So the choice among them, by one number
+    along the sum of their weights, leaves the samples as well stratified as they come.
     """
-    chosen = LightSample()
-    light = wp.vec3(0.0, 0.0, 0.0)
-    total = float(0.0)
-    # Candidates share one pick and one place, which each shifts: in order over the emitters, as a lattice over each
-    # one. So one number that chooses among them all, scaled up after each decision, keeps the choice stratified.
     pick = sobol_pair(index, 0, seed)
     place = sobol_pair(index, 1, seed)
-    lot = pick.y
+    weights = Weights()
+    total = float(0.0)
     for candidate in range(CANDIDATES):
-        stratum = pick.a // CANDIDATES_U + wp.uint32(candidate) * STRATUM
-        shifted = Pair()
-        shifted.x = (place.x + float(candidate) * LATTICE[0]) % 1.0
-        shifted.y = (place.y + float(candidate) * LATTICE[1]) % 1.0
-        sample = sample_light(scene, table, table.sampled, surface.position, stratum, shifted)
-        reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
-        if glossy:
-            density = specular_density(surface, view, sample.direction)
-            reached = reached / (1.0 + density * sample.solid_angle)
-        weight = largest(reached)
-        total += weight
-        if weight > 0.0:
-            share = weight / total
-            if lot < share:
-                chosen = sample
-                light = reached / weight
-                lot = lot / share
-            else:
-                lot = (lot - share) / (1.0 - share)
-    if total > 0.0 and connected(scene, surface.position, surface.geometric, chosen.point, chosen.normal):
-        return light * (total / float(CANDIDATES))
-    return wp.vec3(0.0, 0.0, 0.0)
+        value = STRATUM * wp.uint32(candidate) + pick.a // wp.uint32(CANDIDATES)
+        sample = sample_light(scene, table, table.sampled, surface.position, value, place)
+        weights[candidate] = largest(unshadowed_light(surface, view, sample, glossy))
+        total += weights[candidate]
+    if total <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    rest = pick.y * total
+    chosen = int(-1)
+    weight = float(0.0)
+    for candidate in range(CANDIDATES):
+        # Rounding may leave a rest at the end: the last candidate with any weight takes it.
+        if rest >= 0.0 and weights[candidate] > 0.0:
+            chosen = candidate
+            weight = weights[candidate]
+            rest -= weight
+    value = STRATUM * wp.uint32(chosen) + pick.a // wp.uint32(CANDIDATES)
+    sample = sample_light(scene, table, table.sampled, surface.position, value, place)
+    if not connected(scene, surface.position, surface.geometric, sample.point, sample.normal):
+        return wp.vec3(0.0, 0.0, 0.0)
+    return unshadowed_light(surface, view, sample, glossy) * (total / (weight * float(CANDIDATES)))
 
 
 @wp.func
 def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
                seed: int) -> wp.vec3:  # fmt: skip
-    """The rest of that estimate on a glossy surface: light met by a ray of the specular lobe."""
-    place = sobol_pair(index, 3, seed)
+    """The other part of the estimate on a glossy surface: light that a ray of the specular lobe meets."""
+    place = sobol_pair(index, 2, seed)
     lobe = sample_specular(surface, view, place.x, place.y)
     if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
