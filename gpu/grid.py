@@ -24,12 +24,14 @@ FAR_AWAY = wp.constant(1.0e30)
 class Representatives:
     """The clusters' points. position, normal, spacing (cluster,); spacing ≤ 0 marks a cluster that is not in use.
 
-    entries: encoded 3·cluster + (level − own level + 1), grouped by the hash of their cell; starts (bucket + 1,).
+    level (cluster,): the grid's, by spacing; entries: encoded 3·cluster + (level − own level + 1), grouped by the hash
+    of their cell; starts (bucket + 1,).
     """
 
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     spacing: wp.array[float]
+    level: wp.array[int]
     entries: wp.array[int]
     starts: wp.array[int]
     buckets: int
@@ -42,9 +44,15 @@ def level_of(spacing: float) -> int:
 
 
 @wp.func
-def cell_at(position: wp.vec3, level: int) -> wp.vec3i:
-    """The cell of size 2^level that holds `position`."""
-    scaled = position * wp.pow(2.0, -float(level))
+def cells_per_unit(level: int) -> float:
+    """How many cells of a level lie side by side in a unit of length."""
+    return wp.pow(2.0, -float(level))
+
+
+@wp.func
+def cell_at(position: wp.vec3, scale: float) -> wp.vec3i:
+    """The cell that holds `position` where there are `scale` cells per unit."""
+    scaled = position * scale
     return wp.vec3i(int(wp.floor(scaled[0])), int(wp.floor(scaled[1])), int(wp.floor(scaled[2])))
 
 
@@ -73,8 +81,12 @@ def entry_key_kernel(first: int, clusters: Representatives, keys: wp.array[int])
     if spacing <= 0.0:
         keys[entry] = clusters.buckets
         return
-    level = level_of(spacing) + entry % LEVELS_HELD - 1
-    keys[entry] = bucket_of(cell_at(clusters.position[cluster], level), level, clusters.buckets)
+    own = level_of(spacing)
+    if entry % LEVELS_HELD == 0:
+        clusters.level[cluster] = own
+    level = own + entry % LEVELS_HELD - 1
+    cell = cell_at(clusters.position[cluster], cells_per_unit(level))
+    keys[entry] = bucket_of(cell, level, clusters.buckets)
 
 
 class Grid:
@@ -89,6 +101,7 @@ class Grid:
         self.data.position = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self.data.normal = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self.data.spacing = wp.zeros(capacity, dtype=float, device=device)
+        self.data.level = wp.zeros(capacity, dtype=int, device=device)
         self.data.entries, self.data.starts, self.data.buckets = self._groups.items, self._groups.starts, buckets
 
     def build(self) -> None:

@@ -8,7 +8,17 @@ bits; a cluster that lost its members starts again at a random point; distances 
 import warp as wp
 
 from gpu.device import launch
-from gpu.grid import FAR_AWAY, NORMAL_THRESHOLD, Grid, Representatives, bucket_of, cell_at, level_of, separation
+from gpu.grid import (
+    FAR_AWAY,
+    NORMAL_THRESHOLD,
+    Grid,
+    Representatives,
+    bucket_of,
+    cell_at,
+    cells_per_unit,
+    level_of,
+    separation,
+)
 from gpu.grouping import Groups
 from gpu.sampling import hashed
 
@@ -36,7 +46,8 @@ def nearest_cluster(clusters: Representatives, position: wp.vec3, normal: wp.vec
     """The nearest representative in the 27 cells about `position` whose normal agrees, or −1."""
     best = int(-1)
     best_distance = float(FAR_AWAY)
-    centre = cell_at(position, level)
+    scale = cells_per_unit(level)
+    centre = cell_at(position, scale)
     for neighbour in range(27):
         cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
         bucket = bucket_of(cell, level, clusters.buckets)
@@ -44,7 +55,7 @@ def nearest_cluster(clusters: Representatives, position: wp.vec3, normal: wp.vec
             entry = clusters.entries[place]
             cluster = entry // 3
             candidate = clusters.position[cluster]
-            if level_of(clusters.spacing[cluster]) + entry % 3 - 1 == level and cell_at(candidate, level) == cell:
+            if clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell:
                 candidate_normal = clusters.normal[cluster]
                 if wp.dot(candidate_normal, normal) > threshold:
                     distance = separation(position, normal, candidate, candidate_normal)

@@ -35,8 +35,10 @@ WORST_OCTAVE = wp.constant(12.0)
 DARK = wp.constant(0.1)
 # Neighbours in the list of SPs, a square of pixels, share what their rays found.
 BLOCK = wp.constant(16)
+PAIRS_A_BLOCK = wp.constant(8)
 # Words of 32 VPL clusters that are traced at a time; bounds the memory of the answers.
 WORDS_AT_ONCE = 64
+SETTLED_SP = wp.constant(0x7FFFFFFF)
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 
 
@@ -51,17 +53,24 @@ class Pick:
     light: wp.vec3
 
 
+@wp.func
+def checked_sp(pair: int) -> int:
+    """Which SP of a pair of neighbours in the list has a ray to check both; it alternates, as a chequerboard does."""
+    return 2 * pair + ((pair // 2) & 1)
+
+
 @wp.kernel
 def surprise_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], clusters: SpClusters,
                     visibility: wp.array2d[wp.uint32], vpls: VplClusters, indirect: Indirect,
                     target: wp.array[int], surprise: wp.array[float]) -> None:  # fmt: skip
-    """One thread an SP: draws the VPL cluster to check, and notes what share of it the SP's clusters see.
+    """One thread a pair of SPs: draws the VPL cluster to check, and notes what share of it the SP's clusters see.
 
-    target (sp,): VPL cluster or −1; surprise (sp,): the share, which stays if the ray is stopped.
+    target (pair,): VPL cluster or −1; surprise (pair,): the share, which stays if the ray is stopped.
     """
-    sp = first + wp.tid()
-    surprise[sp] = 0.0
-    target[sp] = -1
+    pair = first + wp.tid()
+    surprise[pair] = 0.0
+    target[pair] = -1
+    sp = checked_sp(pair)
     if sp >= sp_count[0]:
         return
     pixel = sps[sp]
@@ -80,8 +89,8 @@ def surprise_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: 
             total += amount
             state = hashed(state)
             if float(state) * TO_UNIT * total < amount:
-                target[sp] = 32 * word + bit
-                surprise[sp] = share
+                target[pair] = 32 * word + bit
+                surprise[pair] = share
 
 
 @cache
@@ -98,13 +107,13 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         target: wp.array[int],
         surprise: wp.array[float],
     ) -> None:
-        """One thread an SP: nothing surprises where the ray to its target arrives."""
-        sp = first + wp.tid()
-        vpl = target[sp]
+        """One thread a pair of SPs: nothing surprises where the ray to its target arrives."""
+        pair = first + wp.tid()
+        vpl = target[pair]
         if vpl >= 0:
-            pixel = sps[sp]
+            pixel = sps[checked_sp(pair)]
             if connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], vpls.position[vpl], vpls.normal[vpl]):
-                surprise[sp] = 0.0
+                surprise[pair] = 0.0
 
     return kernel
 
@@ -140,10 +149,10 @@ def dispute_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, surp
     if sp >= sp_count[0]:
         return
     stopped = float(0.0)
-    begin = (sp // BLOCK) * BLOCK
-    for neighbour in range(begin, wp.min(begin + BLOCK, sp_count[0])):
-        stopped += surprise[neighbour]
-    stopped = wp.max(stopped / float(BLOCK), surprise[sp])
+    begin = (sp // BLOCK) * PAIRS_A_BLOCK
+    for pair in range(begin, wp.min(begin + PAIRS_A_BLOCK, surprise.shape[0])):
+        stopped += surprise[pair]
+    stopped = wp.max(stopped / float(PAIRS_A_BLOCK), surprise[sp // 2])
     high = indirect.high[sp]
     low = wp.min(indirect.low[sp], high * (1.0 - stopped))
     ratio = (high - low) / (low + DARK * mean[0] + 1.0e-30)
@@ -152,15 +161,25 @@ def dispute_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, surp
 
 
 @wp.kernel
-def select_kernel(first: int, sps: wp.array[int], keys: wp.array[int], order: wp.array[int], settled: int,
-                  pixels: wp.array[int], count: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place in the list of the worst SPs: their pixels, up to the first that is good enough."""
+def select_kernel(first: int, keys: wp.array[int], order: wp.array[int], settled: int, selected: wp.array[int],
+                  count: wp.array[int]) -> None:  # fmt: skip
+    """One thread a place in the list of the worst SPs: which they are, up to the first that is good enough."""
     place = first + wp.tid()
+    selected[place] = SETTLED_SP
     if keys[place] >= settled:
         return
-    pixels[place] = sps[order[place]]
-    if place == pixels.shape[0] - 1 or keys[place + 1] >= settled:
+    selected[place] = order[place]
+    if 2 * place == selected.shape[0] - 2 or keys[place + 1] >= settled:
         count[0] = place + 1
+
+
+@wp.kernel
+def selected_pixel_kernel(first: int, sps: wp.array[int], selected: wp.array[int], count: wp.array[int],
+                          pixels: wp.array[int]) -> None:  # fmt: skip
+    """One thread a selected SP, now sorted as the SPs are, so that neighbours' rays run together: its pixel."""
+    place = first + wp.tid()
+    if place < count[0]:
+        pixels[place] = sps[selected[place]]
 
 
 @wp.func
@@ -246,12 +265,14 @@ class Refinement:
         self.device = device
         self._settled = int(float(STEPS_PER_OCTAVE) * (float(WORST_OCTAVE) - math.log2(least)))
         capacity = min(capacity, pixels)
-        self._target = wp.zeros(pixels, dtype=int, device=device)
-        self._surprise = wp.zeros(pixels, dtype=float, device=device)
+        pairs = (pixels + 1) // 2
+        self._target = wp.zeros(pairs, dtype=int, device=device)
+        self._surprise = wp.zeros(pairs, dtype=float, device=device)
         self._keys = wp.zeros(2 * pixels, dtype=int, device=device)
         self._order = wp.zeros(2 * pixels, dtype=int, device=device)
         self._partials = wp.zeros(PARTIALS, dtype=float, device=device)
         self._mean = wp.zeros(1, dtype=float, device=device)
+        self._selected = wp.zeros(2 * capacity, dtype=int, device=device)
         self._pixels = wp.zeros(capacity, dtype=int, device=device)
         self._light = wp.zeros(capacity * WORDS_AT_ONCE, dtype=wp.vec3, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
@@ -261,17 +282,21 @@ class Refinement:
         """Find the SPs of `indirect` that are most likely far too bright."""
         device = self.device
         inputs = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, indirect]
-        launch(surprise_kernel, sps.capacity, [*inputs, self._target, self._surprise], device)
+        launch(surprise_kernel, len(self._target), [*inputs, self._target, self._surprise], device)
         inputs = [scene, gbuffer, sps.pixels, vpls, self._target, self._surprise]
-        launch(check_kernel(connection(scene)), sps.capacity, inputs, device)
+        launch(check_kernel(connection(scene)), len(self._target), inputs, device)
         launch(brightness_kernel, PARTIALS, [sps.count, indirect, self._partials], device)
         launch(mean_kernel, 1, [sps.count, self._partials, self._mean], device)
         launch(dispute_kernel, sps.capacity, [sps.count, indirect, self._surprise, self._mean, self._keys], device)
         launch(iota_kernel, sps.capacity, [self._order], device)
         radix_sort_pairs(self._keys, self._order, sps.capacity, 0, KEY_BITS)
         self.count.zero_()
-        inputs = [sps.pixels, self._keys, self._order, self._settled, self._pixels, self.count]
-        launch(select_kernel, len(self._pixels), inputs, device)
+        inputs = [self._keys, self._order, self._settled, self._selected, self.count]
+        capacity = len(self._pixels)
+        launch(select_kernel, capacity, inputs, device)
+        radix_sort_pairs(self._selected, self._order, capacity)
+        inputs = [sps.pixels, self._selected, self.count, self._pixels]
+        launch(selected_pixel_kernel, capacity, inputs, device)
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, vpls: VplClusters, indirect: Indirect) -> None:
         """Overwrite the selected SPs' indirect radiance by what rays of their own say."""

@@ -48,7 +48,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
     floats_type = wp.types.vector(length=fuzziness, dtype=float)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"fast_math": True})
     def kernel(
         first: int,
         gbuffer: GBuffer,

@@ -9,12 +9,23 @@ from functools import cache
 from typing import Any
 
 import warp as wp
+from warp.utils import radix_sort_pairs
 
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
-from gpu.grid import FAR_AWAY, NORMAL_THRESHOLD, Representatives, bucket_of, cell_at, level_of, separation
+from gpu.grid import (
+    FAR_AWAY,
+    NORMAL_THRESHOLD,
+    Representatives,
+    bucket_of,
+    cell_at,
+    cells_per_unit,
+    level_of,
+    separation,
+)
 from gpu.grouping import running_total
 from gpu.kmeans import KMeans
+from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
 
@@ -37,13 +48,15 @@ MATCH = wp.constant(1.0e-3)
 class SpClusters:
     """Clusters' representatives as rays need them, and each SP's clusters.
 
-    position, geometric (cluster,): where rays start; used (cluster,): 0 for a cluster without members;
+    position, geometric (cluster,): where rays start; used (cluster,): 0 for a cluster without members; order
+    (cluster,): the clusters so that neighbours in space follow each other, for rays that stay together;
     cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
     """
 
     position: wp.array[wp.vec3]
     geometric: wp.array[wp.vec3]
     used: wp.array[int]
+    order: wp.array[int]
     cluster: wp.array2d[int]
     weight: wp.array2d[float]
 
@@ -54,25 +67,24 @@ def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device
     clusters.position = wp.zeros(count, dtype=wp.vec3, device=device)
     clusters.geometric = wp.zeros(count, dtype=wp.vec3, device=device)
     clusters.used = wp.zeros(count, dtype=int, device=device)
+    clusters.order = wp.zeros(2 * count, dtype=int, device=device)
     clusters.cluster = wp.zeros((fuzziness, sps), dtype=int, device=device)
     clusters.weight = wp.zeros((fuzziness, sps), dtype=float, device=device)
     return clusters
 
 
 @wp.kernel
-def representative_kernel(
-    first: int,
-    gbuffer: GBuffer,
-    representatives: Representatives,
-    pixels: wp.array[int],
-    base: int,
-    medoids: wp.array[int],
-    sampled: wp.array[int],
-    out: SpClusters,
-) -> None:
-    """One thread a cluster: the SP that represents it. Those below `base` are medoids; extra ones know their pixel."""
+def representative_kernel(first: int, gbuffer: GBuffer, representatives: Representatives, pixels: wp.array[int],
+                          base: int, medoids: wp.array[int], sampled: wp.array[int], keys: wp.array[int],
+                          out: SpClusters) -> None:  # fmt: skip
+    """One thread a cluster: the SP that represents it. Those below `base` are medoids; extra ones know their pixel.
+
+    keys (cluster,): its place on the curve that `order` follows.
+    """
     cluster = first + wp.tid()
+    out.order[cluster] = cluster
     out.used[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 1, 0)
+    keys[cluster] = EMPTY_KEY
     if representatives.spacing[cluster] <= 0.0:
         return
     if cluster < base:
@@ -80,6 +92,7 @@ def representative_kernel(
     pixel = pixels[cluster]
     out.position[cluster] = gbuffer.position[pixel]
     out.geometric[cluster] = gbuffer.geometric[pixel]
+    keys[cluster] = order_key(gbuffer.position[pixel], gbuffer.geometric[pixel])
 
 
 @wp.kernel
@@ -134,7 +147,8 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         for f in range(wp.static(fuzziness)):
             nearest.distance[f] = FAR_AWAY
             nearest.cluster[f] = -1
-        centre = cell_at(position, level)
+        scale = cells_per_unit(level)
+        centre = cell_at(position, scale)
         for neighbour in range(27):
             cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
             bucket = bucket_of(cell, level, clusters.buckets)
@@ -142,7 +156,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
                 entry = clusters.entries[place]
                 cluster = entry // 3
                 candidate = clusters.position[cluster]
-                if level_of(clusters.spacing[cluster]) + entry % 3 - 1 == level and cell_at(candidate, level) == cell:
+                if clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell:
                     candidate_normal = clusters.normal[cluster]
                     if wp.dot(candidate_normal, normal) > threshold:
                         distance = separation(position, normal, candidate, candidate_normal)
@@ -223,6 +237,7 @@ class SpClustering:
         self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
         self.need = wp.zeros(capacity, dtype=int, device=device)
         self._needs = wp.zeros(capacity, dtype=int, device=device)
+        self._order_keys = wp.zeros(2 * self.count, dtype=int, device=device)
         self.clusters = allocate_sp_clusters(self.count, fuzziness, capacity, device)
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
@@ -239,16 +254,9 @@ class SpClustering:
             launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
             grid.build()
             self._assign(sps, gbuffer, scale, only_needy=True)
-        inputs = [
-            gbuffer,
-            grid.data,
-            self._pixels,
-            self._base,
-            self._kmeans.medoids,
-            self._samples.pixels,
-            self.clusters,
-        ]
-        launch(representative_kernel, self.count, inputs, self.device)
+        inputs = [gbuffer, grid.data, self._pixels, self._base, self._kmeans.medoids, self._samples.pixels]
+        launch(representative_kernel, self.count, [*inputs, self._order_keys, self.clusters], self.device)
+        radix_sort_pairs(self._order_keys, self.clusters.order, self.count)
 
     def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: float, *, only_needy: bool) -> None:
         inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, scale, only_needy, self.need, self.clusters]

@@ -1,7 +1,7 @@
 """Visibility between the representatives of SP clusters and VPL clusters, one bit a pair. Step 5 of the 2022 paper.
 
-Most pairs exchange little light. Of four neighbouring VPL clusters, those that send a representative less than the
-average share one ray, to the brightest of them; the others have a ray each. This halves the rays.
+Most pairs exchange little light. Of eight neighbouring VPL clusters, those that send a representative less than twice
+the average share one ray, to the brightest of them; the others have a ray each.
 """
 
 from functools import cache
@@ -18,14 +18,14 @@ from gpu.vpl_clusters import VplClusters
 WORD_BITS = 32
 # VPL clusters are taken in runs, so that the unpacked answers stay within the cache's reach and bounded memory.
 MAX_UNPACKED_BYTES = 64 << 20
-# An answer's byte: whether a ray was traced, whether it arrived, or else whose answer (of four) counts.
+# An answer's byte: whether a ray was traced, whether it arrived, or else whose answer of its group counts.
 TRACED = wp.constant(1)
 SEEN = wp.constant(2)
 SHARED = wp.constant(4)
 LEADER_SHIFT = wp.constant(4)
-GROUP = wp.constant(4)
-# Light below this share of what the average VPL cluster sends is weak.
-WEAK_SHARE = wp.constant(1.0)
+GROUP = wp.constant(8)
+# Light below this many times what the average VPL cluster sends is weak.
+WEAK_SHARE = wp.constant(2.0)
 # The average is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
 NO_LIGHT = wp.constant(-1.0)
@@ -88,10 +88,10 @@ def visibility_kernel(connect: wp.Function) -> wp.Kernel:
     ) -> None:
         """One thread a pair, neighbouring threads on neighbouring SP clusters: whether they see each other.
 
-        answers: (vpl cluster − first_vpl, sp cluster), flattened: a byte of the flags above.
+        answers: (vpl cluster − first_vpl, place in the SP clusters' order), flattened: a byte of the flags above.
         """
         pair = first + wp.tid()
-        sp = pair % sp_count
+        sp = sps.order[pair % sp_count]
         vpl = first_vpl + pair // sp_count
         answers[pair] = wp.uint8(0)
         if vpl >= vpls.count or sps.used[sp] == 0:
@@ -123,24 +123,24 @@ def visibility_kernel(connect: wp.Function) -> wp.Kernel:
 
 @wp.kernel
 def pack_kernel(first: int, answers: wp.array[wp.uint8], sp_count: int, first_word: int,
-                words: wp.array2d[wp.uint32], rays: wp.array[int]) -> None:  # fmt: skip
+                order: wp.array[int], words: wp.array2d[wp.uint32], rays: wp.array[int]) -> None:  # fmt: skip
     """One thread a word: packs 32 VPL clusters' answers for one SP cluster, and counts the rays they took.
 
     words: (sp cluster, word); rays: the same, flattened word by word.
     """
     index = first + wp.tid()
-    sp = index % sp_count
+    place = index % sp_count
     word = index // sp_count
     bits = wp.uint32(0)
     traced = int(0)
     for bit in range(32):
-        answer = int(answers[(word * 32 + bit) * sp_count + sp])
+        answer = int(answers[(word * 32 + bit) * sp_count + place])
         if (answer & SHARED) != 0:
             leader = bit - bit % GROUP + (answer >> LEADER_SHIFT)
-            answer = int(answers[(word * 32 + leader) * sp_count + sp]) & SEEN
+            answer = int(answers[(word * 32 + leader) * sp_count + place]) & SEEN
         traced += answer & TRACED
         bits |= wp.uint32((answer & SEEN) // SEEN) << wp.uint32(bit)
-    words[sp, first_word + word] = bits
+    words[order[place], first_word + word] = bits
     rays[first_word * sp_count + index] = traced
 
 
@@ -167,5 +167,5 @@ class Visibility:
             words = min(self._run, self._word_count - first_word)
             inputs = [scene, sps, count, vpls, first_word * WORD_BITS, self._weak, self._answers]
             launch(visibility_kernel(connection(scene)), words * WORD_BITS * count, inputs, device)
-            inputs = [self._answers, count, first_word, self.words, self.rays]
+            inputs = [self._answers, count, first_word, sps.order, self.words, self.rays]
             launch(pack_kernel, words * count, inputs, device)

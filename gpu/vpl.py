@@ -7,6 +7,7 @@ from gpu.device import allocate, launch
 from gpu.grouping import iota_kernel
 from gpu.kmeans import Points
 from gpu.lights import LightTable, emit
+from gpu.order import EMPTY_KEY, order_key
 from gpu.rays import closest_hit, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
 from gpu.sampling import cosine_direction, sobol_pair
@@ -15,7 +16,6 @@ from gpu.surface import surface_at
 RAY_LENGTH = wp.constant(1.0e6)
 PILOT_PATHS = 4096
 MAX_PATHS_PER_VPL = 16
-EMPTY_KEY = wp.constant(0x7FFFFFFF)
 
 
 @wp.struct
@@ -73,43 +73,14 @@ def light_path_kernel(first: int, scene: SceneData, table: LightTable, paths: in
         origin = offset_origin(surface.position, surface.geometric, direction)
 
 
-@wp.func
-def spread_bits(x: int) -> int:
-    """The ten lowest bits, each followed by two zeros."""
-    x = (x | (x << 16)) & 0x030000FF
-    x = (x | (x << 8)) & 0x0300F00F
-    x = (x | (x << 4)) & 0x030C30C3
-    return (x | (x << 2)) & 0x09249249
-
-
-@wp.func
-def main_direction(normal: wp.vec3) -> int:
-    """Which of the six axis directions a normal is nearest to, 0 to 5."""
-    size = wp.vec3(wp.abs(normal[0]), wp.abs(normal[1]), wp.abs(normal[2]))
-    axis = int(2)
-    if size[0] >= size[1] and size[0] >= size[2]:
-        axis = 0
-    elif size[1] >= size[2]:
-        axis = 1
-    return 2 * axis + wp.where(normal[axis] < 0.0, 1, 0)
-
-
 @wp.kernel
 def order_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
-    """One thread a VPL: EMPTY_KEY when it carries no flux, else its place on a Z-order curve through unit space.
-
-    There is one curve for each of the six directions that normals mostly point to, so that neighbours in the order are
-    neighbours on a surface, and not the two sides of a wall or of its corner.
-    """
+    """One thread a VPL: its place in the order of surface points, or EMPTY_KEY when it carries no flux."""
     index = first + wp.tid()
     flux = vpls.flux[index]
     keys[index] = EMPTY_KEY
     if flux[0] + flux[1] + flux[2] > 0.0:
-        p = (vpls.position[index] + wp.vec3(0.5, 0.5, 0.5)) * 511.0
-        x = spread_bits(wp.clamp(int(p[0]), 0, 511))
-        y = spread_bits(wp.clamp(int(p[1]), 0, 511))
-        z = spread_bits(wp.clamp(int(p[2]), 0, 511))
-        keys[index] = (main_direction(vpls.normal[index]) << 27) | x | (y << 1) | (z << 2)
+        keys[index] = order_key(vpls.position[index], vpls.normal[index])
 
 
 @wp.kernel
