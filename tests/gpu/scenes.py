@@ -70,3 +70,10 @@ def results(kernel: wp.Kernel, count: int, inputs: Sequence[Any], dtype: Any, wi
     out = wp.zeros(count * (width or 1), dtype=dtype, device="cpu")
     launch(kernel, count, [*inputs, out], wp.get_device("cpu"))
     return np.asarray(out.numpy(), np.float64)
+
+
+def rectangle_over(half_x: float, half_z: float, height: float) -> float:
+    """Form factor from a point to a parallel rectangle centred over it (Siegel and Howell, configuration B-3)."""
+    a, b = half_x / height, half_z / height
+    ra, rb = np.hypot(1.0, a), np.hypot(1.0, b)
+    return float(2.0 / np.pi * (a / ra * np.arctan(b / ra) + b / rb * np.arctan(a / rb)))

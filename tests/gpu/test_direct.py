@@ -3,7 +3,7 @@ from typing import Any
 import numpy as np
 import pytest
 import warp as wp
-from scenes import box, camera_of, grey, quad, resident_of, results
+from scenes import box, camera_of, grey, quad, rectangle_over, resident_of, results
 
 from gpu.brdf import reflected
 from gpu.camera import look_at
@@ -61,13 +61,6 @@ def test_a_floor_is_lit_on_the_side_that_is_seen_alone() -> None:
     resident = resident_of([floor()], [grey(0.5)], lights=[SUN])
     below = direct(resident, look_at((0.0, -0.3, 0.0), (0.0, 0.0, 0.0)))
     assert not below.any()
-
-
-def rectangle_over(half_x: float, half_z: float, height: float) -> float:
-    """Form factor from a point to a parallel rectangle centred over it (Siegel and Howell, configuration B-3)."""
-    a, b = half_x / height, half_z / height
-    ra, rb = np.hypot(1.0, a), np.hypot(1.0, b)
-    return float(2.0 / np.pi * (a / ra * np.arctan(b / ra) + b / rb * np.arctan(a / rb)))
 
 
 @pytest.mark.parametrize("samples", [1, 3, 4])

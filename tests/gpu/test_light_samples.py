@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import warp as wp
-from scenes import grey, quad, resident_of, results
+from scenes import grey, quad, rectangle_over, resident_of, results
 
 from gpu.light_samples import light_met, sample_light
 from gpu.lights import LightTable, build_light_table
@@ -53,13 +53,6 @@ def agreement_kernel(first: int, scene: SceneData, table: LightTable, position: 
 def irradiance(resident: ResidentScene, position: Any, normal: Any = (0.0, 1.0, 0.0)) -> Doubles:
     inputs = [resident.data, build_light_table(resident), wp.vec3(*position), wp.vec3(*normal)]
     return np.asarray(results(irradiance_kernel, COUNT, inputs, wp.vec3).mean(axis=0))
-
-
-def rectangle_over(half_x: float, half_z: float, height: float) -> float:
-    """Form factor from a point to a parallel rectangle centred over it (Siegel and Howell, configuration B-3)."""
-    a, b = half_x / height, half_z / height
-    ra, rb = np.hypot(1.0, a), np.hypot(1.0, b)
-    return float(2.0 / np.pi * (a / ra * np.arctan(b / ra) + b / rb * np.arctan(a / rb)))
 
 
 @pytest.mark.parametrize("height", [0.02, 0.2, 0.8])
