@@ -99,7 +99,7 @@ def _windows(builder: Builder) -> None:
     slats = builder.paint("blind", "#dcd8ce", 0.6)
     cords = builder.paint("blind cord", "#b7b2a6", 0.8)
     sill = builder.paint("window sill", "#dedad0", 0.4)
-    day = builder.light("daylight", (5.0, 6.1, 7.6))
+    day = builder.light("daylight", (2.5, 3.1, 3.9))
     for hole in _openings():
         builder.add(aluminium, to_wall(rooms.window_frame(hole, -0.16, 2)))
         builder.add(day, to_wall(rooms.pane(hole, 0.22)))
@@ -220,8 +220,8 @@ def _chairs(builder: Builder) -> None:
 def _screen_wall(builder: Builder) -> None:
     """The wall at −X: battens of oak on felt, a lit-looking chart on a matt screen."""
     oak = builder.textured("oak", textures.wood(9, ["#8a6844", "#b08a60", "#c9a67c"]), (1.0, 0.25), 0.5)
-    batten = box((0.024, _HIGH - 0.006, 0.036), 0.004, 2)
-    spots = np.arange(-_Z + 0.03, _Z - 0.02, 0.06)
+    batten = box((0.024, _HIGH - 0.006, 0.065), 0.004, 2)
+    spots = np.arange(-_Z + 0.06, _Z - 0.05, 0.108)
     shifts = np.random.default_rng(10).uniform(0, 1, (len(spots), 2))
     bars = copies(batten.mapped_uv(swap=True), [(-_X + 0.0135, _HIGH / 2, z) for z in spots], uv_shifts=shifts)
     builder.add(oak, bars)

@@ -11,9 +11,7 @@ from gpu.scene.builtin.shapes import (
     cylinder,
     lathe,
     rounded_path,
-    slab,
     sphere,
-    superellipse,
     surface,
     tube,
 )
@@ -203,16 +201,11 @@ def cushion(width: float, height: float, thick: float) -> Shape:
 
 
 def drum_shade(radius: float, height: float, taper: float = 0.85) -> tuple[Shape, Shape]:
-    """A lamp shade from y = 0 up, and the glowing bulb in it: (shade, bulb)."""
+    """A lamp shade from y = 0 up, open above and below: (outside, lining)."""
     wall = 0.003
     top = radius * taper
-    shade = lathe([(radius - wall, 0), (radius, 0), (top, height), (top - wall, height), (radius - wall, 0)], 48, 30.0)
-    return shade, sphere(0.045, 24).moved(0, height * 0.45, 0)
-
-
-def table_top(x: float, z: float, power: float, thick: float, bevel: float, count: int = 96) -> Shape:
-    """A plate of half axes `x` and `z` with a superelliptic outline, from y = 0 up."""
-    return slab(superellipse(x, z, power, count), thick, bevel, 3)
+    outside = lathe([(radius - wall, 0), (radius, 0), (top, height), (top - wall, height)], 48)
+    return outside, lathe([(top - wall, height), (radius - wall, 0)], 48)
 
 
 def tapered_leg(height: float, top: float, foot: float) -> Shape:

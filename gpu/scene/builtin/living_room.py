@@ -166,27 +166,28 @@ def _coffee_table(builder: Builder, walnut: int, china: int) -> None:
 
 def _lamps(builder: Builder, walnut: int, brass: int, china: int) -> None:
     shade = builder.light("lamp shade", (3.8, 2.6, 1.4))
-    bulb = builder.light("bulb", (110.0, 73.0, 38.0))
+    lining = builder.light("shade lining", (12.0, 8.0, 4.2))
     builder.add(brass, seating.floor_lamp(1.5).moved(1.22, 0, -2.78))
-    cover, glow = furnishings.drum_shade(0.22, 0.3)
+    cover, inner = furnishings.drum_shade(0.22, 0.3)
     builder.add(shade, cover.moved(1.22, 1.38, -2.78))
-    builder.add(bulb, glow.moved(1.22, 1.38, -2.78))
+    builder.add(lining, inner.moved(1.22, 1.38, -2.78))
 
     plate, legs = seating.stool_table(0.24, 0.5, 0.026)
     builder.add(walnut, plate.moved(-1.9, 0, -2.85), legs.moved(-1.9, 0, -2.85))
-    cover, glow = furnishings.drum_shade(0.17, 0.2, 0.8)
+    cover, inner = furnishings.drum_shade(0.17, 0.2, 0.8)
     for x, y, z in ((-1.9, 0.5, -2.85), (3.02, 0.7605, 0.55)):
         body = furnishings.vase(0.085, 0.26).moved(x, y + 0.0005, z)
         builder.add(china, body)
         builder.add(brass, cylinder(0.008, 0.16, 16).moved(x, y + 0.22, z))
         builder.add(shade, cover.moved(x, y + 0.33, z))
-        builder.add(bulb, glow.moved(x, y + 0.33, z))
+        builder.add(lining, inner.moved(x, y + 0.33, z))
 
     dome, inside = seating.pendant(1.15)
     x, z = -0.9, 1.95
     builder.add(builder.paint("lamp enamel", "#3f5a55", 0.35), dome.moved(x, _HIGH, z))
     builder.add(builder.paint("lamp inside", "#ece8de", 0.8), inside.moved(x, _HIGH, z))
-    builder.add(bulb, sphere(0.05, 24).moved(x, _HIGH - 1.09, z))
+    bulb = builder.light("bulb", (45.0, 30.0, 16.0))
+    builder.add(bulb, sphere(0.06, 24).moved(x, _HIGH - 1.08, z))
 
 
 def _bookcase(builder: Builder, walnut: int, china: int) -> None:

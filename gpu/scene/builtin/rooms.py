@@ -102,12 +102,12 @@ def window_frame(hole: Opening, z: float, columns: int, rows: int = 1, bar: floa
     return join([rim, *(upright.moved(x, middle_y, z) for x in xs), *(level.moved(middle_x, y, z) for y in ys)])
 
 
-def venetian_blind(hole: Opening, z: float, tilt: float, pitch: float = 0.042) -> tuple[Shape, Shape]:
+def venetian_blind(hole: Opening, z: float, tilt: float, pitch: float = 0.054) -> tuple[Shape, Shape]:
     """A blind of curved slats, turned by `tilt` degrees, that fills an opening around z: (slats and rails, cords)."""
     width = hole.width - 0.03
     arc = np.linspace(-0.5, 0.5, 7)
     x = np.linspace(-width / 2, width / 2, 9)
-    section = np.stack([0.004 - 0.016 * arc**2, 0.05 * arc], axis=1)
+    section = np.stack([0.004 - 0.02 * arc**2, 0.062 * arc], axis=1)
     slat = surface(np.stack([np.stack([x, 0 * x + y, 0 * x - depth], axis=1) for y, depth in section]), 60.0)
     levels = np.arange(hole.bottom + 0.05, hole.top - 0.06, pitch)
     middle = hole.left + hole.width / 2
@@ -118,7 +118,7 @@ def venetian_blind(hole: Opening, z: float, tilt: float, pitch: float = 0.042) -
     cords = [
         tube([(middle + side * width * 0.38, y, z + front) for y in (hole.bottom + 0.02, hole.top - 0.03)], 0.0012, 6)
         for side in (-1, 0, 1)
-        for front in (-0.026, 0.026)
+        for front in (-0.03, 0.03)
     ]
     return join([slats, head, foot]), join(cords)
 
