@@ -24,6 +24,8 @@ from gpu.surface import emission_at, triangle_normal
 
 # Triangles that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area.
 LEAST_SOLID_ANGLE = wp.constant(0.1)
+# Points less than this above an emitter's plane are on it, for all that float32 knows.
+LEAST_HEIGHT = wp.constant(1.0e-6)
 
 
 @wp.struct
@@ -80,6 +82,13 @@ def corners_from(scene: SceneData, face: int, position: wp.vec3) -> Corners:
 
 
 @wp.func
+def solid_angle_from(scene: SceneData, face: int, position: wp.vec3, corners: Corners) -> float:
+    """The solid angle [sr] of a triangle that `position` sees so; none from its own plane, where it is not defined."""
+    height = wp.dot(position - scene.vertices[scene.triangles[face][0]], triangle_normal(scene, face))
+    return wp.where(height > LEAST_HEIGHT, triangle_solid_angle(corners), 0.0)
+
+
+@wp.func
 def barycentrics_towards(scene: SceneData, face: int, position: wp.vec3, direction: wp.vec3) -> wp.vec2:
     """Barycentrics of the triangle's point that `position` sees in `direction`."""
     corner = scene.triangles[face]
@@ -121,7 +130,7 @@ def sample_light(scene: SceneData, table: LightTable, shares: Shares, position: 
     if choice.index < table.triangle_count:
         face = table.faces[choice.index]
         corners = corners_from(scene, face, position)
-        solid_angle = triangle_solid_angle(corners)
+        solid_angle = solid_angle_from(scene, face, position, corners)
         uv = triangle_barycentrics(place.x, place.y)
         if solid_angle > LEAST_SOLID_ANGLE:
             direction = triangle_direction(corners, solid_angle, place.x, place.y)
@@ -156,7 +165,7 @@ def light_met(scene: SceneData, table: LightTable, shares: Shares, origin: wp.ve
     normal = triangle_normal(scene, hit.face)
     if emitter != NOT_AN_EMITTER and wp.dot(normal, direction) < 0.0:
         met.radiance = emission_at(scene, hit.face, hit.u, hit.v)
-        solid_angle = triangle_solid_angle(corners_from(scene, hit.face, origin))
+        solid_angle = solid_angle_from(scene, hit.face, origin, corners_from(scene, hit.face, origin))
         way = direction * hit.t
         met.density = triangle_density(table, emitter, share_of(shares, emitter), solid_angle, normal, way)
     return met

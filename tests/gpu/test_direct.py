@@ -142,6 +142,16 @@ def test_emitters_and_the_sky_are_shown() -> None:
     assert np.allclose(picture[15, 31], np.array([1.0, 2.0, 3.0]) / 2.0, rtol=0.02)
 
 
+def test_a_flat_lamp_does_not_light_itself() -> None:
+    lamp = Material(base_color=(0.9, 0.9, 0.9, 1.0), emission=(2.0, 2.0, 2.0), roughness=0.3)
+    for edge_u, edge_v in (([0.7, 0.1, 0.2], [0.1, 0.3, -0.9]), ([0.3, 0.7, 0.0], [0.0, 0.1, 0.6])):
+        resident = resident_of([quad([-0.3, 0.1, 0.2], edge_u, edge_v)], [lamp])
+        centre = np.array(resident.scene.placement.centre)
+        eye = centre + 0.3 * np.cross(edge_u, edge_v)
+        picture = direct(resident, look_at(eye, centre, yfov_degrees=30.0), 4)
+        assert np.allclose(picture, 2.0, rtol=1e-3)
+
+
 def test_a_closed_box_without_a_lamp_is_black() -> None:
     resident = resident_of(box(), [grey(0.5)], sky=Sky((1.0, 1.0, 1.0)))
     assert not direct(resident, look_at((0.0, 0.0, 0.0), (0.3, 0.2, 0.1)), 4).any()
