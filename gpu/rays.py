@@ -109,8 +109,19 @@ def segment_between(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3
 
 
 @wp.func
+def in_front(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3) -> bool:
+    """Whether `q` is not behind the surface at `p`; a normal that is bent or averaged elsewhere may say otherwise."""
+    return wp.dot(p_normal, q - p) >= -OFFSET_ULP
+
+
+@wp.func
 def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
-    """Whether two surface points, given with their geometric normals, see each other."""
+    """Whether two surface points, given with the geometric normals of their sides, see each other's sides.
+
+    A point that is on no surface has the normal zero.
+    """
+    if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
+        return False
     segment = segment_between(p, p_normal, q, q_normal)
     return segment.length == 0.0 or not occluded(scene, segment.origin, segment.direction, segment.length)
 
@@ -118,6 +129,8 @@ def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_nor
 @wp.func
 def connected_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
     """As `connected` for a scene whose masks are ignored or that has none."""
+    if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
+        return False
     segment = segment_between(p, p_normal, q, q_normal)
     return segment.length == 0.0 or not occluded_solid(scene, segment.origin, segment.direction, segment.length)
 

@@ -91,6 +91,15 @@ def test_a_point_is_connected_with_itself_and_its_nearest_neighbours() -> None:
     assert (seen == 1).all()
 
 
+def test_nothing_is_seen_through_the_back_of_ones_own_surface() -> None:
+    resident = resident_of([quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])], [grey(0.5)])
+    p, q = column([[0.1, 0.0, 0.1]], wp.vec3), column([[0.2, -0.3, 0.1]], wp.vec3)
+    up, down, nowhere = wp.vec3(0.0, 1.0, 0.0), wp.vec3(0.0, -1.0, 0.0), wp.vec3(0.0, 0.0, 0.0)
+    for p_normal, q_normal, seen in ((up, up, 0), (down, up, 1), (down, down, 0), (up, nowhere, 0), (down, nowhere, 1)):
+        for ends, normals in (((p, q), (p_normal, q_normal)), ((q, p), (q_normal, p_normal))):
+            assert results(connected_kernel, 1, [resident.data, *ends, *normals], int)[0] == seen
+
+
 def masked_layers(**material: Any) -> ResidentScene:
     """Five sheets facing +Z, at z = −0.5 … 0.5, whose texture is clear on the left and solid on the right."""
     pixels = np.full((1, 2, 4), 255, np.uint8)
