@@ -2,8 +2,8 @@
 
 Averaging the visibility of F representatives goes wrong at few pixels, but far: behind slats, in cracks, at contacts,
 where one percent of the pixels hold nine tenths of the relative error. Two things tell them. Dispute: how much brighter
-an SP would be if one of its clusters were right alone than if another were. Surprise: one ray from the SP itself,
-towards light that its clusters see, is stopped. The worst SPs then get one ray for each 32 VPL clusters.
+an SP would be if one of its clusters were right alone than if another were. Surprise: rays from the SP itself, towards
+light that its clusters see, are stopped. The worst SPs then get one ray for each 32 VPL clusters.
 """
 
 import math
@@ -19,7 +19,7 @@ from gpu.grouping import iota_kernel
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.shade import Indirect, reflectance
+from gpu.shade import CHECKS, Indirect, reflectance
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, unoccluded
@@ -35,7 +35,6 @@ WORST_OCTAVE = wp.constant(12.0)
 DARK = wp.constant(0.1)
 # Neighbours in the list of SPs, a square of pixels, share what their rays found.
 BLOCK = wp.constant(16)
-PAIRS_A_BLOCK = wp.constant(8)
 # Words of 32 VPL clusters that are traced at a time; bounds the memory of the answers.
 WORDS_AT_ONCE = 64
 SETTLED_SP = wp.constant(0x7FFFFFFF)
@@ -53,31 +52,20 @@ class Pick:
     light: wp.vec3
 
 
+@wp.struct
+class Target:
+    """A VPL cluster to check, −1 for none, and the share of it that the SP's clusters see."""
+
+    cluster: int
+    share: float
+
+
 @wp.func
-def checked_sp(pair: int) -> int:
-    """Which SP of a pair of neighbours in the list has a ray to check both; it alternates, as a chequerboard does."""
-    return 2 * pair + ((pair // 2) & 1)
-
-
-@wp.kernel
-def surprise_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], clusters: SpClusters,
-                    visibility: wp.array2d[wp.uint32], vpls: VplClusters, indirect: Indirect,
-                    target: wp.array[int], surprise: wp.array[float]) -> None:  # fmt: skip
-    """One thread a pair of SPs: draws the VPL cluster to check, and notes what share of it the SP's clusters see.
-
-    target (pair,): VPL cluster or −1; surprise (pair,): the share, which stays if the ray is stopped.
-    """
-    pair = first + wp.tid()
-    surprise[pair] = 0.0
-    target[pair] = -1
-    sp = checked_sp(pair)
-    if sp >= sp_count[0]:
-        return
-    pixel = sps[sp]
-    position = gbuffer.position[pixel]
-    normal = gbuffer.normal[pixel]
-    word = indirect.word[sp]
-    state = hashed(wp.uint32(pixel) ^ CHECK_KEY)
+def target_in(word: int, sp: int, position: wp.vec3, normal: wp.vec3, clusters: SpClusters,
+              visibility: wp.array2d[wp.uint32], vpls: VplClusters, state: wp.uint32) -> Target:  # fmt: skip
+    """A VPL cluster of `word`, drawn in proportion to the light that the SP is believed to get of it."""
+    target = Target()
+    target.cluster = -1
     total = float(0.0)
     for bit in range(32):
         share = float(0.0)
@@ -89,8 +77,9 @@ def surprise_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: 
             total += amount
             state = hashed(state)
             if float(state) * TO_UNIT * total < amount:
-                target[pair] = 32 * word + bit
-                surprise[pair] = share
+                target.cluster = 32 * word + bit
+                target.share = share
+    return target
 
 
 @cache
@@ -103,17 +92,39 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         scene: SceneData,
         gbuffer: GBuffer,
         sps: wp.array[int],
+        sp_count: wp.array[int],
+        clusters: SpClusters,
+        visibility: wp.array2d[wp.uint32],
         vpls: VplClusters,
-        target: wp.array[int],
+        indirect: Indirect,
         surprise: wp.array[float],
     ) -> None:
-        """One thread a pair of SPs: nothing surprises where the ray to its target arrives."""
-        pair = first + wp.tid()
-        vpl = target[pair]
-        if vpl >= 0:
-            pixel = sps[checked_sp(pair)]
-            if connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], vpls.position[vpl], vpls.normal[vpl]):
-                surprise[pair] = 0.0
+        """One thread an SP: a ray towards light that its clusters see, and CHECKS − 1 more if that is stopped.
+
+        surprise (sp,): the share of the light checked that does not arrive, 0 where the first ray does.
+        """
+        sp = first + wp.tid()
+        surprise[sp] = 0.0
+        if sp >= sp_count[0]:
+            return
+        pixel = sps[sp]
+        position = gbuffer.position[pixel]
+        normal = gbuffer.normal[pixel]
+        geometric = gbuffer.geometric[pixel]
+        state = hashed(wp.uint32(pixel) ^ CHECK_KEY)
+        stopped = float(0.0)
+        for check in range(CHECKS):
+            state = hashed(state)
+            word = indirect.word[check, sp]
+            target = target_in(word, sp, position, normal, clusters, visibility, vpls, state)
+            if target.cluster < 0:
+                break
+            if connect(scene, position, geometric, vpls.position[target.cluster], vpls.normal[target.cluster]):
+                if check == 0:
+                    break
+            else:
+                stopped += target.share
+        surprise[sp] = stopped / float(CHECKS)
 
     return kernel
 
@@ -149,10 +160,10 @@ def dispute_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, surp
     if sp >= sp_count[0]:
         return
     stopped = float(0.0)
-    begin = (sp // BLOCK) * PAIRS_A_BLOCK
-    for pair in range(begin, wp.min(begin + PAIRS_A_BLOCK, surprise.shape[0])):
-        stopped += surprise[pair]
-    stopped = wp.max(stopped / float(PAIRS_A_BLOCK), surprise[sp // 2])
+    begin = (sp // BLOCK) * BLOCK
+    for neighbour in range(begin, wp.min(begin + BLOCK, sp_count[0])):
+        stopped += surprise[neighbour]
+    stopped = wp.max(stopped / float(BLOCK), surprise[sp])
     high = indirect.high[sp]
     low = wp.min(indirect.low[sp], high * (1.0 - stopped))
     ratio = (high - low) / (low + DARK * mean[0] + 1.0e-30)
@@ -265,9 +276,7 @@ class Refinement:
         self.device = device
         self._settled = int(float(STEPS_PER_OCTAVE) * (float(WORST_OCTAVE) - math.log2(least)))
         capacity = min(capacity, pixels)
-        pairs = (pixels + 1) // 2
-        self._target = wp.zeros(pairs, dtype=int, device=device)
-        self._surprise = wp.zeros(pairs, dtype=float, device=device)
+        self._surprise = wp.zeros(pixels, dtype=float, device=device)
         self._keys = wp.zeros(2 * pixels, dtype=int, device=device)
         self._order = wp.zeros(2 * pixels, dtype=int, device=device)
         self._partials = wp.zeros(PARTIALS, dtype=float, device=device)
@@ -281,10 +290,8 @@ class Refinement:
                visibility: Visibility, vpls: VplClusters, indirect: Indirect) -> None:  # fmt: skip
         """Find the SPs of `indirect` that are most likely far too bright."""
         device = self.device
-        inputs = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, indirect]
-        launch(surprise_kernel, len(self._target), [*inputs, self._target, self._surprise], device)
-        inputs = [scene, gbuffer, sps.pixels, vpls, self._target, self._surprise]
-        launch(check_kernel(connection(scene)), len(self._target), inputs, device)
+        inputs = [scene, gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, indirect, self._surprise]
+        launch(check_kernel(connection(scene)), sps.capacity, inputs, device)
         launch(brightness_kernel, PARTIALS, [sps.count, indirect, self._partials], device)
         launch(mean_kernel, 1, [sps.count, self._partials, self._mean], device)
         launch(dispute_kernel, sps.capacity, [sps.count, indirect, self._surprise, self._mean, self._keys], device)

@@ -4,7 +4,7 @@ from functools import cache
 
 import warp as wp
 
-from gpu.device import allocate, launch
+from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
@@ -15,24 +15,32 @@ from gpu.transfer import brightness, unoccluded
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters
 
+# Words drawn for each SP, to be checked by rays of its own (gpu.refine).
+CHECKS = 4
+Words = wp.types.vector(length=CHECKS, dtype=int)
+
 
 @wp.struct
 class Indirect:
     """Indirect light. radiance (pixel,) towards the camera [W/m²/sr], black where there is no SP.
 
     low, high (sp,): the least and the most brightness that one of the SP's clusters alone would give it;
-    word (sp,): 32 VPL clusters, drawn in proportion to the light that the SP gets of them.
+    word (CHECKS, sp): words of 32 VPL clusters, each drawn in proportion to the light that the SP gets of them.
     """
 
     radiance: wp.array[wp.vec3]
     low: wp.array[float]
     high: wp.array[float]
-    word: wp.array[int]
+    word: wp.array2d[int]
 
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
-    indirect: Indirect = allocate(Indirect, pixels, device)
+    indirect = Indirect()
+    indirect.radiance = wp.zeros(pixels, dtype=wp.vec3, device=device)
+    indirect.low = wp.zeros(pixels, dtype=float, device=device)
+    indirect.high = wp.zeros(pixels, dtype=float, device=device)
+    indirect.word = wp.zeros((CHECKS, pixels), dtype=int, device=device)
     return indirect
 
 
@@ -73,7 +81,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         for f in range(wp.static(fuzziness)):
             weights[f] = clusters.weight[f, sp]
             alone[f] = 0.0
-        drawn = int(0)
+        drawn = Words()
         state = hashed(wp.uint32(pixel))
         agreed = wp.vec3(0.0, 0.0, 0.0)
         disputed = wp.vec3(0.0, 0.0, 0.0)
@@ -106,9 +114,10 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 seen_by_all = seen_by_all >> wp.uint32(1)
                 vpl += 1
             after = brightness(agreed + disputed)
-            state = hashed(state)
-            if float(state) * TO_UNIT * after < after - before:
-                drawn = word
+            for check in range(wp.static(CHECKS)):
+                state = hashed(state)
+                if float(state) * TO_UNIT * after < after - before:
+                    drawn[check] = word
         out.radiance[pixel] = wp.cw_mul(reflected, agreed + disputed)
         low = float(1.0e30)
         high = float(0.0)
@@ -119,7 +128,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         common = brightness(wp.cw_mul(reflected, agreed))
         out.low[sp] = common + low
         out.high[sp] = common + high
-        out.word[sp] = drawn
+        for check in range(wp.static(CHECKS)):
+            out.word[check, sp] = drawn[check]
 
     return kernel
 

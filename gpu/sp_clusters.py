@@ -29,8 +29,8 @@ from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
 
-ITERATIONS = 5
-SAMPLES_PER_CLUSTER = 8
+ITERATIONS = 3
+SAMPLES_PER_CLUSTER = 4
 # Share of the clusters that is kept for SPs that k-means serves badly.
 EXTRA_SHARE = 0.25
 # A representative farther than this many spacings serves an SP badly; need grows with the excess.
