@@ -16,7 +16,7 @@ CELL_PER_SPACING = wp.constant(1.5)
 MIN_LEVEL = wp.constant(-24)
 NORMAL_THRESHOLD = wp.constant(0.8660254)  # cos 30°, 2022 paper, Eq. 7
 # How much more a distance along the normal counts than one along the surface: it keeps shelves and slats apart.
-PLANE_WEIGHT = wp.constant(4.0)
+PLANE_WEIGHT = wp.constant(8.0)
 FAR_AWAY = wp.constant(1.0e30)
 
 

@@ -8,6 +8,7 @@ light that its clusters see, are stopped. The worst SPs then get one ray for eac
 
 import math
 from functools import cache
+from typing import Any
 
 import warp as wp
 from warp.utils import radix_sort_pairs
@@ -15,7 +16,7 @@ from warp.utils import radix_sort_pairs
 from gpu.counting import PARTIALS
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
-from gpu.grouping import iota_kernel
+from gpu.grouping import iota_kernel, running_total
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
@@ -35,6 +36,8 @@ WORST_OCTAVE = wp.constant(12.0)
 DARK = wp.constant(0.1)
 # Neighbours in the list of SPs, a square of pixels, share what their rays found.
 BLOCK = wp.constant(16)
+# Of all SPs, at most this share has its stopped first ray confirmed by others.
+CONFIRMED_SHARE = 0.2
 # Words of 32 VPL clusters that are traced at a time; bounds the memory of the answers.
 WORDS_AT_ONCE = 64
 SETTLED_SP = wp.constant(0x7FFFFFFF)
@@ -52,20 +55,11 @@ class Pick:
     light: wp.vec3
 
 
-@wp.struct
-class Target:
-    """A VPL cluster to check, −1 for none, and the share of it that the SP's clusters see."""
-
-    cluster: int
-    share: float
-
-
 @wp.func
 def target_in(word: int, sp: int, position: wp.vec3, normal: wp.vec3, clusters: SpClusters,
-              visibility: wp.array2d[wp.uint32], vpls: VplClusters, state: wp.uint32) -> Target:  # fmt: skip
-    """A VPL cluster of `word`, drawn in proportion to the light that the SP is believed to get of it."""
-    target = Target()
-    target.cluster = -1
+              visibility: wp.array2d[wp.uint32], vpls: VplClusters, state: wp.uint32) -> int:  # fmt: skip
+    """A VPL cluster of `word`, drawn in proportion to the light that the SP is believed to get of it, or −1."""
+    target = int(-1)
     total = float(0.0)
     for bit in range(32):
         share = float(0.0)
@@ -77,8 +71,7 @@ def target_in(word: int, sp: int, position: wp.vec3, normal: wp.vec3, clusters: 
             total += amount
             state = hashed(state)
             if float(state) * TO_UNIT * total < amount:
-                target.cluster = 32 * word + bit
-                target.share = share
+                target = 32 * word + bit
     return target
 
 
@@ -92,41 +85,60 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         scene: SceneData,
         gbuffer: GBuffer,
         sps: wp.array[int],
-        sp_count: wp.array[int],
+        listed: wp.array[int],
+        count: wp.array[int],
         clusters: SpClusters,
         visibility: wp.array2d[wp.uint32],
         vpls: VplClusters,
         indirect: Indirect,
-        surprise: wp.array[float],
+        begin: int,
+        end: int,
+        stopped: wp.array[float],
     ) -> None:
-        """One thread an SP: a ray towards light that its clusters see, and CHECKS − 1 more if that is stopped.
+        """One thread an SP: rays number begin … end − 1 towards light that its clusters see.
 
-        surprise (sp,): the share of the light checked that does not arrive, 0 where the first ray does.
+        listed (place,): which SPs; all, in order, for ray 0. stopped (sp,): the share of rays so far that was stopped.
         """
-        sp = first + wp.tid()
-        surprise[sp] = 0.0
-        if sp >= sp_count[0]:
+        place = first + wp.tid()
+        if begin == 0:
+            stopped[place] = 0.0
+        if place >= count[0]:
             return
+        sp = place
+        if begin > 0:
+            sp = listed[place]
         pixel = sps[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         geometric = gbuffer.geometric[pixel]
-        state = hashed(wp.uint32(pixel) ^ CHECK_KEY)
-        stopped = float(0.0)
-        for check in range(CHECKS):
-            state = hashed(state)
-            word = indirect.word[check, sp]
-            target = target_in(word, sp, position, normal, clusters, visibility, vpls, state)
-            if target.cluster < 0:
-                break
-            if connect(scene, position, geometric, vpls.position[target.cluster], vpls.normal[target.cluster]):
-                if check == 0:
-                    break
-            else:
-                stopped += target.share
-        surprise[sp] = stopped / float(CHECKS)
+        number = stopped[sp] * float(begin)
+        for check in range(begin, end):
+            state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check)))
+            vpl = target_in(indirect.word[check, sp], sp, position, normal, clusters, visibility, vpls, state)
+            if vpl >= 0 and not connect(scene, position, geometric, vpls.position[vpl], vpls.normal[vpl]):
+                number += 1.0
+        stopped[sp] = number / float(end)
 
     return kernel
+
+
+@wp.kernel
+def flag_kernel(first: int, stopped: wp.array[float], flags: wp.array[int]) -> None:
+    """One thread an SP: 1 where its first ray was stopped."""
+    sp = first + wp.tid()
+    flags[sp] = int(stopped[sp] > 0.0)
+
+
+@wp.kernel
+def list_kernel(first: int, flags: wp.array[int], totals: wp.array[int], listed: wp.array[int],
+                count: wp.array[int]) -> None:  # fmt: skip
+    """One thread an SP: lists the flagged ones in their order, as many as `listed` holds; totals: sums of the flags."""
+    sp = first + wp.tid()
+    place = totals[sp] - 1
+    if flags[sp] == 1 and place < listed.shape[0]:
+        listed[place] = sp
+    if sp == flags.shape[0] - 1:
+        count[0] = wp.min(totals[sp], listed.shape[0])
 
 
 @wp.kernel
@@ -152,20 +164,20 @@ def mean_kernel(first: int, sp_count: wp.array[int], partials: wp.array[float], 
 
 
 @wp.kernel
-def dispute_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, surprise: wp.array[float],
+def dispute_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, stopped: wp.array[float],
                    mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
     """One thread an SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first."""
     sp = first + wp.tid()
     keys[sp] = SETTLED
     if sp >= sp_count[0]:
         return
-    stopped = float(0.0)
+    nearby = float(0.0)
     begin = (sp // BLOCK) * BLOCK
     for neighbour in range(begin, wp.min(begin + BLOCK, sp_count[0])):
-        stopped += surprise[neighbour]
-    stopped = wp.max(stopped / float(BLOCK), surprise[sp])
+        nearby += stopped[neighbour]
+    lost = wp.max(nearby / float(BLOCK), stopped[sp])
     high = indirect.high[sp]
-    low = wp.min(indirect.low[sp], high * (1.0 - stopped))
+    low = wp.min(indirect.low[sp], high * (1.0 - lost))
     ratio = (high - low) / (low + DARK * mean[0] + 1.0e-30)
     if ratio > 0.0:
         keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 0, SETTLED)
@@ -276,7 +288,11 @@ class Refinement:
         self.device = device
         self._settled = int(float(STEPS_PER_OCTAVE) * (float(WORST_OCTAVE) - math.log2(least)))
         capacity = min(capacity, pixels)
-        self._surprise = wp.zeros(pixels, dtype=float, device=device)
+        self._stopped = wp.zeros(pixels, dtype=float, device=device)
+        self._flags = wp.zeros(pixels, dtype=int, device=device)
+        self._totals = wp.zeros(pixels, dtype=int, device=device)
+        self._listed = wp.zeros(max(1, int(pixels * CONFIRMED_SHARE)), dtype=int, device=device)
+        self._list_count = wp.zeros(1, dtype=int, device=device)
         self._keys = wp.zeros(2 * pixels, dtype=int, device=device)
         self._order = wp.zeros(2 * pixels, dtype=int, device=device)
         self._partials = wp.zeros(PARTIALS, dtype=float, device=device)
@@ -290,11 +306,19 @@ class Refinement:
                visibility: Visibility, vpls: VplClusters, indirect: Indirect) -> None:  # fmt: skip
         """Find the SPs of `indirect` that are most likely far too bright."""
         device = self.device
-        inputs = [scene, gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, indirect, self._surprise]
-        launch(check_kernel(connection(scene)), sps.capacity, inputs, device)
+        check = check_kernel(connection(scene))
+        clustering: list[Any] = [clusters, visibility.words, vpls, indirect]
+        inputs = [scene, gbuffer, sps.pixels, self._listed, sps.count, *clustering, 0, 1, self._stopped]
+        launch(check, sps.capacity, inputs, device)
+        launch(flag_kernel, sps.capacity, [self._stopped, self._flags], device)
+        running_total(self._flags, self._totals)
+        inputs = [self._flags, self._totals, self._listed, self._list_count]
+        launch(list_kernel, sps.capacity, inputs, device)
+        inputs = [scene, gbuffer, sps.pixels, self._listed, self._list_count, *clustering, 1, CHECKS, self._stopped]
+        launch(check, len(self._listed), inputs, device)
         launch(brightness_kernel, PARTIALS, [sps.count, indirect, self._partials], device)
         launch(mean_kernel, 1, [sps.count, self._partials, self._mean], device)
-        launch(dispute_kernel, sps.capacity, [sps.count, indirect, self._surprise, self._mean, self._keys], device)
+        launch(dispute_kernel, sps.capacity, [sps.count, indirect, self._stopped, self._mean, self._keys], device)
         launch(iota_kernel, sps.capacity, [self._order], device)
         radix_sort_pairs(self._keys, self._order, sps.capacity, 0, KEY_BITS)
         self.count.zero_()

@@ -6,7 +6,7 @@ from gpu.sampling import PI
 from gpu.vpl_clusters import VplClusters
 
 # A cluster whose disk has more area than this times the squared distance is shaded member by member.
-UNFOLD_SHARE = wp.constant(0.3)
+UNFOLD_SHARE = wp.constant(0.5)
 
 
 @wp.func

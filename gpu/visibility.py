@@ -9,7 +9,6 @@ from functools import cache
 import warp as wp
 
 from gpu.device import launch
-from gpu.grouping import running_total
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sp_clusters import SpClusters
@@ -17,8 +16,8 @@ from gpu.transfer import brightness, disk_transfer
 from gpu.vpl_clusters import VplClusters
 
 WORD_BITS = 32
-# VPL clusters are taken in runs: enough rays to fill a GPU, and little memory for a viewer (13 bytes a pair).
-PAIRS_AT_ONCE = 4 << 20
+# VPL clusters are taken in runs, so that the unpacked answers stay within the cache's reach and bounded memory.
+MAX_UNPACKED_BYTES = 64 << 20
 # An answer's byte: whether a ray was traced, whether it arrived, or else whose answer of its group counts.
 TRACED = wp.constant(1)
 SEEN = wp.constant(2)
@@ -72,54 +71,8 @@ def weak_kernel(first: int, parts: wp.array[float], sp_count: int, vpl_count: in
     weak[sp] = WEAK_SHARE * total / float(vpl_count)
 
 
-@wp.kernel
-def plan_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, first_vpl: int, weak: wp.array[float],
-                answers: wp.array[wp.uint8], needed: wp.array[int]) -> None:  # fmt: skip
-    """One thread a pair, neighbouring threads on neighbouring SP clusters: whether it needs a ray.
-
-    answers: (vpl cluster − first_vpl, place in the SP clusters' order), flattened: flags as above; needed: 1 for a ray.
-    """
-    pair = first + wp.tid()
-    sp = sps.order[pair % sp_count]
-    vpl = first_vpl + pair // sp_count
-    answers[pair] = wp.uint8(0)
-    needed[pair] = 0
-    if vpl >= vpls.count or sps.used[sp] == 0:
-        return
-    p = sps.position[sp]
-    p_normal = sps.geometric[sp]
-    light = pair_light(p, p_normal, vpls, vpl)
-    if light < 0.0:
-        return
-    if light < weak[sp]:
-        leader = int(vpl)
-        begin = vpl - vpl % GROUP
-        brightest = float(NO_LIGHT)
-        for other in range(begin, wp.min(begin + GROUP, vpls.count)):
-            other_light = pair_light(p, p_normal, vpls, other)
-            if other_light < weak[sp] and other_light > brightest:
-                brightest = other_light
-                leader = other
-        if leader != vpl:
-            answers[pair] = wp.uint8(SHARED | ((leader - begin) << LEADER_SHIFT))
-            return
-    answers[pair] = wp.uint8(TRACED)
-    needed[pair] = 1
-
-
-@wp.kernel
-def compact_kernel(first: int, needed: wp.array[int], totals: wp.array[int], pairs: int, rays: wp.array[int],
-                   count: wp.array[int]) -> None:  # fmt: skip
-    """One thread a pair: lists those that need a ray, so that no thread of a warp idles; count (1,): how many."""
-    pair = first + wp.tid()
-    if needed[pair] == 1:
-        rays[totals[pair] - 1] = pair
-    if pair == pairs - 1:
-        count[0] = totals[pair]
-
-
 @cache
-def ray_kernel(connect: wp.Function) -> wp.Kernel:
+def visibility_kernel(connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
 
     @wp.kernel(module="unique")
@@ -130,19 +83,40 @@ def ray_kernel(connect: wp.Function) -> wp.Kernel:
         sp_count: int,
         vpls: VplClusters,
         first_vpl: int,
-        rays: wp.array[int],
-        count: wp.array[int],
+        weak: wp.array[float],
         answers: wp.array[wp.uint8],
     ) -> None:
-        """One thread a ray: marks its pair's answer when the two representatives see each other."""
-        ray = first + wp.tid()
-        if ray >= count[0]:
-            return
-        pair = rays[ray]
+        """One thread a pair, neighbouring threads on neighbouring SP clusters: whether they see each other.
+
+        answers: (vpl cluster − first_vpl, place in the SP clusters' order), flattened: a byte of the flags above.
+        """
+        pair = first + wp.tid()
         sp = sps.order[pair % sp_count]
         vpl = first_vpl + pair // sp_count
-        if connect(scene, sps.position[sp], sps.geometric[sp], vpls.position[vpl], vpls.normal[vpl]):
-            answers[pair] = wp.uint8(TRACED | SEEN)
+        answers[pair] = wp.uint8(0)
+        if vpl >= vpls.count or sps.used[sp] == 0:
+            return
+        p = sps.position[sp]
+        p_normal = sps.geometric[sp]
+        light = pair_light(p, p_normal, vpls, vpl)
+        if light < 0.0:
+            return
+        if light < weak[sp]:
+            leader = int(vpl)
+            begin = vpl - vpl % GROUP
+            brightest = float(NO_LIGHT)
+            for other in range(begin, wp.min(begin + GROUP, vpls.count)):
+                other_light = pair_light(p, p_normal, vpls, other)
+                if other_light < weak[sp] and other_light > brightest:
+                    brightest = other_light
+                    leader = other
+            if leader != vpl:
+                answers[pair] = wp.uint8(SHARED | ((leader - begin) << LEADER_SHIFT))
+                return
+        answer = TRACED
+        if connect(scene, p, p_normal, vpls.position[vpl], vpls.normal[vpl]):
+            answer = TRACED | SEEN
+        answers[pair] = wp.uint8(answer)
 
     return kernel
 
@@ -177,13 +151,8 @@ class Visibility:
         self.device = device
         self._sp_count = sp_count
         self._word_count = max(1, -(-vpl_count // WORD_BITS))
-        self._run = min(self._word_count, max(1, PAIRS_AT_ONCE // (WORD_BITS * sp_count)))
-        pairs = self._run * WORD_BITS * sp_count
-        self._answers = wp.zeros(pairs, dtype=wp.uint8, device=device)
-        self._needed = wp.zeros(pairs, dtype=int, device=device)
-        self._totals = wp.zeros(pairs, dtype=int, device=device)
-        self._rays = wp.zeros(pairs, dtype=int, device=device)
-        self._ray_count = wp.zeros(1, dtype=int, device=device)
+        self._run = min(self._word_count, max(1, MAX_UNPACKED_BYTES // (WORD_BITS * sp_count)))
+        self._answers = wp.zeros(self._run * WORD_BITS * sp_count, dtype=wp.uint8, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
         self.rays = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
@@ -196,13 +165,7 @@ class Visibility:
         launch(weak_kernel, count, [self._parts, count, vpls.count, self._weak], device)
         for first_word in range(0, self._word_count, self._run):
             words = min(self._run, self._word_count - first_word)
-            pairs, first_vpl = words * WORD_BITS * count, first_word * WORD_BITS
-            inputs = [sps, count, vpls, first_vpl, self._weak, self._answers, self._needed]
-            launch(plan_kernel, pairs, inputs, device)
-            running_total(self._needed, self._totals)
-            inputs = [self._needed, self._totals, pairs, self._rays, self._ray_count]
-            launch(compact_kernel, pairs, inputs, device)
-            inputs = [scene, sps, count, vpls, first_vpl, self._rays, self._ray_count, self._answers]
-            launch(ray_kernel(connection(scene)), pairs, inputs, device)
+            inputs = [scene, sps, count, vpls, first_word * WORD_BITS, self._weak, self._answers]
+            launch(visibility_kernel(connection(scene)), words * WORD_BITS * count, inputs, device)
             inputs = [self._answers, count, first_word, sps.order, self.words, self.rays]
             launch(pack_kernel, words * count, inputs, device)
