@@ -1,5 +1,7 @@
 """Sums over device arrays for a frame's statistics, without atomics: the same result in any order of threads."""
 
+from collections.abc import Sequence
+
 import warp as wp
 
 from gpu.device import launch
@@ -8,7 +10,7 @@ PARTIALS = 1024
 
 
 @wp.kernel
-def sum_kernel(first: int, values: wp.array[int], least: int, partials: wp.array[int]) -> None:
+def sum_kernel(first: int, values: wp.array[int], least: int, row: int, partials: wp.array2d[int]) -> None:
     """One thread a partial sum over every PARTIALS-th value; values below `least` do not count."""
     partial = first + wp.tid()
     total = int(0)
@@ -16,17 +18,19 @@ def sum_kernel(first: int, values: wp.array[int], least: int, partials: wp.array
     while index < values.shape[0]:
         total += wp.where(values[index] >= least, values[index], 0)
         index += PARTIALS
-    partials[partial] = total
+    partials[row, partial] = total
 
 
 class Counter:
-    """Sums int arrays of a device; its own array is allocated once."""
+    """Sums `rows` int arrays of a device at a time; its own array is allocated once."""
 
-    def __init__(self, device: wp.Device) -> None:
+    def __init__(self, rows: int, device: wp.Device) -> None:
         self.device = device
-        self._partials = wp.zeros(PARTIALS, dtype=int, device=device)
+        self._partials = wp.zeros((rows, PARTIALS), dtype=int, device=device)
 
-    def sum(self, values: wp.array, least: int = 0) -> int:
-        """Sum of those elements of `values`, an array of non-negative ints, that are `least` or more."""
-        launch(sum_kernel, PARTIALS, [values, least, self._partials], self.device)
-        return int(self._partials.numpy().sum(dtype="int64"))
+    def sums(self, arrays: Sequence[tuple[wp.array, int]]) -> list[int]:
+        """For each (values, least): the sum of those non-negative values that are `least` or more. One round trip."""
+        for row, (values, least) in enumerate(arrays):
+            launch(sum_kernel, PARTIALS, [values, least, row, self._partials], self.device)
+        totals = self._partials.numpy().sum(axis=1, dtype="int64")
+        return [int(total) for total in totals[: len(arrays)]]

@@ -22,12 +22,12 @@ from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
 from gpu.shade import CHECKS, Indirect, reflectance
 from gpu.shading_points import ShadingPoints
-from gpu.sp_clusters import SpClusters
+from gpu.sp_clusters import UNSERVED_NEED, SpClusters
 from gpu.transfer import brightness, unoccluded
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters
 
-# Keys are 8 bits, so that one pass sorts them; 0 is the worst SP, SETTLED one that is not worth a ray.
+# Keys are 8 bits, so that one pass sorts them; 0 is an SP without a cluster, SETTLED one that is not worth a ray.
 KEY_BITS = 8
 SETTLED = wp.constant(255)
 STEPS_PER_OCTAVE = wp.constant(12.0)
@@ -164,12 +164,18 @@ def mean_kernel(first: int, sp_count: wp.array[int], partials: wp.array[float], 
 
 
 @wp.kernel
-def dispute_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, stopped: wp.array[float],
-                   mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread an SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first."""
+def dispute_kernel(first: int, sp_count: wp.array[int], need: wp.array[int], indirect: Indirect,
+                   stopped: wp.array[float], mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread an SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first.
+
+    need (sp,): UNSERVED_NEED marks SPs without a cluster, which come before all others.
+    """
     sp = first + wp.tid()
     keys[sp] = SETTLED
     if sp >= sp_count[0]:
+        return
+    if need[sp] >= UNSERVED_NEED:
+        keys[sp] = 0
         return
     nearby = float(0.0)
     begin = (sp // BLOCK) * BLOCK
@@ -180,7 +186,7 @@ def dispute_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, stop
     low = wp.min(indirect.low[sp], high * (1.0 - lost))
     ratio = (high - low) / (low + DARK * mean[0] + 1.0e-30)
     if ratio > 0.0:
-        keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 0, SETTLED)
+        keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 1, SETTLED)
 
 
 @wp.kernel
@@ -302,7 +308,7 @@ class Refinement:
         self._light = wp.zeros(capacity * WORDS_AT_ONCE, dtype=wp.vec3, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
 
-    def select(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters,
+    def select(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, need: wp.array,
                visibility: Visibility, vpls: VplClusters, indirect: Indirect) -> None:  # fmt: skip
         """Find the SPs of `indirect` that are most likely far too bright."""
         device = self.device
@@ -318,7 +324,8 @@ class Refinement:
         launch(check, len(self._listed), inputs, device)
         launch(brightness_kernel, PARTIALS, [sps.count, indirect, self._partials], device)
         launch(mean_kernel, 1, [sps.count, self._partials, self._mean], device)
-        launch(dispute_kernel, sps.capacity, [sps.count, indirect, self._stopped, self._mean, self._keys], device)
+        inputs = [sps.count, need, indirect, self._stopped, self._mean, self._keys]
+        launch(dispute_kernel, sps.capacity, inputs, device)
         launch(iota_kernel, sps.capacity, [self._order], device)
         radix_sort_pairs(self._keys, self._order, sps.capacity, 0, KEY_BITS)
         self.count.zero_()

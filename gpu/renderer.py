@@ -62,6 +62,7 @@ class Renderer:
         self._method.render(self._stages, self._progress)
         self._stages.run("display", lambda: self._tonemap.run(view.radiance, self._settings.exposure))
         wp.synchronize_device(view.device)
-        counts = {"pixels": view.pixels, **self._method.counts(), "nonfinite": int(self._tonemap.nonfinite.numpy()[0])}
-        stats = FrameStats(self._stages.milliseconds(), counts, self._method.skips())
+        counts, skips = self._method.statistics()
+        counts = {"pixels": view.pixels, **counts, "nonfinite": int(self._tonemap.nonfinite.numpy()[0])}
+        stats = FrameStats(self._stages.milliseconds(), counts, skips)
         return Frame(view.size, view.radiance, self._tonemap.pixels, stats)

@@ -119,7 +119,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 if float(state) * TO_UNIT * after < after - before:
                     drawn[check] = word
         out.radiance[pixel] = wp.cw_mul(reflected, agreed + disputed)
-        low = float(1.0e30)
+        # The nearest cluster comes first; an SP that has none gets no light here and is the first to be refined.
+        low = alone[0]
         high = float(0.0)
         for f in range(wp.static(fuzziness)):
             if weights[f] > 0.0:

@@ -1,7 +1,7 @@
 """Visibility between the representatives of SP clusters and VPL clusters, one bit a pair. Step 5 of the 2022 paper.
 
-Most pairs exchange little light. Of eight neighbouring VPL clusters, those that send a representative less than twice
-the average share one ray, to the brightest of them; the others have a ray each.
+Most pairs exchange little light. Of eight neighbouring VPL clusters, those that send a representative less than
+four times the average share one ray, to the brightest of them; the others have a ray each.
 """
 
 from functools import cache
@@ -25,7 +25,7 @@ SHARED = wp.constant(4)
 LEADER_SHIFT = wp.constant(4)
 GROUP = wp.constant(8)
 # Light below this many times what the average VPL cluster sends is weak.
-WEAK_SHARE = wp.constant(2.0)
+WEAK_SHARE = wp.constant(4.0)
 # The average is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
 NO_LIGHT = wp.constant(-1.0)
@@ -122,30 +122,36 @@ def visibility_kernel(connect: wp.Function) -> wp.Kernel:
 
 
 @wp.kernel
-def pack_kernel(first: int, answers: wp.array[wp.uint8], sp_count: int, first_word: int,
-                order: wp.array[int], words: wp.array2d[wp.uint32], rays: wp.array[int]) -> None:  # fmt: skip
-    """One thread a word: packs 32 VPL clusters' answers for one SP cluster, and counts the rays they took.
+def pack_kernel(first: int, answers: wp.array[wp.uint8], sp_count: int, first_word: int, order: wp.array[int],
+                words: wp.array2d[wp.uint32], rays: wp.array[int], shared: wp.array[int]) -> None:  # fmt: skip
+    """One thread a word: packs 32 VPL clusters' answers for one SP cluster, and counts them.
 
-    words: (sp cluster, word); rays: the same, flattened word by word.
+    words: (sp cluster, word); rays, shared: how many were traced and how many took another's, flattened word by word.
     """
     index = first + wp.tid()
     place = index % sp_count
     word = index // sp_count
     bits = wp.uint32(0)
     traced = int(0)
+    borrowed = int(0)
     for bit in range(32):
         answer = int(answers[(word * 32 + bit) * sp_count + place])
         if (answer & SHARED) != 0:
+            borrowed += 1
             leader = bit - bit % GROUP + (answer >> LEADER_SHIFT)
             answer = int(answers[(word * 32 + leader) * sp_count + place]) & SEEN
         traced += answer & TRACED
         bits |= wp.uint32((answer & SEEN) // SEEN) << wp.uint32(bit)
     words[order[place], first_word + word] = bits
     rays[first_word * sp_count + index] = traced
+    shared[first_word * sp_count + index] = borrowed
 
 
 class Visibility:
-    """The bits of all pairs: words (sp cluster, word), bit b of word w is VPL cluster 32·w + b; rays: taken."""
+    """The bits of all pairs: words (sp cluster, word), bit b of word w is VPL cluster 32·w + b.
+
+    rays, shared: counts that add up to the pairs that were traced, and to those that took another pair's answer.
+    """
 
     def __init__(self, sp_count: int, vpl_count: int, device: wp.Device) -> None:
         self.device = device
@@ -156,6 +162,7 @@ class Visibility:
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
         self.rays = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
+        self.shared = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
@@ -167,5 +174,5 @@ class Visibility:
             words = min(self._run, self._word_count - first_word)
             inputs = [scene, sps, count, vpls, first_word * WORD_BITS, self._weak, self._answers]
             launch(visibility_kernel(connection(scene)), words * WORD_BITS * count, inputs, device)
-            inputs = [self._answers, count, first_word, sps.order, self.words, self.rays]
+            inputs = [self._answers, count, first_word, sps.order, self.words, self.rays, self.shared]
             launch(pack_kernel, words * count, inputs, device)

@@ -10,6 +10,9 @@ from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
 from gpu.view import View
 
+# What a frame worked on and what it did not have to do: counts by name.
+FrameStatistics = tuple[dict[str, int], dict[str, int]]
+
 
 class RenderMethod(Protocol):
     """What a renderer runs once a frame."""
@@ -17,11 +20,8 @@ class RenderMethod(Protocol):
     def render(self, stages: Stages, progress: Progress) -> None:
         """Fill the view's radiance for its camera."""
 
-    def counts(self) -> dict[str, int]:
-        """What the last frame worked on, by name."""
-
-    def skips(self) -> dict[str, int]:
-        """What the last frame did not have to do, by name."""
+    def statistics(self) -> FrameStatistics:
+        """Of the last frame, once it is ready."""
 
 
 def lighting_choice(settings: RenderSettings, quality: Quality) -> LightingChoice:

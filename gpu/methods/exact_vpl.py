@@ -4,7 +4,7 @@ With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it
 """
 
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import lighting_choice, render_direct
+from gpu.methods.common import FrameStatistics, lighting_choice, render_direct
 from gpu.quality import Quality
 from gpu.settings import Component, Method, RenderSettings
 from gpu.shade import gather
@@ -44,11 +44,7 @@ class ExactVpl:
             progress("gathering virtual point lights", end / self._vpls.count)
         view.add_indirect()
 
-    def counts(self) -> dict[str, int]:
-        """VPLs and VPL clusters that were gathered."""
-        members = self._vpls.members.count if self._vpls.count else 0
-        return {"vpls": members, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels, "unassigned": 0}
-
-    def skips(self) -> dict[str, int]:
-        """Nothing is skipped in a reference."""
-        return {}
+    def statistics(self) -> FrameStatistics:
+        """VPLs and VPL clusters that were gathered; nothing is skipped in a reference."""
+        vpls = self._vpls.members.count if self._vpls.count else 0
+        return {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels, "unassigned": 0}, {}

@@ -2,7 +2,7 @@
 
 from gpu.counting import Counter
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import lighting_choice, render_direct
+from gpu.methods.common import FrameStatistics, lighting_choice, render_direct
 from gpu.quality import Quality
 from gpu.refine import Refinement
 from gpu.settings import Clustering, Component, RenderSettings
@@ -34,7 +34,7 @@ class FuzzyVpl:
         self._visibility = Visibility(self._clustering.count, self._vpls.count, view.device)
         refined = int(quality.sp_clusters * REFINED_SHARE)
         self._refinement = Refinement(view.pixels, refined, LEAST_DISPUTE, view.device)
-        self._counter = Counter(view.device)
+        self._counter = Counter(5, view.device)
 
     def render(self, stages: Stages, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, exact where clusters disagree."""
@@ -58,20 +58,33 @@ class FuzzyVpl:
         stages.run("shade", shade_all)
         stages.run(
             "check",
-            lambda: self._refinement.select(view.scene, gbuffer, sps, clusters, self._visibility, vpls, view.indirect),
+            lambda: self._refinement.select(
+                view.scene, gbuffer, sps, clusters, clustering.need, self._visibility, vpls, view.indirect
+            ),
         )
         stages.run("refine", refine)
 
-    def counts(self) -> dict[str, int]:
-        """VPLs and clusters, the rays between representatives, and SPs that no cluster serves."""
-        members = self._vpls.members.count if self._vpls.count else 0
-        counts = {"vpls": members, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
+    def statistics(self) -> FrameStatistics:
+        """VPLs, clusters, rays between representatives, SPs with rays of their own, and SPs that nothing serves."""
+        vpls = self._vpls.members.count if self._vpls.count else 0
+        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         if not self._has_indirect:
-            return counts | {"rays": 0, "unassigned": 0}
-        unserved = self._counter.sum(self._clustering.need, UNSERVED_NEED) // UNSERVED_NEED
-        return counts | {"rays": self._counter.sum(self._visibility.rays), "unassigned": unserved}
-
-    def skips(self) -> dict[str, int]:
-        """Pairs of representatives that need no ray since they cannot exchange light."""
-        counts = self.counts()
-        return {"pairs facing away": counts["vpl_clusters"] * counts["sp_clusters"] - counts["rays"]}
+            return counts | {"rays": 0, "refined": 0, "unassigned": 0}, {}
+        visibility, refinement = self._visibility, self._refinement
+        sps, rays, shared, refined, needs = self._counter.sums(
+            [
+                (self._view.shading_points.count, 0),
+                (visibility.rays, 0),
+                (visibility.shared, 0),
+                (refinement.count, 0),
+                (self._clustering.need, UNSERVED_NEED),
+            ]
+        )
+        pairs = counts["vpl_clusters"] * counts["sp_clusters"]
+        unassigned = max(0, needs // UNSERVED_NEED - refined)
+        skips = {
+            "pixels without a surface": self._view.pixels - sps,
+            "pairs facing away": pairs - rays - shared,
+            "weak pairs": shared,
+        }
+        return counts | {"rays": rays, "refined": refined, "unassigned": unassigned}, skips

@@ -1,6 +1,7 @@
 """`path`: path tracing, the reference for the whole error of the other methods."""
 
 from gpu.lighting import Lighting, Progress
+from gpu.methods.common import FrameStatistics
 from gpu.path import trace_paths
 from gpu.quality import Quality
 from gpu.settings import RenderSettings
@@ -47,10 +48,6 @@ class PathTracing:
             )
             progress("tracing paths", (first + samples) / self._samples)
 
-    def counts(self) -> dict[str, int]:
-        """Camera paths a pixel."""
-        return {"samples": self._samples}
-
-    def skips(self) -> dict[str, int]:
-        """Nothing is skipped in a reference."""
-        return {}
+    def statistics(self) -> FrameStatistics:
+        """Camera paths a pixel; nothing is skipped in a reference."""
+        return {"samples": self._samples}, {}

@@ -26,7 +26,7 @@ from gpu.scene.types import Floats
 from gpu.settings import Component, Method, RenderSettings
 
 SCENES = ("conference", "cornell-box", "living-room", "sponza", "staircase", "veach-bidir")
-INDIRECT_STAGES = ("cluster", "visibility", "shade", "refine")
+INDIRECT_STAGES = ("cluster", "visibility", "shade", "check", "refine")
 WARM_UP, FRAMES = 5, 25
 
 
