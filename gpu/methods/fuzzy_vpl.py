@@ -1,6 +1,8 @@
 """`fuzzy-vpl`: clustered VPLs and SPs with fuzzy visibility, the 2022 paper's method."""
 
+from gpu.check import ClusterCheck
 from gpu.counting import Counter
+from gpu.dispute import WorstPoints
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import FrameStatistics, lighting_choice, render_direct
 from gpu.quality import Quality
@@ -33,7 +35,9 @@ class FuzzyVpl:
         )
         self._visibility = Visibility(self._clustering.count, self._vpls.count, view.device)
         refined = int(quality.sp_clusters * REFINED_SHARE)
-        self._refinement = Refinement(view.pixels, refined, LEAST_DISPUTE, view.device)
+        self._check = ClusterCheck(view.pixels, view.device)
+        self._worst = WorstPoints(view.pixels, refined, LEAST_DISPUTE, view.device)
+        self._refinement = Refinement(len(self._worst.pixels), view.device)
         self._counter = Counter(5, view.device)
 
     def render(self, stages: Stages, progress: Progress) -> None:
@@ -49,19 +53,18 @@ class FuzzyVpl:
             view.indirect.radiance.zero_()
             shade(fuzziness, gbuffer, sps.pixels, sps.count, clusters, self._visibility, vpls, view.indirect)
 
+        def check() -> None:
+            self._check.run(view.scene, gbuffer, sps, clusters, self._visibility, vpls, view.indirect)
+            self._worst.find(sps, clustering.need, view.indirect, self._check.stopped)
+
         def refine() -> None:
-            self._refinement.trace(view.scene, gbuffer, vpls, view.indirect)
+            self._refinement.run(view.scene, gbuffer, self._worst, vpls, view.indirect)
             view.add_indirect()
 
         stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed))
         stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls))
         stages.run("shade", shade_all)
-        stages.run(
-            "check",
-            lambda: self._refinement.select(
-                view.scene, gbuffer, sps, clusters, clustering.need, self._visibility, vpls, view.indirect
-            ),
-        )
+        stages.run("check", check)
         stages.run("refine", refine)
 
     def statistics(self) -> FrameStatistics:
@@ -70,13 +73,13 @@ class FuzzyVpl:
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         if not self._has_indirect:
             return counts | {"rays": 0, "refined": 0, "unassigned": 0}, {}
-        visibility, refinement = self._visibility, self._refinement
+        visibility = self._visibility
         sps, rays, shared, refined, needs = self._counter.sums(
             [
                 (self._view.shading_points.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
-                (refinement.count, 0),
+                (self._worst.count, 0),
                 (self._clustering.need, UNSERVED_NEED),
             ]
         )
