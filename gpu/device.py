@@ -14,7 +14,7 @@ wp.config.log_level = wp.LOG_WARNING
 wp.config.enable_backward = False
 
 CORES = cpu_count() or 1
-SMALLEST_SLICE = 256
+SMALLEST_SLICE = 1024
 
 _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
 
