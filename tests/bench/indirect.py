@@ -9,6 +9,7 @@ same VPLs. Times: medians over frames after warm-up, by device events on CUDA.
 
 import argparse
 import json
+import os
 import platform
 import subprocess
 from dataclasses import asdict
@@ -31,8 +32,9 @@ WARM_UP, FRAMES = 5, 25
 
 
 def environment(device: wp.Device) -> dict[str, str]:
-    """What the figures were measured on and with."""
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
+    """What the figures were measured on and with; $COMMIT names the commit of a tree that came without git."""
+    git = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
+    commit = os.environ.get("COMMIT", git)
     return {
         "device": device.name,
         "warp": wp.config.version,
