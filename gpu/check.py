@@ -18,7 +18,7 @@ from gpu.sampling import TO_UNIT, hashed
 from gpu.shade import CHECKS, Indirect
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness, unoccluded
+from gpu.transfer import brightness, disk_irradiance
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters
 
@@ -39,7 +39,7 @@ def target_in(word: int, sp: int, position: wp.vec3, normal: wp.vec3, clusters: 
             answer = (visibility[clusters.cluster[f, sp], word] >> wp.uint32(bit)) & wp.uint32(1)
             share += clusters.weight[f, sp] * float(answer)
         if share > 0.0:
-            amount = share * brightness(unoccluded(position, normal, vpls, 32 * word + bit))
+            amount = share * brightness(disk_irradiance(position, normal, vpls, 32 * word + bit))
             total += amount
             state = hashed(state)
             if float(state) * TO_UNIT * total < amount:

@@ -6,7 +6,7 @@ from gpu.sampling import PI
 from gpu.vpl_clusters import VplClusters
 
 # A cluster whose disk has more area than this times the squared distance is shaded member by member.
-UNFOLD_SHARE = wp.constant(0.5)
+UNFOLD_SHARE = wp.constant(0.7)
 
 
 @wp.func
@@ -30,6 +30,13 @@ def disk_transfer(way: wp.vec3, normal: wp.vec3, disk_normal: wp.vec3, area: flo
 
 
 @wp.func
+def disk_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
+    """Irradiance at a point from a VPL cluster's one disk, if nothing hides it [W/m²]."""
+    way = vpls.position[cluster] - position
+    return vpls.flux[cluster] * disk_transfer(way, normal, vpls.normal[cluster], vpls.area[cluster])
+
+
+@wp.func
 def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
     """Irradiance at a point from a VPL cluster that nothing hides [W/m²].
 
@@ -38,7 +45,7 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
     way = vpls.position[cluster] - position
     area = vpls.area[cluster]
     if area <= UNFOLD_SHARE * wp.length_sq(way):
-        return vpls.flux[cluster] * disk_transfer(way, normal, vpls.normal[cluster], area)
+        return disk_irradiance(position, normal, vpls, cluster)
     irradiance = wp.vec3(0.0, 0.0, 0.0)
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]

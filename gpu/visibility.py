@@ -12,7 +12,7 @@ from gpu.device import launch
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness, disk_transfer
+from gpu.transfer import brightness, disk_irradiance
 from gpu.vpl_clusters import VplClusters
 
 WORD_BITS = 32
@@ -44,7 +44,7 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
     slack = wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) * distance
     if wp.dot(way, vpls.normal[vpl]) >= slack or wp.dot(way, p_normal) <= 0.0:
         return NO_LIGHT
-    return brightness(vpls.flux[vpl]) * disk_transfer(way, p_normal, vpls.normal[vpl], vpls.area[vpl])
+    return brightness(disk_irradiance(p, p_normal, vpls, vpl))
 
 
 @wp.kernel
