@@ -1,7 +1,7 @@
 """Rays of their own for the shading points that fuzzy clusters serve worst. Beyond the 2022 paper.
 
-Each of them (gpu.dispute tells which) gets one ray for each 32 VPL clusters, which are neighbours: to one of them,
-drawn in proportion to its light, whose answer stands for all 32.
+Each of them (gpu.dispute tells which) takes VPL clusters 32 at a time, which are neighbours. A word of 32 gets rays in
+proportion to its light, one at least, to clusters that are drawn in proportion to theirs; their answers stand for all.
 """
 
 from functools import cache
@@ -22,33 +22,18 @@ from gpu.vpl_clusters import VplClusters
 WORDS_AT_ONCE = 64
 
 
-@wp.struct
-class Pick:
-    """One VPL cluster of a word, drawn in proportion to its light; `light` is the whole word's irradiance [W/m²].
-
-    cluster is −1 when the word sends no light.
-    """
-
-    cluster: int
-    light: wp.vec3
+# Rays that an SP's whole believed light is worth, beyond one for each word.
+RAYS_FOR_ALL_LIGHT = wp.constant(64.0)
+MOST_RAYS = wp.constant(32)
 
 
-@wp.func
-def pick_of_word(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, word: int, state: wp.uint32) -> Pick:
-    """A VPL cluster of `word`, drawn in proportion to its unoccluded light at an SP."""
-    pick = Pick()
-    pick.cluster = -1
-    total = float(0.0)
-    for vpl in range(32 * word, wp.min(32 * word + 32, vpls.count)):
-        light = unoccluded(position, normal, vpls, vpl)
-        amount = brightness(light)
-        if amount > 0.0:
-            total += amount
-            pick.light += light
-            state = hashed(state)
-            if float(state) * TO_UNIT * total < amount:
-                pick.cluster = vpl
-    return pick
+@wp.kernel
+def believed_kernel(first: int, pixels: wp.array[int], count: wp.array[int], radiance: wp.array[wp.vec3],
+                    believed: wp.array[float]) -> None:  # fmt: skip
+    """One thread a refined SP: keeps the brightness that fuzzy visibility gave it. believed: (place,)."""
+    place = first + wp.tid()
+    if place < count[0]:
+        believed[place] = brightness(radiance[pixels[place]])
 
 
 @cache
@@ -62,11 +47,12 @@ def word_kernel(connect: wp.Function) -> wp.Kernel:
         gbuffer: GBuffer,
         pixels: wp.array[int],
         count: wp.array[int],
+        believed: wp.array[float],
         vpls: VplClusters,
         first_word: int,
         light: wp.array[wp.vec3],
     ) -> None:
-        """One thread a word of 32 VPL clusters at one SP: their light there, judged by a ray to one of them.
+        """One thread a word of 32 VPL clusters at one SP: their light there, judged by systematically drawn rays.
 
         light: (word − first_word, place), flattened [W/m²].
         """
@@ -77,13 +63,33 @@ def word_kernel(connect: wp.Function) -> wp.Kernel:
             return
         pixel = pixels[place]
         position = gbuffer.position[pixel]
-        state = hashed(wp.uint32(pixel) ^ hashed(wp.uint32(word)))
-        pick = pick_of_word(position, gbuffer.normal[pixel], vpls, word, state)
+        normal = gbuffer.normal[pixel]
+        geometric = gbuffer.geometric[pixel]
         light[index] = wp.vec3(0.0, 0.0, 0.0)
-        if pick.cluster >= 0:
-            target = vpls.position[pick.cluster]
-            if connect(scene, position, gbuffer.geometric[pixel], target, vpls.normal[pick.cluster]):
-                light[index] = pick.light
+        whole = wp.vec3(0.0, 0.0, 0.0)
+        begin = 32 * word
+        end = wp.min(begin + 32, vpls.count)
+        for vpl in range(begin, end):
+            whole += unoccluded(position, normal, vpls, vpl)
+        total = brightness(whole)
+        if total <= 0.0:
+            return
+        share = brightness(wp.cw_mul(whole, reflectance(gbuffer, pixel))) / (believed[place] + 1.0e-30)
+        rays = wp.min(int(wp.min(RAYS_FOR_ALL_LIGHT * share, float(MOST_RAYS))) + 1, MOST_RAYS)
+        step = total / float(rays)
+        state = hashed(wp.uint32(pixel) ^ hashed(wp.uint32(word)))
+        mark = step * float(state) * TO_UNIT
+        passed = float(0.0)
+        arrived = int(0)
+        for vpl in range(begin, end):
+            passed += brightness(unoccluded(position, normal, vpls, vpl))
+            hits = int(0)
+            while mark < passed and hits < MOST_RAYS:
+                hits += 1
+                mark += step
+            if hits > 0 and connect(scene, position, geometric, vpls.position[vpl], vpls.normal[vpl]):
+                arrived += hits
+        light[index] = whole * (float(wp.min(arrived, rays)) / float(rays))
 
     return kernel
 
@@ -106,20 +112,23 @@ def sum_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.ar
 
 
 class Refinement:
-    """Re-shades up to `capacity` SPs with rays of their own; its array is allocated once."""
+    """Re-shades up to `capacity` SPs with rays of their own; its arrays are allocated once."""
 
     def __init__(self, capacity: int, device: wp.Device) -> None:
         self.device = device
+        self._believed = wp.zeros(capacity, dtype=float, device=device)
         self._light = wp.zeros(capacity * WORDS_AT_ONCE, dtype=wp.vec3, device=device)
 
     def run(
         self, scene: SceneData, gbuffer: GBuffer, points: WorstPoints, vpls: VplClusters, indirect: Indirect
     ) -> None:
         """Overwrite the indirect radiance of `points` by what rays of their own say."""
+        inputs = [points.pixels, points.count, indirect.radiance, self._believed]
+        launch(believed_kernel, len(points.pixels), inputs, self.device)
         words, capacity = -(-vpls.count // 32), len(points.pixels)
         for first_word in range(0, words, WORDS_AT_ONCE):
             run = min(WORDS_AT_ONCE, words - first_word)
-            inputs = [scene, gbuffer, points.pixels, points.count, vpls, first_word, self._light]
+            inputs = [scene, gbuffer, points.pixels, points.count, self._believed, vpls, first_word, self._light]
             launch(word_kernel(connection(scene)), run * capacity, inputs, self.device)
             inputs = [gbuffer, points.pixels, points.count, self._light, run, first_word == 0, indirect.radiance]
             launch(sum_kernel, capacity, inputs, self.device)
