@@ -23,8 +23,9 @@ WORDS_AT_ONCE = 64
 
 
 # Rays that an SP's whole believed light is worth, beyond one for each word.
-RAYS_FOR_ALL_LIGHT = wp.constant(64.0)
-MOST_RAYS = wp.constant(32)
+RAYS_FOR_ALL_LIGHT = wp.constant(32.0)
+MOST_RAYS = 4
+Targets = wp.types.vector(length=MOST_RAYS, dtype=int)
 
 
 @wp.kernel
@@ -76,20 +77,29 @@ def word_kernel(connect: wp.Function) -> wp.Kernel:
             return
         share = brightness(wp.cw_mul(whole, reflectance(gbuffer, pixel))) / (believed[place] + 1.0e-30)
         rays = wp.min(int(wp.min(RAYS_FOR_ALL_LIGHT * share, float(MOST_RAYS))) + 1, MOST_RAYS)
+        # All targets are drawn before the first ray, so that the rays of a warp's threads run together.
+        targets = Targets()
+        drawn = int(0)
         step = total / float(rays)
-        state = hashed(wp.uint32(pixel) ^ hashed(wp.uint32(word)))
-        mark = step * float(state) * TO_UNIT
+        mark = step * float(hashed(wp.uint32(pixel) ^ hashed(wp.uint32(word)))) * TO_UNIT
         passed = float(0.0)
-        arrived = int(0)
         for vpl in range(begin, end):
-            passed += brightness(unoccluded(position, normal, vpls, vpl))
-            hits = int(0)
-            while mark < passed and hits < MOST_RAYS:
-                hits += 1
-                mark += step
-            if hits > 0 and connect(scene, position, geometric, vpls.position[vpl], vpls.normal[vpl]):
-                arrived += hits
-        light[index] = whole * (float(wp.min(arrived, rays)) / float(rays))
+            amount = brightness(unoccluded(position, normal, vpls, vpl))
+            passed += amount
+            for _ray in range(wp.static(MOST_RAYS)):
+                if amount > 0.0 and mark < passed and drawn < rays:
+                    for slot in range(wp.static(MOST_RAYS)):
+                        if slot == drawn:
+                            targets[slot] = vpl
+                    drawn += 1
+                    mark += step
+        arrived = int(0)
+        for ray in range(wp.static(MOST_RAYS)):
+            if ray < drawn:
+                vpl = targets[ray]
+                if connect(scene, position, geometric, vpls.position[vpl], vpls.normal[vpl]):
+                    arrived += 1
+        light[index] = whole * (float(arrived) / float(wp.max(drawn, 1)))
 
     return kernel
 
