@@ -23,7 +23,7 @@ WORDS_AT_ONCE = 64
 
 
 # Rays that an SP's whole believed light is worth, beyond one for each word.
-RAYS_FOR_ALL_LIGHT = wp.constant(32.0)
+RAYS_FOR_ALL_LIGHT = wp.constant(8.0)
 MOST_RAYS = 4
 Targets = wp.types.vector(length=MOST_RAYS, dtype=int)
 
