@@ -1,0 +1,15 @@
+import numpy as np
+import warp as wp
+from gpu.counting import PARTIALS, Counter
+from scenes import column
+
+
+def test_sums_only_values_of_at_least_the_threshold() -> None:
+    values = np.arange(3 * PARTIALS + 5)
+    counter = Counter(3, wp.get_device("cpu"))
+    arrays = column(values, wp.int32), column([7], wp.int32)
+    assert counter.sums([(arrays[0], 0), (arrays[0], 100), (arrays[1], 8)]) == [
+        values.sum(),
+        values[values >= 100].sum(),
+        0,
+    ]
