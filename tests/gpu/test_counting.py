@@ -1,7 +1,8 @@
 import numpy as np
 import warp as wp
-from gpu.counting import PARTIALS, Counter
 from scenes import column
+
+from gpu.counting import PARTIALS, Counter
 
 
 def test_sums_only_values_of_at_least_the_threshold() -> None:

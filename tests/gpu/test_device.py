@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+
 from gpu.device import SMALLEST_SLICE, allocate, choose_device, duplicate, launch
 from gpu.errors import DeviceError
 from gpu.vpl import Vpls

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 import warp as wp
-from gpu.grouping import Groups, running_total
 from scenes import column
+
+from gpu.grouping import Groups, running_total
 
 
 @pytest.mark.parametrize(("count", "keys"), [(1, 1), (1000, 7), (5000, 8192)])

@@ -1,7 +1,8 @@
 import numpy as np
 import warp as wp
-from gpu.order import EMPTY_KEY, order_key
 from scenes import column, results
+
+from gpu.order import EMPTY_KEY, order_key
 
 
 @wp.kernel

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 import warp as wp
+from scenes import column, results
+
 from gpu.transfer import disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
 from gpu.vpl_clusters import VplClusters
-from scenes import column, results
 
 
 @wp.kernel
