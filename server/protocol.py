@@ -60,7 +60,7 @@ from gpu.settings import RenderSettings
 
 PROTOCOL = 1
 WINDOW = 2
-STAGES = ("gbuffer", "direct", "cluster", "visibility", "shade", "gather", "paths", "other")
+STAGES = ("gbuffer", "direct", "cluster", "visibility", "shade", "check", "refine", "other")
 
 MAX_SIDE = 16_384
 Side = Annotated[int, Field(ge=1, le=MAX_SIDE)]
@@ -182,7 +182,7 @@ class SceneInfo(Message):
     cameras: tuple[CameraInfo, ...]
     bounds: Bounds
     triangles: int
-    notes: tuple[str, ...] = Field((), description="what of the file was ignored or changed, a sentence each")
+    notes: tuple[str, ...] = Field((), description="what was added, ignored or changed in loading, a sentence each")
 
 
 class Limits(Message):

@@ -14,7 +14,7 @@ def describe_scene(scene_id: str, scene: Scene) -> SceneInfo:
     corners = [
         centre + bound(scene.vertices, axis=0).astype(np.float64) / scene.placement.scale for bound in (np.min, np.max)
     ]
-    notes = scene.report.ignored
+    notes = scene.report.notes + scene.report.ignored
     if scene.report.dropped_triangles:
         notes += (f"{scene.report.dropped_triangles} triangles without area were dropped",)
     low, high = ((float(x), float(y), float(z)) for x, y, z in corners)
