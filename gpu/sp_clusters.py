@@ -2,7 +2,7 @@
 
 Where no representative is near and of like orientation (thin, curved or small parts), the search widens, then relaxes
 the normal. SPs that are served badly or not at all get representatives of their own: a share of the clusters is kept
-back for them, spread in proportion to need, so that no pixel is left without a cluster.
+back for them, spread in proportion to need. What is then still unserved takes the nearest cluster of all.
 """
 
 from functools import cache
@@ -24,7 +24,7 @@ from gpu.grid import (
     separation,
 )
 from gpu.grouping import running_total
-from gpu.kmeans import KMeans
+from gpu.kmeans import OTHER_NORMAL, KMeans
 from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
@@ -38,6 +38,8 @@ GOOD_DISTANCE = wp.constant(1.0)
 NEED_SCALE = wp.constant(16.0)
 MOST_NEED = wp.constant(255)
 UNSERVED_NEED = wp.constant(1023)
+# No cluster is in use at all.
+UNASSIGNED_NEED = wp.constant(2047)
 RELAXED_THRESHOLD = wp.constant(0.0)
 WIDER_LEVELS = wp.constant(3)
 # Distances below this share of a spacing count as a match: w = 1/d has a pole at the representative (2022, Eq. 10).
@@ -130,6 +132,23 @@ def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.
     representatives.spacing[cluster] = gbuffer.spacing[pixel] * wp.sqrt(float(count)) * spacing_scale
 
 
+@wp.func
+def nearest_of_all(clusters: Representatives, position: wp.vec3, normal: wp.vec3) -> int:
+    """The nearest representative in use, one that faces the same way if there is any; −1 when none is in use."""
+    best = int(-1)
+    best_distance = float(FAR_AWAY)
+    for cluster in range(clusters.spacing.shape[0]):
+        if clusters.spacing[cluster] > 0.0:
+            candidate_normal = clusters.normal[cluster]
+            distance = separation(position, normal, clusters.position[cluster], candidate_normal)
+            if wp.dot(candidate_normal, normal) <= RELAXED_THRESHOLD:
+                distance += OTHER_NORMAL
+            if distance < best_distance:
+                best_distance = distance
+                best = cluster
+    return best
+
+
 @cache
 def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     """The kernel of Algorithm 2 for F = `fuzziness`; its weights are 1/distance (Eq. 10) or equal (Eq. 8)."""
@@ -202,7 +221,13 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
             if nearest.cluster[0] < 0:
                 nearest = search(clusters, position, normal, level + wider, RELAXED_THRESHOLD)
         need[sp] = UNSERVED_NEED
-        if nearest.cluster[0] >= 0:
+        if nearest.cluster[0] < 0 and only_needy:
+            # Few SPs come here; any cluster is better than none, and they are the first to be refined.
+            nearest.cluster[0] = nearest_of_all(clusters, position, normal)
+            nearest.distance[0] = spacing
+            if nearest.cluster[0] < 0:
+                need[sp] = UNASSIGNED_NEED
+        elif nearest.cluster[0] >= 0:
             excess = nearest.distance[0] / spacing - GOOD_DISTANCE
             need[sp] = wp.clamp(int(NEED_SCALE * excess), 0, MOST_NEED)
         total = float(0.0)
@@ -248,12 +273,11 @@ class SpClustering:
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
         self._assign(sps, gbuffer, scale, only_needy=False)
-        if self._extra:
-            running_total(self.need, self._needs)
-            inputs: list[Any] = [gbuffer, sps.pixels, sps.count, self._needs, self._base, self._extra, scale]
-            launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
-            grid.build()
-            self._assign(sps, gbuffer, scale, only_needy=True)
+        running_total(self.need, self._needs)
+        inputs: list[Any] = [gbuffer, sps.pixels, sps.count, self._needs, self._base, self._extra, scale]
+        launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
+        grid.build()
+        self._assign(sps, gbuffer, scale, only_needy=True)
         inputs = [gbuffer, grid.data, self._pixels, self._base, self._kmeans.medoids, self._samples.pixels]
         launch(representative_kernel, self.count, [*inputs, self._order_keys, self.clusters], self.device)
         radix_sort_pairs(self._order_keys, self.clusters.order, self.count)

@@ -1,7 +1,7 @@
 """Visibility between the representatives of SP clusters and VPL clusters, one bit a pair. Step 5 of the 2022 paper.
 
 Most pairs exchange little light. Of eight neighbouring VPL clusters, those that send a representative less than
-four times the average share one ray, to the brightest of them; the others have a ray each.
+a 512th of all its light share one ray, to the brightest of them; the others have a ray each.
 """
 
 from functools import cache
@@ -24,9 +24,9 @@ SEEN = wp.constant(2)
 SHARED = wp.constant(4)
 LEADER_SHIFT = wp.constant(4)
 GROUP = wp.constant(8)
-# Light below this many times what the average VPL cluster sends is weak.
-WEAK_SHARE = wp.constant(4.0)
-# The average is taken in parts, since there are few representatives for a GPU's threads.
+# Of all light that a representative gets if nothing hides any: a VPL cluster that sends less is weak.
+WEAK_SHARE = wp.constant(1.0 / 512.0)
+# The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
 NO_LIGHT = wp.constant(-1.0)
 
@@ -62,13 +62,13 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, p
 
 
 @wp.kernel
-def weak_kernel(first: int, parts: wp.array[float], sp_count: int, vpl_count: int, weak: wp.array[float]) -> None:
+def weak_kernel(first: int, parts: wp.array[float], sp_count: int, weak: wp.array[float]) -> None:
     """One thread a representative: the light below which a VPL cluster is weak there."""
     sp = first + wp.tid()
     total = float(0.0)
     for part in range(PARTS):
         total += parts[part * sp_count + sp]
-    weak[sp] = WEAK_SHARE * total / float(vpl_count)
+    weak[sp] = WEAK_SHARE * total
 
 
 @cache
@@ -169,7 +169,7 @@ class Visibility:
         """Find which representatives see each other."""
         count, device = self._sp_count, self.device
         launch(part_kernel, len(self._parts), [sps, count, vpls, self._parts], device)
-        launch(weak_kernel, count, [self._parts, count, vpls.count, self._weak], device)
+        launch(weak_kernel, count, [self._parts, count, self._weak], device)
         for first_word in range(0, self._word_count, self._run):
             words = min(self._run, self._word_count - first_word)
             inputs = [scene, sps, count, vpls, first_word * WORD_BITS, self._weak, self._answers]

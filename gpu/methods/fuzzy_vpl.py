@@ -9,7 +9,7 @@ from gpu.quality import Quality
 from gpu.refine import Refinement
 from gpu.settings import Clustering, Component, RenderSettings
 from gpu.shade import shade
-from gpu.sp_clusters import UNSERVED_NEED, SpClustering
+from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering
 from gpu.stages import Stages
 from gpu.view import View
 from gpu.visibility import Visibility
@@ -80,11 +80,11 @@ class FuzzyVpl:
                 (visibility.rays, 0),
                 (visibility.shared, 0),
                 (self._worst.count, 0),
-                (self._clustering.need, UNSERVED_NEED),
+                (self._clustering.need, UNASSIGNED_NEED),
             ]
         )
         pairs = counts["vpl_clusters"] * counts["sp_clusters"]
-        unassigned = max(0, needs // UNSERVED_NEED - refined)
+        unassigned = max(0, needs // UNASSIGNED_NEED - refined)
         skips = {
             "pixels without a surface": self._view.pixels - sps,
             "pairs facing away": pairs - rays - shared,

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from gpu.camera import look_at
 from gpu.device import launch
 from gpu.gbuffer import CameraData, camera_data
 from gpu.resident import ResidentScene
@@ -77,3 +78,14 @@ def rectangle_over(half_x: float, half_z: float, height: float) -> float:
     a, b = half_x / height, half_z / height
     ra, rb = np.hypot(1.0, a), np.hypot(1.0, b)
     return float(2.0 / np.pi * (a / ra * np.arctan(b / ra) + b / rb * np.arctan(a / rb)))
+
+
+def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[ResidentScene, Camera, tuple[int, int]]:
+    """A room lit from above with thin, close slats before its back wall: hard for clusters of shading points."""
+    parts = box(0)
+    parts.append(quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1))
+    for k in range(count):
+        x = -0.4 + 0.8 * k / count
+        parts.append(quad((x, -0.4, -0.3), (0.02, 0.0, 0.02), (0.0, 0.8, 0.0), 0))
+    resident = resident_of(parts, [grey(0.6), grey(0.0, 8.0)])
+    return resident, look_at((0.0, 0.0, 0.48), (0.0, 0.0, -0.5), yfov_degrees=70.0), resident_size

@@ -23,9 +23,9 @@ def near_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec
             entry = clusters.entries[place]
             cluster = entry // 3
             candidate = clusters.position[cluster]
-            if clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell:
-                if wp.length(candidate - position[point]) < limit:
-                    number += 1
+            here = clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell
+            if here and wp.length(candidate - position[point]) < limit:
+                number += 1
     found[point] = number
 
 

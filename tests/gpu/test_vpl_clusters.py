@@ -3,16 +3,17 @@ import pytest
 import warp as wp
 from scenes import box, column, grey, resident_of
 
-from gpu.vpl import allocate_vpls
+from gpu.resident import ResidentScene
+from gpu.vpl import Vpls, allocate_vpls
 from gpu.vpl_clusters import cluster_vpls, unclustered
 
 
 @pytest.fixture(scope="module")
-def resident():
+def resident() -> ResidentScene:
     return resident_of(box(), [grey(0.5, 1.0)])
 
 
-def square_of_vpls(count: int):
+def square_of_vpls(count: int) -> Vpls:
     """VPLs spread evenly over a square of area 0.36 that faces up."""
     side = int(count**0.5)
     grid = (np.arange(side) + 0.5) / side * 0.6 - 0.3
@@ -25,7 +26,7 @@ def square_of_vpls(count: int):
     return vpls
 
 
-def test_clusters_keep_all_flux_and_partition_the_vpls(resident) -> None:
+def test_clusters_keep_all_flux_and_partition_the_vpls(resident: ResidentScene) -> None:
     vpls = square_of_vpls(4096)
     clusters = cluster_vpls(resident, vpls, 40, 0)
     starts = clusters.starts.numpy()
@@ -41,13 +42,13 @@ def test_clusters_keep_all_flux_and_partition_the_vpls(resident) -> None:
         assert clusters.position.numpy()[c] in clusters.members.position.numpy()[starts[c] : starts[c + 1]]
 
 
-def test_disks_of_an_even_square_cover_its_area(resident) -> None:
+def test_disks_of_an_even_square_cover_its_area(resident: ResidentScene) -> None:
     clusters = cluster_vpls(resident, square_of_vpls(10_000), 50, 0)
     assert clusters.area.numpy().sum() == pytest.approx(0.36, rel=0.15)
     assert clusters.cone.numpy() == pytest.approx(1.0)
 
 
-def test_unclustered_vpls_share_their_clusters_disk(resident) -> None:
+def test_unclustered_vpls_share_their_clusters_disk(resident: ResidentScene) -> None:
     clusters = cluster_vpls(resident, square_of_vpls(900), 10, 0)
     singles = unclustered(resident, clusters)
     assert singles.count == 900
@@ -56,7 +57,7 @@ def test_unclustered_vpls_share_their_clusters_disk(resident) -> None:
     assert singles.starts.numpy().tolist() == list(range(901))
 
 
-def test_more_clusters_than_vpls_and_none_at_all(resident) -> None:
+def test_more_clusters_than_vpls_and_none_at_all(resident: ResidentScene) -> None:
     assert cluster_vpls(resident, square_of_vpls(9), 100, 0).count == 9
     empty = cluster_vpls(resident, allocate_vpls(0, wp.get_device("cpu")), 100, 0)
     assert empty.count == 0

@@ -1,0 +1,151 @@
+import numpy as np
+import pytest
+from scenes import box, grey, quad, resident_of, slats
+
+from gpu.camera import look_at
+from gpu.errors import UserError
+from gpu.renderer import Renderer
+from gpu.resident import ResidentScene
+from gpu.scene.types import Floats, Light, LightKind, Sky
+from gpu.settings import Clustering, Component, Method, RenderSettings, Weighting
+
+SIZE = (48, 36)
+CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
+QUALITY = {"sp_clusters": 200, "vpls": 2000, "vpl_clusters": 100}
+
+
+@pytest.fixture(scope="module")
+def room() -> ResidentScene:
+    """A closed box with a lamp below its ceiling and a block on its floor."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
+
+
+def picture(resident: ResidentScene, **settings: object) -> Floats:
+    """Linear radiance of a frame."""
+    return Renderer(resident, SIZE, RenderSettings(**{**QUALITY, **settings})).render(CAMERA).radiance()
+
+
+def relative_error(x: Floats, r: Floats) -> float:
+    return float(np.mean((x - r) ** 2 / (r**2 + 0.01 * r.mean() ** 2)))
+
+
+def test_the_whole_is_the_sum_of_direct_and_indirect(room: ResidentScene) -> None:
+    full, direct, indirect = (picture(room, component=component) for component in Component)
+    assert np.allclose(full, direct + indirect, rtol=1e-5, atol=1e-6)
+    assert direct.mean() > 0.0
+    assert indirect.mean() > 0.0
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_the_same_seed_gives_the_same_bits_and_another_does_not(room: ResidentScene, method: Method) -> None:
+    settings = {"method": method, "samples": 2, "component": Component.INDIRECT}
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, **settings))
+    first, second = renderer.render(CAMERA).radiance(), renderer.render(CAMERA).radiance()
+    assert first.tobytes() == second.tobytes() == picture(room, **settings).tobytes()
+    assert first.tobytes() != picture(room, **settings, seed=1).tobytes()
+
+
+@pytest.mark.parametrize("clustering", list(Clustering))
+@pytest.mark.parametrize(("fuzziness", "weighting"), [(1, Weighting.AVERAGE), (6, Weighting.DISTANCE), (8, "average")])
+def test_every_choice_of_the_ablation_is_near_exact_vpl(
+    room: ResidentScene, clustering: Clustering, fuzziness: int, weighting: Weighting
+) -> None:
+    exact = picture(room, method=Method.EXACT_VPL, component=Component.INDIRECT)
+    choice = {"clustering": clustering, "fuzziness": fuzziness, "weighting": weighting}
+    assert relative_error(picture(room, component=Component.INDIRECT, **choice), exact) < 0.03
+
+
+def test_exact_vpl_agrees_with_path_tracing(room: ResidentScene) -> None:
+    settings = {"component": Component.INDIRECT, "lambertian": True}
+    exact = picture(room, method=Method.EXACT_VPL, **settings, vpls=8000, vpl_clusters=400)
+    paths = picture(room, method=Method.PATH, samples=256, **settings)
+    assert exact.mean() == pytest.approx(paths.mean(), rel=0.04)
+    assert relative_error(exact, paths) < 0.02
+
+
+def test_refinement_mends_what_clusters_get_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    resident, camera, size = slats()
+    settings = RenderSettings(component=Component.INDIRECT, sp_clusters=80, vpls=4000, vpl_clusters=800)
+    exact = Renderer(resident, size, settings.model_copy(update={"method": Method.EXACT_VPL}))
+    reference = exact.render(camera).radiance()
+    refined = Renderer(resident, size, settings).render(camera)
+    monkeypatch.setattr("gpu.methods.fuzzy_vpl.LEAST_DISPUTE", 4000.0)
+    plain = Renderer(resident, size, settings).render(camera)
+    assert refined.stats.counts["refined"] > 20
+    assert plain.stats.counts["refined"] < refined.stats.counts["refined"]
+    changed = (refined.radiance() != plain.radiance()).any(axis=2)
+    assert changed.sum() > 20
+    before, after = plain.radiance()[changed], refined.radiance()[changed]
+    assert np.mean((after - reference[changed]) ** 2) < 0.75 * np.mean((before - reference[changed]) ** 2)
+
+
+def test_a_frame_tells_what_it_did_and_what_it_skipped(room: ResidentScene) -> None:
+    stats = Renderer(room, SIZE, RenderSettings(**QUALITY)).render(CAMERA).stats
+    assert list(stats.stage_ms)[:2] == ["gbuffer", "direct"]
+    assert stats.counts["pixels"] == SIZE[0] * SIZE[1]
+    assert stats.counts["nonfinite"] == stats.counts["unassigned"] == 0
+    assert stats.counts["rays"] > 0
+    assert stats.skips["pairs facing away"] > 0
+    assert stats.skips["weak pairs"] > 0
+    pairs = stats.counts["sp_clusters"] * stats.counts["vpl_clusters"]
+    assert stats.counts["rays"] + stats.skips["pairs facing away"] + stats.skips["weak pairs"] == pairs
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL, Method.PATH])
+def test_a_light_that_reaches_nothing_leaves_the_picture_black(method: Method) -> None:
+    away = Light("away", LightKind.SPOT, (5.0, 5.0, 5.0), (0.0, 0.0, 2.0), (0.0, 0.0, 1.0), 0.99, 0.9)
+    resident = resident_of(box(), [grey(0.5)], lights=[away])
+    frame = Renderer(resident, SIZE, RenderSettings(method=method, samples=2, **QUALITY)).render(CAMERA)
+    assert (frame.radiance() == 0.0).all()
+    assert frame.stats.counts["nonfinite"] == 0
+
+
+def test_a_sky_lights_an_open_floor_and_is_seen() -> None:
+    floor = quad((-0.5, -0.2, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    wall = quad((-0.5, -0.2, -0.5), (1.0, 0.0, 0.0), (0.0, 0.3, 0.0))
+    resident = resident_of([floor, wall], [grey(0.5)], sky=Sky((1.0, 2.0, 3.0)))
+    frame = Renderer(resident, SIZE, RenderSettings(**QUALITY)).render(CAMERA)
+    radiance = frame.radiance()
+    assert np.isfinite(radiance).all()
+    assert radiance[0, SIZE[0] // 2] == pytest.approx(np.array([1.0, 2.0, 3.0]) * radiance[0, SIZE[0] // 2, 0])
+    assert (radiance[-1] > 0.0).all()
+    assert frame.stats.skips["pixels without a surface"] > 0
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"sp_clusters": 1, "vpl_clusters": 1, "vpls": 1},
+        {"sp_clusters": 100_000, "vpl_clusters": 500, "vpls": 300},
+        {"fuzziness": 8, "bounces": 16},
+        {"bounces": 1},
+    ],
+)
+def test_extreme_counts_render(room: ResidentScene, settings: dict[str, int]) -> None:
+    frame = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **settings})).render(CAMERA)
+    assert np.isfinite(frame.radiance()).all()
+    assert frame.stats.counts["unassigned"] == 0
+
+
+def test_a_single_pixel_renders(room: ResidentScene) -> None:
+    frame = Renderer(room, (1, 1), RenderSettings(**QUALITY)).render(CAMERA)
+    assert frame.pixels().shape == (1, 1, 3)
+    assert np.isfinite(frame.radiance()).all()
+
+
+@pytest.mark.parametrize("size", [(0, 10), (10, 100_000)])
+def test_an_impossible_size_is_refused(room: ResidentScene, size: tuple[int, int]) -> None:
+    with pytest.raises(UserError, match="size"):
+        Renderer(room, size, RenderSettings())
+
+
+def test_renderers_of_a_scene_share_its_light_sets(room: ResidentScene) -> None:
+    reports: list[str] = []
+    settings = RenderSettings(**QUALITY, seed=99)
+    Renderer(room, SIZE, settings, lambda what, fraction: reports.append(what))
+    first = len(reports)
+    Renderer(room, (8, 8), settings, lambda what, fraction: reports.append(what))
+    assert first > 0
+    assert len(reports) == first

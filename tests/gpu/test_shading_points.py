@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+import warp as wp
+
+from gpu.device import allocate
+from gpu.gbuffer import GBuffer
+from gpu.shading_points import SampledPoints, ShadingPoints, z_order
+
+CPU = wp.get_device("cpu")
+
+
+def gbuffer_with(valid: np.ndarray) -> GBuffer:
+    """A G-buffer whose pixels have a surface where `valid`, each at its own index along x."""
+    gbuffer = allocate(GBuffer, valid.size, CPU)
+    gbuffer.face.assign(np.where(valid.ravel(), 0, -1).astype(np.int32))
+    positions = np.zeros((valid.size, 3), np.float32)
+    positions[:, 0] = np.arange(valid.size)
+    gbuffer.position.assign(positions)
+    gbuffer.spacing.assign(np.ones(valid.size, np.float32))
+    return gbuffer
+
+
+@pytest.mark.parametrize("size", [(1, 1), (7, 5), (64, 32)])
+def test_z_order_visits_every_pixel_once_in_compact_blocks(size: tuple[int, int]) -> None:
+    order = z_order(*size)
+    assert sorted(order) == list(range(size[0] * size[1]))
+    if size == (64, 32):
+        assert set(order[:4]) == {0, 1, 64, 65}
+
+
+def test_only_pixels_with_a_surface_are_listed() -> None:
+    valid = np.random.default_rng(0).uniform(size=(20, 30)) < 0.4
+    sps = ShadingPoints((30, 20), CPU)
+    sps.find(gbuffer_with(valid))
+    count = sps.count.numpy()[0]
+    assert count == valid.sum()
+    listed = sps.pixels.numpy()[:count]
+    assert set(listed) == set(np.flatnonzero(valid))
+    assert np.array_equal(listed, [pixel for pixel in z_order(30, 20) if valid.flat[pixel]])
+
+
+@pytest.mark.parametrize("listed", [0, 1, 10, 600])
+def test_samples_are_even_and_distinct(listed: int) -> None:
+    valid = np.arange(600).reshape(20, 30) < listed
+    gbuffer, sps, samples = gbuffer_with(valid), ShadingPoints((30, 20), CPU), SampledPoints(50, CPU)
+    sps.find(gbuffer)
+    samples.draw(sps, gbuffer, 25, 0)
+    count = samples.points.count.numpy()[0]
+    assert count == min(50, listed)
+    pixels = samples.pixels.numpy()[:count]
+    assert len(set(pixels)) == count
+    assert np.array_equal(samples.points.position.numpy()[:count, 0], pixels)
+    if listed == 600:
+        assert samples.points.spacing.numpy()[:count] == pytest.approx((600 / 25) ** 0.5)

@@ -1,0 +1,82 @@
+import numpy as np
+import pytest
+from scenes import slats
+
+from gpu.resident import ResidentScene
+from gpu.scene.types import Camera
+from gpu.settings import Weighting
+from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering
+from gpu.view import View
+
+
+def clustered(count: int, fuzziness: int, weighting: Weighting = Weighting.DISTANCE) -> tuple[SpClustering, View]:
+    """The slats' SPs in clusters."""
+    resident, camera, size = slats()
+    return clustering_of(resident, camera, size, count, fuzziness, weighting)
+
+
+def clustering_of(
+    resident: ResidentScene, camera: Camera, size: tuple[int, int], count: int, fuzziness: int, weighting: Weighting
+) -> tuple[SpClustering, View]:
+    view = View(resident, size, lambertian=True)
+    view.look(camera)
+    view.find_shading_points()
+    clustering = SpClustering(view.pixels, count, fuzziness, weighting, resident.device)
+    clustering.run(view.shading_points, view.gbuffer, 0)
+    return clustering, view
+
+
+@pytest.mark.parametrize(("count", "fuzziness"), [(1, 1), (1, 6), (60, 1), (60, 6), (400, 8), (100_000, 6)])
+def test_every_sp_has_used_clusters_whose_weights_add_up_to_one(count: int, fuzziness: int) -> None:
+    clustering, view = clustered(count, fuzziness)
+    sps = view.shading_points.count.numpy()[0]
+    cluster, weight = clustering.clusters.cluster.numpy()[:, :sps], clustering.clusters.weight.numpy()[:, :sps]
+    assert ((cluster >= 0) & (cluster < clustering.count)).all()
+    assert weight.sum(axis=0) == pytest.approx(1.0, abs=1e-5)
+    assert (weight >= 0.0).all()
+    used = clustering.clusters.used.numpy()
+    assert used[cluster[weight > 0.0]].all()
+    assert (clustering.need.numpy()[:sps] < int(UNASSIGNED_NEED)).all()
+
+
+def test_weights_fall_with_distance_or_are_equal() -> None:
+    clustering, view = clustered(200, 4)
+    sps = view.shading_points.count.numpy()[0]
+    weight = clustering.clusters.weight.numpy()[:, :sps]
+    assert (np.diff(weight, axis=0) <= 1e-6).all()  # the nearest cluster comes first
+    equal = clustered(200, 4, Weighting.AVERAGE)[0].clusters.weight.numpy()[:, :sps]
+    full = (equal > 0.0).all(axis=0)
+    assert full.mean() > 0.9
+    assert equal[:, full] == pytest.approx(0.25)
+
+
+def test_representatives_are_shading_points_of_their_own() -> None:
+    clustering, view = clustered(100, 6)
+    used = clustering.clusters.used.numpy().astype(bool)
+    positions = {tuple(p) for p in view.gbuffer.position.numpy()}
+    assert all(tuple(p) in positions for p in clustering.clusters.position.numpy()[used])
+
+
+def test_badly_served_sps_get_clusters_of_their_own() -> None:
+    clustering, _ = clustered(120, 6)
+    extra = clustering.clusters.used.numpy()[-int(120 * 0.25) :]
+    assert extra.sum() > 10
+
+
+def test_the_same_seed_gives_the_same_bits() -> None:
+    first, second = (clustered(150, 6)[0].clusters for _ in range(2))
+    assert first.cluster.numpy().tobytes() == second.cluster.numpy().tobytes()
+    assert first.weight.numpy().tobytes() == second.weight.numpy().tobytes()
+    assert first.order.numpy().tobytes() == second.order.numpy().tobytes()
+
+
+def test_a_view_of_nothing_has_no_clusters() -> None:
+    resident, camera, size = slats()
+    away = camera.to_world.copy()
+    away[:3, 3] = (0.0, 0.0, 50.0)
+    away[:3, 2] *= -1.0
+    away[:3, 0] *= -1.0
+    outside = Camera("away", away, camera.half_height)
+    clustering, view = clustering_of(resident, outside, size, 50, 6, Weighting.DISTANCE)
+    assert view.shading_points.count.numpy()[0] == 0
+    assert not clustering.clusters.used.numpy().any()

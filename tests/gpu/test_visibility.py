@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+import warp as wp
+from numpy.typing import NDArray
+from scenes import results, slats
+
+from gpu import visibility
+from gpu.lights import build_light_table
+from gpu.rays import connected_solid
+from gpu.resident import ResidentScene, SceneData
+from gpu.settings import Weighting
+from gpu.sp_clusters import SpClustering
+from gpu.view import View
+from gpu.visibility import Visibility
+from gpu.vpl import trace_vpls
+from gpu.vpl_clusters import VplClusters, cluster_vpls
+
+
+@wp.kernel
+def pair_kernel(first: int, scene: SceneData, p: wp.array[wp.vec3], p_normal: wp.array[wp.vec3], vpls: VplClusters,
+                seen: wp.array[int]) -> None:  # fmt: skip
+    """One thread a pair: the plain answer."""
+    pair = first + wp.tid()
+    sp = pair // vpls.count
+    vpl = pair % vpls.count
+    seen[pair] = int(connected_solid(scene, p[sp], p_normal[sp], vpls.position[vpl], vpls.normal[vpl]))
+
+
+@pytest.fixture(scope="module")
+def traced() -> tuple[ResidentScene, View, SpClustering, VplClusters]:
+    resident, camera, size = slats()
+    view = View(resident, size, lambertian=True)
+    view.look(camera)
+    view.find_shading_points()
+    clustering = SpClustering(view.pixels, 90, 6, Weighting.DISTANCE, resident.device)
+    clustering.run(view.shading_points, view.gbuffer, 0)
+    vpls = trace_vpls(resident, view.scene, build_light_table(resident), 3000, 3, 0)
+    return resident, view, clustering, cluster_vpls(resident, vpls, 77, 0)
+
+
+def bits_of(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> tuple[NDArray, Visibility]:
+    """What the stage says of each pair, (sp cluster, vpl cluster)."""
+    _, view, clustering, vpls = traced
+    stage = Visibility(clustering.count, vpls.count, view.device)
+    stage.trace(view.scene, clustering.clusters, vpls)
+    bytes_ = stage.words.numpy().astype("<u4").view(np.uint8)
+    return np.unpackbits(bytes_, axis=1, bitorder="little")[:, : vpls.count], stage
+
+
+def exact_bits(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:
+    """A ray for every pair."""
+    _, view, clustering, vpls = traced
+    clusters = clustering.clusters
+    pairs = clustering.count * vpls.count
+    seen = results(pair_kernel, pairs, [view.scene, clusters.position, clusters.geometric, vpls], wp.int32)
+    return seen.reshape(clustering.count, vpls.count) * clusters.used.numpy()[:, None]
+
+
+def facing(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:
+    """Whether each pair can exchange light by its normals: points of one plane cannot, though nothing is between."""
+    _, _, clustering, vpls = traced
+    way = vpls.position.numpy()[None] - clustering.clusters.position.numpy()[:, None]
+    here = (way * clustering.clusters.geometric.numpy()[:, None]).sum(axis=2)
+    return (here > 1e-5) & (-(way * vpls.normal.numpy()[None]).sum(axis=2) > 1e-5)
+
+
+def light(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:
+    """What each VPL cluster sends each representative if nothing is between them, up to a factor."""
+    _, _, clustering, vpls = traced
+    way = vpls.position.numpy()[None] - clustering.clusters.position.numpy()[:, None]
+    squared = (way**2).sum(axis=2)
+    here = np.maximum((way * clustering.clusters.geometric.numpy()[:, None]).sum(axis=2), 0.0)
+    there = np.maximum(-(way * vpls.normal.numpy()[None]).sum(axis=2), 0.0)
+    share = here * there / (squared * (np.pi * squared + vpls.area.numpy()) + 1e-12)
+    return share * vpls.flux.numpy().sum(axis=1)
+
+
+def test_most_answers_are_exact_and_those_shared_are_of_weak_pairs(
+    traced: tuple[ResidentScene, View, SpClustering, VplClusters],
+) -> None:
+    bits, stage = bits_of(traced)
+    exact = exact_bits(traced)
+    wrong = (bits != exact) & facing(traced)
+    assert (wrong * light(traced)).sum() < 0.06 * light(traced).sum()
+    assert wrong.any(axis=1).sum() > 0  # else nothing was shared, and this test is of nothing
+    rays, shared = stage.rays.numpy().sum(), stage.shared.numpy().sum()
+    assert 0 < rays < rays + shared < bits.size
+    assert wrong.sum() <= shared
+
+
+def test_without_sharing_every_answer_is_exact(
+    traced: tuple[ResidentScene, View, SpClustering, VplClusters], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A group of one has nobody to share with; the kernels read the constant when they are made.
+    monkeypatch.setattr(visibility, "GROUP", wp.constant(1))
+    _, view, clustering, vpls = traced
+    module = wp.get_module(visibility.__name__)
+    module.mark_modified()
+    visibility.visibility_kernel.cache_clear()
+    try:
+        bits, stage = bits_of((traced[0], view, clustering, vpls))
+    finally:
+        monkeypatch.undo()
+        module.mark_modified()
+        visibility.visibility_kernel.cache_clear()
+    pairs = facing(traced)
+    assert pairs.sum() > 1000
+    assert np.array_equal(bits[pairs], exact_bits(traced)[pairs])
+    assert stage.shared.numpy().sum() == 0
