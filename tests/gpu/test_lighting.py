@@ -1,0 +1,61 @@
+from dataclasses import replace
+
+import pytest
+from scenes import box, grey, resident_of
+
+from gpu.lighting import KEPT, Lighting, LightingChoice, lighting_of
+from gpu.resident import ResidentScene
+from gpu.scene.types import Light, LightKind, Material
+
+CHOICE = LightingChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
+
+
+def silent(what: str, fraction: float) -> None:
+    pass
+
+
+@pytest.fixture
+def resident() -> ResidentScene:
+    return resident_of(box(), [grey(0.5, emission=1.0)])
+
+
+def test_all_renderers_of_a_scene_share_its_lighting(resident: ResidentScene) -> None:
+    assert lighting_of(resident) is lighting_of(resident)
+    assert lighting_of(resident).table.count > 0
+
+
+def test_a_light_set_is_made_once_and_its_making_is_told(resident: ResidentScene) -> None:
+    lighting = Lighting(resident)
+    told: list[tuple[str, float]] = []
+    made = lighting.clusters(CHOICE, lambda what, fraction: told.append((what, fraction)))
+    assert 0 < made.count <= CHOICE.vpl_clusters
+    assert told[0][1] == 0.0
+    assert told[-1][1] == 1.0
+    told.clear()
+    assert lighting.clusters(replace(CHOICE), lambda what, fraction: told.append((what, fraction))) is made
+    assert told == []
+
+
+@pytest.mark.parametrize("change", [{"vpls": 500}, {"vpl_clusters": 20}, {"bounces": 3}, {"seed": 1}])
+def test_another_choice_is_another_set(resident: ResidentScene, change: dict[str, int]) -> None:
+    lighting = Lighting(resident)
+    one, other = lighting.clusters(CHOICE, silent), lighting.clusters(replace(CHOICE, **change), silent)
+    assert one is not other
+    assert one.position.numpy().tobytes() != other.position.numpy().tobytes()
+
+
+def test_unlit_surfaces_reflect_only_as_lambertian_ones() -> None:
+    bulb = Light("bulb", LightKind.POINT, (1.0, 1.0, 1.0))
+    lighting = Lighting(resident_of(box(), [Material(base_color=(0.5, 0.5, 0.5, 1.0), unlit=True)], lights=[bulb]))
+    assert lighting.clusters(CHOICE, silent).count > 0
+    assert lighting.clusters(replace(CHOICE, lambertian=False), silent).count == 0
+
+
+def test_few_sets_are_kept_and_the_longest_unused_goes_first(resident: ResidentScene) -> None:
+    lighting = Lighting(resident)
+    sets = [lighting.clusters(replace(CHOICE, seed=seed), silent) for seed in range(KEPT)]
+    assert lighting.clusters(CHOICE, silent) is sets[0]
+    lighting.clusters(replace(CHOICE, seed=KEPT), silent)
+    assert lighting.clusters(CHOICE, silent) is sets[0]
+    assert lighting.clusters(replace(CHOICE, seed=1), silent) is not sets[1]
+    assert lighting.clusters(replace(CHOICE, seed=3), silent) is sets[3]
