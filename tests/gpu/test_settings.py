@@ -1,0 +1,52 @@
+import pytest
+from pydantic import ValidationError
+
+from gpu.settings import Method, RenderSettings
+
+
+def test_defaults_leave_counts_to_the_device() -> None:
+    settings = RenderSettings()
+    assert settings.method is Method.FUZZY_VPL
+    assert settings.fuzziness == 6
+    assert settings.bounces == 4
+    assert settings.sp_clusters is settings.vpls is settings.vpl_clusters is settings.samples is None
+
+
+@pytest.mark.parametrize(
+    ("name", "good", "bad"),
+    [
+        ("sp_clusters", [1, 262_144], [0, 262_145, 1.5]),
+        ("vpls", [1, 4_194_304], [0, 4_194_305]),
+        ("vpl_clusters", [1, 65_536], [0, 65_537]),
+        ("fuzziness", [1, 8], [0, 9]),
+        ("bounces", [1, 16], [0, 17]),
+        ("samples", [1, 65_536], [0, 65_537]),
+        ("seed", [0, 2**31 - 1], [-1, 2**31]),
+        ("exposure", [1e-6, 1e12, None], [0.0, -1.0, 1e13, float("nan"), float("inf")]),
+        ("method", ["path", "exact-vpl"], ["raster"]),
+        ("component", ["full", "direct", "indirect"], ["caustics"]),
+        ("clustering", ["both", "sps", "vpls"], ["none"]),
+        ("weighting", ["distance", "average"], ["gauss"]),
+    ],
+)
+def test_limits_are_inclusive_and_enforced(name: str, good: list[object], bad: list[object]) -> None:
+    for value in good:
+        assert getattr(RenderSettings(**{name: value}), name) == value
+    for value in bad:
+        with pytest.raises(ValidationError, match=name):
+            RenderSettings(**{name: value})
+
+
+def test_unknown_fields_and_changes_are_refused() -> None:
+    with pytest.raises(ValidationError, match="spclusters"):
+        RenderSettings(spclusters=3)
+    with pytest.raises(ValidationError, match="frozen"):
+        RenderSettings().seed = 3
+
+
+def test_settings_tell_settings_apart() -> None:
+    assert len({RenderSettings(), RenderSettings(seed=0), RenderSettings(seed=1)}) == 2
+
+
+def test_every_field_says_what_it_is() -> None:
+    assert all(field.description for field in RenderSettings.model_fields.values())
