@@ -8,22 +8,12 @@ bits; a cluster that lost its members starts again at a random point; distances 
 import warp as wp
 
 from gpu.device import launch
-from gpu.grid import (
-    FAR_AWAY,
-    NORMAL_THRESHOLD,
-    Grid,
-    Representatives,
-    bucket_of,
-    cell_at,
-    cells_per_unit,
-    level_of,
-    separation,
-)
+from gpu.grid import FAR_AWAY, NORMAL_THRESHOLD, Grid, Representatives, level_of, separation
 from gpu.grouping import Groups
+from gpu.nearest import nearest_of_all, nearest_search
 from gpu.sampling import hashed
 
-# Farther than anything in unit space, even stretched: a like normal comes first, but no point is left out.
-OTHER_NORMAL = wp.constant(100.0)
+nearest = nearest_search(1)
 
 
 @wp.struct
@@ -39,30 +29,6 @@ class Points:
     weight: wp.array[float]
     spacing: wp.array[float]
     count: wp.array[int]
-
-
-@wp.func
-def nearest_cluster(clusters: Representatives, position: wp.vec3, normal: wp.vec3, level: int, threshold: float) -> int:
-    """The nearest representative in the 27 cells about `position` whose normal agrees, or −1."""
-    best = int(-1)
-    best_distance = float(FAR_AWAY)
-    scale = cells_per_unit(level)
-    centre = cell_at(position, scale)
-    for neighbour in range(27):
-        cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
-        bucket = bucket_of(cell, level, clusters.buckets)
-        for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
-            entry = clusters.entries[place]
-            cluster = entry // 3
-            candidate = clusters.position[cluster]
-            if clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell:
-                candidate_normal = clusters.normal[cluster]
-                if wp.dot(candidate_normal, normal) > threshold:
-                    distance = separation(position, normal, candidate, candidate_normal)
-                    if distance < best_distance or (distance == best_distance and cluster < best):
-                        best_distance = distance
-                        best = cluster
-    return best
 
 
 @wp.kernel
@@ -93,9 +59,9 @@ def assign_kernel(
     if point >= points.count[0]:
         return
     level = level_of(points.spacing[point])
-    found = nearest_cluster(clusters, points.position[point], points.normal[point], level, NORMAL_THRESHOLD)
-    if found >= 0:
-        keys[point] = found
+    found = nearest(clusters, points.position[point], points.normal[point], level, NORMAL_THRESHOLD)
+    if found.cluster[0] >= 0:
+        keys[point] = found.cluster[0]
 
 
 @wp.kernel
@@ -106,18 +72,9 @@ def exhaustive_assign_kernel(first: int, points: Points, clusters: Representativ
     keys[point] = cluster_count
     if point >= points.count[0]:
         return
-    position = points.position[point]
-    normal = points.normal[point]
-    best_distance = float(FAR_AWAY)
-    for cluster in range(cluster_count):
-        if clusters.spacing[cluster] > 0.0:
-            candidate_normal = clusters.normal[cluster]
-            distance = separation(position, normal, clusters.position[cluster], candidate_normal)
-            if wp.dot(candidate_normal, normal) <= NORMAL_THRESHOLD:
-                distance += OTHER_NORMAL
-            if distance < best_distance:
-                best_distance = distance
-                keys[point] = cluster
+    found = nearest_of_all(clusters, points.position[point], points.normal[point], NORMAL_THRESHOLD)
+    if found >= 0:
+        keys[point] = found
 
 
 @wp.kernel

@@ -13,18 +13,10 @@ from warp.utils import radix_sort_pairs
 
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
-from gpu.grid import (
-    FAR_AWAY,
-    NORMAL_THRESHOLD,
-    Representatives,
-    bucket_of,
-    cell_at,
-    cells_per_unit,
-    level_of,
-    separation,
-)
+from gpu.grid import NORMAL_THRESHOLD, Representatives, level_of
 from gpu.grouping import running_total
-from gpu.kmeans import OTHER_NORMAL, KMeans
+from gpu.kmeans import KMeans
+from gpu.nearest import nearest_of_all, nearest_search
 from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
@@ -132,62 +124,10 @@ def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.
     representatives.spacing[cluster] = gbuffer.spacing[pixel] * wp.sqrt(float(count)) * spacing_scale
 
 
-@wp.func
-def nearest_of_all(clusters: Representatives, position: wp.vec3, normal: wp.vec3) -> int:
-    """The nearest representative in use, one that faces the same way if there is any; −1 when none is in use."""
-    best = int(-1)
-    best_distance = float(FAR_AWAY)
-    for cluster in range(clusters.spacing.shape[0]):
-        if clusters.spacing[cluster] > 0.0:
-            candidate_normal = clusters.normal[cluster]
-            distance = separation(position, normal, clusters.position[cluster], candidate_normal)
-            if wp.dot(candidate_normal, normal) <= RELAXED_THRESHOLD:
-                distance += OTHER_NORMAL
-            if distance < best_distance:
-                best_distance = distance
-                best = cluster
-    return best
-
-
 @cache
 def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     """The kernel of Algorithm 2 for F = `fuzziness`; its weights are 1/distance (Eq. 10) or equal (Eq. 8)."""
-    distances: Any = wp.types.vector(length=fuzziness, dtype=float)
-    indices: Any = wp.types.vector(length=fuzziness, dtype=int)
-
-    @wp.struct
-    class Nearest:
-        distance: distances
-        cluster: indices
-
-    @wp.func
-    def search(clusters: Representatives, position: wp.vec3, normal: wp.vec3, level: int, threshold: float) -> Nearest:
-        nearest = Nearest()
-        for f in range(wp.static(fuzziness)):
-            nearest.distance[f] = FAR_AWAY
-            nearest.cluster[f] = -1
-        scale = cells_per_unit(level)
-        centre = cell_at(position, scale)
-        for neighbour in range(27):
-            cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
-            bucket = bucket_of(cell, level, clusters.buckets)
-            for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
-                entry = clusters.entries[place]
-                cluster = entry // 3
-                candidate = clusters.position[cluster]
-                if clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell:
-                    candidate_normal = clusters.normal[cluster]
-                    if wp.dot(candidate_normal, normal) > threshold:
-                        distance = separation(position, normal, candidate, candidate_normal)
-                        for f in range(wp.static(fuzziness)):
-                            if distance < nearest.distance[f]:
-                                held_distance = nearest.distance[f]
-                                held_cluster = nearest.cluster[f]
-                                nearest.distance[f] = distance
-                                nearest.cluster[f] = cluster
-                                distance = held_distance
-                                cluster = held_cluster
-        return nearest
+    search = nearest_search(fuzziness)
 
     @wp.kernel(module="unique")
     def kernel(
@@ -223,7 +163,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         need[sp] = UNSERVED_NEED
         if nearest.cluster[0] < 0 and only_needy:
             # Few SPs come here; any cluster is better than none, and they are the first to be refined.
-            nearest.cluster[0] = nearest_of_all(clusters, position, normal)
+            nearest.cluster[0] = nearest_of_all(clusters, position, normal, RELAXED_THRESHOLD)
             nearest.distance[0] = spacing
             if nearest.cluster[0] < 0:
                 need[sp] = UNASSIGNED_NEED
