@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
-from scenes import slats
+from scenes import grey, quad, resident_of, slats
 
+from gpu.camera import look_at
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.settings import Weighting
@@ -48,6 +49,46 @@ def test_weights_fall_with_distance_or_are_equal() -> None:
     full = (equal > 0.0).all(axis=0)
     assert full.mean() > 0.9
     assert equal[:, full] == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("weighting", list(Weighting))
+@pytest.mark.parametrize("fuzziness", [1, 4, 6])
+def test_on_a_plane_it_is_algorithm_2(fuzziness: int, weighting: Weighting) -> None:
+    plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5)])
+    above = Camera("plan", look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)).to_world, 0.5, orthographic=True)
+    clustering, view = clustering_of(plane, above, (40, 40), 80, fuzziness, weighting)
+    sps, clusters = view.shading_points.pixels.numpy(), clustering.clusters
+    own = np.flatnonzero(clusters.used.numpy()[:60])  # a quarter is kept back for SPs that these serve badly
+    positions = view.gbuffer.position.numpy()[sps].astype(np.float64)
+    distances = np.linalg.norm(positions[:, None] - clusters.position.numpy()[own][None], axis=2)
+    order = np.argsort(distances, axis=1)[:, :fuzziness]
+    nearest = np.take_along_axis(distances, order, axis=1)
+    spacing = 1.0 / 60**0.5
+    # The 27 cells about an SP hold all that is nearer than a cell, which is a quarter here.
+    sure = (nearest[:, -1] < 0.25) & (nearest[:, 0] < spacing)
+    assert sure.mean() > 0.9
+    weights = 1.0 / np.maximum(nearest, 1e-3 * spacing) if weighting is Weighting.DISTANCE else np.ones_like(nearest)
+    weights /= weights.sum(axis=1, keepdims=True)
+    assert np.allclose(clusters.weight.numpy().T[sure], weights[sure], rtol=1e-3)
+    taken = np.linalg.norm(positions[:, None] - clusters.position.numpy()[clusters.cluster.numpy().T], axis=2)
+    assert np.allclose(taken[sure], nearest[sure], atol=1e-6)
+
+
+def test_a_single_sp_is_a_cluster_of_its_own() -> None:
+    speck = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5)])
+    far = look_at((0.0, 0.0, 21.0), (0.3, 0.3, 0.0), yfov_degrees=45.0)
+    clustering, view = clustering_of(speck, far, (9, 9), 30, 6, Weighting.DISTANCE)
+    assert view.shading_points.count.numpy()[0] == 1
+    pixel = view.shading_points.pixels.numpy()[0]
+    cluster, weight = clustering.clusters.cluster.numpy()[:, 0], clustering.clusters.weight.numpy()[:, 0]
+    assert weight.tolist() == [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    assert np.array_equal(clustering.clusters.position.numpy()[cluster[0]], view.gbuffer.position.numpy()[pixel])
+    assert clustering.clusters.used.numpy().sum() == 1
+
+
+def test_order_lists_every_cluster_once() -> None:
+    clustering, _ = clustered(100, 6)
+    assert sorted(clustering.clusters.order.numpy()[: clustering.count]) == list(range(clustering.count))
 
 
 def test_representatives_are_shading_points_of_their_own() -> None:
