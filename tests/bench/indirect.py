@@ -89,6 +89,19 @@ def measure_scene(
     return row
 
 
+def markdown(rows: list[dict[str, Any]]) -> str:
+    """The rows as the README shows them."""
+    lines = ["| scene | stages | relMSE | MSE | energy | clustering MSE |", "|---|---|---|---|---|---|"]
+    for row in rows:
+        total, clustering = row["total"], row.get("clustering", {"mse": float("nan")})
+        width, height = row["size"]
+        lines.append(
+            f"| {row['scene']} {width}×{height} | {row['indirect_ms']:.1f} ms | {total['rel_mse']:.3f} | "
+            f"{total['mse']:.1e} | {total['energy']:.3f} | {clustering['mse']:.1e} |"
+        )
+    return "\n".join(lines)
+
+
 def main() -> None:
     """Measure the scenes named on the command line, or all, and write the results as JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -122,6 +135,7 @@ def main() -> None:
         rows.append(row)
     result = {"environment": environment(wp.get_preferred_device()), "settings": settings.model_dump(), "rows": rows}
     options.out.write_text(json.dumps(result, indent=1) + "\n")
+    print(markdown(rows))
 
 
 if __name__ == "__main__":
