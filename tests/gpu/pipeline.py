@@ -67,11 +67,11 @@ class Pipeline:
         """The fuzzy picture, (pixel, 3)."""
         return np.asarray(self.view.indirect.radiance.numpy(), np.float64)
 
-    def exact(self, end: int | None = None) -> Doubles:
-        """The picture with a ray to each VPL cluster below `end` from every SP, (pixel, 3)."""
+    def exact(self, begin: int = 0, end: int | None = None) -> Doubles:
+        """The picture with a ray to each of VPL clusters begin … end − 1 from every SP, (pixel, 3)."""
         out = allocate_indirect(self.view.pixels, wp.get_device("cpu"))
         end = self.lights.count if end is None else end
-        gather(self.view.scene, self.view.gbuffer, self.view.shading_points, self.lights, 0, end, out)
+        gather(self.view.scene, self.view.gbuffer, self.view.shading_points, self.lights, begin, end, out)
         return np.asarray(out.radiance.numpy(), np.float64)
 
 

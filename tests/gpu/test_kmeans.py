@@ -125,6 +125,7 @@ def test_representatives_are_members_nearest_their_means(exhaustive: bool) -> No
     for cluster in range(12):
         members = items[starts[cluster] : starts[cluster + 1]]
         assert medoids[cluster] in members
+        assert np.allclose(kmeans.grid.data.position.numpy()[cluster], positions[medoids[cluster]])
         # One more round would move the mean a little: the medoid is near it, far nearer than a random member.
         offsets = np.linalg.norm(positions[members] - positions[members].mean(axis=0), axis=1)
         assert np.linalg.norm(positions[medoids[cluster]] - positions[members].mean(axis=0)) <= np.median(offsets)

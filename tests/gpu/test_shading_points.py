@@ -39,6 +39,18 @@ def test_only_pixels_with_a_surface_are_listed() -> None:
     assert np.array_equal(listed, [pixel for pixel in z_order(30, 20) if valid.flat[pixel]])
 
 
+def test_samples_differ_by_seed() -> None:
+    gbuffer, sps = gbuffer_with(np.ones((20, 30), bool)), ShadingPoints((30, 20), CPU)
+    sps.find(gbuffer)
+    drawn = []
+    for seed in (0, 0, 1):
+        samples = SampledPoints(50, CPU)
+        samples.draw(sps, gbuffer, 25, seed)
+        drawn.append(samples.pixels.numpy())
+    assert np.array_equal(drawn[0], drawn[1])
+    assert (drawn[0] != drawn[2]).sum() > 25
+
+
 @pytest.mark.parametrize("listed", [0, 1, 10, 600])
 def test_samples_are_even_and_distinct(listed: int) -> None:
     valid = np.arange(600).reshape(20, 30) < listed

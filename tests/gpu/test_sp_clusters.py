@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scenes import grey, quad, resident_of, slats
+from scenes import box, grey, quad, resident_of, slats
 
 from gpu.camera import look_at
 from gpu.resident import ResidentScene
@@ -72,6 +72,17 @@ def test_on_a_plane_it_is_algorithm_2(fuzziness: int, weighting: Weighting) -> N
     assert np.allclose(clusters.weight.numpy().T[sure], weights[sure], rtol=1e-3)
     taken = np.linalg.norm(positions[:, None] - clusters.position.numpy()[clusters.cluster.numpy().T], axis=2)
     assert np.allclose(taken[sure], nearest[sure], atol=1e-6)
+
+
+def test_surfaces_that_meet_at_a_corner_share_no_clusters() -> None:
+    room = resident_of(box(), [grey(0.5)])
+    clustering, view = clustering_of(room, look_at((0.4, 0.4, 0.4), (-0.5, -0.5, -0.5), yfov_degrees=80.0), (40, 30),
+                                     200, 6, Weighting.DISTANCE)  # fmt: skip
+    normal = view.gbuffer.normal.numpy()[view.shading_points.pixels.numpy()]
+    members = clustering.clusters.geometric.numpy()[clustering.clusters.cluster.numpy()]
+    counts = (clustering.clusters.weight.numpy() > 0.0) & (clustering.need.numpy() == 0)
+    assert counts.mean() > 0.5
+    assert (normal[None] * members).sum(axis=2)[counts] == pytest.approx(1.0, abs=1e-5)
 
 
 def test_a_single_sp_is_a_cluster_of_its_own() -> None:

@@ -48,6 +48,18 @@ def test_disks_of_an_even_square_cover_its_area(resident: ResidentScene) -> None
     assert clusters.cone.numpy() == pytest.approx(1.0)
 
 
+def test_a_cone_holds_the_normals_of_all_members(resident: ResidentScene) -> None:
+    vpls = square_of_vpls(900)
+    tilt = np.random.default_rng(3).uniform(-0.2, 0.2, (900, 3)) + np.array([0.0, 1.0, 0.0])
+    vpls.normal = column(tilt / np.linalg.norm(tilt, axis=1, keepdims=True), wp.vec3)
+    clusters = cluster_vpls(resident, vpls, 12, 0)
+    starts, normals = clusters.starts.numpy(), clusters.members.normal.numpy()
+    for c in range(clusters.count):
+        cosines = normals[starts[c] : starts[c + 1]] @ clusters.normal.numpy()[c]
+        assert clusters.cone.numpy()[c] == pytest.approx(min(cosines.min(), 1.0), abs=1e-6)
+    assert clusters.cone.numpy().min() < 0.99
+
+
 def test_unclustered_vpls_share_their_clusters_disk(resident: ResidentScene) -> None:
     clusters = cluster_vpls(resident, square_of_vpls(900), 10, 0)
     singles = unclustered(resident, clusters)
