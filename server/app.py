@@ -104,6 +104,8 @@ def _announcer(engine: Engine, server: uvicorn.Server, url: str) -> Callable[[],
         activity = engine.activity
         if activity.state is EngineState.FAILED:
             server.should_exit = True
+        elif server.should_exit:
+            pass  # the worker goes because the service does
         elif activity.state is EngineState.READY and not announced:
             announced = True
             print(url, flush=True)

@@ -35,7 +35,12 @@ class Link:
         try:
             # stdout belongs to whoever started the service; a worker's words go to the log.
             process = await asyncio.create_subprocess_exec(
-                *command, str(theirs.fileno()), pass_fds=[theirs.fileno()], stdin=asyncio.subprocess.DEVNULL, stdout=2
+                *command,
+                str(theirs.fileno()),
+                pass_fds=[theirs.fileno()],
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=2,
+                start_new_session=True,
             )
         except OSError as error:
             ours.close()

@@ -37,7 +37,7 @@ def service(errors: Path, device: str = "") -> Iterator["subprocess.Popen[str]"]
     # importtime lists on stderr every module that the web process imports.
     command = [sys.executable, "-X", "importtime", "-c", PROGRAM, device]
     with errors.open("w") as stderr:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True)
         try:
             with process:
                 yield process
@@ -60,13 +60,13 @@ def test_it_prints_its_url_serves_without_warp_and_stops_in_seconds(tmp_path: Pa
             walker.pose(1)
             walker.frame()
             began = time.monotonic()
-            os.kill(process.pid, sign)
+            os.killpg(process.pid, sign)  # as a terminal and systemd do; the worker must not take it for a fault
             process.wait(20)
         assert time.monotonic() - began < 8.0
     imported = {line.split("|")[-1].strip() for line in errors.read_text().splitlines() if "import time:" in line}
     assert "server.stream" in imported
     assert not [name for name in imported if name.split(".")[0] == "warp"]
-    assert "Traceback" not in errors.read_text()
+    assert not re.search("Traceback|ERROR|again", errors.read_text())
 
 
 def test_a_start_that_fails_ends_the_service_with_the_reason(tmp_path: Path) -> None:
