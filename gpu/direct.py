@@ -83,15 +83,9 @@ def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
 
 
 @wp.func
-def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, first: int, samples: int,
-                 seed: int) -> wp.vec3:  # fmt: skip
-    """Radiance that `surface` reflects of direct light towards unit `view` [W/m²/sr].
-
-    The mean of `samples` estimates, numbers `first` and on of the sample sequences of `seed`.
-    """
+def hard_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3) -> wp.vec3:
+    """Radiance that `surface` reflects of the visited punctual lights towards unit `view` [W/m²/sr]: without noise."""
     light = wp.vec3(0.0, 0.0, 0.0)
-    if largest(surface.diffuse) == 0.0 and largest(surface.f0) == 0.0:
-        return light
     for number in range(table.visited_count):
         sample = punctual_sample(table.lights[number], surface.position)
         reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
@@ -99,7 +93,18 @@ def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp
             scene, surface.position, surface.geometric, sample.point, sample.normal
         ):
             light += reached
-    if table.sampled.count > 0:
+    return light
+
+
+@wp.func
+def soft_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, first: int, samples: int,
+               seed: int) -> wp.vec3:  # fmt: skip
+    """Radiance that `surface` reflects of all other lights, estimated [W/m²/sr].
+
+    The mean of `samples` estimates, numbers `first` and on of the sample sequences of `seed`.
+    """
+    light = wp.vec3(0.0, 0.0, 0.0)
+    if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or largest(surface.f0) > 0.0):
         glossy = largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
         for index in range(first, first + samples):
             estimate = resampled_light(scene, table, surface, view, index, seed, glossy)
@@ -109,36 +114,61 @@ def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp
     return light
 
 
+@wp.func
+def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
+    """What soft light is divided by while it is smoothed, so that textures stay sharp: an SP's whole reflectance."""
+    return wp.max(gbuffer.diffuse[pixel] + gbuffer.f0[pixel], wp.vec3(0.01, 0.01, 0.01))
+
+
 @wp.kernel
 def direct_light_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, width: int, samples: int,
-                        seed: int, out: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a pixel: what the camera sees of emitters and direct light. out: (pixel,) radiance [W/m²/sr].
+                        seed: int, out: wp.array[wp.vec3], soft: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: what the camera sees of emitters and hard light (out), and its SP's soft light (soft).
 
     Pixels take their samples from one sequence in the order of a space-filling curve, so that neighbours complement
     each other and the noise is blue (Ahmed and Wonka, Screen-Space Blue-Noise Diffusion, 2020).
     """
     pixel = first + wp.tid()
-    radiance = gbuffer.shown[pixel]
+    out[pixel] = gbuffer.shown[pixel]
+    soft[pixel] = wp.vec3(0.0, 0.0, 0.0)
+    if gbuffer.face[pixel] == NO_HIT:
+        return
+    surface = Surface()
+    surface.position = gbuffer.position[pixel]
+    surface.geometric = gbuffer.geometric[pixel]
+    surface.normal = gbuffer.normal[pixel]
+    surface.diffuse = gbuffer.diffuse[pixel]
+    surface.f0 = gbuffer.f0[pixel]
+    surface.roughness = gbuffer.roughness[pixel]
+    view = gbuffer.view[pixel]
+    out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], hard_light(scene, table, surface, view))
+    number = z_order(pixel % width, pixel // width) * samples
+    light = soft_light(scene, table, surface, view, number, samples, seed)
+    soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
+
+
+@wp.kernel
+def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: adds its soft light to what the camera sees."""
+    pixel = first + wp.tid()
     if gbuffer.face[pixel] != NO_HIT:
-        surface = Surface()
-        surface.position = gbuffer.position[pixel]
-        surface.geometric = gbuffer.geometric[pixel]
-        surface.normal = gbuffer.normal[pixel]
-        surface.diffuse = gbuffer.diffuse[pixel]
-        surface.f0 = gbuffer.f0[pixel]
-        surface.roughness = gbuffer.roughness[pixel]
-        number = z_order(pixel % width, pixel // width) * samples
-        light = direct_light(scene, table, surface, gbuffer.view[pixel], number, samples, seed)
-        radiance += wp.cw_mul(gbuffer.throughput[pixel], light)
-    out[pixel] = radiance
+        light = wp.cw_mul(soft[pixel], colour_of(gbuffer, pixel))
+        out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], light)
 
 
-def add_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
-                     size: tuple[int, int], samples: int, seed: int, out: wp.array) -> None:  # fmt: skip
-    """Write what the camera sees of emitters and direct light into `out`, (pixel,) vec3 of linear radiance [W/m²/sr].
+def trace_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
+                       size: tuple[int, int], samples: int, seed: int, out: wp.array,
+                       soft: wp.array) -> None:  # fmt: skip
+    """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
 
-    size: (width, height); samples: shadow rays a pixel towards lights with an extent.
+    out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
+    gpu.smooth and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights.
     """
     width, height = size
-    inputs = [scene, table, gbuffer, width, samples, seed, out]
+    inputs = [scene, table, gbuffer, width, samples, seed, out, soft]
     launch(direct_light_kernel, width * height, inputs, resident.device)
+
+
+def add_soft_light(gbuffer: GBuffer, soft: wp.array, out: wp.array) -> None:
+    """Add the light in `soft` to what the camera sees, `out`; both (pixel,)."""
+    launch(add_soft_kernel, len(out), [gbuffer, soft, out], out.device)

@@ -8,7 +8,7 @@ import warp as wp
 
 from gpu.brdf import largest
 from gpu.device import launch
-from gpu.direct import DIRECT_PAIRS, direct_light
+from gpu.direct import DIRECT_PAIRS, hard_light, soft_light
 from gpu.gbuffer import RAY_LENGTH, CameraData, camera_ray
 from gpu.light_samples import light_met, sample_light
 from gpu.lights import LightTable, sky_radiance
@@ -109,7 +109,8 @@ def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.arr
         surface = surface_at(scene, hit, ray.direction)
         if direct:
             total += surface.emission
-            total += direct_light(scene, table, surface, -ray.direction, index, 1, own_seed)
+            total += hard_light(scene, table, surface, -ray.direction)
+            total += soft_light(scene, table, surface, -ray.direction, index, 1, own_seed)
         if indirect and table.count > 0:
             total += indirect_light(scene, table, surface, bounces, index, own_seed)
     before = wp.vec3(0.0, 0.0, 0.0)

@@ -8,6 +8,7 @@ from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.shade import allocate_indirect
 from gpu.shading_points import ShadingPoints
+from gpu.smooth import Smoothing
 
 
 @wp.kernel
@@ -20,7 +21,7 @@ def add_kernel(first: int, term: wp.array[wp.vec3], total: wp.array[wp.vec3]) ->
 class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
-    `indirect` is the indirect light alone, for the methods that make it in stages of its own.
+    `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added.
     """
 
     def __init__(self, resident: ResidentScene, size: tuple[int, int], *, lambertian: bool) -> None:
@@ -30,6 +31,8 @@ class View:
         self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
+        self.soft = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
+        self.smoothing = Smoothing(size, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, self.device)
 

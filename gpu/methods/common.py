@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from gpu.direct import add_direct_light
+from gpu.direct import add_soft_light, trace_direct_light
 from gpu.lighting import LightingChoice, Progress
 from gpu.lights import LightTable
 from gpu.quality import Quality
@@ -35,9 +35,14 @@ def render_direct(view: View, settings: RenderSettings, quality: Quality, table:
     if settings.component is Component.INDIRECT:
         view.radiance.zero_()
         return
-    stages.run(
-        "direct",
-        lambda: add_direct_light(
-            view.resident, view.scene, table, view.gbuffer, view.size, quality.samples, settings.seed, view.radiance
-        ),
-    )
+    gbuffer, samples, seed = view.gbuffer, quality.samples, settings.seed
+
+    def direct() -> None:
+        trace_direct_light(
+            view.resident, view.scene, table, gbuffer, view.size, samples, seed, view.radiance, view.soft
+        )
+        if settings.smooth:
+            view.smoothing.run(gbuffer, view.soft)
+        add_soft_light(gbuffer, view.soft, view.radiance)
+
+    stages.run("direct", direct)

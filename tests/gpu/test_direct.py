@@ -8,7 +8,7 @@ from scenes import box, camera_of, grey, quad, rectangle_over, resident_of, resu
 from gpu.brdf import reflected
 from gpu.camera import look_at
 from gpu.device import allocate
-from gpu.direct import add_direct_light
+from gpu.direct import add_soft_light, trace_direct_light
 from gpu.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights import MAX_VISITED, build_light_table
 from gpu.resident import ResidentScene
@@ -26,7 +26,9 @@ def direct(resident: ResidentScene, camera: Camera, samples: int = 1, seed: int 
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], resident.device)
     trace_primary_rays(resident, scene, camera_of(resident, camera, SIZE), SIZE, gbuffer)
     out = wp.full(SIZE[0] * SIZE[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
-    add_direct_light(resident, scene, build_light_table(resident), gbuffer, SIZE, samples, seed, out)
+    soft = wp.zeros_like(out)
+    trace_direct_light(resident, scene, build_light_table(resident), gbuffer, SIZE, samples, seed, out, soft)
+    add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64).reshape(SIZE[1], SIZE[0], 3)
 
 

@@ -8,7 +8,7 @@ from scenes import box, camera_of, grey, quad, resident_of
 
 from gpu.camera import look_at
 from gpu.device import allocate
-from gpu.direct import add_direct_light
+from gpu.direct import add_soft_light, trace_direct_light
 from gpu.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights import build_light_table
 from gpu.path import trace_paths
@@ -81,7 +81,9 @@ def test_direct_light_is_that_of_the_other_methods() -> None:
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], resident.device)
     trace_primary_rays(resident, resident.data, camera_of(resident, INSIDE, SIZE), SIZE, gbuffer)
     out = wp.zeros(SIZE[0] * SIZE[1], dtype=wp.vec3, device="cpu")
-    add_direct_light(resident, resident.data, build_light_table(resident), gbuffer, SIZE, 64, 0, out)
+    soft = wp.zeros_like(out)
+    trace_direct_light(resident, resident.data, build_light_table(resident), gbuffer, SIZE, 64, 0, out, soft)
+    add_soft_light(gbuffer, soft, out)
     expected = out.numpy().reshape(SIZE[1], SIZE[0], 3)
     picture = paths(resident, component=Component.DIRECT, runs=(64,))
     assert np.allclose(picture, expected, rtol=0.05)

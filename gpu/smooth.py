@@ -1,0 +1,109 @@
+"""Soft light shared between neighbouring pixels of one surface: what removes the speckle of few samples a pixel.
+
+An edge-avoiding à-trous filter (H. Dammertz et al. 2010) over light that is divided by reflectance, guided by the noise
+around each pixel (C. Schied et al. 2017): where neighbours agree, as beside a sharp shadow, nothing is mixed.
+"""
+
+import warp as wp
+
+from gpu.device import launch
+from gpu.gbuffer import GBuffer
+from gpu.resident import NO_HIT
+from gpu.transfer import brightness
+
+STEPS = (1, 2, 4)
+# Pixels off the plane of a pixel's surface by this many of its spacings a step are of another surface.
+PLANE_TOLERANCE = wp.constant(1.0)
+NORMAL_POWER = wp.constant(16.0)
+# Light that differs by this many deviations is taken for other light, not for noise.
+LIGHT_TOLERANCE = wp.constant(3.0)
+
+
+@wp.func
+def kinship(gbuffer: GBuffer, p: int, q: int, step: int) -> float:
+    """Share that pixel `q`, `step` pixels away, has in pixel `p` by their surfaces: 0 for different ones."""
+    if gbuffer.face[q] == NO_HIT:
+        return 0.0
+    alike = wp.max(wp.dot(gbuffer.normal[p], gbuffer.normal[q]), 0.0)
+    off = wp.dot(gbuffer.geometric[p], gbuffer.position[q] - gbuffer.position[p])
+    limit = PLANE_TOLERANCE * gbuffer.spacing[p] * float(step)
+    return wp.pow(alike, NORMAL_POWER) * wp.exp(-(off * off) / (limit * limit + 1.0e-30))
+
+
+@wp.kernel
+def deviation_kernel(first: int, gbuffer: GBuffer, width: int, height: int, light: wp.array[wp.vec3],
+                     deviation: wp.array[float]) -> None:  # fmt: skip
+    """One thread a pixel: the standard deviation of the light of its surface in the 3×3 pixels around."""
+    pixel = first + wp.tid()
+    deviation[pixel] = 0.0
+    if gbuffer.face[pixel] == NO_HIT:
+        return
+    column = pixel % width
+    row = pixel // width
+    total = float(0.0)
+    mean = float(0.0)
+    square = float(0.0)
+    for neighbour in range(9):
+        x = column + neighbour % 3 - 1
+        y = row + neighbour // 3 - 1
+        if x >= 0 and x < width and y >= 0 and y < height:
+            other = y * width + x
+            weight = kinship(gbuffer, pixel, other, 1)
+            value = brightness(light[other])
+            total += weight
+            mean += weight * value
+            square += weight * value * value
+    mean = mean / wp.max(total, 1.0e-20)
+    deviation[pixel] = wp.sqrt(wp.max(square / wp.max(total, 1.0e-20) - mean * mean, 0.0))
+
+
+@wp.kernel
+def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: int, light: wp.array[wp.vec3],
+                  deviation: wp.array[float], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: its light mixed with that of the eight pixels `step` away, by 1/4, 1/2, 1/4 on each axis."""
+    pixel = first + wp.tid()
+    out[pixel] = light[pixel]
+    if gbuffer.face[pixel] == NO_HIT or deviation[pixel] == 0.0:
+        return
+    column = pixel % width
+    row = pixel // width
+    own = brightness(light[pixel])
+    tolerance = LIGHT_TOLERANCE * deviation[pixel]
+    total = float(4.0)
+    mixed = light[pixel] * 4.0
+    for neighbour in range(9):
+        dx = neighbour % 3 - 1
+        dy = neighbour // 3 - 1
+        x = column + dx * step
+        y = row + dy * step
+        if neighbour != 4 and x >= 0 and x < width and y >= 0 and y < height:
+            other = y * width + x
+            share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
+            weight = share * kinship(gbuffer, pixel, other, step)
+            weight *= wp.exp(-wp.abs(brightness(light[other]) - own) / tolerance)
+            total += weight
+            mixed += light[other] * weight
+    out[pixel] = mixed / total
+
+
+class Smoothing:
+    """Smooths light of an image of `size` (width, height); its arrays are allocated once."""
+
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
+        self.device, self._size = device, size
+        pixels = size[0] * size[1]
+        self._deviation = wp.zeros(pixels, dtype=float, device=device)
+        self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
+
+    def run(self, gbuffer: GBuffer, light: wp.array) -> None:
+        """Smooth `light` (pixel,), light per reflectance of the SPs in `gbuffer`, in place."""
+        width, height = self._size
+        pixels = width * height
+        launch(deviation_kernel, pixels, [gbuffer, width, height, light, self._deviation], self.device)
+        source, target = light, self._other
+        for step in STEPS:
+            inputs = [gbuffer, width, height, step, source, self._deviation, target]
+            launch(smooth_kernel, pixels, inputs, self.device)
+            source, target = target, source
+        if source is not light:
+            wp.copy(light, source)
