@@ -17,7 +17,7 @@ class Quality:
     samples: int
 
 
-ON_CUDA = Quality(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=4)
+ON_CUDA = Quality(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2)
 ON_CPU = Quality(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1)
 PATHS = 64
 
