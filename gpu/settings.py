@@ -54,4 +54,6 @@ class RenderSettings(BaseModel):
     smooth: bool = Field(True, description="share soft light between neighbouring pixels of one surface")
     seed: int = Field(0, ge=0, le=2**31 - 1, description="of all random numbers: same seed, same picture")
     lambertian: bool = Field(False, description="opaque Lambertian surfaces with geometric normals, as the references")
-    exposure: float | None = Field(None, gt=0.0, le=1e12, description="radiance to display; None chooses by itself")
+    exposure: float | None = Field(
+        None, gt=0.0, le=1e12, description="factor from radiance to display; left empty, chosen for each picture"
+    )
