@@ -21,5 +21,9 @@ class DeviceError(UserError):
     """The wanted compute device does not exist or cannot be used."""
 
 
+class OutOfMemoryError(UserError):
+    """The device has too little memory for what was asked; the message says what asks for less."""
+
+
 class ImageError(UserError):
     """An image cannot be read, written or compared."""

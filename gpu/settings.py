@@ -51,6 +51,9 @@ class RenderSettings(BaseModel):
     clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
     bounces: int = Field(4, ge=1, le=16, description="indirect bounces")
     samples: int | None = Field(None, ge=1, le=65_536, description="light samples a pixel; for path: paths a pixel")
+    frames: int | None = Field(
+        None, ge=1, le=4096, description="frames averaged when still, each with its own light paths and pixel positions"
+    )
     smooth: bool = Field(True, description="share soft light between neighbouring pixels of one surface")
     seed: int = Field(0, ge=0, le=2**31 - 1, description="of all random numbers: same seed, same picture")
     lambertian: bool = Field(False, description="opaque Lambertian surfaces with geometric normals, as the references")

@@ -56,7 +56,7 @@ class GpuBackend:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
         self._start = start
         self._device = choose_device(start.device)
-        self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "stream"), report)
+        self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
         self.leave(STILLS)
         return str(self._device)
 
@@ -82,7 +82,7 @@ class GpuBackend:
         linear = job.output in (".exr", ".npy")
         pixels, radiance = (None, frame.radiance()) if linear else (frame.pixels(), None)
         stats = frame.stats
-        return Picture(pixels, radiance, stats.stage_ms, stats.counts, stats.skips)
+        return Picture(1, None, 0.0, pixels, radiance, stats.stage_ms, stats.counts, stats.skips)
 
     def leave(self, viewer: int) -> None:
         """Free a viewer's renderer."""

@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from time import monotonic
 
-from gpu.errors import UserError
+from gpu.errors import OutOfMemoryError, UserError
 from server.link import Link, WorkerLostError
 from server.messages import (
     START_UP,
+    Cause,
     Done,
     Failed,
     Free,
@@ -63,6 +64,11 @@ class RenderFaultError(Exception):
     """A job failed by the program's fault."""
 
 
+_ERRORS: dict[Cause, type[Exception]] = {
+    Cause.USER: UserError,
+    Cause.MEMORY: OutOfMemoryError,
+    Cause.PROGRAM: RenderFaultError,
+}
 Reply = tuple[Done | Opened, bytes]
 
 
@@ -169,10 +175,14 @@ class Engine:
                         self._tell(Activity(self._activity.state, text, fraction))
                     case Free(request):
                         self._free(request)
-                    case Failed(request, text, users_fault):
-                        error = UserError(text) if users_fault else RenderFaultError(text)
+                    case Failed(request, text, cause):
+                        error = _ERRORS[cause](text)
                         if request == START_UP:
-                            raise error if users_fault else WorkerLostError(f"worker {link.pid} could not start")
+                            raise (
+                                error
+                                if cause is not Cause.PROGRAM
+                                else WorkerLostError(f"worker {link.pid} could not start")
+                            )
                         self._settle(request, error)
                     case Opened(request) | Done(request):
                         self._settle(request, (message, payload))

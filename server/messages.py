@@ -8,6 +8,7 @@ what it sends must not be able to run anything in the web process. Its cost, som
 import struct
 from asyncio import StreamReader
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Annotated, BinaryIO, Literal
 
 from pydantic import Field, TypeAdapter
@@ -17,9 +18,11 @@ from gpu.settings import RenderSettings
 from server.protocol import SceneInfo
 
 STILLS = 0  # the viewer number of renders that no viewer asked for; viewers count from 1
+HEARTBEAT = -1  # the viewer number of renders that only see whether the device still works
 START_UP = 0  # the request number of the start; requests count from 1
 
-Output = Literal["stream", ".png", ".jpg", ".exr", ".npy"]
+# "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed.
+Output = Literal["none", "jpeg", ".png", ".jpg", ".exr", ".npy"]
 Vector = tuple[float, float, float]
 
 
@@ -70,7 +73,6 @@ class Start:
     device: str | None = None
     max_scenes: int = 4
     scene_limits: SceneLimits = field(default_factory=SceneLimits)
-    jpeg_quality: int = 85
     kind: Literal["start"] = "start"
 
 
@@ -85,7 +87,11 @@ class OpenScene:
 
 @dataclass(frozen=True)
 class Render:
-    """Render one picture for a viewer (or for STILLS); answered by Free, then Done or Failed."""
+    """Render one picture for a viewer (or STILLS, HEARTBEAT); answered by Free, then Done or Failed.
+
+    sample: frames of this view that were averaged so far; 0 starts anew. If the worker does not have those, it starts
+    anew too, which Done.samples tells.
+    """
 
     viewer: int
     scene: SceneRef
@@ -93,6 +99,8 @@ class Render:
     size: tuple[int, int]
     settings: RenderSettings
     output: Output
+    sample: int = 0
+    quality: int = 85
     request: int = 0
     kind: Literal["render"] = "render"
 
@@ -105,8 +113,16 @@ class Leave:
     kind: Literal["leave"] = "leave"
 
 
+@dataclass(frozen=True)
+class CloseScene:
+    """Free a scene and all that was made for it. Not answered."""
+
+    scene: SceneRef
+    kind: Literal["close"] = "close"
+
+
 Job = OpenScene | Render
-ToWorker = Start | OpenScene | Render | Leave
+ToWorker = Start | OpenScene | Render | Leave | CloseScene
 
 # --- from the worker -------------------------------------------------------------------------------------------------
 
@@ -130,9 +146,15 @@ class Progress:
 
 @dataclass(frozen=True)
 class Free:
-    """The worker can take the next job; this one's answer may still be on its way (being encoded)."""
+    """The worker can take the next job; this one's answer may still be on its way (being encoded).
+
+    busy_ms: time that the job had the device; memory_used, memory_total: of the device [bytes], total 0 if unknown.
+    """
 
     request: int
+    busy_ms: float = 0.0
+    memory_used: int = 0
+    memory_total: int = 0
     kind: Literal["free"] = "free"
 
 
@@ -153,19 +175,28 @@ class Done:
     size: tuple[int, int]
     render_ms: float
     encode_ms: float
+    samples: int
     stage_ms: dict[str, float]
     counts: dict[str, int]
     skips: dict[str, int]
     kind: Literal["done"] = "done"
 
 
+class Cause(StrEnum):
+    """Whose fault a failure is: the user's, that of a device with too little memory, or the program's."""
+
+    USER = "user"
+    MEMORY = "memory"
+    PROGRAM = "program"
+
+
 @dataclass(frozen=True)
 class Failed:
-    """Answer to any request: the user's mistake, which the text explains, or the program's, which the log does."""
+    """Answer to any request; the text explains it to the user, unless the program is at fault: then the log does."""
 
     request: int
     text: str
-    users_fault: bool
+    cause: Cause
     kind: Literal["failed"] = "failed"
 
 

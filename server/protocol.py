@@ -5,37 +5,42 @@ server to the viewer only: one frame each. All matrices are 16 numbers, column a
 world; cameras look along −Z with +Y up; lengths are the scene's own units, angles radians.
 
 A session
-    viewer  hello {protocol, size, scene?, settings?}
-    server  welcome {viewer, scenes, settings_schema, stages, limits}     at once
-            status {state, text, fraction}                                while the scene is read and built
-            scene {id, name, cameras, bounds, ...}                        when it is known; again after each change
+    viewer  hello {protocol, size, scene?, settings?, stream?, codecs?}
+    server  welcome {viewer, scenes, settings_schema, stages, codecs, limits}     at once
+            status {state, text, fraction}                   while the scene is read and built
+            scene {id, name, cameras, bounds, ...}           when it is known; again after each change
     viewer  pose {id, matrix, yfov}
                 as often as it likes; only the newest counts. There is no frame before the first pose.
     server  <frame>
-                for the newest pose; nothing while neither pose nor settings change.
-    viewer  ack {frame}
-                for each frame that it has shown or thrown away; it covers all older ones too. At most `limits.window`
-                frames are unacknowledged: then the server waits.
-    viewer  settings {id, scene?, size?, settings?}
-                what is left out stays as it is; `settings` is replaced as a whole (what it leaves out gets its
-                default). The newest pose is rendered again. After a change of scene the server waits for a new pose.
+                for the newest pose: small ones while the pose changes, one of the wanted size when it rests, then ever
+                sharper ones of that view until one is final; then nothing, until something changes.
+    viewer  ack {frame, age_ms?, decode_ms?}
+                for each frame that it has shown or thrown away; it covers all older ones too. Only a few frames are
+                unacknowledged, at first `limits.window`, more on a long way: then the server waits. A viewer that
+                acknowledges nothing for long is closed. age_ms: from the sending of the frame's pose until the
+                picture was shown, for the first frame of a pose; decode_ms: what decoding took of that.
+    viewer  settings {id, scene?, size?, settings?, stream?}
+                what is left out stays as it is; `settings` and `stream` are replaced as a whole (what they leave out
+                gets its default). The newest pose is rendered again. After a change of scene the server waits for a
+                new pose.
     server  error {code, message}
                 a message was refused or a render failed; the session goes on without what was asked for. The codes
                 are `ErrorCode`. After a failed render the next one comes with the next settings message.
 
 `status.state` is "loading" (text and fraction say what), "ready" (a frame comes when a pose does) or "recovering" (the
-renderer died and is started again: the socket stays, the newest pose is rendered as soon as it is back). Pose ids and
-settings ids are the viewer's, from 1, increasing; frame ids are the server's, from 1, increasing, and frames are sent
-in that order. A frame names the newest pose and the newest settings that it was rendered with.
+renderer died and is started again: the socket stays, the newest pose is rendered as soon as it is back) or "stopping"
+(the service ends: the socket is about to be closed with 1012). Pose ids and settings ids are the viewer's, from 1,
+increasing; frame ids are the server's, from 1, increasing, and frames are sent in that order. A frame names the newest
+pose and the newest settings that it was rendered with.
 
 The server closes with 1002 (no valid hello first), 1008 (refused by policy), 1009 (message too big), 1012 (server
 stops) or 1013 (too many viewers: try again later). The page reconnects with backoff after all but 1002, 1008 and 1009.
 
-A frame, little-endian, 64 bytes and then the image
+A frame, little-endian, 72 bytes and then the image
     offset  type      field
     0       u8        version of this layout: 1
-    1       u8        codec: 1 = JPEG
-    2       u16       header length in bytes, where the image starts (64 now; longer later)
+    1       u8        codec: 1 = JPEG, 2 = PNG
+    2       u16       header length in bytes, where the image starts (72 now; longer later)
     4       u16       width [px]
     6       u16       height [px]
     8       u32       pose id
@@ -45,6 +50,11 @@ A frame, little-endian, 64 bytes and then the image
     24      f32       render [ms]: wall time of all stages
     28      f32       encode [ms]
     32      f32 × 8   stages [ms], named by `welcome.stages` in this order (`STAGES` below); the last one is all others
+    64      u8        phase: 0 = moving, 1 = still, 2 = final: nothing follows before something changes
+    65      u8        quality of the image, 1 to 100; 100 = lossless
+    66      u16       0
+    68      u16       frames averaged in the image
+    70      u16       frames that the final image will average
 """
 
 import struct
@@ -80,14 +90,35 @@ class Message(BaseModel):
 # --- viewer to server ------------------------------------------------------------------------------------------------
 
 
+class Codec(IntEnum):
+    """How a frame's image is encoded."""
+
+    JPEG = 1
+    PNG = 2
+
+
+CodecName = Literal["jpeg", "png"]
+
+
+class Stream(Message):
+    """How a viewer wants its frames sent."""
+
+    motion_scale: float | None = Field(
+        None, ge=0.125, le=1.0, description="side of frames while moving, as a share of `size`; None: by speed"
+    )
+    lossless: bool = Field(False, description="the final frame of a still view is lossless, if the viewer takes png")
+
+
 class Hello(Message):
     """The first message of a viewer."""
 
     type: Literal["hello"]
     protocol: Literal[1]
-    size: Size = Field(description="of the frames, width and height [px]")
+    size: Size = Field(description="of frames that do not move, width and height [px]")
     scene: SceneId | None = Field(None, description="scene id; None is the served scene")
     settings: RenderSettings = RenderSettings()
+    stream: Stream = Stream()
+    codecs: tuple[str, ...] = Field(("jpeg",), max_length=16, description="that the viewer decodes, the best first")
 
 
 class Pose(Message):
@@ -113,6 +144,7 @@ class Settings(Message):
     scene: SceneId | None = None
     size: Size | None = None
     settings: RenderSettings | None = None
+    stream: Stream | None = None
 
 
 class Ack(Message):
@@ -120,6 +152,8 @@ class Ack(Message):
 
     type: Literal["ack"]
     frame: Id
+    age_ms: Annotated[float, Field(ge=0.0, le=3.6e6)] | None = None
+    decode_ms: Annotated[float, Field(ge=0.0, le=3.6e6)] | None = None
 
 
 ViewerMessage = Annotated[Hello | Pose | Settings | Ack, Field(discriminator="type")]
@@ -145,6 +179,7 @@ class State(StrEnum):
     LOADING = "loading"
     READY = "ready"
     RECOVERING = "recovering"
+    STOPPING = "stopping"
 
 
 class SceneName(Message):
@@ -190,7 +225,7 @@ class Limits(Message):
 
     max_pixels: int = Field(description="width × height of a streamed frame")
     max_side: int = MAX_SIDE
-    window: int = Field(WINDOW, description="frames that may be unacknowledged")
+    window: int = Field(WINDOW, description="frames that may be unacknowledged at first")
     max_message_bytes: int
 
 
@@ -203,6 +238,7 @@ class Welcome(Message):
     scenes: tuple[SceneName, ...]
     settings_schema: dict[str, Any] = Field(description="JSON schema of `settings`")
     stages: tuple[str, ...] = STAGES
+    codecs: tuple[CodecName, ...] = Field(description="that frames will come in, the usual one first")
     limits: Limits
 
 
@@ -226,13 +262,16 @@ class Error(Message):
 # --- frames ----------------------------------------------------------------------------------------------------------
 
 
-class Codec(IntEnum):
-    """How a frame's image is encoded."""
+class Phase(IntEnum):
+    """What a frame shows: a pose on the move, a still view that gets sharper, or one that is as sharp as it gets."""
 
-    JPEG = 1
+    MOVING = 0
+    STILL = 1
+    FINAL = 2
 
 
-_header = struct.Struct("<BBHHHIIIfff8f")
+LOSSLESS = 100
+_header = struct.Struct("<BBHHHIIIfff8fBBHHH")
 HEADER_VERSION = 1
 HEADER_BYTES = _header.size
 
@@ -251,13 +290,18 @@ class FrameHeader:
     encode_ms: float
     stages: tuple[float, ...]
     codec: Codec = Codec.JPEG
+    phase: Phase = Phase.MOVING
+    quality: int = LOSSLESS
+    samples: int = 1
+    target_samples: int = 1
 
     def pack(self) -> bytes:
-        """The 64 bytes that go before the image."""
+        """The 72 bytes that go before the image."""
         return _header.pack(
             *(HEADER_VERSION, self.codec, HEADER_BYTES, self.width, self.height),
             *(self.pose, self.frame, self.settings),
             *(self.queue_ms, self.render_ms, self.encode_ms, *self.stages),
+            *(self.phase, self.quality, 0, self.samples, self.target_samples),
         )
 
 
@@ -265,8 +309,12 @@ def unpack_frame(message: bytes) -> tuple[FrameHeader, bytes]:
     """Header and image of a binary message; UserError when it is not a frame of this version."""
     if len(message) < HEADER_BYTES or message[0] != HEADER_VERSION:
         raise UserError(f"not a frame of protocol {PROTOCOL}: {len(message)} bytes starting with {message[:4].hex()}")
-    _, codec, start, width, height, pose, frame, settings, queue, render, encode, *stages = _header.unpack_from(message)
-    header = FrameHeader(width, height, pose, frame, settings, queue, render, encode, tuple(stages), Codec(codec))
+    _, codec, start, width, height, pose, frame, settings, queue, render, encode, *rest = _header.unpack_from(message)
+    *stages, phase, quality, _, samples, target_samples = rest
+    header = FrameHeader(
+        *(width, height, pose, frame, settings, queue, render, encode, tuple(stages)),
+        *(Codec(codec), Phase(phase), quality, samples, target_samples),
+    )
     return header, message[start:]
 
 

@@ -46,7 +46,6 @@ def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:
         device=settings.device,
         max_scenes=settings.max_scenes,
         scene_limits=settings.scene_limits,
-        jpeg_quality=settings.jpeg_quality,
     )
 
 

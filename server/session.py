@@ -90,7 +90,7 @@ class Session:
         waited = 1e3 * (self._now() - self._changed_at)
         order = Order(self._last_frame, self._pose.id, self._settings_id, waited)
         view = Placed(self._pose.matrix, self._pose.yfov)
-        return order, Render(self.viewer, self.scene, view, self._size, self._settings, "stream")
+        return order, Render(self.viewer, self.scene, view, self._size, self._settings, "jpeg")
 
     def delivered(self) -> None:
         """A frame was rendered."""

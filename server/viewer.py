@@ -81,6 +81,7 @@ class Viewer:
             viewer=self._session.viewer,
             scenes=self._service.catalogue.names(),
             settings_schema=RenderSettings.model_json_schema(),
+            codecs=("jpeg",),
             limits=Limits(max_pixels=limits.max_stream_pixels, max_message_bytes=limits.max_message_bytes),
         )
 

@@ -19,10 +19,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gpu.errors import UserError
+from gpu.errors import OutOfMemoryError, UserError
 from server.encode import encode
 from server.messages import (
     START_UP,
+    Cause,
     Done,
     Failed,
     Free,
@@ -55,9 +56,13 @@ log = logging.getLogger("lumenwalk.worker")
 class Picture:
     """A rendered picture on the host, no longer shared with the renderer, and its statistics.
 
-    pixels: (height, width, 3) uint8 sRGB; radiance: (height, width, 3) float32 linear; the one not asked for is None.
+    samples: frames averaged in it; image: encoded on the device already, in encode_ms; else None. pixels: (height,
+    width, 3) uint8 sRGB; radiance: (height, width, 3) float32 linear; None where not asked for.
     """
 
+    samples: int
+    image: bytes | None
+    encode_ms: float
     pixels: NDArray[np.uint8] | None
     radiance: NDArray[np.float32] | None
     stage_ms: dict[str, float]
@@ -93,7 +98,6 @@ class Worker:
         self._sending = Lock()
         self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
         self._encoders = ThreadPoolExecutor(min(8, os.cpu_count() or 1), thread_name_prefix="encode")
-        self._quality = 0
 
     def run(self) -> int:
         """Serve until the web process is gone, which ends this process; returns the exit status of a failed start."""
@@ -101,7 +105,6 @@ class Worker:
         start = self._inbox.get()
         if not isinstance(start, Start):
             raise TypeError(f"expected Start first, got {start}")
-        self._quality = start.jpeg_quality
         try:
             self._send(Ready(self._backend.start(start, self._reporter(quiet_seconds=0.0))))
         except Exception as error:
@@ -145,10 +148,12 @@ class Worker:
     def _finish(self, job: Render, picture: Picture, render_ms: float) -> None:
         try:
             began = perf_counter()
-            image = encode(picture.pixels, picture.radiance, job.output, self._quality)
-            encode_ms = 1e3 * (perf_counter() - began)
+            image = picture.image
+            if image is None:
+                image = encode(picture.pixels, picture.radiance, job.output, job.quality)
+            encode_ms = picture.encode_ms + 1e3 * (perf_counter() - began)
             stats = (picture.stage_ms, picture.counts, picture.skips)
-            self._send(Done(job.request, job.size, render_ms, encode_ms, *stats), image)
+            self._send(Done(job.request, job.size, render_ms, encode_ms, picture.samples, *stats), image)
         except Exception as error:
             self._fail(job.request, error)
 
@@ -156,7 +161,9 @@ class Worker:
         users_fault = isinstance(error, UserError)
         if not users_fault:
             log.error("request %d failed", request, exc_info=error)
-        self._send(Failed(request, str(error) if users_fault else INTERNAL, users_fault))
+        memory = isinstance(error, OutOfMemoryError)
+        cause = Cause.MEMORY if memory else Cause.USER if users_fault else Cause.PROGRAM
+        self._send(Failed(request, str(error) if users_fault else INTERNAL, cause))
 
     def _reporter(self, quiet_seconds: float) -> Report:
         due = monotonic() + quiet_seconds

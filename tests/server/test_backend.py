@@ -32,7 +32,7 @@ def job(
     view: View = SceneCamera(0),  # noqa: B008
     size: tuple[int, int] = (32, 18),
     settings: RenderSettings = SETTINGS,
-    output: Output = "stream",
+    output: Output = "jpeg",
 ) -> Render:
     return Render(viewer, scene, view, size, settings, output)
 

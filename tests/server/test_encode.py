@@ -13,7 +13,7 @@ PIXELS = (255 * RAMP).astype(np.uint8)
 
 
 def test_a_streamed_frame_is_a_jpeg_of_the_wanted_quality() -> None:
-    low, high = (encode(PIXELS, None, "stream", quality) for quality in (30, 95))
+    low, high = (encode(PIXELS, None, "jpeg", quality) for quality in (30, 95))
     assert len(low) < len(high)
     assert simplejpeg.decode_jpeg_header(high)[:2] == (32, 48)
     assert np.abs(simplejpeg.decode_jpeg(high).astype(int) - PIXELS).mean() < 3.0
@@ -29,5 +29,5 @@ def test_linear_stills_keep_every_bit() -> None:
 
 
 def test_a_view_with_strides_is_encoded_as_it_looks() -> None:
-    flipped = encode(PIXELS[::-1, :, ::-1], None, "stream", 95)
-    assert flipped == encode(np.ascontiguousarray(PIXELS[::-1, :, ::-1]), None, "stream", 95)
+    flipped = encode(PIXELS[::-1, :, ::-1], None, "jpeg", 95)
+    assert flipped == encode(np.ascontiguousarray(PIXELS[::-1, :, ::-1]), None, "jpeg", 95)

@@ -18,7 +18,7 @@ SCENE = SceneRef("cornell-box", "cornell-box")
 
 
 def job(viewer: int = 0, seed: int = 0) -> Render:
-    return Render(viewer, SCENE, SceneCamera(0), (8, 8), RenderSettings(seed=seed), "stream")
+    return Render(viewer, SCENE, SceneCamera(0), (8, 8), RenderSettings(seed=seed), "jpeg")
 
 
 @asynccontextmanager

@@ -5,6 +5,7 @@ from pydantic import ValidationError
 
 from gpu.settings import Method, RenderSettings
 from server.messages import (
+    Cause,
     Done,
     Failed,
     FromWorker,
@@ -33,12 +34,12 @@ SCENE = SceneRef("hall.glb", "/somewhere/hall.glb", 12)
     ],
 )
 def test_a_render_crosses_the_border_as_it_is(view: View) -> None:
-    job = Render(3, SCENE, view, (64, 36), RenderSettings(method=Method.PATH, samples=9), "stream", request=5)
+    job = Render(3, SCENE, view, (64, 36), RenderSettings(method=Method.PATH, samples=9), "jpeg", request=5)
     assert read(io.BytesIO(pack(job))) == (job, b"")
 
 
 @pytest.mark.parametrize(
-    "message", [Start(SCENE), Failed(1, "bad", True), Done(2, (1, 2), 3.0, 4.0, {"a": 1.0}, {}, {})]
+    "message", [Start(SCENE), Failed(1, "bad", Cause.USER), Done(2, (1, 2), 3.0, 4.0, 1, {"a": 1.0}, {}, {})]
 )
 def test_messages_and_bytes_follow_each_other(message: ToWorker | FromWorker) -> None:
     pipe = io.BytesIO(pack(message, b"\x00\xff") + pack(message))

@@ -23,7 +23,7 @@ def test_a_header_survives_the_wire_and_keeps_the_image_aligned() -> None:
     header = FrameHeader(640, 360, 7, 2**32 - 1, 3, 0.5, 12.25, 1.5, (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5))
     message = header.pack() + b"image"
     assert unpack_frame(message) == (header, b"image")
-    assert HEADER_BYTES == 64
+    assert HEADER_BYTES == 72
 
 
 def test_the_header_has_the_documented_layout() -> None:

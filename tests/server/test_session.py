@@ -43,7 +43,7 @@ def test_the_newest_pose_is_rendered_once(session: Session) -> None:
         session.pose(pose(number))
     order, job = take(session)
     assert (order.frame, order.pose) == (1, 3)
-    assert job == Render(7, HALL, Placed(pose(3).matrix, 1.0), (64, 36), RenderSettings(), "stream")
+    assert job == Render(7, HALL, Placed(pose(3).matrix, 1.0), (64, 36), RenderSettings(), "jpeg")
     assert not session.due
     assert session.take() is None
 

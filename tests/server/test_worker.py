@@ -11,6 +11,7 @@ from harness import GRADIENT_WORKER
 
 from gpu.settings import RenderSettings
 from server.messages import (
+    Cause,
     Done,
     Failed,
     Free,
@@ -76,8 +77,8 @@ def pipe() -> Iterator[Pipe]:
         yield pipe
 
 
-def render(request: int, output: Output = "stream", seed: int = 0) -> Render:
-    return Render(1, SCENE, SceneCamera(0), (16, 8), RenderSettings(seed=seed), output, request)
+def render(request: int, output: Output = "jpeg", seed: int = 0) -> Render:
+    return Render(1, SCENE, SceneCamera(0), (16, 8), RenderSettings(seed=seed), output, request=request)
 
 
 def test_a_render_is_answered_with_its_image(pipe: Pipe) -> None:
@@ -104,13 +105,13 @@ def test_a_scene_is_opened(pipe: Pipe) -> None:
 
 def test_a_mistake_is_answered_with_its_text(pipe: Pipe) -> None:
     pipe.send(render(4, seed=WRONG_SEED))
-    assert pipe.read(Failed)[0] == Failed(4, "settings.seed: is the wrong one", users_fault=True)
+    assert pipe.read(Failed)[0] == Failed(4, "settings.seed: is the wrong one", Cause.USER)
 
 
 def test_a_start_that_fails_is_said_and_ends_the_worker() -> None:
     with worker() as (pipe, process):
         pipe.send(Start(SCENE, device="none"))
-        assert pipe.read(Failed)[0] == Failed(0, "no device 'none' here", users_fault=True)
+        assert pipe.read(Failed)[0] == Failed(0, "no device 'none' here", Cause.USER)
         assert process.wait(10) == 0
 
 
