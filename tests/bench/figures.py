@@ -1,0 +1,118 @@
+"""What measurements say once they are made: spreads, slopes, equal error, flicker, and errors told apart. Pure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Images = Sequence[ArrayLike]
+
+
+def spread(values: ArrayLike) -> dict[str, float]:
+    """Median, 5th and 95th percentile."""
+    p5, median, p95 = np.percentile(values, (5, 50, 95))
+    return {"median": float(median), "p5": float(p5), "p95": float(p95)}
+
+
+def slope(xs: ArrayLike, ys: ArrayLike) -> float:
+    """The power p of y ∝ xᵖ: the least-squares line's slope in logarithms. NaN with fewer than two different x."""
+    x, y = np.log(np.asarray(xs, np.float64)), np.log(np.asarray(ys, np.float64))
+    if len(np.unique(x)) < 2:
+        return float("nan")
+    return float(np.polyfit(x, y, 1)[0])
+
+
+def time_to_equal_error(times: ArrayLike, errors: ArrayLike, wanted: float) -> float | None:
+    """When a method that takes `times` for `errors` reaches the error `wanted`; None beyond what was measured.
+
+    Between measurements error is a power of time, as it is for sampling.
+    """
+    time, error = np.asarray(times, np.float64), np.asarray(errors, np.float64)
+    order = np.argsort(time)
+    time, error = np.log(time[order]), np.log(error[order])
+    goal = np.log(wanted)
+    for now in range(1, len(time)):
+        before, after = error[now - 1], error[now]
+        if after <= goal <= before:
+            share = (before - goal) / (before - after) if before > after else 0.0
+            return float(np.exp(time[now - 1] + share * (time[now] - time[now - 1])))
+    return None
+
+
+def front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Those of the (time, error) points that no other is both faster and better than, by time."""
+    best: list[tuple[float, float]] = []
+    for time, error in sorted(points):
+        if not best or error < best[-1][1]:
+            best.append((time, error))
+    return best
+
+
+@dataclass(frozen=True)
+class Flicker:
+    """How a walk's frames change, as a share of the reference's mean radiance.
+
+    change, reference_change: mean absolute difference of consecutive frames, of the render and of the reference;
+    flicker: what the render's is beyond the reference's; error_change: mean absolute change of render − reference,
+    which a render that changes as much as it should, but elsewhere, does not escape.
+    """
+
+    change: float
+    reference_change: float
+    flicker: float
+    error_change: float
+
+
+def flicker(renders: Images, references: Images) -> Flicker:
+    """Compare consecutive frames of a walk with those of its reference; both (frame, height, width, 3)."""
+    x, r = np.asarray(renders, np.float64), np.asarray(references, np.float64)
+    if x.shape != r.shape or len(x) < 2:
+        raise ValueError(f"flicker needs two walks of at least two frames, got {x.shape} and {r.shape}")
+    mean = float(r.mean())
+    change, own = (float(np.abs(np.diff(frames, axis=0)).mean()) / mean for frames in (x, r))
+    error_change = float(np.abs(np.diff(x - r, axis=0)).mean()) / mean
+    return Flicker(change, own, change - own, error_change)
+
+
+@dataclass(frozen=True)
+class ErrorParts:
+    """relMSE of one clustered render, told apart; the first five add up to `total`.
+
+    vpl_bias: what VPLs get wrong however many sets are averaged (disks, lost near field); vpl_noise: what one set of
+    VPLs differs from their mean; clustering_bias, clustering_noise: likewise what clustering adds to that; cross: what
+    the two share, negative where clustering happens to make up for the VPLs. reference_noise is the reference's own,
+    which vpl_bias is free of when it is known.
+    """
+
+    vpl_bias: float
+    vpl_noise: float
+    clustering_bias: float
+    clustering_noise: float
+    cross: float
+    total: float
+    reference_noise: float
+
+
+def tell_apart(clustered: Images, exact: Images, reference: ArrayLike, reference_noise: float = 0.0) -> ErrorParts:
+    """Split the relMSE of `clustered` renders, whose VPLs `exact` renders use unclustered, one pair a seed.
+
+    With weights 1 / (r² + 0.01·mean(r)²), the mean square of n renders' error is that of their mean plus their variance;
+    the mean's own square holds 1/n of the variance, which is taken out.
+    """
+    f, e, r = (np.asarray(images, np.float64) for images in (clustered, exact, reference))
+    if len(f) < 2 or f.shape != e.shape:
+        raise ValueError(f"errors are told apart by pairs of renders of at least two seeds, got {f.shape}, {e.shape}")
+    weight = 1.0 / (r**2 + 0.01 * np.mean(r) ** 2)
+    vpl_bias, vpl_noise = _bias_and_noise(e - r, weight)
+    clustering_bias, clustering_noise = _bias_and_noise(f - e, weight)
+    vpl_bias -= reference_noise
+    total = float(np.mean((f - r) ** 2 * weight)) - reference_noise
+    cross = total - vpl_bias - vpl_noise - clustering_bias - clustering_noise
+    return ErrorParts(vpl_bias, vpl_noise, clustering_bias, clustering_noise, cross, total, reference_noise)
+
+
+def _bias_and_noise(errors: NDArray[np.float64], weight: NDArray[np.float64]) -> tuple[float, float]:
+    """The weighted square of the errors' mean over seeds, without their noise, and their variance."""
+    noise = float(np.mean(errors.var(axis=0, ddof=1) * weight))
+    return float(np.mean(errors.mean(axis=0) ** 2 * weight)) - noise / len(errors), noise
