@@ -50,9 +50,11 @@ def scene_of(
     return assemble("test", parts, materials, textures, lights, sky=sky)
 
 
-def resident_of(parts: Sequence[MeshPart], materials: Sequence[Material], **rest: Any) -> ResidentScene:
-    """The same scene on the CPU."""
-    return ResidentScene(scene_of(parts, materials, **rest), "cpu")
+def resident_of(
+    parts: Sequence[MeshPart], materials: Sequence[Material], *, device: str = "cpu", **rest: Any
+) -> ResidentScene:
+    """The same scene on a device."""
+    return ResidentScene(scene_of(parts, materials, **rest), device)
 
 
 def camera_of(resident: ResidentScene, camera: Camera, size: tuple[int, int]) -> wp.array:
@@ -61,15 +63,17 @@ def camera_of(resident: ResidentScene, camera: Camera, size: tuple[int, int]) ->
     return wp.array([data], dtype=CameraData, device="cpu")
 
 
-def column(values: Any, dtype: Any) -> wp.array:
-    """A Warp array on the CPU."""
-    return wp.array(np.ascontiguousarray(values), dtype=dtype, device="cpu")
+def column(values: Any, dtype: Any, device: str = "cpu") -> wp.array:
+    """A Warp array on a device."""
+    return wp.array(np.ascontiguousarray(values), dtype=dtype, device=device)
 
 
-def results(kernel: wp.Kernel, count: int, inputs: Sequence[Any], dtype: Any, width: int | None = None) -> Doubles:
+def results(
+    kernel: wp.Kernel, count: int, inputs: Sequence[Any], dtype: Any, width: int | None = None, device: str = "cpu"
+) -> Doubles:
     """What `kernel` writes into its last argument, (count,) or (count · width,) of `dtype`, as float64."""
-    out = wp.zeros(count * (width or 1), dtype=dtype, device="cpu")
-    launch(kernel, count, [*inputs, out], wp.get_device("cpu"))
+    out = wp.zeros(count * (width or 1), dtype=dtype, device=device)
+    launch(kernel, count, [*inputs, out], wp.get_device(device))
     return np.asarray(out.numpy(), np.float64)
 
 
