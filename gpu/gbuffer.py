@@ -17,7 +17,7 @@ RAY_LENGTH = wp.constant(1.0e6)
 class CameraData:
     """A camera in unit space. right, up, back: unit axes; half_width, half_height: of the image plane at distance 1.
 
-    An orthographic camera's are in unit lengths instead.
+    An orthographic camera's are in unit lengths instead. x, y: where in a pixel its ray goes through, in [0, 1).
     """
 
     origin: wp.vec3
@@ -27,6 +27,8 @@ class CameraData:
     half_width: float
     half_height: float
     orthographic: bool
+    x: float
+    y: float
 
 
 @wp.struct
@@ -53,8 +55,10 @@ class GBuffer:
     shown: wp.array[wp.vec3]
 
 
-def camera_data(camera: Camera, placement: Placement, aspect: float) -> CameraData:
-    """`camera` in unit space, for an image whose width is `aspect` times its height."""
+def camera_data(
+    camera: Camera, placement: Placement, aspect: float, place: tuple[float, float] = (0.5, 0.5)
+) -> CameraData:
+    """`camera` in unit space, for an image whose width is `aspect` times its height; place: in each pixel, for rays."""
     axes = camera.to_world[:3, :3] / np.linalg.norm(camera.to_world[:3, :3], axis=0)
     origin = (camera.to_world[:3, 3] - np.asarray(placement.centre)) * placement.scale
     half_height = camera.half_height * (placement.scale if camera.orthographic else 1.0)
@@ -63,6 +67,7 @@ def camera_data(camera: Camera, placement: Placement, aspect: float) -> CameraDa
     data.right, data.up, data.back = (wp.vec3(*axes[:, k]) for k in range(3))
     data.half_height, data.half_width = half_height, half_height * aspect
     data.orthographic = camera.orthographic
+    data.x, data.y = place
     return data
 
 
@@ -89,15 +94,21 @@ def camera_ray(camera: CameraData, x: float, y: float) -> CameraRay:
     return ray
 
 
+@wp.func
+def pixel_ray(camera: CameraData, pixel: int, width: int, height: int) -> CameraRay:
+    """The ray through the camera's place in `pixel` of an image of width × height."""
+    x = (float(pixel % width) + camera.x) / float(width)
+    y = (float(pixel // width) + camera.y) / float(height)
+    return camera_ray(camera, x, y)
+
+
 @wp.kernel
 def primary_ray_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], width: int, height: int,
                        out: GBuffer) -> None:  # fmt: skip
-    """One thread a pixel: its ray through the pixel's centre and the surface that it meets. cameras: one element."""
+    """One thread a pixel: its ray and the surface that it meets. cameras: one element."""
     pixel = first + wp.tid()
     camera = cameras[0]
-    x = (float(pixel % width) + 0.5) / float(width)
-    y = (float(pixel // width) + 0.5) / float(height)
-    ray = camera_ray(camera, x, y)
+    ray = pixel_ray(camera, pixel, width, height)
     hit = closest_hit(scene, ray.origin, ray.direction, RAY_LENGTH)
     out.face[pixel] = hit.face
     out.view[pixel] = -ray.direction

@@ -9,8 +9,8 @@ from gpu.vpl import trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 Progress = Callable[[str, float], None]
-# Light sets kept per scene: enough for viewers who compare settings, few enough to bound memory.
-KEPT = 4
+# VPLs kept per scene, in whole sets: enough for the sets of a still view's frames, few enough to bound memory (0.4 GB).
+KEPT_VPLS = 1 << 23
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Lighting:
         progress("clustering virtual point lights", 0.5)
         clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
         progress("clustering virtual point lights", 1.0)
-        while len(self._sets) >= KEPT:
+        while self._sets and sum(kept.vpls for kept in self._sets) + choice.vpls > KEPT_VPLS:
             del self._sets[next(iter(self._sets))]
         self._sets[choice] = clusters
         return clusters

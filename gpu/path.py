@@ -9,7 +9,7 @@ import warp as wp
 from gpu.brdf import largest
 from gpu.device import launch
 from gpu.direct import DIRECT_PAIRS, hard_light, soft_light
-from gpu.gbuffer import RAY_LENGTH, CameraData, camera_ray
+from gpu.gbuffer import RAY_LENGTH, CameraData, pixel_ray
 from gpu.light_samples import light_met, sample_light
 from gpu.lights import LightTable, sky_radiance
 from gpu.rays import closest_hit, connected, offset_origin
@@ -18,8 +18,7 @@ from gpu.sampling import PI, cosine_direction, pixel_seed, sobol_pair
 from gpu.settings import Component
 from gpu.surface import Surface, surface_at
 
-JITTER_PAIR = wp.constant(int(DIRECT_PAIRS))
-FIRST_PAIR = wp.constant(int(DIRECT_PAIRS) + 1)
+FIRST_PAIR = wp.constant(int(DIRECT_PAIRS))
 PAIRS_A_BOUNCE = wp.constant(4)
 # Before this bounce, no path ends by Russian roulette.
 ROULETTE_BOUNCE = wp.constant(2)
@@ -83,7 +82,7 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces:
 @wp.kernel
 def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.array[CameraData], width: int,
                 height: int, direct: bool, indirect: bool, bounces: int, first_sample: int, samples: int, seed: int,
-                jitter: bool, mean: wp.array[wp.vec3]) -> None:  # fmt: skip
+                mean: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: `samples` paths, averaged with the `first_sample` paths that are in `mean` already.
 
     cameras: one element; mean: (pixel,) radiance [W/m²/sr].
@@ -92,15 +91,7 @@ def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.arr
     own_seed = pixel_seed(pixel, seed)
     total = wp.vec3(0.0, 0.0, 0.0)
     for index in range(first_sample, first_sample + samples):
-        x = float(0.5)
-        y = float(0.5)
-        if jitter:
-            place = sobol_pair(index, JITTER_PAIR, own_seed)
-            x = place.x
-            y = place.y
-        ray = camera_ray(
-            cameras[0], (float(pixel % width) + x) / float(width), (float(pixel // width) + y) / float(height)
-        )
+        ray = pixel_ray(cameras[0], pixel, width, height)
         hit = closest_hit(scene, ray.origin, ray.direction, RAY_LENGTH)
         if hit.face == NO_HIT:
             if direct:
@@ -121,14 +112,14 @@ def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.arr
 
 
 def trace_paths(resident: ResidentScene, scene: SceneData, table: LightTable, camera: wp.array, size: tuple[int, int],
-                component: Component, bounces: int, first_sample: int, samples: int, seed: int, jitter: bool,
+                component: Component, bounces: int, first_sample: int, samples: int, seed: int,
                 mean: wp.array) -> None:  # fmt: skip
     """Average `samples` more paths a pixel into `mean`, (pixel,) vec3 of linear radiance [W/m²/sr].
 
     camera: (1,) CameraData; size: (width, height); first_sample: number of samples that `mean` holds already, 0 starts
-    anew; jitter: spread the rays over the pixel instead of through its centre.
+    anew.
     """
     width, height = size
     direct, indirect = component is not Component.INDIRECT, component is not Component.DIRECT
-    inputs = [scene, table, camera, width, height, direct, indirect, bounces, first_sample, samples, seed, jitter, mean]
+    inputs = [scene, table, camera, width, height, direct, indirect, bounces, first_sample, samples, seed, mean]
     launch(path_kernel, width * height, inputs, resident.device)

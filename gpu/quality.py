@@ -15,10 +15,11 @@ class Quality:
     vpls: int
     vpl_clusters: int
     samples: int
+    frames: int
 
 
-ON_CUDA = Quality(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2)
-ON_CPU = Quality(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1)
+ON_CUDA = Quality(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=64)
+ON_CPU = Quality(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, frames=16)
 PATHS = 64
 
 
@@ -31,4 +32,5 @@ def quality_of(settings: RenderSettings, device: wp.Device) -> Quality:
         vpls=settings.vpls or usual.vpls,
         vpl_clusters=settings.vpl_clusters or usual.vpl_clusters,
         samples=settings.samples or samples,
+        frames=settings.frames or usual.frames,
     )

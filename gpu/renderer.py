@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from gpu.accumulate import Accumulation, pixel_place
 from gpu.errors import UserError
 from gpu.frame import Frame, FrameStats
 from gpu.lighting import Progress, lighting_of
@@ -54,15 +55,28 @@ class Renderer:
         quality = quality_of(settings, resident.device)
         return method(self._view, settings, quality, lighting_of(resident), self._progress)
 
-    def render(self, camera: Camera) -> Frame:
-        """The picture from `camera`, ready when the call returns."""
-        view = self._view
+    def render(self, camera: Camera, accumulation: Accumulation | None = None) -> Frame:
+        """The picture from `camera`, ready when the call returns.
+
+        With an `accumulation`, of this camera's earlier frames and as many pixels: the mean of those and one more.
+        """
+        view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
+        sample = accumulation.samples if accumulation else 0
         self._stages.start_frame()
-        view.look(camera)
-        self._method.render(self._stages, self._progress)
-        self._stages.run("display", lambda: self._tonemap.run(view.radiance, self._settings.exposure))
+        view.look(camera, pixel_place(sample))
+        self._method.render(self._stages, sample, self._progress)
+        radiance = view.radiance
+        if accumulation:
+            accumulation.add(radiance)
+            radiance = accumulation.mean
+        self._stages.run("display", lambda: tonemap.run(radiance, exposure), repeats=accumulation is None)
         wp.synchronize_device(view.device)
         counts, skips = self._method.statistics()
-        counts = {"pixels": view.pixels, **counts, "nonfinite": int(self._tonemap.nonfinite.numpy()[0])}
+        counts = {
+            "pixels": view.pixels,
+            "frames": sample + 1,
+            **counts,
+            "nonfinite": int(self._tonemap.nonfinite.numpy()[0]),
+        }
         stats = FrameStats(self._stages.milliseconds(), counts, skips)
-        return Frame(view.size, view.radiance, self._tonemap.pixels, stats)
+        return Frame(view.size, radiance, self._tonemap.pixels, stats)

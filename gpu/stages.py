@@ -41,15 +41,16 @@ class Stages:
         if name not in self._events:
             pair = wp.Event(self._device, enable_timing=True), wp.Event(self._device, enable_timing=True)
             self._events[name] = pair
-        runs = self._runs.get(name, 0)
-        self._runs[name] = runs + 1
-        if repeats and runs == CAPTURED_RUN:
-            with wp.ScopedCapture(self._device) as capture:
-                work()
-            self._graphs[name] = capture.graph
+        if repeats:
+            runs = self._runs.get(name, 0)
+            self._runs[name] = runs + 1
+            if runs == CAPTURED_RUN:
+                with wp.ScopedCapture(self._device) as capture:
+                    work()
+                self._graphs[name] = capture.graph
         stream = wp.get_stream(self._device)
         stream.record_event(self._events[name][0])
-        if name in self._graphs:
+        if repeats and name in self._graphs:
             wp.capture_launch(self._graphs[name])
         else:
             work()

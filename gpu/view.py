@@ -36,9 +36,9 @@ class View:
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, self.device)
 
-    def look(self, camera: Camera) -> None:
-        """Look through `camera`; its own aspect gives way to the image's."""
-        data = camera_data(camera, self.resident.scene.placement, self.size[0] / self.size[1])
+    def look(self, camera: Camera, place: tuple[float, float] = (0.5, 0.5)) -> None:
+        """Look through `camera`, whose own aspect gives way to the image's, and through that place in each pixel."""
+        data = camera_data(camera, self.resident.scene.placement, self.size[0] / self.size[1], place)
         self.camera.assign(wp.array([data], dtype=CameraData, device="cpu"))
 
     def find_shading_points(self) -> None:

@@ -10,6 +10,10 @@ from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
 from gpu.view import View
 
+# Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
+# that the mean forgets the blur.
+SMOOTHED_FRAMES = 4
+
 # What a frame worked on and what it did not have to do: counts by name.
 FrameStatistics = tuple[dict[str, int], dict[str, int]]
 
@@ -17,32 +21,43 @@ FrameStatistics = tuple[dict[str, int], dict[str, int]]
 class RenderMethod(Protocol):
     """What a renderer runs once a frame."""
 
-    def render(self, stages: Stages, progress: Progress) -> None:
-        """Fill the view's radiance for its camera."""
+    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
+        """Fill the view's radiance for its camera.
+
+        sample: the frame's number among those of a still view; each has its own light paths and samples.
+        """
 
     def statistics(self) -> FrameStatistics:
         """Of the last frame, once it is ready."""
 
 
-def lighting_choice(settings: RenderSettings, quality: Quality) -> LightingChoice:
-    """The light set that `settings` ask for."""
-    return LightingChoice(quality.vpls, quality.vpl_clusters, settings.bounces, settings.seed, settings.lambertian)
+def frame_seed(seed: int, sample: int) -> int:
+    """The seed of frame `sample` of a still view; that of the first is `seed` itself."""
+    return (seed + 0x9E3779B9 * sample) % 2**31
 
 
-def render_direct(view: View, settings: RenderSettings, quality: Quality, table: LightTable, stages: Stages) -> None:
+def lighting_choice(settings: RenderSettings, quality: Quality, sample: int = 0) -> LightingChoice:
+    """The light set that `settings` ask for in frame `sample` of a still view."""
+    seed = frame_seed(settings.seed, sample)
+    return LightingChoice(quality.vpls, quality.vpl_clusters, settings.bounces, seed, settings.lambertian)
+
+
+def render_direct(
+    view: View, settings: RenderSettings, quality: Quality, table: LightTable, stages: Stages, sample: int
+) -> None:
     """Trace the primary rays and start the picture with direct light, or with black when only indirect is wanted."""
     stages.run("gbuffer", view.find_shading_points)
     if settings.component is Component.INDIRECT:
         view.radiance.zero_()
         return
-    gbuffer, samples, seed = view.gbuffer, quality.samples, settings.seed
+    gbuffer, samples, seed = view.gbuffer, quality.samples, frame_seed(settings.seed, sample)
 
     def direct() -> None:
         trace_direct_light(
             view.resident, view.scene, table, gbuffer, view.size, samples, seed, view.radiance, view.soft
         )
-        if settings.smooth:
+        if settings.smooth and sample < SMOOTHED_FRAMES:
             view.smoothing.run(gbuffer, view.soft)
         add_soft_light(gbuffer, view.soft, view.radiance)
 
-    stages.run("direct", direct)
+    stages.run("direct", direct, repeats=sample == 0)

@@ -10,7 +10,7 @@ from gpu.settings import Component, Method, RenderSettings
 from gpu.shade import gather
 from gpu.stages import Stages
 from gpu.view import View
-from gpu.vpl_clusters import unclustered
+from gpu.vpl_clusters import VplClusters, unclustered
 
 # Rays a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
 RAYS_PER_LAUNCH = 1 << 28
@@ -23,13 +23,17 @@ class ExactVpl:
     def __init__(
         self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
     ) -> None:
-        self._view, self._settings, self._quality, self._table = view, settings, quality, lighting.table
-        vpls = lighting.clusters(lighting_choice(settings, quality), progress)
-        self._vpls = unclustered(view.resident, vpls) if settings.method is Method.EXACT_VPL else vpls
+        self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
+        self._vpls = self._light(0, progress)
 
-    def render(self, stages: Stages, progress: Progress) -> None:
+    def _light(self, sample: int, progress: Progress) -> VplClusters:
+        vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
+        return unclustered(self._view.resident, vpls) if self._settings.method is Method.EXACT_VPL else vpls
+
+    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
-        render_direct(self._view, self._settings, self._quality, self._table, stages)
+        self._vpls = self._light(sample, progress)
+        render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
             stages.run("gather", lambda: self._gather(progress), repeats=False)
 

@@ -4,7 +4,7 @@ from gpu.check import ClusterCheck
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, lighting_choice, render_direct
+from gpu.methods.common import FrameStatistics, frame_seed, lighting_choice, render_direct
 from gpu.quality import Quality
 from gpu.refine import Refinement
 from gpu.settings import Clustering, Component, RenderSettings
@@ -26,27 +26,33 @@ class FuzzyVpl:
     def __init__(
         self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
     ) -> None:
-        self._view, self._settings, self._quality, self._table = view, settings, quality, lighting.table
+        self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
         vpls = lighting.clusters(lighting_choice(settings, quality), progress)
-        self._vpls = unclustered(view.resident, vpls) if settings.clustering is Clustering.SPS else vpls
+        # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
+        self._fixed = settings.clustering is Clustering.SPS
+        self._vpls = unclustered(view.resident, vpls) if self._fixed else vpls
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._clustering = SpClustering(
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
-        self._visibility = Visibility(self._clustering.count, self._vpls.count, view.device)
+        most = self._vpls.count if self._fixed else quality.vpl_clusters
+        self._visibility = Visibility(self._clustering.count, most, view.device)
         refined = int(quality.sp_clusters * REFINED_SHARE)
         self._check = ClusterCheck(view.pixels, view.device)
         self._worst = WorstPoints(view.pixels, refined, LEAST_DISPUTE, view.device)
         self._refinement = Refinement(len(self._worst.pixels), view.device)
         self._counter = Counter(5, view.device)
 
-    def render(self, stages: Stages, progress: Progress) -> None:
+    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, exact where clusters disagree."""
-        view, vpls, clustering = self._view, self._vpls, self._clustering
-        render_direct(view, self._settings, self._quality, self._table, stages)
+        view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
+        render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if not self._has_indirect:
             return
-        seed, fuzziness = self._settings.seed, self._settings.fuzziness
+        if not self._fixed:
+            self._vpls = self._lighting.clusters(lighting_choice(settings, self._quality, sample), progress)
+        vpls = self._vpls
+        seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
         sps, gbuffer, clusters = view.shading_points, view.gbuffer, clustering.clusters
 
         def shade_all() -> None:
@@ -61,11 +67,11 @@ class FuzzyVpl:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, view.indirect)
             view.add_indirect()
 
-        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed))
-        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls))
-        stages.run("shade", shade_all)
-        stages.run("check", check)
-        stages.run("refine", refine)
+        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=repeats)
+        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls), repeats=repeats)
+        stages.run("shade", shade_all, repeats=repeats)
+        stages.run("check", check, repeats=repeats)
+        stages.run("refine", refine, repeats=repeats)
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, rays between representatives, SPs with rays of their own, and SPs that nothing serves."""

@@ -1,7 +1,7 @@
 """`path`: path tracing, the reference for the whole error of the other methods."""
 
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics
+from gpu.methods.common import FrameStatistics, frame_seed
 from gpu.path import trace_paths
 from gpu.quality import Quality
 from gpu.settings import RenderSettings
@@ -22,11 +22,11 @@ class PathTracing:
         self._view, self._settings, self._samples, self._table = view, settings, quality.samples, lighting.table
         progress("path tracing needs no virtual point lights", 1.0)
 
-    def render(self, stages: Stages, progress: Progress) -> None:
+    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Average all samples, some a launch."""
-        stages.run("paths", lambda: self._trace(progress), repeats=False)
+        stages.run("paths", lambda: self._trace(frame_seed(self._settings.seed, sample), progress), repeats=False)
 
-    def _trace(self, progress: Progress) -> None:
+    def _trace(self, seed: int, progress: Progress) -> None:
         view, settings = self._view, self._settings
         paths = PATHS_PER_LAUNCH if view.device.is_cuda else PATHS_PER_CPU_LAUNCH
         run = max(1, paths // view.pixels)
@@ -42,8 +42,7 @@ class PathTracing:
                 settings.bounces,
                 first,
                 samples,
-                settings.seed,
-                False,
+                seed,
                 view.radiance,
             )
             progress("tracing paths", (first + samples) / self._samples)

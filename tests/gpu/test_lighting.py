@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 from scenes import box, grey, resident_of
 
-from gpu.lighting import KEPT, Lighting, LightingChoice, lighting_of
+from gpu.lighting import Lighting, LightingChoice, lighting_of
 from gpu.resident import ResidentScene
 from gpu.scene.types import Light, LightKind, Material
 
@@ -51,11 +51,19 @@ def test_unlit_surfaces_reflect_only_as_lambertian_ones() -> None:
     assert lighting.clusters(replace(CHOICE, lambertian=False), silent).count == 0
 
 
-def test_few_sets_are_kept_and_the_longest_unused_goes_first(resident: ResidentScene) -> None:
+def test_few_sets_are_kept_and_the_longest_unused_goes_first(
+    resident: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gpu.lighting.KEPT_VPLS", 4 * CHOICE.vpls)
     lighting = Lighting(resident)
-    sets = [lighting.clusters(replace(CHOICE, seed=seed), silent) for seed in range(KEPT)]
+    sets = [lighting.clusters(replace(CHOICE, seed=seed), silent) for seed in range(4)]
     assert lighting.clusters(CHOICE, silent) is sets[0]
-    lighting.clusters(replace(CHOICE, seed=KEPT), silent)
+    lighting.clusters(replace(CHOICE, seed=4), silent)
     assert lighting.clusters(CHOICE, silent) is sets[0]
     assert lighting.clusters(replace(CHOICE, seed=1), silent) is not sets[1]
     assert lighting.clusters(replace(CHOICE, seed=3), silent) is sets[3]
+
+
+def test_a_set_larger_than_what_is_kept_is_still_made(resident: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu.lighting.KEPT_VPLS", 1)
+    assert Lighting(resident).clusters(CHOICE, silent).count > 0

@@ -38,7 +38,7 @@ def paths(
     first = 0
     for samples in runs:
         trace_paths(resident, scene, table, data, size, component, bounces, first, samples,
-                    options.get("seed", 0), options.get("jitter", False), mean)  # fmt: skip
+                    options.get("seed", 0), mean)  # fmt: skip
         first += samples
     return np.asarray(mean.numpy(), np.float64).reshape(size[1], size[0], 3)
 
@@ -96,16 +96,6 @@ def test_runs_continue_each_other() -> None:
     assert np.allclose(whole, parts, rtol=1e-4)
     assert np.array_equal(whole, paths(resident, runs=(12,)))
     assert not np.allclose(whole, paths(resident, runs=(12,), seed=1), rtol=1e-4)
-
-
-def test_jitter_spreads_over_the_pixel() -> None:
-    half = quad([-0.5, -0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0])
-    resident = resident_of([half, quad([0.0, -0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0], 1)],
-                           [grey(0.0, emission=1.0), grey(0.0, emission=3.0)])  # fmt: skip
-    camera = look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), yfov_degrees=40.0)
-    for jitter, expected in ((False, {1.0, 3.0}), (True, {2.0})):
-        middle = paths(resident, camera, runs=(64,), size=(3, 3), jitter=jitter)[:, 1, 0]
-        assert {round(float(value), 1) for value in middle} <= expected
 
 
 def test_the_sky_is_met_and_shown() -> None:

@@ -28,7 +28,7 @@ def test_a_header_survives_the_wire_and_keeps_the_image_aligned() -> None:
 
 def test_the_header_has_the_documented_layout() -> None:
     packed = FrameHeader(0x0102, 0x0304, 5, 6, 7, 0.0, 0.0, 0.0, (0.0,) * len(STAGES)).pack()
-    assert packed[:20] == bytes([1, 1, 64, 0, 2, 1, 4, 3, 5, 0, 0, 0, 6, 0, 0, 0, 7, 0, 0, 0])
+    assert packed[:20] == bytes([1, 1, 72, 0, 2, 1, 4, 3, 5, 0, 0, 0, 6, 0, 0, 0, 7, 0, 0, 0])
 
 
 @pytest.mark.parametrize("message", [b"", b"\x01" * 63, b"\x02" + bytes(80)])
