@@ -11,6 +11,7 @@ from gpu.resident import SceneData
 from gpu.sampling import PI, TO_UNIT, hashed
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
+from gpu.sums import Sum, added
 from gpu.transfer import brightness, unoccluded
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters
@@ -24,11 +25,13 @@ Words = wp.types.vector(length=CHECKS, dtype=int)
 class Indirect:
     """Indirect light. radiance (pixel,) towards the camera [W/m²/sr], black where there is no SP.
 
+    lost (pixel,): what rounding added to a `radiance` that is gathered run by run, as gpu.sums.Sum;
     low, high (sp,): the least and the most brightness that one of the SP's clusters alone would give it;
     word (CHECKS, sp): words of 32 VPL clusters, each drawn in proportion to the light that the SP gets of them.
     """
 
     radiance: wp.array[wp.vec3]
+    lost: wp.array[wp.vec3]
     low: wp.array[float]
     high: wp.array[float]
     word: wp.array2d[int]
@@ -38,6 +41,7 @@ def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
     indirect = Indirect()
     indirect.radiance = wp.zeros(pixels, dtype=wp.vec3, device=device)
+    indirect.lost = wp.zeros(pixels, dtype=wp.vec3, device=device)
     indirect.low = wp.zeros(pixels, dtype=float, device=device)
     indirect.high = wp.zeros(pixels, dtype=float, device=device)
     indirect.word = wp.zeros((CHECKS, pixels), dtype=int, device=device)
@@ -83,8 +87,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             alone[f] = 0.0
         drawn = Words()
         state = hashed(wp.uint32(pixel))
-        agreed = wp.vec3(0.0, 0.0, 0.0)
-        disputed = wp.vec3(0.0, 0.0, 0.0)
+        all_agreed = Sum()
+        all_disputed = Sum()
         for word in range((vpls.count + 31) // 32):
             words = words_type()
             seen = wp.uint32(0)
@@ -95,7 +99,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                     seen |= words[f]
                     seen_by_all &= words[f]
             vpl = 32 * word
-            before = brightness(agreed + disputed)
+            agreed = wp.vec3(0.0, 0.0, 0.0)
+            disputed = wp.vec3(0.0, 0.0, 0.0)
             while seen != wp.uint32(0):
                 if (seen & wp.uint32(1)) != wp.uint32(0):
                     light = unoccluded(position, normal, vpls, vpl)
@@ -113,12 +118,15 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 seen = seen >> wp.uint32(1)
                 seen_by_all = seen_by_all >> wp.uint32(1)
                 vpl += 1
-            after = brightness(agreed + disputed)
+            all_agreed = added(all_agreed, agreed)
+            all_disputed = added(all_disputed, disputed)
+            of_word = brightness(agreed + disputed)
+            so_far = brightness(all_agreed.total + all_disputed.total)
             for check in range(wp.static(CHECKS)):
                 state = hashed(state)
-                if float(state) * TO_UNIT * after < after - before:
+                if float(state) * TO_UNIT * so_far < of_word:
                     drawn[check] = word
-        out.radiance[pixel] = wp.cw_mul(reflected, agreed + disputed)
+        out.radiance[pixel] = wp.cw_mul(reflected, all_agreed.total + all_disputed.total)
         # The nearest cluster comes first; an SP that has none gets no light here and is the first to be refined.
         low = alone[0]
         high = float(0.0)
@@ -126,7 +134,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             if weights[f] > 0.0:
                 low = wp.min(low, alone[f])
                 high = wp.max(high, alone[f])
-        common = brightness(wp.cw_mul(reflected, agreed))
+        common = brightness(wp.cw_mul(reflected, all_agreed.total))
         out.low[sp] = common + low
         out.high[sp] = common + high
         for check in range(wp.static(CHECKS)):
@@ -169,18 +177,24 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         geometric = gbuffer.geometric[pixel]
-        irradiance = wp.vec3(0.0, 0.0, 0.0)
+        irradiance = Sum()
         for vpl in range(begin, end):
             light = unoccluded(position, normal, vpls, vpl)
             if brightness(light) > 0.0 and connect(scene, position, geometric, vpls.position[vpl], vpls.normal[vpl]):
-                irradiance += light
-        out.radiance[pixel] += wp.cw_mul(reflectance(gbuffer, pixel), irradiance)
+                irradiance = added(irradiance, light)
+        before = Sum()
+        if begin > 0:
+            before.total = out.radiance[pixel]
+            before.lost = out.lost[pixel]
+        after = added(before, wp.cw_mul(reflectance(gbuffer, pixel), irradiance.total))
+        out.radiance[pixel] = after.total
+        out.lost[pixel] = after.lost
 
     return kernel
 
 
 def gather(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, begin: int, end: int,
            out: Indirect) -> None:  # fmt: skip
-    """Add the light of VPL clusters begin … end − 1 to `out`, every pair's visibility traced."""
+    """Add the light of VPL clusters begin … end − 1 to `out`, every pair's visibility traced; the first run sets it."""
     inputs = [scene, gbuffer, sps.pixels, sps.count, vpls, begin, end, out]
     launch(gather_kernel(connection(scene)), sps.capacity, inputs, sps.device)

@@ -3,6 +3,7 @@
 import warp as wp
 
 from gpu.sampling import PI
+from gpu.sums import Sum, added
 from gpu.vpl_clusters import VplClusters
 
 # A cluster whose disk has more area than this times the squared distance is shaded member by member.
@@ -46,12 +47,12 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
     area = vpls.area[cluster]
     if area <= UNFOLD_SHARE * wp.length_sq(way):
         return disk_irradiance(position, normal, vpls, cluster)
-    irradiance = wp.vec3(0.0, 0.0, 0.0)
+    irradiance = Sum()
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
     area = area / float(end - begin)
     for member in range(begin, end):
         way = vpls.members.position[member] - position
         share = disk_transfer(way, normal, vpls.members.normal[member], area)
-        irradiance += vpls.members.flux[member] * share
-    return irradiance
+        irradiance = added(irradiance, vpls.members.flux[member] * share)
+    return irradiance.total

@@ -7,6 +7,7 @@ from gpu.device import allocate, launch
 from gpu.kmeans import KMeans
 from gpu.resident import ResidentScene
 from gpu.sampling import PI
+from gpu.sums import Sum, added
 from gpu.vpl import Vpls, allocate_vpls, gather_kernel, vpl_points
 
 ITERATIONS = 10
@@ -37,14 +38,14 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
     cluster = first + wp.tid()
     centre = vpls.position[medoids[cluster]]
     normal = vpls.normal[medoids[cluster]]
-    flux = wp.vec3(0.0, 0.0, 0.0)
+    flux = Sum()
     mean = wp.vec3(0.0, 0.0, 0.0)
     square = float(0.0)
     total = float(0.0)
     cone = float(1.0)
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
         member_flux = out.members.flux[member]
-        flux += member_flux
+        flux = added(flux, member_flux)
         weight = member_flux[0] + member_flux[1] + member_flux[2]
         offset = out.members.position[member] - centre
         mean += offset * weight
@@ -54,7 +55,7 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
     mean = mean / total
     out.position[cluster] = centre
     out.normal[cluster] = normal
-    out.flux[cluster] = flux
+    out.flux[cluster] = flux.total
     # A uniform disk of radius R has the variance R²/2 about its centre.
     out.area[cluster] = 2.0 * PI * wp.max(square / total - wp.length_sq(mean), 0.0)
     out.cone[cluster] = cone

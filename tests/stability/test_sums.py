@@ -1,0 +1,99 @@
+"""Sums of very many VPLs in float32 against the same sums in float64."""
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import column, grey, quad, resident_of
+
+from gpu.camera import look_at
+from gpu.scene.types import Doubles, Floats
+from gpu.shade import gather, shade
+from gpu.sp_clusters import allocate_sp_clusters
+from gpu.view import View
+from gpu.visibility import Visibility
+from gpu.vpl import Vpls, allocate_vpls
+from gpu.vpl_clusters import VplClusters, cluster_vpls, unclustered
+
+COUNT = 100_000
+ALBEDO = 0.6
+
+
+@pytest.fixture(scope="module")
+def view(device: str) -> View:
+    """A floor seen from above, two dozen SPs."""
+    resident = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(ALBEDO)], device=device)
+    view = View(resident, (6, 4), lambertian=True)
+    view.look(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
+    view.find_shading_points()
+    return view
+
+
+@pytest.fixture(scope="module")
+def vpls(view: View) -> Vpls:
+    """VPLs at random places over the floor, facing down."""
+    rng = np.random.default_rng(1)
+    vpls = allocate_vpls(COUNT, view.device)
+    vpls.position = column(rng.uniform((-0.5, 0.3, -0.5), (0.5, 0.5, 0.5), (COUNT, 3)), wp.vec3, view.device)
+    vpls.normal = column(np.tile((0.0, -1.0, 0.0), (COUNT, 1)), wp.vec3, view.device)
+    vpls.flux = column(rng.uniform(0.0, 1e-3, (COUNT, 3)), wp.vec3, view.device)
+    return vpls
+
+
+@pytest.fixture(scope="module")
+def cluster(view: View, vpls: Vpls) -> VplClusters:
+    """All of them as one cluster."""
+    return cluster_vpls(view.resident, vpls, 1, 0)
+
+
+def expected(view: View, cluster: VplClusters, weight: Doubles | float = 1.0) -> Doubles:
+    """The radiance of each pixel in float64, each VPL with a `weight` (vpl,) of its own."""
+    members = cluster.members
+    place = view.gbuffer.position.numpy().astype(np.float64)
+    ways = members.position.numpy().astype(np.float64)[None] - place[:, None]
+    squared = (ways**2).sum(axis=2)
+    area = float(cluster.area.numpy()[0]) / COUNT
+    share = weight * ways[..., 1] ** 2 / (squared * (np.pi * squared + area))
+    albedo = view.gbuffer.albedo.numpy().astype(np.float64)
+    return np.asarray(albedo / np.pi * (share @ members.flux.numpy().astype(np.float64)))
+
+
+def error(picture: Floats, reference: Doubles) -> float:
+    """The largest relative error of a channel of a pixel."""
+    return float(np.abs(picture / reference - 1.0).max())
+
+
+def test_the_flux_of_a_cluster(vpls: Vpls, cluster: VplClusters) -> None:
+    assert error(cluster.flux.numpy(), vpls.flux.numpy().sum(axis=0, dtype=np.float64)[None]) < 1e-6
+
+
+def test_rays_to_every_vpl(view: View, cluster: VplClusters) -> None:
+    singles = unclustered(view.resident, cluster)
+    for run in (COUNT, 7):
+        view.indirect.radiance.zero_()
+        for begin in range(0, COUNT, run):
+            gather(
+                view.scene, view.gbuffer, view.shading_points, singles, begin, min(begin + run, COUNT), view.indirect
+            )
+        assert error(view.indirect.radiance.numpy(), expected(view, cluster)) < 1e-6
+
+
+def test_the_members_of_a_cluster_that_is_near(view: View, cluster: VplClusters) -> None:
+    view.indirect.radiance.zero_()
+    gather(view.scene, view.gbuffer, view.shading_points, cluster, 0, 1, view.indirect)
+    assert error(view.indirect.radiance.numpy(), expected(view, cluster)) < 1e-6
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster: VplClusters, share: float) -> None:
+    """Every SP has `share` of a cluster that sees all and the rest of one that sees every other VPL."""
+    singles, sps = unclustered(view.resident, cluster), view.shading_points
+    visibility = Visibility(2, COUNT, view.device)
+    words = np.full((2, COUNT // 32), 0xFFFFFFFF, np.uint32)
+    words[1] = 0x55555555
+    visibility.words.assign(words)
+    clusters = allocate_sp_clusters(2, 2, view.pixels, view.device)
+    clusters.cluster.assign(np.tile([[0], [1]], (1, view.pixels)).astype(np.int32))
+    clusters.weight.assign(np.tile([[share], [1.0 - share]], (1, view.pixels)).astype(np.float32))
+    shade(2, view.gbuffer, sps.pixels, sps.count, clusters, visibility, singles, view.indirect)
+    weight = np.where(np.arange(COUNT) % 2 == 0, 1.0, share)
+    assert error(view.indirect.radiance.numpy(), expected(view, cluster, weight)) < 1e-6
