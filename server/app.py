@@ -13,7 +13,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from gpu.errors import UserError
-from server import errors, health, rest, stream
+from server import errors, health, monitor, rest, stream
 from server.engine import WORKER, Activity, Engine, EngineState
 from server.middleware import BodyLimit
 from server.pages import Pages
@@ -52,9 +52,10 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER) -> Fast
         lifespan=lifespan,
     )
     app.state.service = service
+    service.metrics.registry.register(monitor.State(service))
     app.add_middleware(BodyLimit, max_bytes=settings.max_message_bytes)
     errors.install(app)
-    for router in (health.router, rest.router, stream.router):
+    for router in (health.router, monitor.router, rest.router, stream.router):
         app.include_router(router)
     app.mount("/", Pages())
     return app

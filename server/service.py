@@ -9,6 +9,7 @@ from starlette.requests import HTTPConnection
 
 from server.engine import Engine
 from server.messages import Start
+from server.metrics import Metrics
 from server.scenes import Catalogue
 from server.settings import ServerSettings
 
@@ -24,6 +25,8 @@ class Service:
     last_viewer: int = 0
     still_turn: asyncio.Lock = field(default_factory=asyncio.Lock)  # stills share one place in the engine's queue
     stills_waiting: int = 0
+    metrics: Metrics = field(default_factory=Metrics)
+    stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
 
     def admit(self) -> int | None:
         """A number for one more viewer, never used before; None when as many are here as may be."""
@@ -36,6 +39,7 @@ class Service:
     def dismiss(self, viewer: int) -> None:
         """A viewer has left."""
         self.viewers.discard(viewer)
+        self.metrics.windows.pop(viewer, None)
         self.engine.leave(viewer)
 
 

@@ -1,0 +1,39 @@
+"""GET /metrics: what `Metrics` has counted, and the state of the service at that moment, as Prometheus reads it."""
+
+from collections.abc import Iterator
+
+from fastapi import APIRouter, Response
+from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from server.service import Service, TheService
+
+router = APIRouter()
+
+
+class State(Collector):
+    """What is not counted but read when asked for."""
+
+    def __init__(self, service: Service) -> None:
+        self._service = service
+
+    def collect(self) -> Iterator[Metric]:
+        """The gauges, and the engine's own counts."""
+        service = self._service
+        windows = service.metrics.windows
+        yield GaugeMetricFamily("lumenwalk_viewers", "Viewers here.", len(service.viewers))
+        yield GaugeMetricFamily("lumenwalk_stills_waiting", "Stills that wait for a turn.", service.stills_waiting)
+        yield GaugeMetricFamily(
+            "lumenwalk_window_frames", "Frames that all viewers together may have under way.", sum(windows.values())
+        )
+        yield GaugeMetricFamily("lumenwalk_ready", "Whether frames can be had, 1 or 0.", float(service.engine.ready))
+        yield CounterMetricFamily(
+            "lumenwalk_engine_restarts", "Times that the renderer was started again.", service.engine.restarts
+        )
+
+
+@router.get("/metrics")
+async def metrics(service: TheService) -> Response:
+    """Counters, gauges and histograms in the text format of Prometheus."""
+    return Response(generate_latest(service.metrics.registry), media_type=CONTENT_TYPE_LATEST)

@@ -1,0 +1,35 @@
+import time
+
+from harness import Running
+from prometheus_client.parser import text_string_to_metric_families
+
+
+def scrape(running: Running) -> dict[str, float]:
+    """The samples without labels of /metrics."""
+    response = running.http.get("/metrics")
+    assert response.status_code == 200
+    families = text_string_to_metric_families(response.text)
+    return {sample.name: sample.value for family in families for sample in family.samples if not sample.labels}
+
+
+def test_metrics_say_who_is_here_and_what_is_under_way(running: Running) -> None:
+    before = scrape(running)
+    with running.walker() as walker:
+        walker.hello()
+        running.service.metrics.windows[max(running.service.viewers)] = 3
+        samples = scrape(running)
+        assert samples["lumenwalk_viewers"] == before["lumenwalk_viewers"] + 1
+        assert samples["lumenwalk_window_frames"] == before["lumenwalk_window_frames"] + 3
+        assert samples["lumenwalk_ready"] == 1
+        assert samples["lumenwalk_stills_waiting"] == 0
+        assert samples["lumenwalk_engine_restarts_total"] == 0
+        assert samples["process_resident_memory_bytes"] > 0
+    deadline = time.monotonic() + 5.0
+    while scrape(running)["lumenwalk_viewers"] > before["lumenwalk_viewers"] and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert scrape(running)["lumenwalk_window_frames"] == before["lumenwalk_window_frames"]
+
+
+def test_what_was_counted_is_in_it(running: Running) -> None:
+    running.service.metrics.refused("test")
+    assert 'lumenwalk_refused_total{reason="test"} 1.0' in running.http.get("/metrics").text
