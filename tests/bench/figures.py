@@ -97,8 +97,8 @@ class ErrorParts:
 def tell_apart(clustered: Images, exact: Images, reference: ArrayLike, reference_noise: float = 0.0) -> ErrorParts:
     """Split the relMSE of `clustered` renders, whose VPLs `exact` renders use unclustered, one pair a seed.
 
-    With weights 1 / (r² + 0.01·mean(r)²), the mean square of n renders' error is that of their mean plus their variance;
-    the mean's own square holds 1/n of the variance, which is taken out.
+    With weights 1 / (r² + 0.01·mean(r)²), the mean square of n renders' error is that of their mean plus their
+    variance; the mean's own square holds 1/n of the variance, which is taken out.
     """
     f, e, r = (np.asarray(images, np.float64) for images in (clustered, exact, reference))
     if len(f) < 2 or f.shape != e.shape:

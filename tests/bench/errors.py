@@ -1,0 +1,30 @@
+"""Errors of a render in a process of its own: HDR-FLIP takes longer than many a frame. Imports no renderer."""
+
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import asdict
+from multiprocessing import get_context
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from gpu.metrics import measure
+
+PROCESSES = 8
+
+
+def errors_of(render: ArrayLike, reference: ArrayLike) -> dict[str, Any]:
+    """Every error of gpu.metrics, by name."""
+    return asdict(measure(render, reference))
+
+
+class ErrorPool:
+    """Computes errors on the side; started when first used."""
+
+    def __init__(self) -> None:
+        self._pool: ProcessPoolExecutor | None = None
+
+    def submit(self, render: ArrayLike, reference: ArrayLike) -> Future[dict[str, Any]]:
+        """`errors_of`, later."""
+        if self._pool is None:
+            self._pool = ProcessPoolExecutor(PROCESSES, get_context("spawn"))
+        return self._pool.submit(errors_of, render, reference)

@@ -1,0 +1,74 @@
+"""What each switch saves and what it costs in error: one switch off at a time, against all as they come.
+
+A switch is a yes-or-no of RenderSettings, or of a model inside it: new ones are found here by themselves.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from gpu.renderer import Renderer
+from gpu.settings import Component, RenderSettings
+from tests.bench.results import Row, Task
+from tests.bench.suite import Suite
+from tests.bench.timing import Measured, measure_frames
+
+# Yes-or-nos that say what is rendered, not how.
+NOT_SWITCHES = ("lambertian",)
+
+
+def switches(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    """The names of `model`'s switches; one of a model within it is called FIELD.NAME."""
+    for name, field in model.model_fields.items():
+        if field.annotation is bool and name not in NOT_SWITCHES:
+            yield prefix + name
+        elif isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            yield from switches(field.annotation, f"{prefix}{name}.")
+
+
+def flipped(settings: RenderSettings, switch: str) -> RenderSettings:
+    """`settings` with one switch the other way."""
+    values: dict[str, Any] = settings.model_dump()
+    *models, name = switch.split(".")
+    inner = values
+    for model in models:
+        inner = inner[model]
+    inner[name] = not inner[name]
+    return RenderSettings.model_validate(values)
+
+
+def run(suite: Suite) -> None:
+    """The part of the command line."""
+    settings = suite.settings(Component.FULL)
+    usual: dict[str, Measured] = {}
+
+    def measured(name: str, choice: RenderSettings) -> Measured:
+        subject = suite.subject(name)
+        return measure_frames(Renderer(subject.resident, subject.size, choice), subject.camera, suite.frames)
+
+    def usual_of(name: str) -> Measured:
+        if name not in usual:
+            usual[name] = measured(name, settings)
+        return usual[name]
+
+    def measure_row(name: str, switch: str) -> Row:
+        subject = suite.subject(name)
+        reference = subject.reference(Component.FULL).image
+        here, other = usual_of(name), measured(name, flipped(settings, switch))
+        return {
+            "scene": name,
+            "size": list(subject.size),
+            "switch": switch,
+            "settings": settings.model_dump(mode="json"),
+            "usual": {**here.row(), "errors": suite.errors(here.radiance, reference)},
+            "flipped": {**other.row(), "errors": suite.errors(other.radiance, reference)},
+            "change": suite.errors(here.radiance, other.radiance),
+        }
+
+    tasks = [
+        Task(f"{name} {switch}", lambda n=name, s=switch: measure_row(n, s))
+        for switch in switches(RenderSettings)
+        for name in suite.scene_names()
+    ]
+    suite.run("skips", tasks)

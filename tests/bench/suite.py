@@ -1,0 +1,84 @@
+"""What every part of the suite is given: the options, the scenes, and a place for rows."""
+
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from gpu.device import choose_device
+from gpu.settings import Component, RenderSettings
+from tests.bench.errors import ErrorPool, errors_of
+from tests.bench.results import Budget, Results, Row, Task, environment, run_tasks
+from tests.bench.subjects import Size, Subject, load_subject, scene_names
+
+# The default counts of a GPU, also where a CPU is measured; `quick` has so much less of everything.
+CLUSTERS = {"sp_clusters": 8192, "vpl_clusters": 2048}
+VPLS = 98_304
+QUICK_SHARE, LEAST = 32, 8
+
+
+@dataclass
+class Suite:
+    """Options of a run; see the command line's help."""
+
+    out: Path
+    cache: Path
+    device: str | None = None
+    scenes: Path | None = None
+    references: Path | None = None
+    names: tuple[str, ...] = ()
+    groups: tuple[str, ...] = ()
+    size: Size = (1024, 720)
+    quick: bool = False
+    seconds: float | None = None
+    reference_samples: int | None = None
+    budget: Budget = field(init=False)
+    _subjects: dict[str, Subject] = field(default_factory=dict)
+    _pool: ErrorPool = field(default_factory=ErrorPool)
+
+    def __post_init__(self) -> None:
+        self.budget = Budget(self.seconds)
+        self._device = choose_device(self.device)
+
+    @property
+    def is_cuda(self) -> bool:
+        """Whether this measures a GPU."""
+        return bool(self._device.is_cuda)
+
+    @property
+    def frames(self) -> int:
+        """Frames that a time is the median of."""
+        return 4 if self.quick else 25
+
+    def scene_names(self) -> tuple[str, ...]:
+        """The scenes to measure."""
+        return self.names or tuple(scene_names(self.scenes))
+
+    def subject(self, name: str) -> Subject:
+        """A scene, loaded once."""
+        if name not in self._subjects:
+            samples = self.reference_samples or (32 if self.quick else 4096 if self.is_cuda else 256)
+            self._subjects[name] = load_subject(
+                name, self.scenes, self.references, self.size, self.device, self.cache, samples
+            )
+        return self._subjects[name]
+
+    def count(self, number: int) -> int:
+        """A count of the full suite, or much less when this run is quick."""
+        return max(LEAST, number // QUICK_SHARE) if self.quick else number
+
+    def settings(self, component: Component = Component.INDIRECT, **changes: object) -> RenderSettings:
+        """The suite's base: Lambertian surfaces as the references, a GPU's default counts, with `changes`."""
+        counts = {name: self.count(number) for name, number in CLUSTERS.items()} | {"vpls": self.count(VPLS)}
+        return RenderSettings.model_validate({"component": component, "lambertian": True, **counts, **changes})
+
+    def errors(self, render: ArrayLike, reference: ArrayLike) -> Future[Row] | Row:
+        """Every error of gpu.metrics; on a GPU computed by other processes while it goes on."""
+        # On a CPU they would take the time that is measured.
+        return self._pool.submit(render, reference) if self.is_cuda else errors_of(render, reference)
+
+    def run(self, part: str, tasks: list[Task]) -> None:
+        """Measure the part's missing rows into OUT/PART.json."""
+        results = Results(self.out / f"{part}.json", environment(self._device))
+        run_tasks(tasks, results, self.budget, lambda text: print(f"{part}: {text}", flush=True))

@@ -1,0 +1,120 @@
+"""Times and errors of indirect light over clusters, VPLs, fuzziness and weighting; most telling rows first.
+
+Total error is against path tracing, clustering error against `exact-vpl` with the same VPLs; what is between those two
+is the VPLs' own. The groups are the paper's figures where they have its names.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+from gpu.renderer import Renderer
+from gpu.settings import Clustering, Component, Method, RenderSettings, Weighting
+from tests.bench import paper
+from tests.bench.results import Row, Task
+from tests.bench.suite import CLUSTERS, VPLS, Suite
+from tests.bench.timing import light_times, load_kernels, measure_frames
+
+REFERENCES = (Method.EXACT_VPL, Method.PATH)
+VPL_COUNTS = (2000, 8000, 32_000, VPLS, 262_144)
+# More VPLs than this are too slow one by one: their rows have no clustering error.
+MOST_EXACT_VPLS = 100_000
+PATH_SAMPLES = (1, 4, 16, 64)
+LIGHT_REPEATS = 20
+
+
+def groups() -> Iterator[tuple[str, dict[str, Any]]]:
+    """Every (group, changes of settings) of the sweep in the order of worth; some come in several groups."""
+    for method in Method:
+        if method not in REFERENCES:
+            yield "default", {"method": method, "vpls": VPLS}
+    middle = {"sp_clusters": 8000, "vpl_clusters": 2000, "vpls": paper.VPLS}
+    for sps, vpls in paper.SETTINGS:
+        yield "paper", {"sp_clusters": sps, "vpl_clusters": vpls, "vpls": paper.VPLS}
+    yield "exact", {"method": Method.EXACT_VPL, "vpls": paper.VPLS}
+    for samples in PATH_SAMPLES:
+        yield "path", {"method": Method.PATH, "samples": samples}
+    for fuzziness, weighting in product((6, 1, 2, 4, 8), Weighting):
+        yield "fuzziness", {**middle, "fuzziness": fuzziness, "weighting": weighting}
+    for vpls in VPL_COUNTS:
+        yield "vpls", {"vpls": vpls}
+        if vpls <= MOST_EXACT_VPLS:
+            yield "exact", {"method": Method.EXACT_VPL, "vpls": vpls}
+    for sps in paper.SP_CLUSTERS:
+        yield "sps", {"clustering": Clustering.SPS, "sp_clusters": sps, "vpls": paper.VPLS}
+    for vpls in paper.VPL_CLUSTERS:
+        yield "vpl-clusters", {"clustering": Clustering.VPLS, "vpl_clusters": vpls, "vpls": paper.VPLS}
+    corners = {(1000, 4000), (30_000, 750), (8000, 750), (8000, 4000), (1000, 2000), (30_000, 2000)}
+    grid = list(product(paper.BOTH_SP_CLUSTERS, paper.BOTH_VPL_CLUSTERS))
+    for sps, vpls in sorted(grid, key=lambda cell: cell not in corners):
+        yield "both", {"sp_clusters": sps, "vpl_clusters": vpls, "vpls": paper.VPLS}
+
+
+def choices(suite: Suite) -> dict[RenderSettings, list[str]]:
+    """The groups of each of the sweep's settings; only those with a group that the run asks for, if it does."""
+    table: dict[RenderSettings, list[str]] = {}
+    for group, changes in groups():
+        names = table.setdefault(suite.settings(**scaled(suite, changes)), [])
+        if group not in names:
+            names.append(group)
+    return {choice: names for choice, names in table.items() if not suite.groups or {*suite.groups} & {*names}}
+
+
+def scaled(suite: Suite, changes: dict[str, Any]) -> dict[str, Any]:
+    """`changes` with the counts of this run."""
+    return changes | {name: suite.count(changes[name]) for name in (*CLUSTERS, "vpls") if name in changes}
+
+
+def title(settings: RenderSettings) -> str:
+    """Settings in a row's key."""
+    if settings.method is Method.PATH:
+        return f"path samples={settings.samples}"
+    if settings.method is Method.EXACT_VPL:
+        return f"exact-vpl vpls={settings.vpls}"
+    return (
+        f"{settings.method.value} clustering={settings.clustering.value} sps={settings.sp_clusters} "
+        f"vpl-clusters={settings.vpl_clusters} vpls={settings.vpls} F={settings.fuzziness} {settings.weighting.value}"
+    )
+
+
+def tasks(suite: Suite) -> list[Task]:
+    """All settings, each for all scenes before the next."""
+    return [
+        Task(f"{name} {title(settings)}", lambda n=name, s=settings, g=names: measure_row(suite, n, s, g))
+        for settings, names in choices(suite).items()
+        for name in suite.scene_names()
+    ]
+
+
+def measure_row(suite: Suite, name: str, settings: RenderSettings, names: list[str]) -> Row:
+    """Times and errors of one choice of settings for one scene."""
+    subject = suite.subject(name)
+    row = {
+        "scene": name,
+        "size": list(subject.size),
+        "triangles": len(subject.resident.scene.triangles),
+        "groups": names,
+        "settings": settings.model_dump(mode="json"),
+    }
+    reference = subject.reference(Component.INDIRECT)
+    row["reference_noise"] = reference.noise
+    if settings.method is Method.EXACT_VPL:
+        exact = subject.exact(settings.vpls or VPLS)
+        times = {"median": exact.ms, "p5": exact.ms, "p95": exact.ms}
+        return {**row, "frames": 1, "frame_ms": times, "errors": {"total": suite.errors(exact.image, reference.image)}}
+    if settings.method is Method.PATH:
+        load_kernels(subject.resident, settings)
+    measured = measure_frames(Renderer(subject.resident, subject.size, settings), subject.camera, suite.frames)
+    row |= measured.row()
+    if "default" in names or "paper" in names:
+        row["light_ms"] = light_times(subject.resident, settings, min(LIGHT_REPEATS, suite.frames))
+    errors = {"total": suite.errors(measured.radiance, reference.image)}
+    if settings.method is not Method.PATH and (settings.vpls or 0) <= MOST_EXACT_VPLS:
+        image = subject.exact(settings.vpls or VPLS).image
+        errors["clustering"] = suite.errors(measured.radiance, image)
+    return {**row, "errors": errors}
+
+
+def run(suite: Suite) -> None:
+    """The part of the command line."""
+    suite.run("sweep", tasks(suite))
