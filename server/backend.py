@@ -82,7 +82,7 @@ class GpuBackend:
         linear = job.output in (".exr", ".npy")
         pixels, radiance = (None, frame.radiance()) if linear else (frame.pixels(), None)
         stats = frame.stats
-        return Picture(1, None, 0.0, pixels, radiance, stats.stage_ms, stats.counts, stats.skips)
+        return Picture(1, 1, None, 0.0, pixels, radiance, stats.stage_ms, stats.counts, stats.skips)
 
     def leave(self, viewer: int) -> None:
         """Free a viewer's renderer."""

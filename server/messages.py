@@ -89,8 +89,8 @@ class OpenScene:
 class Render:
     """Render one picture for a viewer (or STILLS, HEARTBEAT); answered by Free, then Done or Failed.
 
-    sample: frames of this view that were averaged so far; 0 starts anew. If the worker does not have those, it starts
-    anew too, which Done.samples tells.
+    sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0 starts
+    anew. If the worker does not have those, it starts anew too, which Done.samples tells.
     """
 
     viewer: int
@@ -99,7 +99,7 @@ class Render:
     size: tuple[int, int]
     settings: RenderSettings
     output: Output
-    sample: int = 0
+    sample: int | None = None
     quality: int = 85
     request: int = 0
     kind: Literal["render"] = "render"
@@ -169,13 +169,17 @@ class Opened:
 
 @dataclass(frozen=True)
 class Done:
-    """Answer to Render, with the encoded image as the message's bytes; times in milliseconds."""
+    """Answer to Render, with the encoded image as the message's bytes; times in milliseconds.
+
+    samples: frames averaged in it; target: of how many the settings, or the device, want a still view to be.
+    """
 
     request: int
     size: tuple[int, int]
     render_ms: float
     encode_ms: float
     samples: int
+    target: int
     stage_ms: dict[str, float]
     counts: dict[str, int]
     skips: dict[str, int]

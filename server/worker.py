@@ -56,11 +56,13 @@ log = logging.getLogger("lumenwalk.worker")
 class Picture:
     """A rendered picture on the host, no longer shared with the renderer, and its statistics.
 
-    samples: frames averaged in it; image: encoded on the device already, in encode_ms; else None. pixels: (height,
-    width, 3) uint8 sRGB; radiance: (height, width, 3) float32 linear; None where not asked for.
+    samples: frames averaged in it, of `target` that a still view is to have. image: encoded on the device already, in
+    encode_ms; else None. pixels: (height, width, 3) uint8 sRGB; radiance: (height, width, 3) float32 linear; None where
+    not asked for.
     """
 
     samples: int
+    target: int
     image: bytes | None
     encode_ms: float
     pixels: NDArray[np.uint8] | None
@@ -153,7 +155,9 @@ class Worker:
                 image = encode(picture.pixels, picture.radiance, job.output, job.quality)
             encode_ms = picture.encode_ms + 1e3 * (perf_counter() - began)
             stats = (picture.stage_ms, picture.counts, picture.skips)
-            self._send(Done(job.request, job.size, render_ms, encode_ms, picture.samples, *stats), image)
+            self._send(
+                Done(job.request, job.size, render_ms, encode_ms, picture.samples, picture.target, *stats), image
+            )
         except Exception as error:
             self._fail(job.request, error)
 

@@ -66,7 +66,7 @@ class GradientBackend:
         radiance[..., 1] = np.clip(x, 0.0, 1.0)
         radiance[..., 2] = job.viewer / 255.0
         stats = ({"gbuffer": 0.5, "shade": 1.5, "extra": 2.0}, {"pixels": width * height}, {"specular": 1})
-        return Picture(1, None, 0.0, (255 * radiance).astype(np.uint8), radiance, *stats)
+        return Picture(1, 1, None, 0.0, (255 * radiance).astype(np.uint8), radiance, *stats)
 
     def leave(self, viewer: int) -> None:
         pass

@@ -39,7 +39,7 @@ def test_a_render_crosses_the_border_as_it_is(view: View) -> None:
 
 
 @pytest.mark.parametrize(
-    "message", [Start(SCENE), Failed(1, "bad", Cause.USER), Done(2, (1, 2), 3.0, 4.0, 1, {"a": 1.0}, {}, {})]
+    "message", [Start(SCENE), Failed(1, "bad", Cause.USER), Done(2, (1, 2), 3.0, 4.0, 1, 1, {"a": 1.0}, {}, {})]
 )
 def test_messages_and_bytes_follow_each_other(message: ToWorker | FromWorker) -> None:
     pipe = io.BytesIO(pack(message, b"\x00\xff") + pack(message))
