@@ -1,6 +1,7 @@
 """What viewers are told of a scene."""
 
 from math import atan
+from pathlib import Path
 
 import numpy as np
 
@@ -20,7 +21,7 @@ def describe_scene(scene_id: str, scene: Scene) -> SceneInfo:
     low, high = ((float(x), float(y), float(z)) for x, y, z in corners)
     return SceneInfo(
         id=scene_id,
-        name=scene.name,
+        name=Path(scene_id).stem,
         cameras=tuple(_describe_camera(camera, (corners[0] + corners[1]) / 2) for camera in scene.cameras),
         bounds=Bounds(min=low, max=high),
         triangles=len(scene.triangles),

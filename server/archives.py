@@ -1,0 +1,74 @@
+"""A .zip with one scene and the files that it refers to, unpacked so that nothing lands outside its folder."""
+
+import stat
+import zipfile
+from pathlib import Path, PurePosixPath
+from shutil import copyfileobj
+
+from gpu.errors import SceneError
+from gpu.scene import SUFFIXES
+
+MAX_FILES = 2000
+MAX_DEPTH = 16
+MAX_RATIO = 200  # of unpacked to packed bytes: textures and meshes stay far below, bombs do not
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_ENCRYPTED = 0x1
+
+
+def unpack(archive: Path, folder: Path, max_bytes: int) -> Path:
+    """Unpack `archive` into `folder` and return its one scene file.
+
+    Raises SceneError (source: the archive's name) when it is broken, would take more than `max_bytes`, has a name
+    that is absolute or has "..", a link, an encrypted file, or not exactly one scene.
+    """
+    try:
+        with zipfile.ZipFile(archive) as opened:
+            entries = _checked(archive, opened, max_bytes)
+            for path, entry in entries.items():
+                target = folder / path
+                target.parent.mkdir(parents=True, exist_ok=True)
+                with opened.open(entry) as source, target.open("xb") as file:
+                    copyfileobj(source, file)
+    except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError) as error:
+        raise SceneError(archive.name, "", f"not a .zip file that can be unpacked: {error}") from None
+    except zipfile.zlib.error as error:
+        raise SceneError(archive.name, "", f"broken data in the .zip file: {error}") from None
+    scenes = [path for path in entries if path.suffix.lower() in SUFFIXES]
+    if len(scenes) != 1:
+        found = f"{len(scenes)} scenes ({', '.join(map(str, scenes[:4]))})" if scenes else "no scene"
+        raise SceneError(archive.name, "", f"{found}; put one of {', '.join(SUFFIXES)} in it, with its side files")
+    return folder / scenes[0]
+
+
+def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[PurePosixPath, zipfile.ZipInfo]:
+    """The files by their path inside the archive, before any is unpacked."""
+    entries: dict[PurePosixPath, zipfile.ZipInfo] = {}
+    total = 0
+    for entry in opened.infolist():
+        name = entry.filename
+        if entry.is_dir() or name.startswith("__MACOSX/"):
+            continue
+        path = _inside(archive, name)
+        if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
+            raise SceneError(archive.name, f"{name!r:.60}", "is a link or a device; put the file itself in")
+        if entry.flag_bits & _ENCRYPTED or entry.compress_type not in _METHODS:
+            raise SceneError(archive.name, f"{name!r:.60}", "is encrypted or packed unusually; use plain deflate")
+        if path in entries:
+            raise SceneError(archive.name, f"{name!r:.60}", "is there twice; leave one out")
+        entries[path] = entry
+        total += entry.file_size
+    if len(entries) > MAX_FILES:
+        raise SceneError(archive.name, "", f"{len(entries)} files, more than the {MAX_FILES} allowed")
+    if total > max_bytes:
+        raise SceneError(archive.name, "", f"{total} bytes unpacked, more than the {max_bytes} allowed")
+    if total > MAX_RATIO * archive.stat().st_size:
+        raise SceneError(archive.name, "", f"unpacks to more than {MAX_RATIO} times its size, as no scene does")
+    return entries
+
+
+def _inside(archive: Path, name: str) -> PurePosixPath:
+    path = PurePosixPath(name.replace("\\", "/"))
+    wrong = path.is_absolute() or ".." in path.parts or ":" in path.parts[0] or len(path.parts) > MAX_DEPTH
+    if wrong or any(len(part.encode()) > 255 or not part.isprintable() for part in path.parts):
+        raise SceneError(archive.name, f"{name!r:.60}", "is not a plain name inside the archive; rename it")
+    return path

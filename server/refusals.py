@@ -1,0 +1,39 @@
+"""Why a request is refused, each kind with the HTTP status that server.errors gives it."""
+
+from gpu.errors import UserError
+
+
+class UnknownSceneError(UserError):
+    """No scene has this id (404)."""
+
+
+class UnknownJobError(UserError):
+    """No job has this id (404)."""
+
+
+class ForbiddenError(UserError):
+    """This is not for clients to change (403)."""
+
+
+class InUseError(UserError):
+    """Somebody uses what should go (409)."""
+
+
+class TooLargeError(UserError):
+    """A body is larger than this service takes (413)."""
+
+
+class NoRoomError(UserError):
+    """The device or the uploads folder has no room for it (507)."""
+
+
+class TooSlowError(UserError):
+    """A body did not arrive in time (408)."""
+
+
+class TooBusyError(Exception):
+    """As much waits as may (429)."""
+
+
+class NotAcceptableError(Exception):
+    """None of the formats that the client takes can be written (406)."""
