@@ -10,7 +10,7 @@ LATENCY_SECONDS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15,
 STAGE_SECONDS = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
 PARTS = ("queue", "render", "encode", "network", "decode")
 
-disable_created_metrics()  # a second series for each counter, which says when it was made
+disable_created_metrics()  # type: ignore[no-untyped-call]  # a second series for each counter, which says when it was made
 
 
 class Metrics:
