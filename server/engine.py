@@ -1,8 +1,8 @@
 """The web process's side of rendering: keeps a worker running and gives it one job at a time, in turn.
 
-Whoever wants something rendered waits in one queue, first come first served. Each viewer, and all stills together, has
-at most one place in it, so the device goes round among them. A job is made when its turn comes, not before: a viewer's
-pose is then the newest one. More devices will mean more engines, one worker each, and viewers shared out among them.
+Whoever wants something rendered waits for a turn, which `Schedule` gives. A job is made when its turn comes, not
+before: a viewer's pose is then the newest one. More devices will mean more engines, one worker each, and viewers shared
+out among them.
 """
 
 import asyncio
@@ -18,6 +18,7 @@ from gpu.errors import OutOfMemoryError, UserError
 from server.link import Link, WorkerLostError
 from server.messages import (
     START_UP,
+    STILLS,
     Cause,
     Done,
     Failed,
@@ -32,6 +33,7 @@ from server.messages import (
     Start,
 )
 from server.protocol import SceneInfo
+from server.schedule import Place, Schedule, Urgency
 
 WORKER = (sys.executable, "-m", "server.backend")
 BACKOFF_SECONDS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
@@ -70,6 +72,24 @@ _ERRORS: dict[Cause, type[Exception]] = {
     Cause.PROGRAM: RenderFaultError,
 }
 Reply = tuple[Done | Opened, bytes]
+Make = Callable[[], Job | None]
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    """What is to be done when a turn comes, and who is to be told."""
+
+    make: Make
+    turn: "asyncio.Future[asyncio.Future[Reply] | None]"
+
+
+@dataclass(frozen=True)
+class _Running:
+    """The job that the worker has."""
+
+    request: int
+    place: Place
+    began: float  # [s]
 
 
 class Engine:
@@ -80,10 +100,11 @@ class Engine:
         self._command = command
         self._activity = Activity(EngineState.STARTING, "starting")
         self._link: Link | None = None
-        self._turn = asyncio.Lock()
-        self._idle = asyncio.Event()  # set while the worker is ready and has no job
+        self._schedule = Schedule()
+        self._waiting: dict[Place, _Waiting] = {}
         self._numbers = itertools.count(1)
-        self._running = START_UP
+        self._listening = False  # the worker takes jobs
+        self._running: _Running | None = None
         self._owed: dict[int, asyncio.Future[Reply]] = {}
         self.restarts = 0
         self.device = ""
@@ -125,30 +146,25 @@ class Engine:
             self._tell(RECOVERING)
             await asyncio.sleep(BACKOFF_SECONDS[min(failures, len(BACKOFF_SECONDS)) - 1] if failures else 0.0)
 
-    async def submit(self, make: Callable[[], Job | None]) -> "asyncio.Future[Reply] | None":
+    async def submit(self, client: int, urgency: Urgency, make: Make) -> "asyncio.Future[Reply] | None":
         """Wait for a turn, then send the job that `make` returns then, and return the future of its answer.
 
-        Returns None when `make` does, which gives the turn away. The future ends with the answer and its bytes, or
-        with UserError (the job was wrong), RenderFaultError (a bug) or WorkerLostError.
+        client: the viewer's number, or STILLS. Returns None when `make` does, which gives the turn away and costs
+        nothing. The future ends with the answer and its bytes, or with UserError (the job was wrong), OutOfMemoryError,
+        RenderFaultError (a bug) or WorkerLostError.
         """
-        async with self._turn:
-            while not self._idle.is_set():  # the worker may have died again between its set and this task's turn
-                await self._idle.wait()
-            link = self._link
-            assert link is not None
-            job = make()
-            if job is None:
-                return None
-            self._running = next(self._numbers)
-            self._idle.clear()
-            reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
-            self._owed[self._running] = reply
-            link.send(replace(job, request=self._running))
-            return reply
+        place = self._schedule.join(client, urgency)
+        waiting = self._waiting[place] = _Waiting(make, asyncio.get_running_loop().create_future())
+        self._give_turns()
+        try:
+            return await waiting.turn
+        finally:
+            self._schedule.leave(place)
+            self._waiting.pop(place, None)
 
     async def open(self, scene: SceneRef) -> SceneInfo:
         """Load a scene and say what is in it; errors as the futures of `submit`."""
-        reply = await self.submit(lambda: OpenScene(scene))
+        reply = await self.submit(STILLS, Urgency.STILL, lambda: OpenScene(scene))
         if reply is None:
             raise WorkerLostError("the worker is gone")
         answer, _ = await reply
@@ -169,12 +185,15 @@ class Engine:
                 match message:
                     case Ready(device):
                         self.device = device
-                        self._idle.set()
+                        self._listening = True
                         self._tell(Activity(EngineState.READY))
+                        self._give_turns()
                     case Progress(text, fraction):
                         self._tell(Activity(self._activity.state, text, fraction))
-                    case Free(request):
-                        self._free(request)
+                    case Free(request, busy_ms) if self._running and request == self._running.request:
+                        self._end_turn(busy_ms / 1e3)
+                        self._tell(Activity(EngineState.READY))
+                        self._give_turns()
                     case Failed(request, text, cause):
                         error = _ERRORS[cause](text)
                         if request == START_UP:
@@ -188,18 +207,39 @@ class Engine:
                         self._settle(request, (message, payload))
         finally:
             self._link = None
-            self._idle.clear()
+            self._listening = False
             if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
                 self._tell(RECOVERING)
+            if self._running is not None:
+                self._end_turn(monotonic() - self._running.began)
             for request in list(self._owed):
                 self._settle(request, WorkerLostError("the renderer was lost; it is being started again"))
             status = await link.stop()
             log.info("worker %d ended with status %d", link.pid, status)
 
-    def _free(self, request: int) -> None:
-        if request == self._running:
-            self._idle.set()
-            self._tell(Activity(EngineState.READY))
+    def _give_turns(self) -> None:
+        while self._listening and self._running is None and (place := self._schedule.next()) is not None:
+            waiting = self._waiting[place]
+            if waiting.turn.done():  # who asked has left this instant
+                continue
+            try:
+                job = waiting.make()
+            except Exception as error:
+                waiting.turn.set_exception(error)
+            else:
+                waiting.turn.set_result(None if job is None else self._send(place, job))
+
+    def _send(self, place: Place, job: Job) -> "asyncio.Future[Reply]":
+        assert self._link is not None
+        self._running = _Running(next(self._numbers), place, monotonic())
+        reply = self._owed[self._running.request] = asyncio.get_running_loop().create_future()
+        self._link.send(replace(job, request=self._running.request))
+        return reply
+
+    def _end_turn(self, seconds: float) -> None:
+        assert self._running is not None
+        self._schedule.charge(self._running.place, seconds)
+        self._running = None
 
     def _settle(self, request: int, result: Reply | Exception) -> None:
         future = self._owed.pop(request, None)

@@ -15,6 +15,7 @@ from server.link import WorkerLostError
 from server.messages import STILLS, Done, LookAt, Placed, Render, SceneCamera, View
 from server.negotiate import MEDIA_TYPES, choose_format
 from server.protocol import Matrix, SceneId, SceneInfo, SceneName, Size, check_rigid
+from server.schedule import Urgency
 from server.service import Service, TheService
 
 router = APIRouter(prefix="/api/v1", responses={code: {"model": ErrorBody} for code in (404, 406, 413, 422, 429, 503)})
@@ -129,7 +130,7 @@ async def _still(service: Service, job: Render) -> tuple[Done, bytes]:
     service.stills_waiting += 1
     try:
         async with asyncio.timeout(service.settings.max_wait_seconds), service.still_turn:
-            reply = await service.engine.submit(lambda: job)
+            reply = await service.engine.submit(STILLS, Urgency.STILL, lambda: job)
     except TimeoutError:
         raise WorkerLostError(f"no turn within {service.settings.max_wait_seconds:g} s; try again later") from None
     finally:

@@ -13,6 +13,7 @@ from gpu.settings import RenderSettings
 from server.engine import Engine, EngineState, RenderFaultError
 from server.link import WorkerLostError
 from server.messages import Done, Render, SceneCamera, SceneRef, Start
+from server.schedule import Urgency
 
 SCENE = SceneRef("cornell-box", "cornell-box")
 
@@ -40,7 +41,7 @@ async def until(condition: Callable[[], bool]) -> None:
 
 
 async def result(engine: Engine, render: Render) -> Done:
-    reply = await engine.submit(lambda: render)
+    reply = await engine.submit(render.viewer, Urgency.MOVING, lambda: render)
     assert reply is not None
     done, _ = await reply
     assert isinstance(done, Done)
@@ -61,9 +62,9 @@ def check(scenario: Callable[[Engine], Awaitable[None]]) -> None:
 def test_a_job_is_made_when_its_turn_comes() -> None:
     async def scenario(engine: Engine) -> None:
         newest = 1
-        slow = await engine.submit(lambda: job(seed=SLOW_SEED))
+        slow = await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
         assert slow is not None
-        waiting = asyncio.create_task(engine.submit(lambda: job(seed=newest)))
+        waiting = asyncio.create_task(engine.submit(2, Urgency.MOVING, lambda: job(seed=newest)))
         await asyncio.sleep(0.05)
         newest = WRONG_SEED
         reply = await waiting
@@ -76,7 +77,7 @@ def test_a_job_is_made_when_its_turn_comes() -> None:
 
 def test_whoever_wants_nothing_any_more_gives_the_turn_away() -> None:
     async def scenario(engine: Engine) -> None:
-        assert await engine.submit(lambda: None) is None
+        assert await engine.submit(1, Urgency.MOVING, lambda: None) is None
         await result(engine, job())
 
     check(scenario)
@@ -92,9 +93,9 @@ def test_turns_go_round() -> None:
 
         async def viewer(number: int) -> None:
             for _ in range(3):
-                await engine.submit(lambda: make(number))
+                await engine.submit(number, Urgency.MOVING, lambda: make(number))
 
-        await engine.submit(lambda: job(seed=SLOW_SEED))  # so that all of them wait
+        await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))  # so that all of them wait
         await asyncio.gather(*(viewer(number) for number in (1, 2, 3)))
         assert served == [1, 2, 3] * 3
 
@@ -103,8 +104,8 @@ def test_turns_go_round() -> None:
 
 def test_one_who_leaves_while_waiting_takes_no_turn() -> None:
     async def scenario(engine: Engine) -> None:
-        await engine.submit(lambda: job(seed=SLOW_SEED))
-        leaver = asyncio.create_task(engine.submit(lambda: pytest.fail("it has left")))
+        await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
+        leaver = asyncio.create_task(engine.submit(1, Urgency.MOVING, lambda: pytest.fail("it has left")))
         await asyncio.sleep(0.05)
         leaver.cancel()
         await result(engine, job())
@@ -126,7 +127,7 @@ def test_errors_are_the_users_or_the_programs() -> None:
 
 def test_a_killed_worker_is_replaced_and_owes_nothing() -> None:
     async def scenario(engine: Engine) -> None:
-        reply = await engine.submit(lambda: job(seed=SLOW_SEED))
+        reply = await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
         assert reply is not None
         first = engine.worker_pid
         assert first is not None
