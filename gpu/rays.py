@@ -14,11 +14,16 @@ MAX_ALPHA_LAYERS = wp.constant(64)
 
 
 @wp.func
+def lifted(position: wp.vec3, normal: wp.vec3) -> wp.vec3:
+    """`position` moved off its surface to the side of its geometric `normal`."""
+    size = wp.max(wp.max(wp.abs(position[0]), wp.abs(position[1])), wp.abs(position[2]))
+    return position + normal * (OFFSET_ULP * wp.max(size, OFFSET_FLOOR))
+
+
+@wp.func
 def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3) -> wp.vec3:
     """`position` moved off its surface (geometric `normal`) to the side that `direction` points to."""
-    size = wp.max(wp.max(wp.abs(position[0]), wp.abs(position[1])), wp.abs(position[2]))
-    step = OFFSET_ULP * wp.max(size, OFFSET_FLOOR)
-    return position + normal * wp.where(wp.dot(normal, direction) < 0.0, -step, step)
+    return lifted(position, wp.where(wp.dot(normal, direction) < 0.0, -normal, normal))
 
 
 @wp.func
@@ -95,11 +100,13 @@ class Segment:
 
 @wp.func
 def segment_between(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> Segment:
-    """The open segment from `p` to `q`, both moved off their surfaces, whose geometric normals are given."""
+    """The open segment from `p` to `q`, both moved off the sides of their surfaces that the geometric normals name.
+
+    Not to the sides that they lie on of each other: in one plane, rounding would put one of them behind its surface.
+    """
     segment = Segment()
-    way = q - p
-    segment.origin = offset_origin(p, p_normal, way)
-    between = offset_origin(q, q_normal, -way) - segment.origin
+    segment.origin = lifted(p, p_normal)
+    between = lifted(q, q_normal) - segment.origin
     distance = wp.length(between)
     # Points closer than their offsets have nothing between them; a zero direction would be "missed" anyway.
     if distance > 4.0 * OFFSET_ULP:
