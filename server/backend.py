@@ -1,30 +1,37 @@
 """The worker process's program, `python -m server.backend DESCRIPTOR`: the only part of the service that imports Warp.
 
-Scenes are shared by all viewers of them; each viewer has one renderer, of its size and settings, made anew when those
-change. A scene that nobody looks at is dropped for another once `max_scenes` are loaded, the least recently used first.
+Scenes and renderers are shared by all viewers of them. What is kept for a viewer is the mean of its still view's
+frames. A scene that nobody looks at is dropped for another once `max_scenes` are loaded, the least recently used first.
 """
 
+import re
 import sys
 from dataclasses import dataclass, replace
 from math import tan
+from pathlib import Path
 
 import numpy as np
 import warp as wp
 
+from gpu.accumulate import Accumulation
 from gpu.camera import look_at
 from gpu.device import choose_device
-from gpu.errors import SceneError, UserError
-from gpu.renderer import Renderer
+from gpu.errors import OutOfMemoryError, SceneError, UserError
+from gpu.frame import Frame
+from gpu.quality import quality_of
 from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
 from server.messages import STILLS, LookAt, Placed, Render, SceneCamera, SceneRef, Start, View
 from server.protocol import SceneInfo
+from server.renderers import Renderers
 from server.sceneinfo import describe_scene
 from server.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
+# How Warp says that the device has no memory left.
+NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
 
 
 @dataclass(frozen=True)
@@ -33,14 +40,12 @@ class _Loaded:
     resident: ResidentScene
 
 
-@dataclass(frozen=True)
-class _Seat:
-    """A viewer's renderer and what it was made for."""
+@dataclass
+class _Still:
+    """What a viewer looks at, and the mean of the frames of it so far."""
 
-    scene: SceneRef
-    size: tuple[int, int]
-    settings: RenderSettings
-    renderer: Renderer
+    view: tuple[SceneRef, View, tuple[int, int], RenderSettings]
+    accumulation: Accumulation
 
 
 class GpuBackend:
@@ -50,43 +55,65 @@ class GpuBackend:
         self._start = Start(SceneRef("", ""))
         self._device: wp.Device = None
         self._scenes: dict[SceneRef, _Loaded] = {}  # in the order of their last use
-        self._seats: dict[int, _Seat] = {}
+        self._viewed: dict[int, SceneRef] = {}  # by viewer
+        self._stills: dict[int, _Still] = {}  # by viewer
 
     def start(self, start: Start, report: Report) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
         self._start = start
         self._device = choose_device(start.device)
+        self._renderers = Renderers(self._device)
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
-        self.leave(STILLS)
         return str(self._device)
 
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
         """Make sure that a scene is on the device."""
         return describe_scene(scene.id, self._load(scene, report).scene)
 
+    def close(self, scene: SceneRef) -> None:
+        """Free a scene and all that was made for it."""
+        self._scenes.pop(scene, None)
+        self._renderers.drop(scene)
+        for viewer in [viewer for viewer, viewed in self._viewed.items() if viewed == scene]:
+            self.leave(viewer)
+
     def render(self, job: Render, report: Report) -> Picture:
-        """Render one picture with the viewer's renderer."""
+        """Render one picture; OutOfMemoryError when the device cannot hold what that takes."""
         loaded = self._load(job.scene, report)
         camera = view_camera(loaded.scene, job.view, job.size)
-        seat = self._seats.get(job.viewer)
-        if seat is None or (seat.scene, seat.size, seat.settings) != (job.scene, job.size, job.settings):
-            seat = None
-            self.leave(job.viewer)  # before the new renderer takes memory
-            renderer = Renderer(loaded.resident, job.size, job.settings, report)
-            seat = self._seats[job.viewer] = _Seat(job.scene, job.size, job.settings, renderer)
+        if job.viewer > STILLS:
+            self._viewed[job.viewer] = job.scene
         try:
-            frame = seat.renderer.render(camera)
-        except BaseException:
-            self.leave(job.viewer)  # what it holds after an error is not known
-            raise
-        linear = job.output in (".exr", ".npy")
-        pixels, radiance = (None, frame.radiance()) if linear else (frame.pixels(), None)
-        stats = frame.stats
-        return Picture(1, 1, None, 0.0, pixels, radiance, stats.stage_ms, stats.counts, stats.skips)
+            return self._picture(job, loaded, camera, report)
+        except RuntimeError as error:
+            if not NO_MEMORY.search(str(error)):
+                raise
+            # Everything that can be made again makes room for this one picture.
+            self._renderers.clear()
+            self._stills.clear()
+        try:
+            return self._picture(job, loaded, camera, report)
+        except RuntimeError as error:
+            if not NO_MEMORY.search(str(error)):
+                raise
+            self._renderers.clear()
+            raise OutOfMemoryError(
+                f"the device has too little memory for {job.size[0]}×{job.size[1]} pixels with these settings; "
+                "ask for a smaller size, or for fewer clusters or VPLs"
+            ) from None
 
     def leave(self, viewer: int) -> None:
-        """Free a viewer's renderer."""
-        self._seats.pop(viewer, None)
+        """Free what is kept for a viewer."""
+        self._viewed.pop(viewer, None)
+        self._stills.pop(viewer, None)
+
+    def memory(self) -> tuple[int, int]:
+        """Bytes of the device in use, and all that it has; on a CPU, what this process and the machine have."""
+        if self._device.is_cuda:
+            return self._device.total_memory - self._device.free_memory, self._device.total_memory
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        total = re.search(r"MemTotal:\s+(\d+) kB", Path("/proc/meminfo").read_text())
+        return pages * 4096, int(total.group(1)) * 1024 if total else 0
 
     def healthy(self) -> bool:
         """Whether the device still answers."""
@@ -112,15 +139,47 @@ class GpuBackend:
 
     def _make_room(self) -> None:
         while len(self._scenes) >= self._start.max_scenes:
-            used = {seat.scene for viewer, seat in self._seats.items() if viewer != STILLS}
+            used = set(self._viewed.values())
             idle = next((ref for ref in self._scenes if ref not in used), None)
             if idle is None:
                 raise UserError(
                     f"{len(used)} scenes are being viewed, as many as this server keeps; choose one of those"
                 )
-            if STILLS in self._seats and self._seats[STILLS].scene == idle:
-                self.leave(STILLS)
-            del self._scenes[idle]
+            self.close(idle)
+
+    def _picture(self, job: Render, loaded: _Loaded, camera: Camera, report: Report) -> Picture:
+        renderer = self._renderers.get(job.scene, loaded.resident, job.size, job.settings, report)
+        try:
+            frame = renderer.render(camera, self._accumulation(job))
+        except BaseException:
+            self._renderers.clear()  # what they and the mean hold after an error is not known
+            self._stills.pop(job.viewer, None)
+            raise
+        return self._result(job, frame)
+
+    def _accumulation(self, job: Render) -> Accumulation | None:
+        """The mean that the frame goes into, started anew where it is not that of the frames before."""
+        if job.sample is None:
+            return None
+        view = (job.scene, job.view, job.size, job.settings)
+        still = self._stills.get(job.viewer)
+        if still is None or len(still.accumulation.mean) != job.size[0] * job.size[1]:
+            self._stills.pop(job.viewer, None)  # before the new one takes memory
+            still = self._stills[job.viewer] = _Still(view, Accumulation(job.size[0] * job.size[1], self._device))
+        if still.view != view or still.accumulation.samples != job.sample:
+            still.view = view
+            still.accumulation.restart()
+        return still.accumulation
+
+    def _result(self, job: Render, frame: Frame) -> Picture:
+        pixels, radiance = None, None
+        if job.output in (".exr", ".npy"):
+            radiance = frame.radiance()
+        elif job.output != "none":
+            pixels = frame.pixels()
+        samples, target = frame.stats.counts["frames"], quality_of(job.settings, self._device).frames
+        stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips)
+        return Picture(samples, target, None, 0.0, pixels, radiance, *stats)
 
 
 def view_camera(scene: Scene, view: View, size: tuple[int, int]) -> Camera:

@@ -171,6 +171,7 @@ class ErrorCode(StrEnum):
     LIMIT = "limit"
     SCENE_FAILED = "scene-failed"
     RENDER_FAILED = "render-failed"
+    MEMORY = "memory"
 
 
 class State(StrEnum):

@@ -3,10 +3,11 @@
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
+from time import monotonic
 
 from fastapi import WebSocket, WebSocketDisconnect
 
-from gpu.errors import UserError
+from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
 from server.engine import EngineState, RenderFaultError, Reply
 from server.link import WorkerLostError
@@ -19,6 +20,7 @@ from server.protocol import (
     Hello,
     Limits,
     Message,
+    Phase,
     Pose,
     SceneInfo,
     Settings,
@@ -30,9 +32,13 @@ from server.protocol import (
 )
 from server.scenes import UnknownSceneError
 from server.service import Service
-from server.session import MAX_LOSSES, Order, Session
+from server.session import MAX_LOSSES, Order, Qualities, Session
 
 STATUS_SECONDS = 0.1  # at least, between two words on what is going on
+STALLED_SECONDS = 10.0
+WATCH_SECONDS = 1.0
+CLOSE_SECONDS = 1.0  # for a viewer to take note of the end
+STALLED, RESTART = 1008, 1012  # the codes of a close
 
 
 async def receive(socket: WebSocket) -> str:
@@ -53,10 +59,19 @@ class Viewer:
         self._socket = socket
         self._service = service
         self._hello = hello
-        self._session = Session(number, hello.size, hello.settings)
+        settings = service.settings
+        self._session = Session(
+            number,
+            hello.size,
+            hello.settings,
+            stream=hello.stream,
+            qualities=Qualities(settings.jpeg_quality, settings.still_quality),
+            takes_png="png" in hello.codecs,
+        )
+        self._sent: dict[int, float] = {}  # milliseconds that the server itself took, by unacknowledged frame
         self._wanted: SceneRef | None = None  # a scene that is to be opened
         self._shown: tuple[SceneRef, SceneInfo] | None = None
-        self._rendering: asyncio.Queue[tuple[Order, asyncio.Future[Reply]]] = asyncio.Queue()
+        self._rendering: asyncio.Queue[tuple[Order, float, asyncio.Future[Reply]]] = asyncio.Queue()
         self._pending = 0  # frames ordered and not yet sent
         self._stirred = asyncio.Event()  # something changed that a task may wait for
         self._news = asyncio.Event()  # something changed that the viewer may have to be told
@@ -68,12 +83,20 @@ class Viewer:
         self._service.engine.listeners.add(self._news.set)
         try:
             async with asyncio.TaskGroup() as tasks:
-                for task in (self._listen(), self._order(), self._deliver(), self._report()):
+                for task in (
+                    self._listen(),
+                    self._order(),
+                    self._deliver(),
+                    self._report(),
+                    self._watch(),
+                    self._stop(),
+                ):
                     tasks.create_task(task)
         except* WebSocketDisconnect:
             pass
         finally:
             self._service.engine.listeners.discard(self._news.set)
+            self._service.metrics.windows.pop(self._session.viewer, None)
 
     def _welcome(self) -> Welcome:
         limits = self._service.settings
@@ -81,7 +104,7 @@ class Viewer:
             viewer=self._session.viewer,
             scenes=self._service.catalogue.names(),
             settings_schema=RenderSettings.model_json_schema(),
-            codecs=("jpeg",),
+            codecs=("jpeg", "png") if "png" in self._hello.codecs else ("jpeg",),
             limits=Limits(max_pixels=limits.max_stream_pixels, max_message_bytes=limits.max_message_bytes),
         )
 
@@ -96,6 +119,7 @@ class Viewer:
                         self._session.pose(message)
                     case Ack():
                         self._session.acknowledge(message.frame)
+                        self._measure(message)
                     case Settings():
                         await self._change(message)
                     case Hello():
@@ -115,7 +139,7 @@ class Viewer:
         scene = None if message.scene is None else await self._find(message.scene)
         if message.scene is not None and scene is None:
             return
-        self._session.change(message.id, message.size, message.settings)
+        self._session.change(message.id, message.size, message.settings, message.stream)
         if scene is not None:
             self._wanted = scene
             self._session.show(None)
@@ -131,27 +155,31 @@ class Viewer:
 
     async def _order(self) -> None:
         while True:
-            await self._until(lambda: self._wanted is not None or self._session.due)
+            await self._until(lambda: self._wanted is not None or self._session.due is not None)
             if self._wanted is not None:
                 await self._open(self._wanted)
             else:
                 await self._order_frame()
 
     async def _order_frame(self) -> None:
-        orders: list[Order] = []
+        urgency = self._session.due
+        if urgency is None:
+            return
+        orders: list[tuple[Order, float]] = []
+        asked = monotonic()
 
         def newest() -> Job | None:
             taken = self._session.take()
             if taken is None:
                 return None
             order, job = taken
-            orders.append(order)
+            orders.append((order, 1e3 * (monotonic() - asked)))
             return job
 
-        reply = await self._service.engine.submit(newest)
+        reply = await self._service.engine.submit(self._session.viewer, urgency, newest)
         if reply is not None:
             self._pending += 1
-            self._rendering.put_nowait((orders[0], reply))
+            self._rendering.put_nowait((*orders[0], reply))
 
     async def _open(self, scene: SceneRef) -> None:
         self._news.set()
@@ -177,12 +205,17 @@ class Viewer:
 
     async def _deliver(self) -> None:
         while True:
-            order, reply = await self._rendering.get()
+            order, waited_ms, reply = await self._rendering.get()
             try:
                 done, image = await reply
                 assert isinstance(done, Done)
-                await self._socket.send_bytes(_header(order, done).pack() + image)
-                self._session.delivered()
+                self._session.delivered(order, done, waited_ms)
+                if order.frame is not None:
+                    await self._show(order, done, image)
+            except OutOfMemoryError as error:
+                smaller = self._session.shrink(order)
+                words = f"{error}; it is shown smaller" if smaller else str(error)
+                await self._fail(ErrorCode.MEMORY if smaller else ErrorCode.RENDER_FAILED, UserError(words))
             except (UserError, RenderFaultError) as error:
                 self._session.failed(order)
                 await self._fail(ErrorCode.RENDER_FAILED, error)
@@ -191,6 +224,47 @@ class Viewer:
                     await self._fail(ErrorCode.RENDER_FAILED, UserError(f"{error}; it dies of this view: change it"))
             self._pending -= 1
             self._stir()
+
+    async def _show(self, order: Order, done: Done, image: bytes) -> None:
+        header = _header(order, done)
+        message = header.pack() + image
+        self._session.window.sent(header.frame)
+        self._sent[header.frame] = order.queue_ms + done.render_ms + done.encode_ms
+        await self._socket.send_bytes(message)
+        metrics = self._service.metrics
+        times = (order.queue_ms, done.render_ms, done.encode_ms)
+        metrics.frame(*times, len(message), header.phase, done.stage_ms, done.skips)
+        metrics.windows[self._session.viewer] = self._session.window.limit
+
+    def _measure(self, ack: Ack) -> None:
+        """Passes on what a viewer says of a frame; what is not the server's or its own was the network's."""
+        spent = self._sent.get(ack.frame)
+        self._sent = {frame: ms for frame, ms in self._sent.items() if frame > ack.frame}
+        network = None
+        if ack.age_ms is not None and spent is not None:
+            network = max(ack.age_ms - spent - (ack.decode_ms or 0.0), 0.0)
+        self._service.metrics.acknowledged(ack.age_ms, network, ack.decode_ms)
+
+    async def _watch(self) -> None:
+        """Drop a viewer that acknowledges nothing any more: it does not read, and what it is sent only piles up."""
+        while self._session.window.waiting_seconds < STALLED_SECONDS:
+            await asyncio.sleep(WATCH_SECONDS)
+        self._service.metrics.dropped("stalled")
+        await self._leave(STALLED, f"no frame was acknowledged for {STALLED_SECONDS:.0f} s")
+
+    async def _stop(self) -> None:
+        """Tell the viewer that the service ends, and close."""
+        await self._service.stopping.wait()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(CLOSE_SECONDS):
+                await self._send(Status(state=State.STOPPING, text="the server is stopping"))
+        await self._leave(RESTART, "the server is stopping")
+
+    async def _leave(self, code: int, reason: str) -> None:
+        with suppress(TimeoutError):
+            async with asyncio.timeout(CLOSE_SECONDS):
+                await self._socket.close(code, reason)
+        raise WebSocketDisconnect(code, reason)
 
     # --- what the viewer is told ---
 
@@ -209,7 +283,7 @@ class Viewer:
         activity = self._service.engine.activity
         words = {"text": activity.text, "fraction": activity.fraction}
         if activity.state is EngineState.READY:
-            waiting = self._wanted is not None or self._pending > 0 or self._session.due
+            waiting = self._wanted is not None or self._pending > 0 or self._session.due is not None
             slow = bool(activity.text) or self._wanted is not None
             return Status(state=State.LOADING, **words) if waiting and slow else Status(state=State.READY)
         return Status(state=State.LOADING if activity.state is EngineState.STARTING else State.RECOVERING, **words)
@@ -227,11 +301,18 @@ class Viewer:
     async def _until(self, condition: Callable[[], bool]) -> None:
         while not condition():
             self._stirred.clear()
-            await self._stirred.wait()
+            rest = self._session.rest_seconds  # a view that comes to rest stirs nothing
+            with suppress(TimeoutError):
+                async with asyncio.timeout(rest if rest > 0.0 else None):
+                    await self._stirred.wait()
 
 
 def _header(order: Order, done: Done) -> FrameHeader:
+    assert order.frame is not None
     width, height = done.size
+    phase = Phase.MOVING
+    if order.samples is not None:
+        phase = Phase.FINAL if done.samples >= done.target else Phase.STILL
     return FrameHeader(
         width=width,
         height=height,
@@ -242,4 +323,9 @@ def _header(order: Order, done: Done) -> FrameHeader:
         render_ms=done.render_ms,
         encode_ms=done.encode_ms,
         stages=stage_slots(done.stage_ms),
+        codec=order.codec,
+        phase=phase,
+        quality=order.quality,
+        samples=done.samples,
+        target_samples=done.target if order.samples is not None else 1,
     )

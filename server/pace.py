@@ -1,0 +1,83 @@
+"""The size of frames while the camera moves: as large as comes in time, by what earlier frames took."""
+
+# Sides of moving frames as shares of the wanted size. Few, since each size has device memory of its own.
+SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
+# From the turn being wanted to the picture being rendered: 25 frames a second, the wait for other viewers included.
+TARGET_MS = 40.0
+# A size is left for the next smaller one above this share of the target, and for the next larger one only where that
+# is expected below the other: the gap keeps it from swinging.
+TOO_SLOW, FAST_ENOUGH = 1.15, 0.8
+# Frames of one size before it is judged again; a frame this many times too slow is enough alone.
+JUDGED_FRAMES, AT_ONCE = 4, 2.0
+# What a frame takes whatever its size, as a share of what one of full size does: clusters and their visibility.
+FIXED_SHARE = 0.25
+# Frames until a size that was too slow is tried again: other viewers may have left.
+AGAIN = 400
+FIRST_PIXELS = 640 * 360  # before anything was measured
+LEAST_SIDE = 64  # px; smaller ones show nothing
+
+
+class Pace:
+    """Chooses the scale of one viewer's moving frames, unless it is locked."""
+
+    def __init__(self) -> None:
+        self._scale: float | None = None
+        self._mean_ms = 0.0
+        self._frames = 0
+        self._total = 0
+        self._too_slow: dict[float, int] = {}  # by scale, at which of all frames
+
+    def restart(self) -> None:
+        """Other settings or another scene: what was measured no longer counts."""
+        self._scale = None
+        self._frames = 0
+        self._too_slow.clear()
+
+    def size(self, full: tuple[int, int], locked: float | None) -> tuple[int, int]:
+        """Width and height of the next moving frame; full: of a still one; locked: the scale that the viewer wants."""
+        if locked is not None:
+            return _scaled(full, locked)
+        if self._scale is None:
+            self._scale = next((scale for scale in SCALES if _pixels(full, scale) <= FIRST_PIXELS), SCALES[-1])
+        return _scaled(full, self._scale)
+
+    def observe(self, milliseconds: float) -> None:
+        """A moving frame of the chosen scale took so long, its wait for a turn included."""
+        if self._scale is None:
+            return
+        self._frames += 1
+        self._total += 1
+        self._mean_ms += (milliseconds - self._mean_ms) / min(self._frames, JUDGED_FRAMES)
+        enough = self._frames >= JUDGED_FRAMES
+        place = SCALES.index(self._scale)
+        if self._mean_ms > TOO_SLOW * TARGET_MS * (1.0 if enough else AT_ONCE):
+            self._too_slow[self._scale] = self._total
+            while place + 1 < len(SCALES) and self._expected(SCALES[place]) > FAST_ENOUGH * TARGET_MS:
+                place += 1
+        elif enough and place > 0 and self._worth_trying(SCALES[place - 1]):
+            place -= 1
+        if SCALES[place] != self._scale:
+            self._scale = SCALES[place]
+            self._frames = 0
+
+    def _worth_trying(self, scale: float) -> bool:
+        rested = scale not in self._too_slow or self._total - self._too_slow[scale] > AGAIN
+        return rested and self._expected(scale) < FAST_ENOUGH * TARGET_MS
+
+    def _expected(self, scale: float) -> float:
+        """Milliseconds of a frame of this scale, by those of the chosen one."""
+        assert self._scale is not None
+        return self._mean_ms * _cost(scale) / _cost(self._scale)
+
+
+def _cost(scale: float) -> float:
+    return FIXED_SHARE + (1.0 - FIXED_SHARE) * scale * scale
+
+
+def _pixels(full: tuple[int, int], scale: float) -> float:
+    return full[0] * full[1] * scale * scale
+
+
+def _scaled(full: tuple[int, int], scale: float) -> tuple[int, int]:
+    scale = max(scale, min(1.0, LEAST_SIDE / min(full)))
+    return max(1, round(full[0] * scale)), max(1, round(full[1] * scale))
