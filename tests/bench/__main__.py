@@ -71,7 +71,7 @@ def main() -> int:
         if "gate" in parts:
             from tests.bench import gate
 
-            return gate.main(update=options.update)
+            return gate.main(update_stored=options.update)
         suite = Suite(
             out=options.out,
             cache=options.cache or options.out / "cache",

@@ -77,20 +77,19 @@ def flicker(renders: Images, references: Images) -> Flicker:
 
 @dataclass(frozen=True)
 class ErrorParts:
-    """relMSE of one clustered render, told apart; the first five add up to `total`.
+    """relMSE told apart into bias, which stays however many seeds are averaged, and noise, which differs between them.
 
-    vpl_bias: what VPLs get wrong however many sets are averaged (disks, lost near field); vpl_noise: what one set of
-    VPLs differs from their mean; clustering_bias, clustering_noise: likewise what clustering adds to that; cross: what
-    the two share, negative where clustering happens to make up for the VPLs. reference_noise is the reference's own,
-    which vpl_bias is free of when it is known.
+    vpl: of VPLs without clustering, against the reference (disks, lost near field; one set of VPLs); clustering: of
+    what clustering adds to that; total: of the clustered render, less than the sum where clustering smooths the VPLs'
+    noise. reference_noise is the reference's own, which the biases against it are free of when it is known.
     """
 
     vpl_bias: float
     vpl_noise: float
     clustering_bias: float
     clustering_noise: float
-    cross: float
-    total: float
+    total_bias: float
+    total_noise: float
     reference_noise: float
 
 
@@ -105,11 +104,15 @@ def tell_apart(clustered: Images, exact: Images, reference: ArrayLike, reference
         raise ValueError(f"errors are told apart by pairs of renders of at least two seeds, got {f.shape}, {e.shape}")
     weight = 1.0 / (r**2 + 0.01 * np.mean(r) ** 2)
     vpl_bias, vpl_noise = _bias_and_noise(e - r, weight)
-    clustering_bias, clustering_noise = _bias_and_noise(f - e, weight)
-    vpl_bias -= reference_noise
-    total = float(np.mean((f - r) ** 2 * weight)) - reference_noise
-    cross = total - vpl_bias - vpl_noise - clustering_bias - clustering_noise
-    return ErrorParts(vpl_bias, vpl_noise, clustering_bias, clustering_noise, cross, total, reference_noise)
+    total_bias, total_noise = _bias_and_noise(f - r, weight)
+    return ErrorParts(
+        vpl_bias - reference_noise,
+        vpl_noise,
+        *_bias_and_noise(f - e, weight),
+        total_bias - reference_noise,
+        total_noise,
+        reference_noise,
+    )
 
 
 def _bias_and_noise(errors: NDArray[np.float64], weight: NDArray[np.float64]) -> tuple[float, float]:
