@@ -77,6 +77,10 @@ class GpuBackend:
         for viewer in [viewer for viewer, viewed in self._viewed.items() if viewed == scene]:
             self.leave(viewer)
 
+    def scenes(self) -> tuple[SceneRef, ...]:
+        """What is on the device, the longest unused first."""
+        return tuple(self._scenes)
+
     def render(self, job: Render, report: Report) -> Picture:
         """Render one picture; OutOfMemoryError when the device cannot hold what that takes."""
         loaded = self._load(job.scene, report)

@@ -12,6 +12,7 @@ from harness import GRADIENT_WORKER
 from gpu.settings import RenderSettings
 from server.messages import (
     Cause,
+    CloseScene,
     Done,
     Failed,
     Free,
@@ -93,7 +94,8 @@ def test_the_device_is_free_once_a_job(pipe: Pipe) -> None:
     pipe.send(render(1))
     pipe.send(render(2, seed=WRONG_SEED))
     pipe.send(OpenScene(SCENE, 3))
-    assert [pipe.read(Free)[0] for _ in range(3)] == [Free(1), Free(2), Free(3)]
+    answers = [pipe.read(Free)[0] for _ in range(3)]
+    assert [answer.request for answer in answers if isinstance(answer, Free)] == [1, 2, 3]
 
 
 def test_a_scene_is_opened(pipe: Pipe) -> None:
@@ -101,6 +103,18 @@ def test_a_scene_is_opened(pipe: Pipe) -> None:
     opened, _ = pipe.read(Opened)
     assert isinstance(opened, Opened)
     assert (opened.request, opened.info.id) == (9, "cornell-box")
+
+
+def test_the_scenes_on_the_device_are_told_after_each_job(pipe: Pipe) -> None:
+    hall = SceneRef("hall", "hall")
+    told = []
+    for request, job in enumerate((OpenScene(hall, 1), CloseScene(hall, 2)), 1):
+        pipe.send(job)
+        free, _ = pipe.read(Free)
+        assert isinstance(free, Free)
+        assert free.request == request
+        told.append(free.scenes)
+    assert told == [(SCENE, hall), (SCENE,)]
 
 
 def test_a_mistake_is_answered_with_its_text(pipe: Pipe) -> None:
