@@ -1,0 +1,46 @@
+"""Closed rooms whose radiance is known in closed form."""
+
+import numpy as np
+import pytest
+from scenes import box, grey, resident_of
+from stress import render
+from trimesh.creation import icosphere
+
+from gpu.camera import look_at
+from gpu.scene.assemble import MeshPart
+from gpu.scene.types import Light, LightKind
+from gpu.settings import Method
+
+SIZE = (24, 18)
+# As many bounces as there can be: what comes after is 0.7¹⁸, two parts in a thousand.
+COUNTS = {"bounces": 16, "samples": 16, "vpls": 4000}
+
+
+@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("albedo", [0.3, 0.7])
+def test_a_closed_grey_box(device: str, albedo: float, method: Method) -> None:
+    """Every wall emits Le and reflects ρ, so radiance is Le / (1 − ρ) all over."""
+    emission = 3.0
+    resident = resident_of(box(), [grey(albedo, emission)], device=device)
+    picture = render(
+        resident, look_at((0.2, 0.1, 0.3), (-0.3, -0.2, -0.4), yfov_degrees=80.0), SIZE, method=method, **COUNTS
+    )
+    assert picture.mean() == pytest.approx(emission / (1.0 - albedo), rel=0.025)
+
+
+@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("lit", ["a bulb in the middle", "itself"])
+def test_pbrts_sphere(device: str, lit: str, method: Method) -> None:
+    """A unit sphere that reflects one half, lit by one half from inside: radiance 1.
+
+    Source: analytic scenes of pbrt-v4's integrators_test.cpp.
+    """
+    bulb = Light("bulb", LightKind.POINT, (np.pi, np.pi, np.pi))
+    material, lights = (grey(0.5, 0.5), []) if lit == "itself" else (grey(0.5), [bulb])
+    ball = icosphere(4, 1.0)
+    part = MeshPart(ball.vertices, ball.faces[:, ::-1])
+    resident = resident_of([part], [material], lights=lights, device=device)
+    picture = render(
+        resident, look_at((0.1, 0.2, 0.3), (0.0, 0.0, -1.0), yfov_degrees=45.0), SIZE, method=method, **COUNTS
+    )
+    assert picture.mean() == pytest.approx(1.0, abs=0.025)

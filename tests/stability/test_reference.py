@@ -1,0 +1,87 @@
+"""Path tracing against pictures that Mitsuba 3 made, pixel by pixel, with the test that Mitsuba's own renders take.
+
+A z-test for each channel of each pixel at the significance level 0.01 of the whole picture (Šidák's correction), which
+99.75 % of them have to pass (mitsuba3, src/render/tests/test_renders.py).
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import warp as wp
+from scipy import ndimage, stats
+
+from gpu.device import CORES
+from gpu.gbuffer import CameraData, camera_data
+from gpu.lighting import lighting_of
+from gpu.path import path_kernel
+from gpu.resident import ResidentScene
+from gpu.scene import load_scene
+from gpu.scene.types import Doubles, Integers
+from gpu.settings import Component
+
+SIGNIFICANCE, SHARE = 0.01, 0.9975
+# Mitsuba's floor under the variance of a sample, where too few of them met what is rare.
+LEAST_VARIANCE = 1e-4
+# Pictures with seeds of their own, for the variance, and samples of the reference.
+SEEDS, REFERENCE_SAMPLES = 16, 4096
+SCENES = ["conference", "cornell-box", "living-room", "sponza", "staircase", "veach-bidir"]
+# How much of a picture is traced, as rows that are spread over it, and how many pixels share their variance.
+ROWS, NEIGHBOURS = 12, 9
+
+
+def rows_of(resident: ResidentScene, size: tuple[int, int], rows: Integers, component: Component, samples: int,
+            seed: int) -> Doubles:  # fmt: skip
+    """Some rows, (row, width, 3), of the picture of the scene's camera in the reference's size."""
+    width, height = size
+    mean = wp.zeros(width * height, dtype=wp.vec3, device=resident.device)
+    scene, table = resident.view(lambertian=True), lighting_of(resident).table
+    camera = wp.array([camera_data(resident.scene.cameras[0], resident.scene.placement, width / height)],
+                      dtype=CameraData, device=resident.device)  # fmt: skip
+    inputs = [scene, table, camera, width, height, True, component is Component.FULL, 4, 0, samples, seed, mean]
+
+    def trace(row: int) -> None:
+        wp.launch(path_kernel, dim=width, inputs=[row * width, *inputs], device=resident.device)
+
+    path_kernel.module.load(resident.device, block_dim=256 if resident.device.is_cuda else 1)
+    with ThreadPoolExecutor(1 if resident.device.is_cuda else CORES) as pool:
+        list(pool.map(trace, rows.tolist()))
+    return np.asarray(mean.numpy(), np.float64).reshape(height, width, 3)[rows]
+
+
+def passing_share(pictures: Doubles, samples: int, reference: Doubles) -> float:
+    """The share of the channels of pixels where `pictures` (seed, row, width, 3) may have the mean `reference`.
+
+    samples: a pixel of each picture.
+    """
+    # Of a few samples, many a pixel has met none of what is rare; its neighbours tell how noisy it is.
+    variance = samples * ndimage.uniform_filter(pictures.var(axis=0, ddof=1), (0, NEIGHBOURS, 0))
+    variance = np.maximum(variance, LEAST_VARIANCE) * (1.0 / (SEEDS * samples) + 1.0 / REFERENCE_SAMPLES)
+    rounding = (reference * 2.0**-11) ** 2 / 3.0  # the reference is float16
+    z = (pictures.mean(axis=0) - reference) / np.sqrt(variance + rounding)
+    accepted = 2.0 * stats.norm.sf(np.abs(z)) > 1.0 - (1.0 - SIGNIFICANCE) ** (3.0 / reference.size)
+    return float(accepted.mean())
+
+
+@pytest.mark.parametrize("component", [Component.FULL, Component.DIRECT])
+@pytest.mark.parametrize("name", SCENES)
+def test_pixels_agree_with_the_reference(shared: Path, device: str, name: str, component: Component) -> None:
+    with np.load(shared / "references" / f"{name}.npz") as file:
+        reference = file[component.value].astype(np.float64)
+    height, width = reference.shape[:2]
+    rows = np.arange(height // (2 * ROWS), height, height // ROWS)
+    # Few, so that their noise exceeds the reference's, of which only the mean is known; more where nothing else helps.
+    samples = 16 if (name, component) == ("veach-bidir", Component.FULL) else 4
+    resident = scene_on(shared / "scenes" / f"{name}.glb", device)
+    pictures = np.stack([rows_of(resident, (width, height), rows, component, samples, seed) for seed in range(SEEDS)])
+    assert passing_share(pictures, samples, reference[rows]) >= SHARE
+    # As much noise as there is, a fifth too much light would be seen.
+    assert passing_share(1.2 * pictures, samples, reference[rows]) < SHARE
+
+
+@lru_cache(maxsize=1)
+def scene_on(path: Path, device: str) -> ResidentScene:
+    """The scene in a file, loaded once."""
+    return ResidentScene(load_scene(str(path)), device)
