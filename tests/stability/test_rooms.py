@@ -1,0 +1,54 @@
+"""A thin wall between two rooms, only one of which is lit, keeps the other dark."""
+
+import numpy as np
+import pytest
+from scenes import grey, quad, resident_of
+from stress import render
+
+from gpu.camera import look_at
+from gpu.resident import ResidentScene
+from gpu.scene.assemble import MeshPart
+from gpu.settings import Method
+
+SIZE = (64, 32)
+WALL = 0.01
+
+
+def slab(low: tuple[float, float, float], high: tuple[float, float, float], *, inside: bool) -> list[MeshPart]:
+    """A box of any size whose fronts are inside or outside, the floor and ceiling last."""
+    parts = []
+    for axis in (0, 2, 1):
+        for side in (0, 1):
+            corner, u, v = np.array(low), np.zeros(3), np.zeros(3)
+            corner[axis] = (low, high)[side][axis]
+            u[(axis + 1) % 3], v[(axis + 2) % 3] = (np.array(high) - low)[[(axis + 1) % 3, (axis + 2) % 3]]
+            parts.append(quad(corner, u, v) if (side == 0) == inside else quad(corner, v, u))
+    return parts
+
+
+def rooms(device: str, *, closed: bool) -> ResidentScene:
+    """Two rooms of 4 × 3 × 4 metres, a wall of a centimetre between them, a lamp in the one at x < 0."""
+    parts = slab((-4.0, 0.0, -2.0), (4.0, 3.0, 2.0), inside=True)
+    parts = parts if closed else parts[:-1]
+    wall = slab((-WALL / 2.0, 0.0, -2.0), (WALL / 2.0, 3.0, 2.0), inside=False)
+    lamp = quad((-2.5, 2.5, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1)
+    return resident_of([*parts, *wall, lamp], [grey(0.7), grey(0.0, 10.0)], device=device)
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_seen_from_inside(device: str, method: Method) -> None:
+    resident = rooms(device, closed=True)
+    cameras = [look_at((side * 3.8, 1.5, 0.3), (0.0, 1.2, 0.0), yfov_degrees=80.0) for side in (-1.0, 1.0)]
+    lit, dark = (render(resident, camera, SIZE, method=method, samples=4).mean() for camera in cameras)
+    assert lit > 0.1
+    assert dark < 1e-3 * lit
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_seen_both_at_once_from_above(device: str, method: Method) -> None:
+    """Without a ceiling, and with few clusters, so that shading points on both sides of the wall may share some."""
+    above = look_at((0.0, 9.0, 0.0), (0.0, 0.0, 0.0), yfov_degrees=36.0)
+    picture = render(rooms(device, closed=False), above, SIZE, method=method, samples=4, sp_clusters=30)
+    lit, dark = picture[:, : SIZE[0] // 2 - 1].mean(), picture[:, SIZE[0] // 2 + 1 :].mean()
+    assert lit > 0.1
+    assert dark < 1e-3 * lit
