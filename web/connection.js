@@ -1,9 +1,12 @@
-/** A WebSocket that comes back: it reconnects with growing, jittered pauses and says at all times where it stands. */
+/**
+ * A WebSocket that comes back: it reconnects with growing, jittered pauses and says at all times where it stands.
+ * While the page is hidden there is none, so that the server does nothing for it.
+ */
 
 import { isFinalClose } from "./protocol.js";
 
 /**
- * @typedef {{state: "connecting"} | {state: "open"} | {state: "refused", reason: string}
+ * @typedef {{state: "connecting"} | {state: "open"} | {state: "hidden"} | {state: "refused", reason: string}
  *   | {state: "waiting", reason: string, seconds: number}} ConnectionState
  *
  * @typedef {object} ConnectionEvents
@@ -27,25 +30,40 @@ const REASONS = new Map([
   [1013, "The server has as many viewers as it takes."],
 ]);
 
+/** Why a handshake failed, by the status of a plain request; a browser does not tell that of a WebSocket's. */
+const REFUSALS = new Map([
+  [401, "This server wants its token: open the link with ?token=… that it prints when it starts."],
+  [403, "This server does not let this page in: it does not know the address that the page came from."],
+]);
+
 /** Seconds before the n-th attempt in a row (from 0), before jitter. @param {number} attempt */
 export const pause = (attempt) => Math.min(LONGEST_PAUSE, FIRST_PAUSE * GROWTH ** attempt);
 
 export class Connection {
   #url;
+  #probe;
   #events;
   /** @type {WebSocket | null} */
   #socket = null;
+  /** @type {ConnectionState["state"]} */
+  #state = "hidden";
   #attempt = 0;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
-  #waiting = false;
 
-  /** @param {URL} url @param {ConnectionEvents} events */
-  constructor(url, events) {
+  /**
+   * @param {URL} url @param {URL} probe what can be read by whoever may connect
+   * @param {ConnectionEvents} events
+   */
+  constructor(url, probe, events) {
     this.#url = url;
+    this.#probe = probe;
     this.#events = events;
-    window.addEventListener("online", () => this.#waiting && this.connect());
-    document.addEventListener("visibilitychange", () => !document.hidden && this.#waiting && this.connect());
+    window.addEventListener("online", () => this.#state === "waiting" && this.connect());
+    document.addEventListener("visibilitychange", () => {
+      if (document.hidden) this.#hide();
+      else if (this.#state === "hidden" || this.#state === "waiting") this.connect();
+    });
   }
 
   get open() {
@@ -57,19 +75,28 @@ export class Connection {
     return (this.#socket?.bufferedAmount ?? 0) > CONGESTED;
   }
 
-  /** Connects now, without waiting for the pause to end. */
+  /** Connects now, without waiting for the pause to end; a hidden page when it is shown. */
   connect() {
     clearTimeout(this.#timer);
-    this.#waiting = false;
-    this.#events.state({ state: "connecting" });
+    if (document.hidden) return;
+    this.#tell({ state: "connecting" });
     const socket = new WebSocket(this.#url);
     socket.binaryType = "arraybuffer";
-    socket.addEventListener("open", () => this.#events.state({ state: "open" }));
+    let opened = false;
+    socket.addEventListener("open", () => {
+      if (socket !== this.#socket) return;
+      opened = true;
+      this.#tell({ state: "open" });
+    });
     socket.addEventListener("message", ({ data }) => {
+      if (socket !== this.#socket) return;
       if (typeof data === "string") this.#events.text(data);
       else this.#events.binary(data);
     });
-    socket.addEventListener("close", (event) => this.#closed(event));
+    socket.addEventListener("close", async (event) => {
+      const refusal = opened ? undefined : await this.#refusal();
+      if (socket === this.#socket) this.#closed(event, refusal);
+    });
     this.#socket = socket;
   }
 
@@ -83,16 +110,36 @@ export class Connection {
     if (this.open) this.#socket?.send(JSON.stringify(message));
   }
 
-  /** @param {CloseEvent} event */
-  #closed(event) {
-    const reason = event.reason || REASONS.get(event.code) || "The connection was lost.";
-    if (isFinalClose(event.code)) {
-      this.#events.state({ state: "refused", reason });
+  #hide() {
+    if (this.#state === "refused") return;
+    clearTimeout(this.#timer);
+    const socket = this.#socket;
+    this.#socket = null;
+    socket?.close(1000, "the page is hidden");
+    this.#tell({ state: "hidden" });
+  }
+
+  /** @param {CloseEvent} event @param {string | undefined} refusal of the handshake */
+  #closed(event, refusal) {
+    const reason = refusal || event.reason || REASONS.get(event.code) || "The connection was lost.";
+    if (refusal || isFinalClose(event.code)) {
+      this.#tell({ state: "refused", reason });
       return;
     }
     const seconds = pause(this.#attempt++) * (0.75 + 0.5 * Math.random());
-    this.#waiting = true;
     this.#timer = setTimeout(() => this.connect(), 1000 * seconds);
-    this.#events.state({ state: "waiting", reason, seconds });
+    this.#tell({ state: "waiting", reason, seconds });
+  }
+
+  /** Why the server lets nobody in from here; undefined when it is only out of reach. */
+  async #refusal() {
+    const answer = await fetch(this.#probe).catch(() => null);
+    return REFUSALS.get(answer?.status ?? 0);
+  }
+
+  /** @param {ConnectionState} state */
+  #tell(state) {
+    this.#state = state.state;
+    this.#events.state(state);
   }
 }

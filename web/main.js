@@ -1,5 +1,6 @@
 /** Wires the page: what the user does becomes poses and settings; what the server sends becomes pictures and words. */
 
+import { readLink, writeLink } from "./link.js";
 import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
 import { returnFocus } from "./ui/focus.js";
@@ -7,20 +8,30 @@ import { Notice } from "./ui/notice.js";
 import { Overlay } from "./ui/overlay.js";
 import { button, byId, text } from "./ui/page.js";
 import { Panel } from "./ui/panel.js";
+import { copyAddress, download } from "./ui/share.js";
 import { listenForShortcuts } from "./ui/shortcuts.js";
 import { Standing } from "./ui/standing.js";
+import { Uploader } from "./ui/uploader.js";
+import { Views } from "./ui/views.js";
+import { listScenes } from "./upload.js";
 import { Camera } from "./viewer/camera.js";
-import { FrameCanvas } from "./viewer/canvas.js";
 import { Lens } from "./viewer/lens.js";
 import { Navigation } from "./viewer/navigation.js";
 import { PoseSender } from "./viewer/poses.js";
+import { openScreen } from "./viewer/screen.js";
 
+/** @typedef {import("./link.js").View} View */
 /** @typedef {import("./protocol.js").Frame} Frame */
 /** @typedef {import("./protocol.js").SceneInfo} SceneInfo */
+/** @typedef {import("./protocol.js").SceneName} SceneName */
 
 /** Rest of a resized window before frames of the new size are asked for [ms]. */
 const RESIZE_REST = 150;
+/** Rest of the camera before the address tells where it is [ms]: browsers allow few changes of it. */
+const ADDRESS_REST = 700;
 
+const api = new URL("api/v1/", document.baseURI);
+const scenes = new URL("scenes", api);
 const canvas = byId("view", HTMLCanvasElement);
 const sceneSelect = byId("scene", HTMLSelectElement);
 const cameraSelect = byId("camera", HTMLSelectElement);
@@ -29,29 +40,36 @@ const help = byId("help", HTMLDialogElement);
 
 /** The scene that the camera stands in. @type {SceneInfo | null} */
 let scene = null;
+/** The newest frame on the screen. @type {Frame | null} */
+let shown = null;
+/** What the address asks for and the page has not yet shown. */
+let link = readLink(location.hash);
 
-const view = new FrameCanvas(canvas);
+const screen = await openScreen(canvas);
 const lens = new Lens(canvas);
 const camera = new Camera();
 const overlay = new Overlay();
 const notice = new Notice(() => session.connect());
 const standing = new Standing(overlay, notice);
 const navigation = new Navigation(canvas, camera, wake);
-const session = new Session(new URL("api/v1/stream", location.href.replace(/^http/, "ws")), lens.size, {
+const panel = new Panel({
+  settings: (settings) => change({ settings }),
+  stream: (stream) => change({ stream }),
+});
+const wanted = { size: lens.size, stream: panel.stream, ...(link.scene !== undefined && { scene: link.scene }) };
+const session = new Session(api, wanted, {
   connection(state) {
-    if (state.state === "connecting") view.restart();
+    if (state.state === "connecting") screen.restart();
     standing.connection(state);
   },
   welcome(welcome) {
     overlay.stages = welcome.stages;
     lens.limits = welcome.limits;
     panel.describe(welcome.settings_schema);
-    offer(
-      sceneSelect,
-      welcome.scenes.map(({ id, name, builtin }) => ({ value: id, label: name, group: builtin ? "Built in" : "Files" })),
-    );
-    sceneSelect.value = session.wantedScene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
+    offerScenes(welcome.scenes);
+    sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
     askForSize();
+    takeSettings();
   },
   scene: enter,
   status: (status) => standing.status(status),
@@ -59,16 +77,15 @@ const session = new Session(new URL("api/v1/stream", location.href.replace(/^htt
   frame: show,
 });
 const poses = new PoseSender(session);
-const panel = new Panel({
-  settings(settings) {
-    lens.resolution.restart();
-    change({ settings });
+const views = new Views({
+  view: here,
+  go(view, name) {
+    stand(view);
+    notice.say(name);
   },
-  scale(scale) {
-    lens.wantedScale = scale;
-    askForSizeSoon();
-  },
+  complain: (words) => notice.complain(words),
 });
+const uploader = new Uploader(scenes, openUploaded, (words) => notice.complain(words));
 
 // --- the picture asked for -------------------------------------------------------------------------------------------
 
@@ -83,6 +100,7 @@ function wake() {
     const moving = navigation.advance(now);
     const waiting = poses.update(camera.matrix(), lens.fov);
     if (moving || waiting) wake();
+    addressSoon();
   });
 }
 
@@ -91,67 +109,124 @@ function change(wanted) {
   session.change(wanted);
   standing.asked(wanted.scene !== undefined);
   document.body.toggleAttribute("data-busy", true);
+  addressSoon();
 }
 
 function askForSize() {
   navigation.halfHeight = Math.tan(lens.fov / 2);
-  panel.size(lens);
-  if (lens.size.join() !== session.size.join()) change({ size: lens.size });
+  if (lens.size.join() !== session.wanted.size.join()) change({ size: lens.size });
   wake();
 }
 
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let resizeTimer;
 function askForSizeSoon() {
-  panel.size(lens);
   clearTimeout(resizeTimer);
   resizeTimer = setTimeout(askForSize, RESIZE_REST);
 }
 
+// --- the address -----------------------------------------------------------------------------------------------------
+
+/** @returns {View} */
+function here() {
+  return { ...camera.place, yfov: lens.yfov };
+}
+
+function tellAddress() {
+  if (scene) history.replaceState(null, "", `#${writeLink(scene.id, here(), panel.values)}`);
+}
+
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let addressTimer;
+function addressSoon() {
+  clearTimeout(addressTimer);
+  addressTimer = setTimeout(tellAddress, ADDRESS_REST);
+}
+
+/** Takes the settings of the link, once. */
+function takeSettings() {
+  if (Object.keys(link.settings).length === 0) return;
+  change({ settings: panel.take(link.settings) });
+  link = { ...link, settings: {} };
+}
+
+/** The user gave the page another link. */
+function follow() {
+  link = readLink(location.hash);
+  if (link.scene !== undefined && link.scene !== session.wanted.scene) {
+    change({ scene: link.scene, settings: panel.take(link.settings) });
+  } else if (scene) {
+    change({ settings: panel.take(link.settings) });
+    stand(link.view);
+  }
+}
+
+async function copyLink() {
+  tellAddress();
+  notice.say((await copyAddress()) ? "The link is copied" : "The link is in the address bar");
+}
+
+async function savePicture() {
+  if (!shown || !scene) return;
+  const { width, height, phase, samples, targetSamples } = shown;
+  download(await screen.picture(), `${scene.name}-${width}x${height}.png`);
+  notice.say(phase === "final" ? "The picture is saved" : `The picture is saved as it is: ${samples} of ${targetSamples}`);
+}
+
 // --- what the server says --------------------------------------------------------------------------------------------
+
+/** @param {readonly SceneName[]} names */
+function offerScenes(names) {
+  const choices = names.map(({ id, name, builtin }) => ({ value: id, label: name, group: builtin ? "Built in" : "Files" }));
+  offer(sceneSelect, choices);
+}
 
 /** A scene is there: its first camera, unless the viewer stands in it already (after a reconnection). @param {SceneInfo} entered */
 function enter(entered) {
-  const here = scene?.id === entered.id;
+  const stays = scene?.id === entered.id;
   scene = entered;
   sceneSelect.value = entered.id;
   document.title = `${entered.name} – lumenwalk`;
   panel.scene(entered);
-  if (!here) {
-    lens.resolution.restart();
+  views.scene(entered.id);
+  if (!stays) {
     offer(cameraSelect, entered.cameras.map(({ name }, index) => ({ value: String(index), label: name || `Camera ${index + 1}` })));
     cameraSelect.value = "0";
-    stand();
+    stand(link.scene === undefined || link.scene === entered.id ? link.view : undefined);
+    link = { settings: link.settings };
   }
   poses.forget();
   wake();
 }
 
-/** Takes the chosen camera's view. */
-function stand() {
+/** Takes a view of the scene, or that of the chosen camera. @param {View} [view] */
+function stand(view) {
   const chosen = scene?.cameras[Number(cameraSelect.value)];
   if (!scene || !chosen) return;
-  lens.yfov = chosen.yfov;
+  lens.yfov = view?.yfov ?? chosen.yfov;
   navigation.halfHeight = Math.tan(lens.fov / 2);
-  navigation.start(chosen.matrix, scene.bounds);
+  if (view) camera.place = view;
+  else camera.setMatrix(chosen.matrix);
+  navigation.start(scene.bounds);
 }
 
-/** @param {Frame} frame @param {() => void} done */
-async function show(frame, done) {
+/** @param {Frame} frame @returns {Promise<import("./session.js").Seen | null>} */
+async function show(frame) {
   try {
-    const shown = await view.show(frame);
-    if (!shown) return;
-    overlay.frame(frame, String(panel.value("method") ?? ""), { ...shown, latencyMs: session.takeLatency(frame) });
+    const decodeMs = await screen.show({ frame: frame.frame, type: `image/${frame.codec}`, bytes: frame.image });
+    if (decodeMs === null) return null;
+    const seen = { ageMs: session.takeAge(frame), decodeMs };
+    shown = frame;
+    overlay.frame(frame, String(panel.value("method") ?? ""), seen);
     document.body.toggleAttribute("data-picture", true);
-    if (!session.isCurrent(frame)) return;
-    document.body.toggleAttribute("data-busy", false);
-    standing.picture();
-    const automatic = lens.wantedScale === null;
-    if (automatic && lens.resolution.observe(frame.width * frame.height, frame.renderMs, lens.most)) askForSize();
+    if (session.isCurrent(frame)) {
+      document.body.toggleAttribute("data-busy", false);
+      standing.picture();
+    }
+    return seen;
   } catch (error) {
     notice.complain(`A picture could not be shown: ${error}`);
-  } finally {
-    done();
+    return null;
   }
 }
 
@@ -159,11 +234,11 @@ async function show(frame, done) {
 function refused({ code, message }) {
   document.body.toggleAttribute("data-busy", false);
   if (code === "limit" || code === "bad-message") panel.problem(message);
-  if (session.scene === null || code === "render-failed") {
-    standing.failed(session.scene === null ? "No scene" : "No picture", message);
-    return;
-  }
+  if (code === "render-failed") return standing.failed("No picture", message);
+  // A link to a scene that is not there leads to the one that is served.
+  if (session.scene === null && code !== "unknown-scene") return standing.failed("No scene", message);
   notice.complain(message);
+  if (session.scene === null) return;
   standing.picture();
   sceneSelect.value = session.scene.id;
   // After a failed change of scene the server waits for a pose again.
@@ -191,38 +266,62 @@ async function lockPointer() {
   }
 }
 
-function toggleStatistics() {
-  const stats = text("stats");
-  stats.classList.toggle("folded");
-  button("toggle-stats").setAttribute("aria-pressed", String(!stats.classList.contains("folded")));
+/** @param {string} id */
+async function openUploaded(id) {
+  offerScenes(await listScenes(scenes));
+  sceneSelect.value = id;
+  change({ scene: id });
 }
+
+/** @param {boolean} open */
+function showStatistics(open) {
+  text("details").hidden = !open;
+  button("toggle-stats").setAttribute("aria-pressed", String(open));
+}
+
+const toggleStatistics = () => showStatistics(text("details").hidden !== false);
 
 const toggleFullScreen = () =>
   document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen();
 
+const home = () => stand();
+
 navigation.onSpeed = (speed) => notice.say(`Speed × ${speed.toPrecision(2)}`);
+navigation.onHome = home;
+navigation.onMode = () => move(navigation.mode === "fly" ? "orbit" : "fly");
 sceneSelect.addEventListener("change", () => change({ scene: sceneSelect.value }));
-cameraSelect.addEventListener("change", stand);
+cameraSelect.addEventListener("change", home);
 modes.addEventListener("change", ({ target }) => {
   if (target instanceof HTMLInputElement) move(target.value === "orbit" ? "orbit" : "fly");
 });
 for (const control of [sceneSelect, cameraSelect, modes]) returnFocus(control, canvas);
-button("home").addEventListener("click", stand);
+button("home").addEventListener("click", home);
 button("lock").addEventListener("click", lockPointer);
 button("toggle-stats").addEventListener("click", toggleStatistics);
 button("toggle-help").addEventListener("click", () => help.showModal());
 button("toggle-full").addEventListener("click", toggleFullScreen);
+button("copy-link").addEventListener("click", copyLink);
+button("save-picture").addEventListener("click", savePicture);
 document.addEventListener("fullscreenchange", () => {
   button("toggle-full").setAttribute("aria-pressed", String(document.fullscreenElement !== null));
 });
+window.addEventListener("hashchange", follow);
+const bookmarkKeys = Array.from({ length: 9 }, (_, index) => [`Digit${index + 1}`, () => views.go(index + 1)]);
 listenForShortcuts({
   KeyF: () => move("fly"),
   KeyO: () => move("orbit"),
-  KeyR: stand,
+  KeyR: home,
   KeyL: lockPointer,
   KeyI: toggleStatistics,
-  KeyP: () => panel.open(!panel.isOpen),
+  KeyM: toggleFullScreen,
+  KeyP: () => panel.sheet.toggle(),
+  KeyB: () => views.sheet.toggle(),
+  KeyC: copyLink,
+  KeyX: savePicture,
+  KeyU: () => uploader.choose(),
   KeyH: () => help.showModal(),
+  ...Object.fromEntries(bookmarkKeys),
 });
+showStatistics(!matchMedia("(max-width: 720px)").matches); // a phone's window is for the picture
 new ResizeObserver(askForSizeSoon).observe(canvas);
 session.connect();

@@ -5,19 +5,31 @@
 
 export const PROTOCOL = 1;
 const HEADER_VERSION = 1;
-const HEADER_BYTES = 64;
+const HEADER_BYTES = 72;
 const STAGE_SLOTS = 8;
-const CODECS = new Map([[1, "image/jpeg"]]);
+/** By number in the header; what a browser makes of them is `image/NAME`. */
+const CODECS = new Map(/** @type {[number, Codec][]} */ ([[1, "jpeg"], [2, "png"]]));
+const PHASES = new Map(/** @type {[number, Phase][]} */ ([[0, "moving"], [1, "still"], [2, "final"]]));
 
+/** That this page decodes, the best for walking first. */
+export const CODEC_NAMES = [...CODECS.values()];
+/** Quality of an image without loss. */
+export const LOSSLESS = 100;
+
+/** @typedef {"jpeg" | "png"} Codec */
+/** @typedef {"moving" | "still" | "final"} Phase  on the move; at rest and getting sharper; as sharp as it gets */
 /** @typedef {[number, number]} Size  width and height [px] */
 /** @typedef {[number, number, number]} Vec3 */
 /** @typedef {Readonly<Record<string, unknown>>} RenderSettings  what differs from the defaults */
 
-/** @typedef {{type: "hello", protocol: number, size: Size, scene?: string, settings?: RenderSettings}} Hello */
+/** @typedef {{motion_scale: number | null, lossless: boolean}} Stream  sides while moving, of `size`; null: by speed */
+
+/** @typedef {{size?: Size, scene?: string, settings?: RenderSettings, stream?: Stream}} Change */
+/** @typedef {Change & {size: Size}} Wanted */
+/** @typedef {{type: "hello", protocol: number, codecs: readonly Codec[]} & Wanted} Hello */
 /** @typedef {{type: "pose", id: number, matrix: number[], yfov: number}} Pose  column-major, camera to world; [rad] */
-/** @typedef {{scene?: string, size?: Size, settings?: RenderSettings}} Change */
 /** @typedef {{type: "settings", id: number} & Change} Settings */
-/** @typedef {{type: "ack", frame: number}} Ack */
+/** @typedef {{type: "ack", frame: number, age_ms?: number, decode_ms?: number}} Ack */
 /** @typedef {Hello | Pose | Settings | Ack} ViewerMessage */
 
 /** @typedef {{id: string, name: string, builtin: boolean, served: boolean}} SceneName */
@@ -31,6 +43,7 @@ const CODECS = new Map([[1, "image/jpeg"]]);
  * @property {SceneName[]} scenes
  * @property {import("./ui/schema.js").JsonSchema} settings_schema
  * @property {string[]} stages
+ * @property {Codec[]} codecs
  * @property {Limits} limits
  */
 /**
@@ -43,13 +56,17 @@ const CODECS = new Map([[1, "image/jpeg"]]);
  * @property {number} triangles
  * @property {string[]} notes
  */
-/** @typedef {{type: "status", state: "loading" | "ready" | "recovering", text: string, fraction: number}} Status */
+/** @typedef {{type: "status", state: "loading" | "ready" | "recovering" | "stopping", text: string, fraction: number}} Status */
 /** @typedef {{type: "error", code: string, message: string}} ServerError */
 /** @typedef {Welcome | SceneInfo | Status | ServerError} ServerMessage */
 
 /**
  * @typedef {object} Frame
- * @property {string} codec  MIME type of the image
+ * @property {Codec} codec
+ * @property {Phase} phase
+ * @property {number} quality  1 to 100 = lossless
+ * @property {number} samples  frames averaged in the image
+ * @property {number} targetSamples  that the final image will average
  * @property {number} width
  * @property {number} height
  * @property {number} pose  id
@@ -74,8 +91,14 @@ export function parseFrame(message) {
   }
   const codec = CODECS.get(view.getUint8(1));
   if (!codec) throw new Error(`a frame has an unknown codec: ${view.getUint8(1)}`);
+  const phase = PHASES.get(view.getUint8(64));
+  if (!phase) throw new Error(`a frame has an unknown phase: ${view.getUint8(64)}`);
   return {
     codec,
+    phase,
+    quality: view.getUint8(65),
+    samples: view.getUint16(68, true),
+    targetSamples: view.getUint16(70, true),
     width: view.getUint16(4, true),
     height: view.getUint16(6, true),
     pose: view.getUint32(8, true),

@@ -1,11 +1,13 @@
 /** The conversation with the server: what this viewer wants to see, numbered, and what the server answers. */
 
+import { Changes } from "./changes.js";
 import { Connection } from "./connection.js";
-import { parseFrame, PROTOCOL } from "./protocol.js";
+import { CODEC_NAMES, parseFrame, PROTOCOL } from "./protocol.js";
 
 /** @typedef {import("./protocol.js").Change} Change */
 /** @typedef {import("./protocol.js").Frame} Frame */
 /** @typedef {import("./protocol.js").SceneInfo} SceneInfo */
+/** @typedef {{ageMs: number | null, decodeMs: number}} Seen  ageMs: from sending the pose; null if that was seen before */
 
 /**
  * @typedef {object} SessionEvents
@@ -14,35 +16,38 @@ import { parseFrame, PROTOCOL } from "./protocol.js";
  * @property {(scene: SceneInfo) => void} scene  before its first pose
  * @property {(status: import("./protocol.js").Status) => void} status
  * @property {(error: import("./protocol.js").ServerError) => void} error
- * @property {(frame: Frame, done: () => void) => void} frame  `done` is to be called once it is shown or thrown away
+ * @property {(frame: Frame) => Promise<Seen | null>} frame  resolves once it is shown, or to null if it is thrown away
  */
 
 export class Session {
   /** The scene that poses are meant for; null while the server reads another one. @type {SceneInfo | null} */
   scene = null;
 
-  /** What the viewer wants. @type {Change & {size: import("./protocol.js").Size}} */
+  /** @type {import("./protocol.js").Wanted} */
   #wanted;
+  /** What was wanted and came: the next hello must hold nothing that was refused. @type {import("./protocol.js").Wanted} */
+  #granted;
   /** What was wanted before a change of scene, to go back to if that fails. @type {SceneInfo | null} */
   #previous = null;
   #poseId = 0;
-  #settingsId = 0;
-  /** Frames with a lower settings id are from before the newest change that the server took. */
-  #expected = 0;
   /** Newest frame acknowledged on this connection. */
   #acknowledged = 0;
   /** Counts connections: frames of an earlier one are not acknowledged on this one. */
   #epoch = 0;
   /** Time of sending by pose id [ms], until a frame shows it. @type {Map<number, number>} */
   #sentAt = new Map();
+  #changes;
   #connection;
   #events;
 
-  /** @param {URL} url @param {import("./protocol.js").Size} size @param {SessionEvents} events */
-  constructor(url, size, events) {
-    this.#wanted = { size };
+  /** @param {URL} api folder of the server's interface @param {import("./protocol.js").Wanted} wanted @param {SessionEvents} events */
+  constructor(api, wanted, events) {
+    this.#wanted = wanted;
+    this.#granted = { ...wanted };
     this.#events = events;
-    this.#connection = new Connection(url, {
+    this.#changes = new Changes((id, change) => this.#connection.send({ type: "settings", id, ...change }));
+    const stream = new URL("stream", api.href.replace(/^http/, "ws"));
+    this.#connection = new Connection(stream, new URL("scenes", api), {
       state: (state) => this.#connectionState(state),
       text: (text) => this.#message(/** @type {import("./protocol.js").ServerMessage} */ (JSON.parse(text))),
       binary: (bytes) => this.#frame(parseFrame(bytes)),
@@ -53,19 +58,14 @@ export class Session {
     this.#connection.connect();
   }
 
-  /** Of the frames that are wanted. */
-  get size() {
-    return this.#wanted.size;
-  }
-
-  /** Id of the scene that is wanted; undefined: the one that the server serves. */
-  get wantedScene() {
-    return this.#wanted.scene;
+  /** What the viewer wants; the scene is undefined if it wants the one that the server serves. */
+  get wanted() {
+    return this.#wanted;
   }
 
   /** Whether a frame is of what was last asked for. @param {Frame} frame */
   isCurrent(frame) {
-    return frame.settings >= this.#expected;
+    return this.#changes.isCurrent(frame.settings);
   }
 
   /** Whether a pose sent now would be of use. */
@@ -73,16 +73,14 @@ export class Session {
     return this.scene !== null && this.#connection.open && !this.#connection.congested;
   }
 
-  /** Asks for another scene, size or settings; what is left out stays. @param {Change} change */
+  /** Asks for another scene, size, settings or stream; what is left out stays. @param {Change} change */
   change(change) {
     Object.assign(this.#wanted, change);
     if (change.scene !== undefined) {
       this.#previous = this.scene ?? this.#previous;
       this.scene = null;
     }
-    if (!this.#connection.open) return;
-    this.#connection.send({ type: "settings", id: ++this.#settingsId, ...change });
-    this.#expected = this.#settingsId;
+    if (this.#connection.open) this.#changes.ask(change);
   }
 
   /** @param {number[]} matrix column-major, camera to world @param {number} yfov vertical field of view [rad] */
@@ -92,7 +90,7 @@ export class Session {
   }
 
   /** Milliseconds since the pose of this frame was sent; null if an earlier frame showed it. @param {Frame} frame */
-  takeLatency(frame) {
+  takeAge(frame) {
     const sent = this.#sentAt.get(frame.pose);
     for (const id of this.#sentAt.keys()) if (id <= frame.pose) this.#sentAt.delete(id);
     return sent === undefined ? null : performance.now() - sent;
@@ -105,21 +103,21 @@ export class Session {
     if (state.state === "open") {
       this.#epoch += 1;
       this.#acknowledged = 0;
-      this.#settingsId = 0;
-      this.#expected = 0;
-      this.#connection.send({ type: "hello", protocol: PROTOCOL, ...this.#wanted });
+      this.#changes.restart();
+      this.#connection.send({ type: "hello", protocol: PROTOCOL, codecs: CODEC_NAMES, ...this.#wanted });
     }
     this.#events.connection(state);
   }
 
   /** @param {Frame} frame */
-  #frame(frame) {
+  async #frame(frame) {
     const epoch = this.#epoch;
-    this.#events.frame(frame, () => {
-      if (epoch !== this.#epoch || frame.frame <= this.#acknowledged) return;
-      this.#acknowledged = frame.frame;
-      this.#connection.send({ type: "ack", frame: frame.frame });
-    });
+    this.#changes.rendered(frame.settings);
+    if (this.isCurrent(frame)) this.#granted = { ...this.#wanted };
+    const seen = await this.#events.frame(frame);
+    if (epoch !== this.#epoch || frame.frame <= this.#acknowledged) return;
+    this.#acknowledged = frame.frame;
+    this.#connection.send({ type: "ack", frame: frame.frame, ...(seen && figures(seen)) });
   }
 
   /** @param {import("./protocol.js").ServerMessage} message */
@@ -135,7 +133,8 @@ export class Session {
       case "status":
         return this.#events.status(message);
       case "error":
-        this.#expected = 0; // what was refused changes nothing: no frame will name it
+        this.#changes.refused();
+        if (message.code === "limit" || message.code === "bad-message") this.#wanted = { ...this.#granted };
         if (message.code === "unknown-scene" || message.code === "scene-failed") this.#giveUpScene();
         return this.#events.error(message);
     }
@@ -148,3 +147,7 @@ export class Session {
     this.#wanted.scene = this.#previous.id;
   }
 }
+
+/** @param {Seen} seen @returns {{age_ms?: number, decode_ms: number}} */
+const figures = ({ ageMs, decodeMs }) =>
+  ageMs === null ? { decode_ms: decodeMs } : { age_ms: ageMs, decode_ms: decodeMs };

@@ -1,37 +1,55 @@
-/** The overlay of figures: frame rate, latency, stage times, size, method, connection. */
+/** The overlay: connection, the picture's size and phase, frame rate, and where the time goes. */
 
+import { LOSSLESS } from "../protocol.js";
 import { byId, element, text } from "./page.js";
-import { Statistics } from "./statistics.js";
+import { PARTS, Statistics } from "./statistics.js";
+import { drawTimeline } from "./timeline.js";
 
 /** @typedef {import("../protocol.js").Frame} Frame */
 
 const REFRESH = 250;
-/** Parts that never took longer are not listed [ms]. */
+/** Stages that never took longer are not listed [ms]. */
 const NEGLIGIBLE = 0.05;
+const PHASES = { moving: "moving", still: "sharpening", final: "sharp" };
 
 export class Overlay {
   /** Names of the frames' stages, from the server's welcome. @type {readonly string[]} */
   stages = [];
 
   #statistics = new Statistics();
-  #fps = byId("fps", HTMLOutputElement);
-  #latency = byId("latency", HTMLOutputElement);
-  #size = byId("size", HTMLOutputElement);
-  #method = byId("method", HTMLOutputElement);
+  /** Whether figures have changed since they were shown. */
+  #fresh = false;
+  #fps = text("fps");
+  #latency = text("latency");
+  #size = text("size");
+  #phase = text("phase");
+  #codec = text("codec");
+  #method = text("method");
+  #refinement = byId("refinement", HTMLProgressElement);
+  #timeline = byId("timeline", HTMLCanvasElement);
   #list = text("stages");
   #connection = text("connection");
   #connectionText = text("connection-text");
+  /** @type {Map<string, HTMLElement>} */
+  #parts = new Map();
   /** @type {Map<string, {row: HTMLElement, bar: HTMLElement, value: HTMLElement}>} */
   #rows = new Map();
 
   constructor() {
+    text("parts").append(...PARTS.map((name) => this.#part(name)));
     setInterval(() => this.#refresh(), REFRESH);
   }
 
-  /** @param {Frame} frame @param {string} method @param {{decodeMs: number, latencyMs: number | null}} seen */
+  /** @param {Frame} frame @param {string} method @param {import("../session.js").Seen} seen */
   frame(frame, method, seen) {
-    this.#statistics.add(frame, this.stages, { ...seen, now: performance.now() });
-    this.#size.textContent = `${frame.width} × ${frame.height}`;
+    this.#statistics.add(frame, this.stages, seen, performance.now());
+    this.#fresh = true;
+    const { width, height, phase, samples, targetSamples, codec, quality } = frame;
+    this.#size.textContent = `${width} × ${height}`;
+    this.#phase.textContent = `${PHASES[phase]} ${samples}/${targetSamples}`;
+    this.#phase.dataset["phase"] = phase;
+    this.#refinement.value = phase === "final" ? 1 : phase === "still" ? samples / Math.max(targetSamples, 1) : 0;
+    this.#codec.textContent = `${codec.toUpperCase()} ${quality === LOSSLESS ? "lossless" : quality}`;
     this.#method.textContent = method;
   }
 
@@ -43,26 +61,50 @@ export class Overlay {
 
   #refresh() {
     if (document.hidden) return;
+    const { latency, parts, history } = this.#statistics;
     const rate = this.#statistics.rate(performance.now());
-    const { latency, parts } = this.#statistics;
     this.#fps.textContent = rate === null ? (latency === null ? "–" : "still") : rate.toFixed(rate < 10 ? 1 : 0);
     this.#fps.dataset["still"] = String(rate === null);
+    if (!this.#fresh) return;
+    this.#fresh = false;
     this.#latency.textContent = latency === null ? "–" : milliseconds(latency);
-    const longest = Math.max(...parts.map((part) => part.ms), 1e-3);
-    for (const part of parts) {
-      if (part.ms < NEGLIGIBLE && !this.#rows.has(part.name)) continue;
-      const { row, bar, value } = this.#row(part);
-      row.dataset["share"] = part.transport ? "transport" : "render";
-      bar.style.setProperty("--share", String(part.ms / longest));
-      value.textContent = milliseconds(part.ms);
+    for (const [name, value] of this.#parts) value.textContent = parts ? milliseconds(parts[/** @type {keyof typeof parts} */ (name)]) : "–";
+    drawTimeline(this.#timeline, history, this.#colours);
+    this.#showStages([...this.#statistics.stages]);
+  }
+
+  /** Of the parts, in the light or dark of now. */
+  get #colours() {
+    const boxes = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-part]"));
+    return Object.fromEntries([...boxes].map((box) => [box.dataset["part"], getComputedStyle(box).borderTopColor]));
+  }
+
+  /** @param {[string, number][]} stages name and time [ms] */
+  #showStages(stages) {
+    const longest = Math.max(...stages.map(([, ms]) => ms), 1e-3);
+    for (const [name, ms] of stages) {
+      if (ms < NEGLIGIBLE && !this.#rows.has(name)) continue;
+      const { bar, value } = this.#row(name);
+      bar.style.setProperty("--share", String(ms / longest));
+      value.textContent = milliseconds(ms);
     }
-    // A part that turns up late still takes its place in the order of time.
-    const order = parts.flatMap((part) => this.#rows.get(part.name)?.row ?? []);
+    // A stage that turns up late still takes its place in the order of time.
+    const order = stages.flatMap(([name]) => this.#rows.get(name)?.row ?? []);
     if (order.some((row, index) => this.#list.children[index] !== row)) this.#list.replaceChildren(...order);
   }
 
-  /** @param {import("./statistics.js").Part} part */
-  #row({ name }) {
+  /** @param {string} name */
+  #part(name) {
+    const value = element("dd", { textContent: "–" });
+    const box = element("div", {});
+    box.dataset["part"] = name;
+    box.append(element("dt", { textContent: name }), value);
+    this.#parts.set(name, value);
+    return box;
+  }
+
+  /** @param {string} name */
+  #row(name) {
     const known = this.#rows.get(name);
     if (known) return known;
     const row = element("div", { className: "stage" });

@@ -1,24 +1,27 @@
-/** The settings panel: resolution, the render settings that the server's schema names, and what is known of the scene. */
+/** The settings panel: how frames are sent, the render settings of the server's schema, light or dark, the scene. */
 
 import { SettingsForm } from "./form.js";
 import { button, byId, element, text } from "./page.js";
-import { fieldsOf } from "./schema.js";
+import { accepted, fieldsOf } from "./schema.js";
+import { Sheet } from "./sheet.js";
+import { chooseTheme, theme } from "./theme.js";
 
 /** @typedef {import("../protocol.js").SceneInfo} SceneInfo */
+/** @typedef {import("../protocol.js").Stream} Stream */
 /** @typedef {import("./form.js").Values} Values */
 
 /**
  * @typedef {object} PanelEvents
  * @property {(settings: Values) => void} settings  what differs from the defaults
- * @property {(scale: number | null) => void} scale  of the window's pixels; null: chosen by itself
+ * @property {(stream: Stream) => void} stream
  */
 
 export class Panel {
-  #panel = text("panel");
-  #toggle = button("toggle-panel");
-  #resolution = byId("resolution", HTMLInputElement);
-  #automatic = byId("automatic", HTMLInputElement);
-  #resolutionText = byId("resolution-text", HTMLOutputElement);
+  sheet = new Sheet("panel");
+  #automatic = byId("motion-automatic", HTMLInputElement);
+  #scale = byId("motion-scale", HTMLInputElement);
+  #scaleText = text("motion-text");
+  #lossless = byId("lossless", HTMLInputElement);
   #problem = text("settings-problem");
   #form;
   #schema = "";
@@ -34,32 +37,39 @@ export class Panel {
       this.problem("");
       events.settings(values);
     });
-    this.#resolution.addEventListener("input", () => events.scale(this.#resolution.valueAsNumber));
-    this.#automatic.addEventListener("change", () => {
-      events.scale(this.#automatic.checked ? null : this.#resolution.valueAsNumber);
+    this.#scale.addEventListener("input", () => {
+      this.#automatic.checked = false;
+      this.#showScale();
+      events.stream(this.stream);
     });
+    for (const control of [this.#automatic, this.#lossless]) {
+      control.addEventListener("change", () => {
+        this.#showScale();
+        events.stream(this.stream);
+      });
+    }
     byId("settings", HTMLFormElement).addEventListener("submit", (event) => event.preventDefault());
     button("defaults").addEventListener("click", () => {
       this.values = {};
       this.#form.set(this.values);
       this.problem("");
+      this.#automatic.checked = true;
+      this.#lossless.checked = false;
+      this.#showScale();
       events.settings(this.values);
-      events.scale(null);
+      events.stream(this.stream);
     });
-    this.#toggle.addEventListener("click", () => this.open(!this.isOpen));
-    button("close-panel").addEventListener("click", () => this.open(false));
-    this.#panel.addEventListener("keydown", (event) => event.key === "Escape" && this.open(false));
+    const radios = /** @type {NodeListOf<HTMLInputElement>} */ (text("theme").querySelectorAll("input"));
+    for (const radio of radios) {
+      radio.checked = radio.value === theme();
+      radio.addEventListener("change", () => chooseTheme(radio.value));
+    }
+    this.#showScale();
   }
 
-  /** @param {boolean} open the keyboard follows: into the panel, and back to its button */
-  open(open) {
-    this.#panel.hidden = !open;
-    this.#toggle.setAttribute("aria-expanded", String(open));
-    (open ? this.#panel : this.#toggle).focus({ preventScroll: true });
-  }
-
-  get isOpen() {
-    return !this.#panel.hidden;
+  /** @returns {Stream} */
+  get stream() {
+    return { motion_scale: this.#automatic.checked ? null : this.#scale.valueAsNumber, lossless: this.#lossless.checked };
   }
 
   /** @param {import("./schema.js").JsonSchema} schema of the render settings */
@@ -76,11 +86,12 @@ export class Panel {
     return this.values[name] ?? this.#fields.find((field) => field.name === name)?.initial;
   }
 
-  /** @param {import("../viewer/lens.js").Lens} lens */
-  size({ wantedScale, scale, size: [width, height] }) {
-    this.#automatic.checked = wantedScale === null;
-    this.#resolution.value = String(scale);
-    this.#resolutionText.textContent = `${width} × ${height}`;
+  /** Takes from these words what is a setting with a value that it can have. @param {Readonly<Record<string, string>>} words @returns {Values} */
+  take(words) {
+    this.values = accepted(this.#fields, words);
+    this.#form.set(this.values);
+    this.problem("");
+    return this.values;
   }
 
   /** @param {SceneInfo} scene */
@@ -93,5 +104,9 @@ export class Panel {
   problem(words) {
     this.#problem.textContent = words;
     this.#problem.hidden = words === "";
+  }
+
+  #showScale() {
+    this.#scaleText.textContent = this.#automatic.checked ? "by speed" : `${100 * this.#scale.valueAsNumber} %`;
   }
 }

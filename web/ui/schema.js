@@ -71,3 +71,26 @@ function kindOf(plain) {
   if (plain.type === "integer" || plain.type === "number") return plain.type;
   return plain.type === "boolean" ? "switch" : null;
 }
+
+/**
+ * Of settings as words, those that these fields can have; what equals a default is left out.
+ * @param {readonly Field[]} fields @param {Readonly<Record<string, string>>} words
+ * @returns {Record<string, unknown>}
+ */
+export function accepted(fields, words) {
+  const read = fields.flatMap((field) => {
+    const word = words[field.name];
+    const value = word === undefined ? undefined : valueOf(field, word);
+    return value === undefined || value === field.initial ? [] : [/** @type {const} */ ([field.name, value])];
+  });
+  return Object.fromEntries(read);
+}
+
+/** @param {Field} field @param {string} word @returns {unknown} undefined if the field cannot have it */
+function valueOf({ kind, choices, min, max }, word) {
+  if (kind === "choice") return choices.includes(word) ? word : undefined;
+  if (kind === "switch") return word === "true" ? true : word === "false" ? false : undefined;
+  const value = word.trim() === "" ? NaN : Number(word);
+  if (!Number.isFinite(value) || (kind === "integer" && !Number.isInteger(value))) return undefined;
+  return (min === null || value >= min) && (max === null || value <= max) ? value : undefined;
+}

@@ -31,6 +31,8 @@ export class Standing {
       case "open":
         this.#overlay.connection("good", "Connected");
         return this.#notice.show({ title: "Connected", detail: "Waiting for the scene", fraction: null });
+      case "hidden":
+        return this.#overlay.connection("busy", "Paused");
       case "refused":
         this.#overlay.connection("bad", "Refused");
         return this.#notice.show({ title: "Not connected", detail: state.reason, retry: true });
@@ -45,10 +47,13 @@ export class Standing {
     switch (state) {
       case "loading":
         this.#overlay.connection("busy", "Loading");
-        return this.#notice.show({ title: "Loading", detail: text || "the scene", fraction: known });
+        return this.#notice.show({ title: this.#pictured ? "Working" : "Loading", detail: text || "the scene", fraction: known });
       case "recovering":
         this.#overlay.connection("busy", "Recovering");
         return this.#notice.show({ title: "The renderer starts again", detail: text, fraction: known });
+      case "stopping":
+        this.#overlay.connection("bad", "Stopping");
+        return this.#notice.show({ title: "The server is stopping", detail: text || "The page comes back when it does." });
       case "ready":
         if (this.#failed) return;
         this.#overlay.connection("good", "Connected");

@@ -1,7 +1,11 @@
 /** What the overlay shows, from frames as they come: smoothed, so that figures can be read. */
 
 /** @typedef {import("../protocol.js").Frame} Frame */
-/** @typedef {{name: string, ms: number, transport: boolean}} Part  transport: on the way rather than in the renderer */
+/** @typedef {import("../session.js").Seen} Seen */
+
+/** Where the time between sending a pose and seeing it goes, in the order in which it is spent. */
+export const PARTS = /** @type {const} */ (["queue", "render", "encode", "network", "decode"]);
+/** @typedef {Record<typeof PARTS[number], number>} Parts  [ms] */
 
 /** Weight of the newest value. */
 const NEWEST = 0.25;
@@ -9,31 +13,38 @@ const NEWEST = 0.25;
 const RATE_WINDOW = 2000;
 /** Without a frame for this long the picture is still [ms]. */
 const STILL = 1000;
+/** Frames that the timeline goes back. */
+const HISTORY = 59;
+
+/** @param {Frame} frame @param {number} ageMs @param {number} decodeMs @returns {Parts} the network's is what no one else claims */
+export function partsOf({ queueMs: queue, renderMs: render, encodeMs: encode }, ageMs, decodeMs) {
+  const network = Math.max(0, ageMs - queue - render - encode - decodeMs);
+  return { queue, render, encode, network, decode: decodeMs };
+}
 
 export class Statistics {
-  /** @type {Map<string, Part>} */
-  #parts = new Map();
-  /** Times of the last frames [ms]. @type {number[]} */
-  #times = [];
   /** From sending a pose to seeing it [ms]; null before the first. @type {number | null} */
   latency = null;
+  /** Smoothed parts of it. @type {Parts | null} */
+  parts = null;
+  /** Of the last frames that showed a new pose, the oldest first. @type {Parts[]} */
+  history = [];
+  /** Smoothed times of the renderer's stages [ms]. @type {Map<string, number>} */
+  stages = new Map();
+  /** Times of the last frames [ms]. @type {number[]} */
+  #times = [];
 
-  /**
-   * @param {Frame} frame
-   * @param {readonly string[]} stages names of `frame.stagesMs`
-   * @param {{now: number, decodeMs: number, latencyMs: number | null}} seen
-   */
-  add(frame, stages, seen) {
-    this.#times = [...this.#times.filter((time) => seen.now - time < RATE_WINDOW), seen.now];
-    this.#update("queue", frame.queueMs, true);
-    stages.forEach((name, slot) => this.#update(name, frame.stagesMs[slot] ?? 0, false));
-    this.#update("encode", frame.encodeMs, true);
-    if (seen.latencyMs !== null) {
-      this.latency = smooth(this.latency, seen.latencyMs);
-      const rest = seen.latencyMs - frame.queueMs - frame.renderMs - frame.encodeMs - seen.decodeMs;
-      this.#update("network", Math.max(rest, 0), true);
-    }
-    this.#update("decode", seen.decodeMs, true);
+  /** @param {Frame} frame @param {readonly string[]} stages names of `frame.stagesMs` @param {Seen} seen @param {number} now [ms] */
+  add(frame, stages, { ageMs, decodeMs }, now) {
+    this.#times = [...this.#times.filter((time) => now - time < RATE_WINDOW), now];
+    stages.forEach((name, slot) => this.stages.set(name, smooth(this.stages.get(name), frame.stagesMs[slot] ?? 0)));
+    if (ageMs === null) return;
+    const parts = partsOf(frame, ageMs, decodeMs);
+    this.latency = smooth(this.latency ?? undefined, ageMs);
+    this.history = [...this.history.slice(1 - HISTORY), parts];
+    const before = this.parts;
+    this.parts = { ...parts };
+    for (const name of PARTS) this.parts[name] = smooth(before?.[name], parts[name]);
   }
 
   /** Frames a second; null while the picture is still. @param {number} now [ms] */
@@ -42,17 +53,7 @@ export class Statistics {
     if (first === undefined || last === undefined || now - last > STILL || last === first) return null;
     return (1000 * (this.#times.length - 1)) / (last - first);
   }
-
-  /** Where the time of a frame goes, in the order in which it is spent. @returns {Part[]} */
-  get parts() {
-    return [...this.#parts.values()];
-  }
-
-  /** @param {string} name @param {number} ms @param {boolean} transport */
-  #update(name, ms, transport) {
-    this.#parts.set(name, { name, ms: smooth(this.#parts.get(name)?.ms ?? null, ms), transport });
-  }
 }
 
-/** @param {number | null} before @param {number} now */
-const smooth = (before, now) => (before === null ? now : before + NEWEST * (now - before));
+/** @param {number | undefined} before @param {number} now */
+const smooth = (before, now) => (before === undefined ? now : before + NEWEST * (now - before));

@@ -5,6 +5,7 @@
 
 /** @typedef {[number, number, number]} Vec3 */
 /** @typedef {{right: Vec3, up: Vec3, back: Vec3}} Axes */
+/** @typedef {{at: Vec3, look: [number, number]}} Place  position; yaw and pitch */
 
 /** Closest that the gaze comes to straight up or down; beyond it left and right would swap. */
 export const MAX_PITCH = Math.PI / 2 - 0.01;
@@ -47,6 +48,18 @@ export class Camera {
     }
     this.pitch = clampPitch(Math.atan2(-backY, level));
     this.position = [x, y, z];
+  }
+
+  /** @returns {Place} */
+  get place() {
+    return { at: this.position, look: [this.yaw, this.pitch] };
+  }
+
+  /** @param {Place} place */
+  set place({ at, look: [yaw, pitch] }) {
+    this.position = at;
+    this.yaw = wrapAngle(yaw);
+    this.pitch = clampPitch(pitch);
   }
 
   /** @returns {number[]} 16 numbers, column-major, camera to world */

@@ -1,6 +1,9 @@
 /** Which movement keys are held, by key code (`event.code`), so that a keyboard's layout does not matter. */
 
-/** Right, up and forward; yaw to the left and pitch up: each −1, 0 or 1. @typedef {{move: [number, number, number], turn: [number, number]}} Wish */
+/**
+ * Right, up and forward; yaw to the left and pitch up: each from −1 to 1.
+ * @typedef {{move: [number, number, number], turn: [number, number]}} Wish
+ */
 
 const MOVES = new Map(
   /** @type {[string, [number, number, number]][]} */ ([
@@ -66,6 +69,15 @@ export class HeldKeys {
     }
     return wish;
   }
+}
+
+/** What two devices ask for together. @param {Wish} a @param {Wish} b @returns {Wish} */
+export function bothOf(a, b) {
+  const sum = (/** @type {number} */ x, /** @type {number} */ y) => Math.max(-1, Math.min(1, x + y));
+  return {
+    move: [sum(a.move[0], b.move[0]), sum(a.move[1], b.move[1]), sum(a.move[2], b.move[2])],
+    turn: [sum(a.turn[0], b.turn[0]), sum(a.turn[1], b.turn[1])],
+  };
 }
 
 /** Whether a key is for the control that has the focus. @param {KeyboardEvent} event */

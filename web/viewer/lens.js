@@ -1,24 +1,17 @@
 /** Which picture to ask for: how many pixels, and how wide a view. */
 
-import { Resolution } from "./resolution.js";
-
 /** @typedef {import("../protocol.js").Size} Size */
 
 /**
- * The size of a frame for a window, in its proportions.
+ * The size of a frame for a window, in its proportions: all of its pixels, as far as the server makes so many.
  * @param {{width: number, height: number}} window in device pixels
- * @param {number} scale share of the window's pixels along each side
  * @param {{max_pixels: number, max_side: number}} limits
  * @returns {Size} even numbers, so that halved chroma fits
  */
-export function frameSize(window, scale, limits) {
+export function frameSize(window, limits) {
   const width = Math.max(window.width, 1);
   const height = Math.max(window.height, 1);
-  const fit = Math.min(
-    scale,
-    Math.sqrt(limits.max_pixels / (width * height)),
-    limits.max_side / Math.max(width, height),
-  );
+  const fit = Math.min(1, Math.sqrt(limits.max_pixels / (width * height)), limits.max_side / Math.max(width, height));
   // Rounding down keeps within the limits.
   const even = (/** @type {number} */ pixels) => Math.max(2, 2 * Math.floor((pixels * fit) / 2));
   return [even(width), even(height)];
@@ -41,11 +34,8 @@ export function fitFov(yfov, aspect) {
 export class Lens {
   /** Vertical field of view of the chosen camera [rad]. */
   yfov = Math.PI / 3;
-  /** Share of the window's pixels along each side that the user has set; null: chosen by how long frames take. @type {number | null} */
-  wantedScale = null;
   /** What the server takes; next to nothing until it has said so. */
   limits = { max_pixels: 64 * 36, max_side: 4096 };
-  resolution = new Resolution();
   #canvas;
 
   /** @param {HTMLCanvasElement} canvas */
@@ -59,21 +49,9 @@ export class Lens {
     return { width: Math.max(clientWidth, 1) * devicePixelRatio, height: Math.max(clientHeight, 1) * devicePixelRatio };
   }
 
-  /** Most pixels of use in a frame. */
-  get most() {
-    const { width, height } = this.#window;
-    return Math.min(width * height, this.limits.max_pixels);
-  }
-
-  /** Share of the window's pixels along each side. */
-  get scale() {
-    const { width, height } = this.#window;
-    return this.wantedScale ?? Math.min(1, Math.sqrt(this.resolution.pixels / (width * height)));
-  }
-
   /** Of the frames to ask for. */
   get size() {
-    return frameSize(this.#window, this.scale, this.limits);
+    return frameSize(this.#window, this.limits);
   }
 
   /** Vertical field of view to ask for [rad]. */

@@ -2,8 +2,9 @@
 
 import { dot, distance as between } from "./camera.js";
 import { Fly } from "./fly.js";
+import { Gamepads } from "./gamepad.js";
 import { Gestures } from "./gestures.js";
-import { HeldKeys } from "./keys.js";
+import { bothOf, HeldKeys } from "./keys.js";
 import { Motion } from "./motion.js";
 import { Orbit } from "./orbit.js";
 
@@ -24,12 +25,16 @@ export class Navigation {
   halfHeight = 0.5;
   /** Called with the new factor when the wheel changes the flying speed. @type {(speed: number) => void} */
   onSpeed = () => {};
+  /** Called when a gamepad asks for the start of the view, and for the other way to move. */
+  onHome = () => {};
+  onMode = () => {};
 
   #canvas;
   #camera;
   #fly;
   #orbit;
   #keys;
+  #gamepads;
   #motion = new Motion();
   #wake;
   /** Time of the step before this one; null after rest. @type {number | null} */
@@ -43,6 +48,7 @@ export class Navigation {
     this.#fly = new Fly(camera);
     this.#orbit = new Orbit(camera);
     this.#keys = new HeldKeys(window, wake);
+    this.#gamepads = new Gamepads(wake, { home: () => this.onHome(), mode: () => this.onMode() });
     new Gestures(canvas, {
       drag: (dx, dy, kind, touch) => this.#drag(dx, dy, kind, touch),
       pinch: (ratio, dx, dy) => this.#pinch(ratio, dx, dy),
@@ -50,17 +56,13 @@ export class Navigation {
     });
   }
 
-  /**
-   * Starts from a view of a scene: the pivot is what the camera looks at of the scene's middle.
-   * @param {readonly number[]} toWorld @param {Bounds} bounds
-   */
-  start(toWorld, bounds) {
+  /** Starts where the camera stands: the pivot is what it looks at of the scene's middle. @param {Bounds} bounds */
+  start(bounds) {
     const { min, max } = bounds;
     /** @type {Vec3} */
     const middle = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, (min[2] + max[2]) / 2];
     this.size = Math.max(between(min, max), 1e-9);
     this.#motion.stop();
-    this.#camera.setMatrix(toWorld);
     const { back } = this.#camera.axes();
     const ahead = dot(back, this.#camera.position) - dot(back, middle);
     this.#orbit.distance = Math.max(ahead, 0.1 * this.size);
@@ -85,14 +87,15 @@ export class Navigation {
     await this.#canvas.requestPointerLock();
   }
 
-  /** Moves by the held keys. @param {number} now [ms] @returns {boolean} whether there is more motion to come */
+  /** Moves by the held keys and sticks. @param {number} now [ms] @returns {boolean} whether there is more motion to come */
   advance(now) {
     const seconds = this.#last === null ? FIRST_STEP : (now - this.#last) / 1000;
-    const motion = this.#motion.advance(this.#keys.wish(), seconds);
+    const motion = this.#motion.advance(bothOf(this.#keys.wish(), this.#gamepads.wish), seconds);
     this.#last = motion && now;
     if (!motion) return false;
-    if (this.mode === "fly") this.#fly.walk(motion, this.size, this.#keys.fast);
-    else this.#orbit.walk(motion, this.#keys.fast);
+    const fast = this.#keys.fast || this.#gamepads.fast;
+    if (this.mode === "fly") this.#fly.walk(motion, this.size, fast);
+    else this.#orbit.walk(motion, fast);
     return true;
   }
 

@@ -4,11 +4,11 @@ import { test } from "node:test";
 import { isFinalClose, parseFrame } from "../../../web/protocol.js";
 
 /** A frame as `server/protocol.py` packs it; `header` bytes long. @param {number} [header] */
-function frame(header = 64) {
+function frame(header = 72) {
   const bytes = new ArrayBuffer(header + 3);
   const view = new DataView(bytes);
   view.setUint8(0, 1);
-  view.setUint8(1, 1);
+  view.setUint8(1, 2);
   view.setUint16(2, header, true);
   view.setUint16(4, 640, true);
   view.setUint16(6, 360, true);
@@ -16,6 +16,10 @@ function frame(header = 64) {
   view.setUint32(12, 4_000_000_000, true);
   view.setUint32(16, 3, true);
   [1.5, 20, 0.25, 1, 2, 3, 4, 5, 6, 7, 8].forEach((ms, slot) => view.setFloat32(20 + 4 * slot, ms, true));
+  view.setUint8(64, 1);
+  view.setUint8(65, 85);
+  view.setUint16(68, 3, true);
+  view.setUint16(70, 64, true);
   new Uint8Array(bytes, header).set([255, 216, 255]);
   return bytes;
 }
@@ -23,7 +27,11 @@ function frame(header = 64) {
 test("a frame's fields are where the protocol puts them", () => {
   const { image, ...fields } = parseFrame(frame());
   assert.deepEqual(fields, {
-    codec: "image/jpeg",
+    codec: "png",
+    phase: "still",
+    quality: 85,
+    samples: 3,
+    targetSamples: 64,
     width: 640,
     height: 360,
     pose: 7,
@@ -45,10 +53,13 @@ test("what is not a frame of this version is refused", () => {
   const other = frame();
   new DataView(other).setUint8(0, 2);
   assert.throws(() => parseFrame(other), /not a frame/);
-  assert.throws(() => parseFrame(new ArrayBuffer(63)), /not a frame/);
+  assert.throws(() => parseFrame(new ArrayBuffer(71)), /not a frame/);
   const codec = frame();
   new DataView(codec).setUint8(1, 9);
   assert.throws(() => parseFrame(codec), /codec: 9/);
+  const phase = frame();
+  new DataView(phase).setUint8(64, 3);
+  assert.throws(() => parseFrame(phase), /phase: 3/);
 });
 
 test("the page comes back after all closes but those that are its own fault", () => {

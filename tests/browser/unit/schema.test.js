@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { fieldsOf } from "../../../web/ui/schema.js";
+import { accepted, fieldsOf } from "../../../web/ui/schema.js";
 
 const schema = {
   $defs: { Method: { enum: ["fuzzy-vpl", "path"], type: "string", description: "How light is computed." } },
@@ -31,4 +31,14 @@ test("each property becomes the control that suits it", () => {
   assert.equal(method?.hint, "how");
   assert.deepEqual([clusters?.min, clusters?.max, clusters?.initial], [1, 9, null]);
   assert.deepEqual([exposure?.min, exposure?.max], [0, null]);
+});
+
+test("of a link's words only settings with values that they can have are taken", () => {
+  const fields = fieldsOf(schema);
+  const words = { method: "path", vpl_clusters: "9", lambertian: "true", exposure: "0.5", other: "1" };
+  assert.deepEqual(accepted(fields, words), { method: "path", vpl_clusters: 9, lambertian: true, exposure: 0.5 });
+  assert.deepEqual(accepted(fields, { method: "fuzzy-vpl", lambertian: "false" }), {});
+  const junk = { method: "magic", vpl_clusters: "10", lambertian: "yes", exposure: "", nested: "{}" };
+  assert.deepEqual(accepted(fields, junk), {});
+  assert.deepEqual(accepted(fields, { vpl_clusters: "1.5", exposure: "Infinity" }), {});
 });

@@ -1,0 +1,116 @@
+"""A server's part played by the test: what the page says is noted, and it is answered word by word."""
+
+import json
+import re
+from typing import Any
+
+import numpy as np
+import simplejpeg
+from numpy.typing import NDArray
+from playwright.sync_api import Page, WebSocketRoute
+
+from gpu.settings import RenderSettings
+from server.images import encode_image
+from server.protocol import Codec, FrameHeader, Phase
+
+IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+FRONT = {"name": "front", "matrix": IDENTITY, "yfov": 1.0, "aspect": 1.6, "orthographic": False}
+SCENES = [
+    {"id": "cornell-box", "name": "cornell-box", "builtin": True, "served": True},
+    {"id": "hall.glb", "name": "hall", "builtin": False, "served": False},
+]
+
+
+class Stage:
+    """Every WebSocket of a page."""
+
+    def __init__(self, page: Page) -> None:
+        self.heard: list[dict[str, Any]] = []  # what the page said on the newest connection
+        self.connections = 0
+        self.away = False  # a server that takes nobody now
+        self.closes: list[int | None] = []
+        self._page = page
+        self._frame = 0
+        self._socket: WebSocketRoute | None = None
+        page.route_web_socket(re.compile("/api/v1/stream"), self._open)
+
+    def _open(self, socket: WebSocketRoute) -> None:
+        self._socket = socket
+        self._frame = 0
+        self.connections += 1
+        if self.away:
+            socket.close(code=1012)
+        self.heard = []
+        socket.on_message(lambda message: self.heard.append(json.loads(message)))
+        socket.on_close(lambda code, _: self.closes.append(code))
+
+    def all(self, type_: str) -> list[dict[str, Any]]:
+        """What the page said of this type, the newest last."""
+        return [message for message in self.heard if message["type"] == type_]
+
+    def hear(self, type_: str, count: int = 1) -> dict[str, Any]:
+        """The newest message of this type, once there are as many."""
+        for _ in range(100):
+            if len(found := self.all(type_)) >= count:
+                return found[-1]
+            self._page.wait_for_timeout(50)
+        raise AssertionError(f"the page did not say {type_} {count} times: {self.heard}")
+
+    def say(self, type_: str, **fields: Any) -> None:
+        assert self._socket is not None
+        self._socket.send(json.dumps({"type": type_, **fields}))
+
+    def close(self, code: int, reason: str = "") -> None:
+        assert self._socket is not None
+        self._socket.close(code=code, reason=reason)
+
+    def welcome(self, max_pixels: int = 3840 * 2160) -> None:
+        """Answers the hello."""
+        self.hear("hello")
+        limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
+        stages = ["gbuffer", "direct", "cluster", "visibility", "shade", "check", "refine", "other"]
+        schema = RenderSettings.model_json_schema()
+        words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "stages": stages, "codecs": ["jpeg", "png"]}
+        self.say("welcome", protocol=1, limits=limits, **words)
+
+    def scene(self, id_: str = "cornell-box") -> None:
+        """Has the page enter a scene; it answers with a pose."""
+        bounds = {"min": [-1.0, -1.0, -1.0], "max": [1.0, 1.0, 1.0]}
+        self.say("scene", id=id_, name=id_, cameras=[FRONT], bounds=bounds, triangles=36, notes=[])
+
+    def start(self) -> None:
+        """A page that has its first, moving picture of one colour."""
+        self.welcome()
+        self.scene()
+        self.say("status", state="ready", text="", fraction=0.0)
+        self.hear("pose")
+        self.frame((64, 64, 64))
+
+    def frame(
+        self,
+        picture: tuple[int, int, int] | NDArray[np.uint8],
+        size: tuple[int, int] = (64, 36),
+        phase: Phase = Phase.MOVING,
+        samples: tuple[int, int] = (1, 1),
+        codec: Codec = Codec.JPEG,
+        frame: int | None = None,
+        stages: tuple[float, ...] = (0.5, 2.0, 1.0, 3.0, 1.5, 0.0, 0.0, 0.2),
+    ) -> int:
+        """Sends a frame of the newest pose and settings: a colour, or pixels (height, width, 3); returns its id."""
+        pixels = np.empty((size[1], size[0], 3), np.uint8) if isinstance(picture, tuple) else picture
+        if isinstance(picture, tuple):
+            pixels[:] = picture
+        self._frame = max(self._frame, frame or self._frame + 1)
+        poses, settings = self.all("pose"), self.all("settings")
+        header = FrameHeader(
+            *(pixels.shape[1], pixels.shape[0], poses[-1]["id"] if poses else 0, frame or self._frame),
+            *(settings[-1]["id"] if settings else 0, 0.4, sum(stages), 0.3, stages),
+            *(codec, phase, 100 if codec is Codec.PNG else 85, *samples),
+        )
+        if codec is Codec.PNG:
+            image = encode_image(pixels, None, ".png")
+        else:
+            image = simplejpeg.encode_jpeg(np.ascontiguousarray(pixels), 90, "RGB", "444")
+        assert self._socket is not None
+        self._socket.send(header.pack() + image)
+        return frame or self._frame

@@ -1,0 +1,38 @@
+/** Named views of each scene, kept by the browser. */
+
+import { keep, kept } from "./kept.js";
+
+/** @typedef {import("./link.js").View} View */
+/** @typedef {{name: string, view: View}} Bookmark */
+
+const MOST = 99;
+const LONGEST_NAME = 60;
+
+/** @param {string} scene id */
+const key = (scene) => `bookmarks ${scene}`;
+
+/** @param {string} scene id @returns {Bookmark[]} */
+export function bookmarksOf(scene) {
+  const list = kept(key(scene));
+  return Array.isArray(list) ? list.filter(isBookmark) : [];
+}
+
+/** Adds a view at the end; a nameless one is called by its number. @param {string} scene id @param {string} name @param {View} view */
+export function addBookmark(scene, name, view) {
+  const list = bookmarksOf(scene);
+  const called = name.trim().slice(0, LONGEST_NAME) || `View ${list.length + 1}`;
+  return list.length < MOST && keep(key(scene), [...list, { name: called, view }]);
+}
+
+/** @param {string} scene id @param {number} index */
+export function removeBookmark(scene, index) {
+  keep(key(scene), bookmarksOf(scene).toSpliced(index, 1));
+}
+
+/** @param {unknown} value @returns {value is Bookmark} */
+function isBookmark(value) {
+  const { name, view } = /** @type {Partial<Bookmark>} */ (value ?? {});
+  if (typeof name !== "string" || !view || !Array.isArray(view.at) || !Array.isArray(view.look)) return false;
+  const numbers = [...view.at, ...view.look, view.yfov];
+  return numbers.length === 6 && numbers.every(Number.isFinite) && view.yfov > 0.01 && view.yfov < 3.1;
+}
