@@ -10,13 +10,19 @@ import time
 
 import numpy as np
 
-from gpu.errors import UserError
-from server.messages import Placed, Render, SceneCamera, SceneRef, Start
+from gpu.errors import OutOfMemoryError, UserError
+from server.messages import HEARTBEAT, Placed, Render, SceneCamera, SceneRef, Start
 from server.protocol import Bounds, CameraInfo, SceneInfo
 from server.worker import Picture, Report, work
 
 SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
+HANG_SEED, HANG_LATER_SEED, BUG_LATER_SEED, FAULT_LATER_SEED = 1011, 1012, 1013, 1014
+MEMORY_SEED, LONG_SEED = 1015, 1016
 SLOW_SECONDS = 0.25
+LONG_SECONDS = 3.0
+LATER = {HANG_LATER_SEED: HANG_SEED, BUG_LATER_SEED: BUG_SEED, FAULT_LATER_SEED: FAULT_SEED}
+MEMORY = (1_000_000, 8_000_000)
+TARGET = 4  # frames that a still view is averaged of
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -25,12 +31,16 @@ class GradientBackend:
 
     def __init__(self) -> None:
         self._healthy = True
+        self._later = 0  # a seed whose fault shows in the next heartbeat
+        self._scenes: dict[SceneRef, None] = {}
+        self._averaged: dict[int, int] = {}
 
     def start(self, start: Start, report: Report) -> str:
         report("warming up", 0.5)
         if start.device == "none":
             raise UserError("no device 'none' here")
         time.sleep(0.05)
+        self._scenes[start.scene] = None
         return "gradient"
 
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
@@ -40,14 +50,32 @@ class GradientBackend:
             os.kill(os.getpid(), signal.SIGKILL)
         if scene.source.endswith("broken.glb"):
             raise UserError(f"{scene.id}: accessors[0]: is cut off")
+        self._scenes[scene] = None
         camera = CameraInfo(name="front", matrix=IDENTITY, yfov=1.0, aspect=16 / 9, orthographic=False)
         bounds = Bounds(min=(-1.0, -1.0, -1.0), max=(1.0, 1.0, 1.0))
         return SceneInfo(id=scene.id, name=scene.id, cameras=(camera,), bounds=bounds, triangles=12)
 
+    def close(self, scene: SceneRef) -> None:
+        self._scenes.pop(scene, None)
+
+    def scenes(self) -> tuple[SceneRef, ...]:
+        return tuple(self._scenes)
+
     def render(self, job: Render, report: Report) -> Picture:
-        match job.settings.seed:
+        self._scenes[job.scene] = None
+        match self._later if job.viewer == HEARTBEAT and self._later else job.settings.seed:
             case seed if seed == SLOW_SEED:
                 time.sleep(SLOW_SECONDS)
+            case seed if seed == LONG_SEED:  # and says so
+                for step in range(30):
+                    time.sleep(LONG_SECONDS / 30)
+                    report("long", step / 30)
+            case seed if seed == HANG_SEED:
+                time.sleep(3600)
+            case seed if seed == MEMORY_SEED:
+                raise OutOfMemoryError("ask for less")
+            case seed if seed in LATER:
+                self._later = LATER[seed]
             case seed if seed == WRONG_SEED:
                 raise UserError("settings.seed: is the wrong one")
             case seed if seed == BUG_SEED:
@@ -66,10 +94,18 @@ class GradientBackend:
         radiance[..., 1] = np.clip(x, 0.0, 1.0)
         radiance[..., 2] = job.viewer / 255.0
         stats = ({"gbuffer": 0.5, "shade": 1.5, "extra": 2.0}, {"pixels": width * height}, {"specular": 1})
-        return Picture(1, 1, None, 0.0, (255 * radiance).astype(np.uint8), radiance, *stats)
+        samples = 1
+        if job.sample is not None:
+            samples = self._averaged.get(job.viewer, 0) + 1 if job.sample else 1
+            self._averaged[job.viewer] = samples
+        pixels = None if job.output == "none" else (255 * radiance).astype(np.uint8)
+        return Picture(samples, job.settings.frames or TARGET, None, 0.0, pixels, radiance, *stats)
 
     def leave(self, viewer: int) -> None:
-        pass
+        self._averaged.pop(viewer, None)
+
+    def memory(self) -> tuple[int, int]:
+        return MEMORY
 
     def healthy(self) -> bool:
         return self._healthy

@@ -12,15 +12,15 @@ from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from websockets.sync.client import ClientConnection, connect
 
-from server.app import create_app, server_config
+from server.app import create_app, create_server
 from server.protocol import FrameHeader, unpack_frame
 from server.service import Service
 from server.settings import ServerSettings
 
 GRADIENT_WORKER = (sys.executable, str(Path(__file__).with_name("gradient_worker.py")))
+ANY_CHECK = (sys.executable, str(Path(__file__).with_name("any_check.py")))
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
@@ -40,8 +40,10 @@ class Walker:
         self.send("hello", **{"protocol": 1, "size": [64, 36]} | fields)
         return self.word("scene")
 
-    def pose(self, number: int, x: float = 0.0) -> None:
-        self.send("pose", id=number, matrix=[*IDENTITY[:12], x, *IDENTITY[13:]], yfov=1.0)
+    def pose(self, number: int, x: float | None = None) -> None:
+        """Another place with each number, or at x: a pose that is where the last one was changes nothing."""
+        place = [0.01 * number if x is None else x, *IDENTITY[13:]]
+        self.send("pose", id=number, matrix=[*IDENTITY[:12], *place], yfov=1.0)
 
     def word(self, type_: str, timeout: float = 10.0, **fields: Any) -> dict[str, Any]:
         """The next message of this type with these fields; what comes before it is kept or passed over."""
@@ -94,10 +96,12 @@ class Running:
 
 
 @contextmanager
-def run(settings: ServerSettings, worker: Sequence[str] = GRADIENT_WORKER) -> Iterator[Running]:
+def run(
+    settings: ServerSettings, worker: Sequence[str] = GRADIENT_WORKER, check: Sequence[str] = ANY_CHECK
+) -> Iterator[Running]:
     """A service that runs as long as the context, on a port of its own."""
-    app = create_app(settings, worker)
-    server = uvicorn.Server(server_config(app, settings))
+    app = create_app(settings, worker, check)
+    server = create_server(app, settings)
     thread = Thread(target=server.run, daemon=True)
     thread.start()
     try:

@@ -1,8 +1,11 @@
 """The real renderer behind the border, tiny and on the CPU; and once through the whole service."""
 
+import gc
 import io
 import weakref
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +13,10 @@ import simplejpeg
 from harness import IDENTITY, run
 from PIL import Image
 
-from gpu.errors import UserError
+from gpu.errors import OutOfMemoryError, UserError
+from gpu.renderer import Renderer
 from gpu.scene import load_scene
+from gpu.scene.types import Floats
 from gpu.settings import RenderSettings
 from server.backend import GpuBackend, view_camera
 from server.engine import WORKER
@@ -72,20 +77,87 @@ def test_a_picture_is_not_overwritten_by_the_next_one(backend: GpuBackend) -> No
     np.testing.assert_array_equal(picture.pixels, before)
 
 
-def test_a_viewers_renderer_is_kept_while_nothing_about_it_changes(backend: GpuBackend) -> None:
-    backend.render(job(), silent)
-    first = backend._seats[1].renderer
-    backend.render(job(view=LookAt((0.5, 0.5, 3.0), (0.5, 0.5, 0.0), (0.0, 1.0, 0.0), 40.0)), silent)
-    assert backend._seats[1].renderer is first
-    backend.render(job(size=(18, 32)), silent)
-    assert backend._seats[1].renderer is not first
+def test_viewers_of_one_view_share_a_renderer(backend: GpuBackend) -> None:
+    backend.render(job(viewer=1), silent)
+    one = len(backend._renderers)
+    backend.render(job(viewer=2, view=LookAt((0.5, 0.5, 3.0), (0.5, 0.5, 0.0), (0.0, 1.0, 0.0), 40.0)), silent)
+    assert len(backend._renderers) == one
+    backend.render(job(viewer=1, size=(18, 32)), silent)
+    assert len(backend._renderers) == one + 1
 
 
-def test_a_viewer_that_leaves_frees_its_renderer(backend: GpuBackend) -> None:
-    backend.render(job(), silent)
-    renderer = weakref.ref(backend._seats[1].renderer)
+def linear(backend: GpuBackend, viewer: int, sample: int | None, **rest: Any) -> tuple[int, Floats]:
+    picture = backend.render(replace(job(viewer=viewer, output=".npy", **rest), sample=sample), silent)
+    assert picture.radiance is not None
+    return picture.samples, picture.radiance
+
+
+def test_frames_of_a_still_view_are_averaged_for_each_viewer(backend: GpuBackend) -> None:
+    single = linear(backend, 1, None)[1]
+    first = linear(backend, 1, 0)
+    other = linear(backend, 2, 0, view=Placed((*IDENTITY[:12], 0.5, 0.5, 3.0, 1.0), 0.7))
+    second = linear(backend, 1, 1)
+    assert (first[0], second[0], other[0]) == (1, 2, 1)
+    assert first[1].tobytes() == single.tobytes()
+    assert not np.array_equal(second[1], first[1])
+    np.testing.assert_allclose(second[1].mean(), first[1].mean(), rtol=0.2)
     backend.leave(1)
-    assert renderer() is None
+    assert linear(backend, 1, 0)[1].tobytes() == first[1].tobytes()
+    assert linear(backend, 1, 1)[1].tobytes() == second[1].tobytes()
+
+
+@pytest.mark.parametrize(
+    "change", [{"size": (16, 16)}, {"view": LookAt((0.5, 0.5, 2.0), (0.5, 0.5, 0), (0, 1, 0), 40)}]
+)
+def test_a_mean_that_is_not_of_this_view_begins_anew(backend: GpuBackend, change: dict[str, Any]) -> None:
+    linear(backend, 1, 0)
+    linear(backend, 1, 1)
+    assert linear(backend, 1, 2, **change)[0] == 1
+    assert linear(backend, 3, 5)[0] == 1
+
+
+def test_a_frame_that_nobody_sees_is_not_copied(backend: GpuBackend) -> None:
+    picture = backend.render(job(output="none"), silent)
+    assert picture.pixels is None
+    assert picture.radiance is None
+    assert picture.target > 1
+
+
+@pytest.mark.parametrize("failures", [1, 2])
+def test_too_little_memory_is_met_by_making_room_and_then_by_an_error(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch, failures: int
+) -> None:
+    backend.render(job(viewer=1), silent)
+    get, left = backend._renderers.get, [failures]
+
+    def scarce(*arguments: Any) -> Renderer:
+        if left[0]:
+            left[0] -= 1
+            raise RuntimeError("Failed to allocate 123 bytes on device 'cuda:0'")
+        return get(*arguments)
+
+    monkeypatch.setattr(backend._renderers, "get", scarce)
+    if failures == 1:
+        assert backend.render(job(viewer=2), silent).pixels is not None
+    else:
+        with pytest.raises(OutOfMemoryError, match="32×18 pixels"):
+            backend.render(job(viewer=2), silent)
+    monkeypatch.undo()
+    assert backend.render(job(viewer=2), silent).pixels is not None
+
+
+def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
+    backend.render(job(viewer=1), silent)
+    scene = weakref.ref(backend._scenes[BOX].resident)
+    backend.close(BOX)
+    gc.collect()
+    assert scene() is None
+    assert backend.render(job(viewer=1), silent).pixels is not None
+
+
+def test_memory_is_of_this_process_and_machine(backend: GpuBackend) -> None:
+    used, total = backend.memory()
+    assert 1 << 20 < used < total
 
 
 def test_the_scene_used_longest_ago_makes_room(backend: GpuBackend) -> None:

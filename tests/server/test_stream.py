@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 import simplejpeg
-from gradient_worker import BUG_SEED, DEADLY_SEED, SLOW_SEED, WRONG_SEED
+from gradient_worker import BUG_SEED, DEADLY_SEED, SLOW_SEED, TARGET, WRONG_SEED
 from harness import Running, Walker
 from websockets.exceptions import ConnectionClosed
 
-from server.protocol import STAGES, WINDOW
+from server.protocol import STAGES, WINDOW, Codec, Phase
 
 Visit = Callable[[Running], Walker]
 
@@ -69,11 +69,40 @@ def test_a_pose_brings_its_frame(walker: Walker) -> None:
     assert abs(float(pixels[..., 1].mean()) - 255.0) < 8.0
 
 
-def test_nothing_comes_while_nothing_changes(walker: Walker) -> None:
+def test_a_view_that_rests_gets_sharper_and_then_nothing_comes(walker: Walker) -> None:
     walker.pose(1)
-    frame = walker.frame()[0].frame
-    walker.send("ack", frame=frame)
+    headers = []
+    while not headers or headers[-1].phase is not Phase.FINAL:
+        headers.append(walker.frame()[0])
+        walker.send("ack", frame=headers[-1].frame)
+    assert [header.phase for header in headers] == [Phase.MOVING, Phase.STILL, Phase.STILL, Phase.FINAL]
+    assert [header.samples for header in headers] == [1, 1, 2, TARGET]
+    assert [header.target_samples for header in headers[1:]] == [TARGET] * 3
+    assert headers[1].quality > headers[0].quality
     walker.no_frame()
+
+
+def test_the_final_frame_is_lossless_when_wanted(running: Running, visit: Visit) -> None:
+    walker = visit(running)
+    walker.send("hello", protocol=1, size=[64, 36], codecs=["png", "jpeg"], stream={"lossless": True})
+    assert set(walker.word("welcome")["codecs"]) == {"jpeg", "png"}
+    walker.word("scene")
+    walker.pose(1)
+    while True:
+        header, image = walker.frame()
+        walker.send("ack", frame=header.frame)
+        if header.phase is Phase.FINAL:
+            break
+        assert header.codec is Codec.JPEG
+    assert (header.codec, header.quality) == (Codec.PNG, 100)
+    assert image.startswith(b"\x89PNG")
+
+
+def test_moving_frames_have_the_scale_that_is_locked(walker: Walker) -> None:
+    walker.send("settings", id=1, size=[256, 144], stream={"motion_scale": 0.5})
+    walker.pose(1)
+    header = walker.frame()[0]
+    assert (header.phase, header.width, header.height) == (Phase.MOVING, 128, 72)
 
 
 def test_the_newest_pose_wins(walker: Walker) -> None:
@@ -88,7 +117,6 @@ def test_the_newest_pose_wins(walker: Walker) -> None:
         walker.send("ack", frame=header.frame)
         poses.append(header.pose)
     assert poses == [1, 29]
-    walker.no_frame()
 
 
 def test_at_most_a_window_of_frames_is_unacknowledged(walker: Walker) -> None:
@@ -97,7 +125,7 @@ def test_at_most_a_window_of_frames_is_unacknowledged(walker: Walker) -> None:
         time.sleep(0.01)
     frames = [walker.frame()[0].frame for _ in range(WINDOW)]
     walker.no_frame()
-    walker.send("ack", frame=frames[0])
+    walker.send("ack", frame=frames[-1])
     assert walker.frame()[0].pose == 19
 
 
@@ -105,7 +133,9 @@ def test_settings_change_the_frames(walker: Walker) -> None:
     walker.pose(3)
     walker.send("ack", frame=walker.frame()[0].frame)
     walker.send("settings", id=9, size=[32, 18], settings={"method": "path"})
-    header, image = walker.frame()
+    while (header := (frame := walker.frame())[0]).settings != 9:  # the last view may have come to rest before
+        walker.send("ack", frame=header.frame)
+    image = frame[1]
     assert (header.pose, header.settings, header.width, header.height) == (3, 9, 32, 18)
     assert simplejpeg.decode_jpeg_header(image)[:2] == (18, 32)
 
@@ -240,7 +270,7 @@ def test_a_killed_worker_is_replaced_and_the_viewer_stays(serve: Callable[..., R
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
     walker.word("status", state="recovering")
-    walker.pose(2)
+    walker.pose(2, x=0.5)
     walker.word("status", state="ready")
     assert walker.frame()[0].pose == 2
 
