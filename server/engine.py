@@ -3,6 +3,9 @@
 Whoever wants something rendered waits for a turn, which `Schedule` gives. A job is made when its turn comes, not
 before: a viewer's pose is then the newest one. More devices will mean more engines, one worker each, and viewers shared
 out among them.
+
+A worker that ends, sends what it should not, or says nothing for too long is replaced. While nobody wants anything, one
+pixel of what was rendered last is rendered every few seconds, to see whether it still can be.
 """
 
 import asyncio
@@ -15,20 +18,27 @@ from enum import StrEnum
 from time import monotonic
 
 from gpu.errors import OutOfMemoryError, UserError
+from gpu.settings import RenderSettings
 from server.link import Link, WorkerLostError
 from server.messages import (
+    HEARTBEAT,
     START_UP,
     STILLS,
     Cause,
+    Closed,
+    CloseScene,
     Done,
     Failed,
     Free,
+    FromWorker,
     Job,
     Leave,
     Opened,
     OpenScene,
     Progress,
     Ready,
+    Render,
+    SceneCamera,
     SceneRef,
     Start,
 )
@@ -36,8 +46,15 @@ from server.protocol import SceneInfo
 from server.schedule import Place, Schedule, Urgency
 
 WORKER = (sys.executable, "-m", "server.backend")
-BACKOFF_SECONDS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
-SETTLED_SECONDS = 60.0  # a worker that lived this long does not count as failing again and again
+# Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
+BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
+START_SECONDS = 600.0  # that a worker may say nothing while it starts: it may compile every kernel
+HANG_SECONDS = 60.0  # and with a job, which may need kernels that were never compiled
+HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
+HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
+WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
+# An image takes no more than that: 4 floats a pixel, and a header.
+PIXEL_BYTES, HEADER_BYTES = 16, 2**16
 log = logging.getLogger("lumenwalk.engine")
 
 
@@ -71,7 +88,8 @@ _ERRORS: dict[Cause, type[Exception]] = {
     Cause.MEMORY: OutOfMemoryError,
     Cause.PROGRAM: RenderFaultError,
 }
-Reply = tuple[Done | Opened, bytes]
+Answer = Done | Opened | Closed
+Reply = tuple[Answer, bytes]
 Make = Callable[[], Job | None]
 
 
@@ -85,19 +103,48 @@ class _Waiting:
 
 @dataclass(frozen=True)
 class _Running:
-    """The job that the worker has."""
+    """The job that the worker has; it may say nothing for `patience`."""
 
     request: int
     place: Place
     began: float  # [s]
+    patience: float  # [s]
+
+
+@dataclass(frozen=True)
+class _Owed:
+    """A job that was sent and not answered."""
+
+    job: Job
+    reply: "asyncio.Future[Reply]"
+
+    @property
+    def most_bytes(self) -> int:
+        """Of the answer's image."""
+        if not isinstance(self.job, Render):
+            return 0
+        width, height = self.job.size
+        return PIXEL_BYTES * width * height + HEADER_BYTES
+
+    def answered_by(self, answer: Answer) -> bool:
+        """Whether an answer is of the kind that the job asks for."""
+        match self.job:
+            case Render():
+                return isinstance(answer, Done) and answer.size == self.job.size
+            case OpenScene():
+                return isinstance(answer, Opened)
+            case CloseScene():
+                return isinstance(answer, Closed)
 
 
 class Engine:
     """One worker process, restarted when it dies, and the queue to it."""
 
-    def __init__(self, start: Start, command: Sequence[str] = WORKER) -> None:
+    def __init__(self, start: Start, command: Sequence[str] = WORKER, hang_seconds: float = HANG_SECONDS) -> None:
+        """hang_seconds: how long a worker with a job may say nothing before it is replaced."""
         self._start = start
         self._command = command
+        self._hang_seconds = hang_seconds
         self._activity = Activity(EngineState.STARTING, "starting")
         self._link: Link | None = None
         self._schedule = Schedule()
@@ -105,9 +152,15 @@ class Engine:
         self._numbers = itertools.count(1)
         self._listening = False  # the worker takes jobs
         self._running: _Running | None = None
-        self._owed: dict[int, asyncio.Future[Reply]] = {}
+        self._owed: dict[int, _Owed] = {}
+        self._heard = 0.0  # when the worker last said something, or was told to start [s]
+        self._proven: Render | None = None  # what was rendered last
+        self._failures = 0  # workers that ended since one was ready
         self.restarts = 0
         self.device = ""
+        self.busy_seconds = 0.0  # of device time, by all workers together
+        self.memory = (0, 0)  # of the device: used and all [bytes]; not known before the first job
+        self.scenes: tuple[SceneRef, ...] = ()  # on the device, the one used last at the end
         self.listeners: set[Callable[[], None]] = set()
 
     @property
@@ -127,9 +180,7 @@ class Engine:
 
     async def run(self) -> None:
         """Keep a worker running until cancelled, or until the first one fails by the user's fault (state FAILED)."""
-        failures = 0
         while True:
-            began = monotonic()
             try:
                 await self._live()
             except UserError as error:
@@ -141,10 +192,11 @@ class Engine:
                 log.error("%s", error)
             except Exception:
                 log.exception("the worker is started again after a fault in the web process")
-            failures = 0 if monotonic() - began > SETTLED_SECONDS else failures + 1
+            pause = BACKOFF_SECONDS[min(self._failures, len(BACKOFF_SECONDS) - 1)]
+            self._failures += 1
             self.restarts += 1
             self._tell(RECOVERING)
-            await asyncio.sleep(BACKOFF_SECONDS[min(failures, len(BACKOFF_SECONDS)) - 1] if failures else 0.0)
+            await asyncio.sleep(pause)
 
     async def submit(self, client: int, urgency: Urgency, make: Make) -> "asyncio.Future[Reply] | None":
         """Wait for a turn, then send the job that `make` returns then, and return the future of its answer.
@@ -153,9 +205,7 @@ class Engine:
         nothing. The future ends with the answer and its bytes, or with UserError (the job was wrong), OutOfMemoryError,
         RenderFaultError (a bug) or WorkerLostError.
         """
-        place = self._schedule.join(client, urgency)
-        waiting = self._waiting[place] = _Waiting(make, asyncio.get_running_loop().create_future())
-        self._give_turns()
+        place, waiting = self._enqueue(client, urgency, make)
         try:
             return await waiting.turn
         finally:
@@ -171,55 +221,120 @@ class Engine:
         assert isinstance(answer, Opened)
         return answer.info
 
+    async def close(self, scene: SceneRef) -> None:
+        """Free a scene and all that was made for it; errors as the futures of `submit`."""
+        reply = await self.submit(STILLS, Urgency.STILL, lambda: CloseScene(scene))
+        if reply is None:
+            raise WorkerLostError("the worker is gone")
+        await reply
+
     def leave(self, viewer: int) -> None:
         """Free what the worker keeps for a viewer."""
         if self._link is not None:
             self._link.send(Leave(viewer))
 
+    # --- the worker's life ---
+
     async def _live(self) -> None:
         self._link = link = await Link.start(self._command)
+        self._heard = monotonic()
+        watch = asyncio.create_task(self._watch(link), name="watch")
         try:
             link.send(self._start)
             while True:
-                message, payload = await link.receive()
-                match message:
-                    case Ready(device):
-                        self.device = device
-                        self._listening = True
-                        self._tell(Activity(EngineState.READY))
-                        self._give_turns()
-                    case Progress(text, fraction):
-                        self._tell(Activity(self._activity.state, text, fraction))
-                    case Free(request, busy_ms) if self._running and request == self._running.request:
-                        self._end_turn(busy_ms / 1e3)
-                        self._tell(Activity(EngineState.READY))
-                        self._give_turns()
-                    case Failed(request, text, cause):
-                        error = _ERRORS[cause](text)
-                        if request == START_UP:
-                            raise (
-                                error
-                                if cause is not Cause.PROGRAM
-                                else WorkerLostError(f"worker {link.pid} could not start")
-                            )
-                        self._settle(request, error)
-                    case Opened(request) | Done(request):
-                        self._settle(request, (message, payload))
+                message, payload = await link.receive(self._most_bytes)
+                self._heard = monotonic()
+                self._take(link, message, payload)
         finally:
+            watch.cancel()
             self._link = None
             self._listening = False
+            self._proven = None
+            self.memory, self.scenes = (0, 0), ()
             if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
                 self._tell(RECOVERING)
             if self._running is not None:
                 self._end_turn(monotonic() - self._running.began)
             for request in list(self._owed):
                 self._settle(request, WorkerLostError("the renderer was lost; it is being started again"))
-            status = await link.stop()
-            log.info("worker %d ended with status %d", link.pid, status)
+            log.info("worker %d ended with status %s", link.pid, await link.stop())
+
+    def _take(self, link: Link, message: FromWorker, payload: bytes) -> None:
+        running = self._running
+        match message:
+            case Progress(text, fraction):
+                self._tell(Activity(self._activity.state, text, fraction))
+            case Ready(device) if not self._listening:
+                self.device = device
+                self._failures = 0
+                self._listening = True
+                self._tell(Activity(EngineState.READY))
+                self._give_turns()
+                self._beat()
+            case Failed(request, text, cause) if request == START_UP and not self._listening:
+                if cause is Cause.PROGRAM:
+                    raise WorkerLostError(f"worker {link.pid} could not start")
+                raise _ERRORS[cause](text)
+            case Failed(request, text, cause) if request in self._owed:
+                if cause is Cause.PROGRAM and running and running.request == request and _is_heartbeat(running):
+                    raise link.refuse("word that it can render no more")
+                self._settle(request, _ERRORS[cause](text))
+            case Done() | Opened() | Closed() if (owed := self._owed.get(message.request)) and owed.answered_by(
+                message
+            ):
+                if isinstance(owed.job, Render):
+                    self._proven = owed.job
+                self._settle(message.request, (message, payload))
+            case Free(request) if running and running.request == request:
+                self.memory = message.memory_used, message.memory_total
+                self.scenes = message.scenes
+                self._end_turn(min(message.busy_ms / 1e3, self._heard - running.began))
+                self._tell(Activity(EngineState.READY))
+                self._give_turns()
+            case _:
+                raise link.refuse(f"{message.kind} out of turn")
+
+    def _most_bytes(self) -> int:
+        return max((owed.most_bytes for owed in self._owed.values()), default=0)
+
+    async def _watch(self, link: Link) -> None:
+        """Kill a worker that hangs, which `_live` then hears; have one that has nothing to do show that it lives."""
+        while True:
+            await asyncio.sleep(WATCH_SECONDS)
+            running = self._running
+            silence = monotonic() - max(self._heard, running.began if running else 0.0)
+            if self._listening and running is None:
+                if silence >= HEARTBEAT_SECONDS:
+                    self._beat()
+            elif silence >= (running.patience if running else START_SECONDS):
+                log.error("worker %d has said nothing for %.1f s: it hangs and is killed", link.pid, silence)
+                link.kill()
+
+    def _beat(self) -> None:
+        if all(place.client != HEARTBEAT for place in self._waiting):
+            self._enqueue(HEARTBEAT, Urgency.REFINING, self._heartbeat)
+
+    def _heartbeat(self) -> Render:
+        if self._has_proof():
+            assert self._proven is not None
+            return replace(self._proven, viewer=HEARTBEAT, size=(1, 1), output="none", sample=None)
+        scene = self.scenes[-1] if self.scenes else self._start.scene
+        return Render(HEARTBEAT, scene, SceneCamera(0), (1, 1), RenderSettings(), "none")
+
+    def _has_proof(self) -> bool:
+        return self._proven is not None and self._proven.scene in self.scenes
+
+    # --- turns and answers ---
+
+    def _enqueue(self, client: int, urgency: Urgency, make: Make) -> tuple[Place, _Waiting]:
+        place = self._schedule.join(client, urgency)
+        waiting = self._waiting[place] = _Waiting(make, asyncio.get_running_loop().create_future())
+        self._give_turns()
+        return place, waiting
 
     def _give_turns(self) -> None:
         while self._listening and self._running is None and (place := self._schedule.next()) is not None:
-            waiting = self._waiting[place]
+            waiting = self._waiting.pop(place)
             if waiting.turn.done():  # who asked has left this instant
                 continue
             try:
@@ -231,25 +346,28 @@ class Engine:
 
     def _send(self, place: Place, job: Job) -> "asyncio.Future[Reply]":
         assert self._link is not None
-        self._running = _Running(next(self._numbers), place, monotonic())
-        reply = self._owed[self._running.request] = asyncio.get_running_loop().create_future()
+        patience = HEARTBEAT_DEADLINE if place.client == HEARTBEAT and self._has_proof() else self._hang_seconds
+        self._running = _Running(next(self._numbers), place, monotonic(), patience)
+        reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+        self._owed[self._running.request] = _Owed(job, reply)
         self._link.send(replace(job, request=self._running.request))
         return reply
 
     def _end_turn(self, seconds: float) -> None:
         assert self._running is not None
         self._schedule.charge(self._running.place, seconds)
+        self.busy_seconds += seconds
         self._running = None
 
     def _settle(self, request: int, result: Reply | Exception) -> None:
-        future = self._owed.pop(request, None)
-        if future is None or future.done():  # whoever asked has left
+        reply = self._owed.pop(request).reply
+        if reply.done():  # whoever asked has left
             return
         if isinstance(result, Exception):
-            future.set_exception(result)
-            future.exception()  # marks it as seen: nobody may be left to look
+            reply.set_exception(result)
+            reply.exception()  # marks it as seen: nobody may be left to look
         else:
-            future.set_result(result)
+            reply.set_result(result)
 
     def _tell(self, activity: Activity) -> None:
         if activity == self._activity:
@@ -257,3 +375,7 @@ class Engine:
         self._activity = activity
         for listener in tuple(self.listeners):
             listener()
+
+
+def _is_heartbeat(running: _Running) -> bool:
+    return running.place.client == HEARTBEAT

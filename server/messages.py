@@ -7,6 +7,7 @@ what it sends must not be able to run anything in the web process. Its cost, som
 
 import struct
 from asyncio import StreamReader
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated, BinaryIO, Literal
@@ -20,6 +21,7 @@ from server.protocol import SceneInfo
 STILLS = 0  # the viewer number of renders that no viewer asked for; viewers count from 1
 HEARTBEAT = -1  # the viewer number of renders that only see whether the device still works
 START_UP = 0  # the request number of the start; requests count from 1
+MAX_TEXT_BYTES = 2**24  # of a message's JSON; the largest by far says what is in a scene
 
 # "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed.
 Output = Literal["none", "jpeg", ".png", ".jpg", ".exr", ".npy"]
@@ -89,8 +91,8 @@ class OpenScene:
 class Render:
     """Render one picture for a viewer (or STILLS, HEARTBEAT); answered by Free, then Done or Failed.
 
-    sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0 starts
-    anew. If the worker does not have those, it starts anew too, which Done.samples tells.
+    sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0
+    starts anew. If the worker does not have those, it starts anew too, which Done.samples tells.
     """
 
     viewer: int
@@ -115,13 +117,14 @@ class Leave:
 
 @dataclass(frozen=True)
 class CloseScene:
-    """Free a scene and all that was made for it. Not answered."""
+    """Free a scene and all that was made for it; answered by Free and Closed."""
 
     scene: SceneRef
+    request: int = 0
     kind: Literal["close"] = "close"
 
 
-Job = OpenScene | Render
+Job = OpenScene | CloseScene | Render
 ToWorker = Start | OpenScene | Render | Leave | CloseScene
 
 # --- from the worker -------------------------------------------------------------------------------------------------
@@ -140,7 +143,7 @@ class Progress:
     """What takes long now, and how far it is."""
 
     text: str
-    fraction: float
+    fraction: Annotated[float, Field(ge=0.0, le=1.0)]
     kind: Literal["progress"] = "progress"
 
 
@@ -148,13 +151,15 @@ class Progress:
 class Free:
     """The worker can take the next job; this one's answer may still be on its way (being encoded).
 
-    busy_ms: time that the job had the device; memory_used, memory_total: of the device [bytes], total 0 if unknown.
+    busy_ms: time that the job had the device; memory_used, memory_total: of the device [bytes], total 0 if unknown;
+    scenes: on the device now, the longest unused first.
     """
 
     request: int
-    busy_ms: float = 0.0
-    memory_used: int = 0
-    memory_total: int = 0
+    busy_ms: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+    memory_used: int
+    memory_total: int
+    scenes: tuple[SceneRef, ...]
     kind: Literal["free"] = "free"
 
 
@@ -165,6 +170,14 @@ class Opened:
     request: int
     info: SceneInfo
     kind: Literal["opened"] = "opened"
+
+
+@dataclass(frozen=True)
+class Closed:
+    """Answer to CloseScene."""
+
+    request: int
+    kind: Literal["closed"] = "closed"
 
 
 @dataclass(frozen=True)
@@ -204,7 +217,7 @@ class Failed:
     kind: Literal["failed"] = "failed"
 
 
-FromWorker = Ready | Progress | Free | Opened | Done | Failed
+FromWorker = Ready | Progress | Free | Opened | Closed | Done | Failed
 
 # --- the codec -------------------------------------------------------------------------------------------------------
 
@@ -231,7 +244,13 @@ def read(pipe: BinaryIO) -> tuple[ToWorker | FromWorker, bytes]:
     return _adapter.validate_json(body[:text]), body[text:]
 
 
-async def receive(stream: StreamReader) -> tuple[ToWorker | FromWorker, bytes]:
-    """The next message from an asyncio stream; EOFError (IncompleteReadError) when the other side is gone."""
+async def receive(stream: StreamReader, most_bytes: Callable[[], int]) -> tuple[ToWorker | FromWorker, bytes]:
+    """The next message from an asyncio stream.
+
+    Raises EOFError (IncompleteReadError) when the other side is gone, and ValueError for what is no message or larger
+    than one: its JSON than MAX_TEXT_BYTES, its bytes than `most_bytes` allows now.
+    """
     text, payload = _lengths.unpack(await stream.readexactly(_lengths.size))
+    if text > MAX_TEXT_BYTES or payload > most_bytes():
+        raise ValueError(f"{text} bytes of text and {payload} of image are too many")
     return _adapter.validate_json(await stream.readexactly(text)), await stream.readexactly(payload)

@@ -24,6 +24,8 @@ from server.encode import encode
 from server.messages import (
     START_UP,
     Cause,
+    Closed,
+    CloseScene,
     Done,
     Failed,
     Free,
@@ -84,8 +86,17 @@ class Backend(Protocol):
     def render(self, job: Render, report: Report) -> Picture:
         """Render one picture."""
 
+    def close(self, scene: SceneRef) -> None:
+        """Free a scene and all that was made for it; nothing happens when it is not loaded."""
+
     def leave(self, viewer: int) -> None:
         """Free what is kept for a viewer."""
+
+    def scenes(self) -> tuple[SceneRef, ...]:
+        """The scenes that are loaded, the longest unused first."""
+
+    def memory(self) -> tuple[int, int]:
+        """Memory of the device in use, and all of it [bytes]."""
 
     def healthy(self) -> bool:
         """Whether the device still works after an unexpected error."""
@@ -114,9 +125,17 @@ class Worker:
             return 0 if isinstance(error, UserError) else FAULT
         while True:
             message = self._inbox.get()
-            if isinstance(message, Leave):
-                self._backend.leave(message.viewer)
-            elif isinstance(message, OpenScene | Render):
+            try:
+                self._handle(message)
+            except Exception:
+                log.critical("this worker cannot go on", exc_info=True)
+                os._exit(FAULT)
+
+    def _handle(self, message: ToWorker) -> None:
+        match message:
+            case Leave(viewer):
+                self._backend.leave(viewer)
+            case OpenScene() | CloseScene() | Render():
                 self._do(message)
 
     def _read(self) -> None:
@@ -132,20 +151,28 @@ class Worker:
 
     def _do(self, job: Job) -> None:
         report = self._reporter(QUIET_SECONDS)
+        began = perf_counter()
         try:
-            if isinstance(job, OpenScene):
-                self._send(Opened(job.request, self._backend.open(job.scene, report)))
-            else:
-                began = perf_counter()
-                picture = self._backend.render(job, report)
-                render_ms = 1e3 * (perf_counter() - began)
-                self._encoders.submit(self._finish, job, picture, render_ms)
+            match job:
+                case OpenScene(scene):
+                    self._send(Opened(job.request, self._backend.open(scene, report)))
+                case CloseScene(scene):
+                    self._backend.close(scene)
+                    self._send(Closed(job.request))
+                case Render():
+                    picture = self._backend.render(job, report)
+                    self._encoders.submit(self._finish, job, picture, 1e3 * (perf_counter() - began))
         except Exception as error:
-            if not isinstance(error, UserError) and not self._backend.healthy():
-                log.critical("the device does not work any more: ending this worker", exc_info=error)
-                os._exit(FAULT)
+            # Whatever the error says: after an illegal access even an allocation fails, as if memory were short.
+            self._check_health(error)
             self._fail(job.request, error)
-        self._send(Free(job.request))
+        busy_ms = 1e3 * (perf_counter() - began)
+        self._send(Free(job.request, busy_ms, *self._backend.memory(), self._backend.scenes()))
+
+    def _check_health(self, error: Exception) -> None:
+        if not self._backend.healthy():
+            log.critical("the device does not work any more: ending this worker", exc_info=error)
+            os._exit(FAULT)
 
     def _finish(self, job: Render, picture: Picture, render_ms: float) -> None:
         try:

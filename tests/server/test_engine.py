@@ -5,12 +5,27 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 
 import pytest
-from gradient_worker import BUG_SEED, FAULT_SEED, SLOW_SEED, WRONG_SEED
+from gradient_worker import (
+    BUG_LATER_SEED,
+    BUG_SEED,
+    FAULT_LATER_SEED,
+    FAULT_SEED,
+    HANG_LATER_SEED,
+    HANG_SEED,
+    LONG_SECONDS,
+    LONG_SEED,
+    MEMORY,
+    MEMORY_SEED,
+    SLOW_SECONDS,
+    SLOW_SEED,
+    WRONG_SEED,
+)
 from harness import GRADIENT_WORKER
+from test_link import rogue
 
-from gpu.errors import UserError
+from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
-from server.engine import Engine, EngineState, RenderFaultError
+from server.engine import BACKOFF_SECONDS, Engine, EngineState, RenderFaultError
 from server.link import WorkerLostError
 from server.messages import Done, Render, SceneCamera, SceneRef, Start
 from server.schedule import Urgency
@@ -23,8 +38,10 @@ def job(viewer: int = 0, seed: int = 0) -> Render:
 
 
 @asynccontextmanager
-async def running(device: str | None = None) -> AsyncIterator[Engine]:
-    engine = Engine(Start(SCENE, device), GRADIENT_WORKER)
+async def running(
+    device: str | None = None, command: tuple[str, ...] = GRADIENT_WORKER, hang_seconds: float = 20.0
+) -> AsyncIterator[Engine]:
+    engine = Engine(Start(SCENE, device), command, hang_seconds)
     task = asyncio.create_task(engine.run())
     try:
         yield engine
@@ -83,21 +100,20 @@ def test_whoever_wants_nothing_any_more_gives_the_turn_away() -> None:
     check(scenario)
 
 
-def test_turns_go_round() -> None:
+def test_whoever_costs_less_has_more_turns() -> None:
     async def scenario(engine: Engine) -> None:
         served: list[int] = []
 
-        def make(viewer: int) -> Render:
+        def make(viewer: int, seed: int) -> Render:
             served.append(viewer)
-            return job(viewer)
+            return job(viewer, seed)
 
-        async def viewer(number: int) -> None:
+        async def viewer(number: int, seed: int) -> None:
             for _ in range(3):
-                await engine.submit(number, Urgency.MOVING, lambda: make(number))
+                await engine.submit(number, Urgency.MOVING, lambda: make(number, seed))
 
-        await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))  # so that all of them wait
-        await asyncio.gather(*(viewer(number) for number in (1, 2, 3)))
-        assert served == [1, 2, 3] * 3
+        await asyncio.gather(viewer(1, SLOW_SEED), viewer(2, 0))
+        assert served == [1, 2, 2, 2, 1, 1]
 
     check(scenario)
 
@@ -194,3 +210,150 @@ def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
         assert engine.activity.state is EngineState.FAILED
 
     asyncio.run(main())
+
+
+def test_an_error_of_whoever_makes_a_job_is_his_own() -> None:
+    def broken() -> Render:
+        raise ValueError("a bug")
+
+    async def scenario(engine: Engine) -> None:
+        with pytest.raises(ValueError, match="a bug"):
+            await engine.submit(1, Urgency.MOVING, broken)
+        await result(engine, job())
+        assert engine.restarts == 0
+
+    check(scenario)
+
+
+def test_too_little_memory_is_told_as_such() -> None:
+    async def scenario(engine: Engine) -> None:
+        with pytest.raises(OutOfMemoryError, match="ask for less"):
+            await result(engine, job(seed=MEMORY_SEED))
+        await result(engine, job())
+        assert engine.restarts == 0
+
+    check(scenario)
+
+
+def test_device_time_memory_and_scenes_are_counted() -> None:
+    async def scenario(engine: Engine) -> None:
+        before = engine.busy_seconds
+        await result(engine, job(seed=SLOW_SEED))
+        assert engine.busy_seconds >= before + SLOW_SECONDS
+        assert engine.memory == MEMORY
+        hall = SceneRef("hall", "hall")
+        await engine.open(hall)
+        assert engine.scenes == (SCENE, hall)
+        await engine.close(hall)
+        assert engine.scenes == (SCENE,)
+
+    check(scenario)
+
+
+def test_a_worker_killed_twenty_times_in_a_row_comes_back_each_time() -> None:
+    async def scenario(engine: Engine) -> None:
+        for _ in range(20):
+            pid = engine.worker_pid
+            assert pid is not None
+            os.kill(pid, signal.SIGKILL)
+            await until(lambda: not engine.ready)
+            async with asyncio.timeout(10):
+                await result(engine, job())
+        assert engine.restarts == 20
+        await until(lambda: not engine._owed)
+        assert not engine._waiting
+        assert len(os.listdir("/proc/self/fd")) <= files  # noqa: PTH208
+
+    async def main() -> None:
+        nonlocal files
+        async with running() as engine:
+            await until(lambda: engine.ready)
+            files = len(os.listdir("/proc/self/fd"))  # noqa: PTH208
+            await scenario(engine)
+        with pytest.raises(ChildProcessError):  # no zombie is left either
+            os.waitpid(-1, os.WNOHANG)
+
+    files = 0
+    asyncio.run(main())
+
+
+def test_a_worker_that_hangs_is_replaced() -> None:
+    async def main() -> None:
+        async with running(hang_seconds=0.5) as engine:
+            await until(lambda: engine.ready)
+            with pytest.raises(WorkerLostError):
+                await result(engine, job(seed=HANG_SEED))
+            await result(engine, job())
+            assert engine.restarts == 1
+
+    asyncio.run(main())
+
+
+def test_long_work_that_reports_progress_is_no_hang() -> None:
+    async def main() -> None:
+        async with running(hang_seconds=1.5) as engine:
+            await until(lambda: engine.ready)
+            assert LONG_SECONDS > 1.5
+            await result(engine, job(seed=LONG_SEED))
+            assert engine.restarts == 0
+
+    asyncio.run(main())
+
+
+def test_a_worker_that_says_nothing_as_it_starts_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.engine.START_SECONDS", 0.3)
+    monkeypatch.setattr("server.link.STOP_SECONDS", 0.3)
+
+    async def main() -> None:
+        async with running(command=rogue("mute")) as engine:
+            await until(lambda: engine.restarts > 0)
+            assert engine.activity.state is EngineState.RECOVERING
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize("seed", [HANG_LATER_SEED, BUG_LATER_SEED, FAULT_LATER_SEED])
+def test_a_fault_that_shows_while_nothing_is_asked_for_is_found(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.engine.HEARTBEAT_SECONDS", 0.2)
+    monkeypatch.setattr("server.engine.HEARTBEAT_DEADLINE", 0.5)
+
+    async def scenario(engine: Engine) -> None:
+        await result(engine, job(seed=seed))
+        await until(lambda: engine.restarts == 1)
+        await until(lambda: engine.ready)
+        await result(engine, job())
+
+    check(scenario)
+
+
+def test_heartbeats_leave_a_healthy_worker_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.engine.HEARTBEAT_SECONDS", 0.05)
+
+    async def scenario(engine: Engine) -> None:
+        await result(engine, job(seed=1))
+        busy = engine.busy_seconds
+        await until(lambda: engine.busy_seconds > busy)  # a heartbeat has rendered
+        await result(engine, job())
+        assert engine.restarts == 0
+
+    check(scenario)
+
+
+def test_pauses_grow_only_while_no_worker_becomes_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    pauses: list[float] = []
+    sleep = asyncio.sleep
+
+    async def noted(seconds: float) -> None:
+        pauses.append(seconds)
+        await sleep(0.0)
+
+    async def main() -> None:
+        async with running(command=rogue("early-death")) as engine:
+            monkeypatch.setattr("server.engine.asyncio.sleep", noted)
+            async with asyncio.timeout(20):
+                while engine.restarts < 3:
+                    await sleep(0.01)
+            monkeypatch.undo()
+
+    asyncio.run(main())
+    assert [pause for pause in pauses if pause in BACKOFF_SECONDS][:3] == list(BACKOFF_SECONDS[:3])
