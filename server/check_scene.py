@@ -7,7 +7,16 @@ processor time, no new files (but for what an archive holds), few open ones.
 import sys
 from math import ceil
 from pathlib import Path
-from resource import RLIM_INFINITY, RLIMIT_AS, RLIMIT_CORE, RLIMIT_CPU, RLIMIT_FSIZE, RLIMIT_NOFILE, getrlimit, setrlimit
+from resource import (
+    RLIM_INFINITY,
+    RLIMIT_AS,
+    RLIMIT_CORE,
+    RLIMIT_CPU,
+    RLIMIT_FSIZE,
+    RLIMIT_NOFILE,
+    getrlimit,
+    setrlimit,
+)
 
 from gpu.errors import SceneError
 from gpu.scene import Scene, load_scene

@@ -15,6 +15,7 @@ from gpu.errors import SceneError
 from gpu.scene.limits import SceneLimits
 from server.protocol import SceneInfo
 from server.refusals import TooBusyError
+from server.settings import ServerSettings
 
 CHECK = (sys.executable, "-m", "server.check_scene")
 AT_ONCE = 2
@@ -75,19 +76,11 @@ def _environment() -> dict[str, str]:
 class Checker:
     """Runs a few children at a time."""
 
-    def __init__(
-        self,
-        limits: SceneLimits,
-        *,
-        memory_bytes: int,
-        seconds: float,
-        max_unpacked_bytes: int,
-        command: Sequence[str] = CHECK,
-    ) -> None:
-        self._limits = limits
-        self._memory_bytes = memory_bytes
-        self._seconds = seconds
-        self._max_unpacked_bytes = max_unpacked_bytes
+    def __init__(self, settings: ServerSettings, command: Sequence[str] = CHECK) -> None:
+        self._limits = settings.scene_limits
+        self._memory_bytes = settings.check_memory_bytes
+        self._seconds = settings.check_seconds
+        self._max_unpacked_bytes = settings.max_uploads_bytes
         self._command = command
         self._turns = asyncio.Semaphore(AT_ONCE)
         self._waiting = 0

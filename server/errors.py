@@ -11,7 +11,18 @@ from starlette.exceptions import HTTPException
 from gpu.errors import UserError
 from server.engine import RenderFaultError
 from server.link import WorkerLostError
-from server.scenes import UnknownSceneError
+from server.refusals import (
+    ForbiddenError,
+    InUseError,
+    NoRoomError,
+    NotAcceptableError,
+    NotYetError,
+    TooBusyError,
+    TooLargeError,
+    TooSlowError,
+    UnknownJobError,
+    UnknownSceneError,
+)
 
 RETRY_SECONDS = 2
 
@@ -23,16 +34,15 @@ class ErrorBody(BaseModel):
     message: str = Field(description="for people: what is wrong and where")
 
 
-class TooBusyError(Exception):
-    """As much waits to be rendered as may."""
-
-
-class NotAcceptableError(Exception):
-    """None of the formats that the client takes can be written."""
-
-
 _STATUS: dict[type[Exception], tuple[int, str]] = {
     UnknownSceneError: (404, "unknown-scene"),
+    UnknownJobError: (404, "unknown-job"),
+    ForbiddenError: (403, "forbidden"),
+    InUseError: (409, "in-use"),
+    NotYetError: (409, "not-yet"),
+    TooLargeError: (413, "too-large"),
+    TooSlowError: (408, "too-slow"),
+    NoRoomError: (507, "no-room"),
     UserError: (422, "bad-request"),
     NotAcceptableError: (406, "not-acceptable"),
     TooBusyError: (429, "too-busy"),
@@ -41,18 +51,29 @@ _STATUS: dict[type[Exception], tuple[int, str]] = {
 }
 
 
+EXPECTED = tuple(_STATUS)
+
+
+def error_body(error: Exception) -> ErrorBody:
+    """One of the EXPECTED errors as it is told."""
+    return ErrorBody(code=_status(error)[1], message=str(error))
+
+
 def error_response(status: int, code: str, message: str) -> JSONResponse:
     """A typed error; those that pass say when to try again."""
     headers = {"Retry-After": str(RETRY_SECONDS)} if status in (429, 503) else None
     return JSONResponse(ErrorBody(code=code, message=message).model_dump(), status, headers)
 
 
+def _status(error: Exception) -> tuple[int, str]:
+    return next(_STATUS[kind] for kind in type(error).__mro__ if kind in _STATUS)
+
+
 def install(app: FastAPI) -> None:
     """Answer every expected error of `app` in that form."""
 
     async def expected(_: Request, error: Exception) -> JSONResponse:
-        status, code = next(_STATUS[kind] for kind in type(error).__mro__ if kind in _STATUS)
-        return error_response(status, code, str(error))
+        return error_response(*_status(error), str(error))
 
     async def invalid(_: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, RequestValidationError)

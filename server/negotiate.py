@@ -1,7 +1,7 @@
 """Which image format a client gets, by its Accept header (RFC 9110, section 12.5.1)."""
 
-from server.errors import NotAcceptableError
 from server.messages import Output
+from server.refusals import NotAcceptableError
 
 MEDIA_TYPES: dict[str, Output] = {
     "image/png": ".png",

@@ -12,11 +12,15 @@ class UnknownJobError(UserError):
 
 
 class ForbiddenError(UserError):
-    """This is not for clients to change (403)."""
+    """It is not for clients to change (403)."""
 
 
 class InUseError(UserError):
     """Somebody uses what should go (409)."""
+
+
+class NotYetError(UserError):
+    """There is no result to give (409)."""
 
 
 class TooLargeError(UserError):

@@ -1,4 +1,4 @@
-"""The scenes that can be chosen: the served one, the built-in ones, and the files of the scenes folder, by id.
+"""The scenes that can be chosen: the served one, the built-in ones, files of the scenes folder and uploads, by id.
 
 An id is looked up in a list that the server makes; it never becomes a path, so none leaves the folder.
 """
@@ -8,24 +8,21 @@ from pathlib import Path
 from time import monotonic
 
 from gpu.errors import UserError
+from gpu.scene import SUFFIXES
 from gpu.scene.builtin import BUILTIN
-from server.engine import Engine
 from server.messages import SceneRef
-from server.protocol import SceneInfo, SceneName
+from server.protocol import SceneName
+from server.refusals import UnknownSceneError
+from server.uploads import Uploads
 
-SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
 MAX_LISTED = 10_000
 LISTED_SECONDS = 2.0  # so that a burst of requests walks a large folder once
 
 
-class UnknownSceneError(UserError):
-    """No scene has this id."""
-
-
 class Catalogue:
-    """Ids of scenes, and what is known of those that were opened."""
+    """Ids of scenes. `uploads` is None where clients may not bring any."""
 
-    def __init__(self, served: str, folder: Path | None) -> None:
+    def __init__(self, served: str, folder: Path | None, uploads: Uploads | None = None) -> None:
         """UserError when the served scene or the folder does not exist."""
         if folder is not None and not folder.is_dir():
             raise UserError(f"{folder}: the scenes folder does not exist")
@@ -33,9 +30,9 @@ class Catalogue:
             raise UserError(
                 f"{served}: there is no such file, nor a built-in scene of that name ({', '.join(BUILTIN)})"
             )
+        self.uploads = uploads
         self._folder = folder
         self._served = served
-        self._known: dict[SceneRef, SceneInfo] = {}
         self._files: list[tuple[str, str]] = []
         self._files_until = 0.0
 
@@ -43,6 +40,17 @@ class Catalogue:
     def served(self) -> SceneRef:
         """The scene that is meant when none is named."""
         return self.find(None)
+
+    def uploaded(self, scene_id: str) -> bool:
+        """Whether a client brought this scene."""
+        return self.uploads is not None and scene_id in self.uploads.all
+
+    def file_bytes(self, scene: SceneRef) -> int | None:
+        """Size of a scene's file, or of all files of an upload; None for a built-in scene, or when it is gone."""
+        if self.uploads is not None and scene.id in self.uploads.all:
+            return self.uploads.all[scene.id].bytes
+        path = Path(scene.source)
+        return path.stat().st_size if scene.source not in BUILTIN and path.is_file() else None
 
     def names(self) -> tuple[SceneName, ...]:
         """All scenes that can be chosen, the served one first."""
@@ -68,15 +76,6 @@ class Catalogue:
         except OSError as error:
             raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
 
-    async def open(self, scene: SceneRef, engine: Engine) -> SceneInfo:
-        """What is in a scene, loaded by the worker the first time; errors as of `Engine.open`."""
-        if scene not in self._known:
-            info = await engine.open(scene)
-            for older in [known for known in self._known if known.id == scene.id]:
-                del self._known[older]
-            self._known[scene] = info
-        return self._known[scene]
-
     def _sources(self) -> dict[str, str]:
         # A built-in scene or a file in the folder that is called as the served file is yields its id to that.
         served_id = self._served if self._served in BUILTIN else Path(self._served).name
@@ -88,6 +87,9 @@ class Catalogue:
                 self._files, self._files_until = _scene_files(self._folder), monotonic() + LISTED_SECONDS
             for id_, path in self._files:
                 listed.setdefault(id_, path)
+        if self.uploads is not None:
+            # A folder of the scenes folder may be called as uploads are: the upload is meant then.
+            listed.update((id_, str(self.uploads.path(upload))) for id_, upload in self.uploads.all.items())
         return listed
 
 

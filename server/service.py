@@ -7,9 +7,12 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from server.checker import Checker
 from server.engine import Engine
-from server.messages import Start
+from server.jobs import ENDED, Jobs
+from server.messages import SceneRef, Start
 from server.metrics import Metrics
+from server.residency import Residency
 from server.scenes import Catalogue
 from server.settings import ServerSettings
 
@@ -21,26 +24,50 @@ class Service:
     settings: ServerSettings
     catalogue: Catalogue
     engine: Engine
+    checker: Checker
     viewers: set[int] = field(default_factory=set)
     last_viewer: int = 0
-    still_turn: asyncio.Lock = field(default_factory=asyncio.Lock)  # stills share one place in the engine's queue
+    viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
     stills_waiting: int = 0
     metrics: Metrics = field(default_factory=Metrics)
     stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
+
+    def __post_init__(self) -> None:
+        limits = self.settings
+        self.residency = Residency(self.engine, self.checker, limits.reserve_bytes, self.in_use)
+        self.jobs = Jobs(
+            self.engine,
+            self.residency,
+            self.dismiss,
+            max_jobs=limits.max_jobs,
+            keep_seconds=limits.job_result_seconds,
+            keep_bytes=limits.job_results_bytes,
+        )
+
+    def number(self) -> int:
+        """A viewer number that was never used before; `dismiss` frees what the worker keeps for it."""
+        self.last_viewer += 1
+        return self.last_viewer
 
     def admit(self) -> int | None:
         """A number for one more viewer, never used before; None when as many are here as may be."""
         if len(self.viewers) >= self.settings.max_viewers:
             return None
-        self.last_viewer += 1
-        self.viewers.add(self.last_viewer)
-        return self.last_viewer
+        viewer = self.number()
+        self.viewers.add(viewer)
+        return viewer
 
     def dismiss(self, viewer: int) -> None:
         """A viewer has left."""
         self.viewers.discard(viewer)
+        self.viewing.pop(viewer, None)
         self.metrics.windows.pop(viewer, None)
         self.engine.leave(viewer)
+
+    def in_use(self, scene_id: str) -> bool:
+        """Whether somebody looks at a scene, or a job is to render it."""
+        rendered = (job.render.scene.id for job in self.jobs.all if job.state not in ENDED)
+        return any(scene.id == scene_id for scene in self.viewing.values()) or scene_id in rendered
 
 
 def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:

@@ -9,7 +9,9 @@ import logging
 import secrets
 import shutil
 from collections.abc import AsyncIterator, Callable
+from functools import cached_property
 from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 from time import time_ns
 from unicodedata import normalize
 
@@ -19,9 +21,11 @@ from gpu.errors import SceneError, UserError
 from gpu.scene import SUFFIXES
 from server.checker import Checked, Checker
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
+from server.settings import ServerSettings
 
 PREFIX = "uploads/"
 ARCHIVE = ".zip"
+RECORD, UNFINISHED = ".upload.json", ".upload-"
 MAX_AT_ONCE = 16
 CHUNK_BYTES = 2**20
 STALL_SECONDS = 30.0
@@ -43,19 +47,36 @@ class Upload(BaseModel):
 class Uploads:
     """The uploads of one folder, the longest unused first."""
 
-    def __init__(self, folder: Path, checker: Checker, *, max_bytes: int, max_count: int, max_total_bytes: int) -> None:
+    def __init__(self, settings: ServerSettings, checker: Checker) -> None:
         """Take up what the folder keeps from an earlier service. UserError when it cannot be used."""
-        self._folder = folder.resolve()
         self._checker = checker
-        self._max_bytes = max_bytes
-        self._max_count = max_count
-        self._max_total_bytes = max_total_bytes
+        self._max_bytes = settings.max_upload_bytes
+        self._max_count = settings.max_uploads
+        self._max_total_bytes = settings.max_uploads_bytes
         self._taking = 0
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            self._uploads = {upload.id: upload for upload in self._kept()}
-        except OSError as error:
-            raise UserError(f"{folder}: cannot keep uploads there: {error.strerror or error}") from None
+        self._keeping = asyncio.Lock()
+        self._uploads: dict[str, Upload] = {}
+        self._temporary: TemporaryDirectory[str] | None = None
+        if settings.uploads_dir is not None:
+            try:
+                settings.uploads_dir.mkdir(parents=True, exist_ok=True)
+                self._uploads = {upload.id: upload for upload in _kept(settings.uploads_dir.resolve())}
+            except OSError as error:
+                problem = f"cannot keep uploads there: {error.strerror or error}"
+                raise UserError(f"{settings.uploads_dir}: {problem}") from None
+        self._given = settings.uploads_dir
+
+    @cached_property
+    def _folder(self) -> Path:
+        if self._given is not None:
+            return self._given.resolve()
+        self._temporary = TemporaryDirectory(prefix="lumenwalk-uploads-")
+        return Path(self._temporary.name).resolve()
+
+    def close(self) -> None:
+        """Delete the uploads, unless their folder was given."""
+        if self._temporary is not None:
+            self._temporary.cleanup()
 
     @property
     def all(self) -> dict[str, Upload]:
@@ -63,7 +84,7 @@ class Uploads:
         return dict(self._uploads)
 
     def touch(self, scene_id: str) -> None:
-        """This scene is used: it goes last when room is made."""
+        """Note that a scene is used: it goes last when room is made."""
         if scene_id in self._uploads:
             self._uploads[scene_id] = self._uploads.pop(scene_id)
 
@@ -81,7 +102,7 @@ class Uploads:
         if self._taking >= MAX_AT_ONCE:
             raise TooBusyError(f"{self._taking} uploads are on their way already; try again later")
         self._taking += 1
-        work = self._folder / f".{secrets.token_hex(8)}"
+        work = self._folder / f"{UNFINISHED}{secrets.token_hex(8)}"
         try:
             (work / "scene").mkdir(parents=True)
             file = work / ("archive.zip" if suffix == ARCHIVE else f"scene/{stem}{suffix}")
@@ -99,7 +120,7 @@ class Uploads:
         upload = self._uploads.pop(scene_id, None)
         if upload is None:
             raise UnknownSceneError(f"scene: there is no upload {scene_id!r}; /api/v1/scenes lists what there is")
-        self._record(upload.folder).unlink(missing_ok=True)
+        (self._folder / f"{upload.folder}{RECORD}").unlink(missing_ok=True)
         await asyncio.to_thread(shutil.rmtree, self._folder / upload.folder, ignore_errors=True)
 
     async def _receive(self, file: Path, body: AsyncIterator[bytes]) -> None:
@@ -133,6 +154,10 @@ class Uploads:
             raise SceneError(name, error.field, f"{error.problem}; {hint}") from None
 
     async def _keep(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
+        async with self._keeping:
+            return await self._keep_alone(stem, work, checked, in_use)
+
+    async def _keep_alone(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
         scene = PurePosixPath(Path(checked.source).relative_to(work))
         size = await asyncio.to_thread(lambda: sum(file.stat().st_size for file in work.rglob("*")))
         await self._make_room(size, in_use)
@@ -146,7 +171,7 @@ class Uploads:
             ),
         )
         work.rename(self._folder / upload.folder)
-        self._record(upload.folder).write_text(upload.model_dump_json())
+        (self._folder / f"{upload.folder}{RECORD}").write_text(upload.model_dump_json())
         self._uploads[id_] = upload
         return upload
 
@@ -174,26 +199,24 @@ class Uploads:
         """Where the scene's file is."""
         return self._folder / upload.folder / upload.checked.source
 
-    def _record(self, folder: str) -> Path:
-        return self._folder / f"{folder}.json"
-
-    def _kept(self) -> list[Upload]:
-        """What earlier services left here; what they did not finish is deleted."""
-        for left in self._folder.glob(".*"):
-            shutil.rmtree(left, ignore_errors=True)
-        found = []
-        for record in sorted(self._folder.glob("*.json")):
-            try:
-                upload = Upload.model_validate_json(record.read_bytes())
-            except ValidationError:
-                log.warning("%s is not the record of an upload and is left alone", record)
-                continue
-            if self.path(upload).is_file():
-                found.append(upload)
-        return found
-
     def _too_large(self) -> TooLargeError:
         return TooLargeError(f"the file is larger than the {self._max_bytes} bytes that this server takes")
+
+
+def _kept(folder: Path) -> list[Upload]:
+    """What earlier services left in a folder, the oldest first; what they did not finish is deleted."""
+    for left in folder.glob(f"{UNFINISHED}*"):
+        shutil.rmtree(left, ignore_errors=True)
+    found = []
+    for record in sorted(folder.glob(f"*{RECORD}")):
+        try:
+            upload = Upload.model_validate_json(record.read_bytes())
+        except ValidationError:
+            log.warning("%s is not the record of an upload and is left alone", record)
+            continue
+        if (folder / upload.folder / upload.checked.source).is_file():
+            found.append(upload)
+    return found
 
 
 def clean_name(name: str) -> tuple[str, str]:

@@ -193,6 +193,7 @@ class Viewer:
         self._wanted = None
         self._shown = shown
         if shown is not None:
+            self._service.viewing[self._session.viewer] = shown[0]
             self._session.show(shown[0])
             await self._send(shown[1])
         self._stir()
@@ -200,8 +201,8 @@ class Viewer:
     async def _read(self, scene: SceneRef) -> SceneInfo:
         for _ in range(MAX_LOSSES - 1):
             with suppress(WorkerLostError):  # it may have died of something else
-                return await self._service.catalogue.open(scene, self._service.engine)
-        return await self._service.catalogue.open(scene, self._service.engine)
+                return await self._service.residency.open(scene)
+        return await self._service.residency.open(scene)
 
     async def _deliver(self) -> None:
         while True:

@@ -17,11 +17,11 @@ from server.worker import Picture, Report, work
 
 SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
 HANG_SEED, HANG_LATER_SEED, BUG_LATER_SEED, FAULT_LATER_SEED = 1011, 1012, 1013, 1014
-MEMORY_SEED, LONG_SEED = 1015, 1016
+MEMORY_SEED, LONG_SEED, LATE_FAULT_SEED = 1015, 1016, 1017
 SLOW_SECONDS = 0.25
 LONG_SECONDS = 3.0
 LATER = {HANG_LATER_SEED: HANG_SEED, BUG_LATER_SEED: BUG_SEED, FAULT_LATER_SEED: FAULT_SEED}
-MEMORY = (1_000_000, 8_000_000)
+MEMORY = (1_000_000_000, 8_000_000_000)
 TARGET = 4  # frames that a still view is averaged of
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -83,6 +83,9 @@ class GradientBackend:
             case seed if seed == FAULT_SEED:
                 self._healthy = False
                 raise RuntimeError("an illegal access")
+            case seed if seed == LATE_FAULT_SEED:  # the device fails, and the first to notice is told otherwise
+                self._healthy = False
+                raise OutOfMemoryError("ask for less")
             case seed if seed == DEADLY_SEED:
                 os.kill(os.getpid(), signal.SIGKILL)
         if job.view == SceneCamera("missing"):

@@ -1,7 +1,7 @@
 import pytest
 
-from server.errors import NotAcceptableError
 from server.negotiate import choose_format
+from server.refusals import NotAcceptableError
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from gradient_worker import SLOW_SEED, WRONG_SEED
+from gradient_worker import FAULT_SEED, LATE_FAULT_SEED, MEMORY, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
 from harness import GRADIENT_WORKER
 
 from gpu.settings import RenderSettings
@@ -29,6 +29,7 @@ from server.messages import (
     pack,
     read,
 )
+from server.worker import FAULT
 
 SCENE = SceneRef("cornell-box", "cornell-box")
 
@@ -107,14 +108,27 @@ def test_a_scene_is_opened(pipe: Pipe) -> None:
 
 def test_the_scenes_on_the_device_are_told_after_each_job(pipe: Pipe) -> None:
     hall = SceneRef("hall", "hall")
-    told = []
-    for request, job in enumerate((OpenScene(hall, 1), CloseScene(hall, 2)), 1):
-        pipe.send(job)
-        free, _ = pipe.read(Free)
-        assert isinstance(free, Free)
-        assert free.request == request
-        told.append(free.scenes)
-    assert told == [(SCENE, hall), (SCENE,)]
+    for message in (OpenScene(hall, 1), CloseScene(hall, 2)):
+        pipe.send(message)
+    answers = [pipe.read(Free)[0] for _ in range(2)]
+    assert [answer.scenes for answer in answers if isinstance(answer, Free)] == [(SCENE, hall), (SCENE,)]
+
+
+def test_what_a_job_cost_is_told(pipe: Pipe) -> None:
+    pipe.send(render(1, seed=SLOW_SEED))
+    free, _ = pipe.read(Free)
+    assert isinstance(free, Free)
+    assert free.busy_ms >= 1e3 * SLOW_SECONDS
+    assert (free.memory_used, free.memory_total) == MEMORY
+
+
+@pytest.mark.parametrize("seed", [FAULT_SEED, LATE_FAULT_SEED])
+def test_a_device_that_fails_ends_the_worker_at_once(seed: int) -> None:
+    with worker() as (pipe, process):
+        pipe.send(Start(SCENE))
+        pipe.read(Ready)
+        pipe.send(render(1, seed=seed))
+        assert process.wait(10) == FAULT
 
 
 def test_a_mistake_is_answered_with_its_text(pipe: Pipe) -> None:

@@ -118,22 +118,6 @@ def test_a_bug_is_reported_without_its_traceback(running: Running) -> None:
     assert "bug" not in response.json()["message"]
 
 
-def test_scenes_are_listed_and_described(running: Running) -> None:
-    listed = running.http.get("/api/v1/scenes").json()
-    assert listed[0] == {"id": "cornell-box", "name": "cornell-box", "builtin": True, "served": True}
-    assert {"id": "rooms/hall.glb", "name": "hall", "builtin": False, "served": False} in listed
-    described = running.http.get("/api/v1/scenes/rooms/hall.glb").json()
-    assert described["scene"]["cameras"][0]["name"] == "front"
-    assert described["scene"]["bounds"] == {"min": [-1, -1, -1], "max": [1, 1, 1]}
-    assert "method" in described["settings_schema"]["properties"]
-
-
-def test_a_broken_scene_is_described_by_its_error(running: Running) -> None:
-    response = running.http.get("/api/v1/scenes/broken.glb")
-    assert response.status_code == 422
-    assert "accessors[0]" in response.json()["message"]
-
-
 def test_the_interface_describes_itself(running: Running) -> None:
     paths = running.http.get("/api/openapi.json").json()["paths"]
     content = paths[RENDER]["post"]["responses"]["200"]["content"]
@@ -147,6 +131,29 @@ def test_a_render_that_loses_its_worker_is_answered_and_the_next_one_works(serve
     assert int(response.headers["Retry-After"]) > 0
     running.wait_ready()
     assert post(running, size=[8, 8]).status_code == 200
+
+
+def test_frames_are_averaged_and_their_times_added(running: Running) -> None:
+    response = post(running, size=[32, 18], settings={"frames": 3})
+    assert response.status_code == 200
+    assert json.loads(response.headers["X-Lumenwalk-Stage-Ms"]) == {"gbuffer": 1.5, "shade": 4.5, "extra": 6.0}
+
+
+def test_pictures_of_several_frames_do_not_mix(running: Running) -> None:
+    def blue(_: int) -> float:
+        response = post(running, "application/x-npy", size=[8, 8], settings={"frames": 4})
+        return float(np.load(io.BytesIO(response.content))[0, 0, 2])
+
+    with ThreadPoolExecutor(4) as pool:
+        numbers = set(pool.map(blue, range(4)))
+    assert len(numbers) == 4  # the gradient's blue is the viewer's number
+    assert 0.0 not in numbers  # that of lone frames
+
+
+def test_a_picture_of_too_many_frames_is_for_a_job(running: Running) -> None:
+    response = post(running, size=[8, 8], settings={"frames": 65})
+    assert response.status_code == 422
+    assert "/api/v1/jobs" in response.json()["message"]
 
 
 def test_a_service_that_is_not_ready_says_when_to_try_again(serve: Callable[..., Running]) -> None:

@@ -1,0 +1,44 @@
+"""Server-sent events: what goes on, as it goes on (https://html.spec.whatwg.org/multipage/server-sent-events.html)."""
+
+import asyncio
+from collections.abc import AsyncGenerator, AsyncIterator
+
+from pydantic import BaseModel
+from starlette.responses import StreamingResponse
+
+MEDIA_TYPE = "text/event-stream"
+
+
+def event(name: str, data: BaseModel) -> str:
+    """One event; JSON has no line breaks of its own."""
+    return f"event: {name}\ndata: {data.model_dump_json()}\n\n"
+
+
+def event_stream(events: AsyncGenerator[str], stopping: asyncio.Event) -> StreamingResponse:
+    """A response that ends when `events` do, or the service; proxies are told not to hold any back."""
+    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+    return StreamingResponse(_until(stopping, events), media_type=MEDIA_TYPE, headers=headers)
+
+
+async def _until(stopping: asyncio.Event, events: AsyncGenerator[str]) -> AsyncIterator[str]:
+    end = asyncio.create_task(stopping.wait())
+    try:
+        while True:
+            following = asyncio.ensure_future(anext(events, None))
+            await asyncio.wait((following, end), return_when=asyncio.FIRST_COMPLETED)
+            if not following.done():
+                following.cancel()
+                await asyncio.wait((following,))
+                return
+            text = following.result()
+            if text is None:
+                return
+            yield text
+    finally:
+        end.cancel()
+        await events.aclose()
+
+
+def wants_events(accept: str | None) -> bool:
+    """Whether a client asks for events rather than for the outcome alone."""
+    return accept is not None and MEDIA_TYPE in accept.lower()

@@ -1,0 +1,175 @@
+"""Renders that take long, done in the background one after the other, frame by frame behind whoever walks."""
+
+import asyncio
+import logging
+import secrets
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from gpu.errors import UserError
+from server.engine import Engine, RenderFaultError
+from server.link import WorkerLostError
+from server.messages import Render
+from server.pictures import render_frames
+from server.refusals import TooBusyError, UnknownJobError
+from server.residency import Residency
+from server.schedule import Urgency
+
+MAX_LOSSES = 3  # of the worker, in a row
+log = logging.getLogger("lumenwalk.jobs")
+
+
+class JobState(StrEnum):
+    """How far a job is."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+ENDED = (JobState.DONE, JobState.FAILED, JobState.CANCELLED)
+
+
+@dataclass
+class RenderJob:
+    """One picture in the making: what the worker is asked for, of how many frames, and what has become of it."""
+
+    id: str
+    render: Render
+    frames: int
+    media_type: str
+    state: JobState = JobState.QUEUED
+    samples: int = 0
+    error: str = ""
+    result: bytes = b""
+    changed: asyncio.Event = field(default_factory=asyncio.Event)  # replaced by another one each time
+
+    @property
+    def progress(self) -> float:
+        """From 0 to 1."""
+        return self.samples / self.frames
+
+
+class Jobs:
+    """The jobs of one service, by id, in the order in which they came."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        residency: Residency,
+        dismiss: Callable[[int], None],
+        *,
+        max_jobs: int,
+        keep_seconds: float,
+        keep_bytes: int,
+    ) -> None:
+        """dismiss: frees what is kept for a viewer number; max_jobs: that wait or run; keep_…: of results."""
+        self._engine = engine
+        self._residency = residency
+        self._dismiss = dismiss
+        self._max_jobs = max_jobs
+        self._keep_seconds = keep_seconds
+        self._keep_bytes = keep_bytes
+        self._jobs: dict[str, RenderJob] = {}
+        self._queue: asyncio.Queue[RenderJob] = asyncio.Queue()
+        self._running: asyncio.Task[None] | None = None
+
+    @property
+    def all(self) -> list[RenderJob]:
+        """The oldest first."""
+        return list(self._jobs.values())
+
+    def find(self, job_id: str) -> RenderJob:
+        """The job with this id; UnknownJobError when there is none, or its time is over."""
+        if job_id not in self._jobs:
+            raise UnknownJobError(f"job: there is no {job_id!r} here, or no longer; /api/v1/jobs lists what there is")
+        return self._jobs[job_id]
+
+    def add(self, render: Render, frames: int, media_type: str) -> RenderJob:
+        """Queue a picture, whose viewer number is the job's own; TooBusyError when too many wait."""
+        waiting = sum(job.state not in ENDED for job in self._jobs.values())
+        if waiting >= self._max_jobs:
+            raise TooBusyError(f"{waiting} jobs wait or run already; try again later")
+        job = RenderJob(secrets.token_hex(8), render, frames, media_type)
+        self._jobs[job.id] = job
+        self._queue.put_nowait(job)
+        return job
+
+    def remove(self, job_id: str) -> RenderJob:
+        """Cancel a job that waits or runs, and forget it and its result."""
+        job = self.find(job_id)
+        if job.state is JobState.RUNNING and self._running is not None:
+            self._running.cancel()
+        if job.state not in ENDED:
+            self._tell(job, JobState.CANCELLED)
+        self._forget(job)
+        return job
+
+    async def run(self) -> None:
+        """Work until cancelled."""
+        try:
+            while True:
+                job = await self._queue.get()
+                self._running = asyncio.create_task(self._render(job), name=f"job {job.id}")
+                await asyncio.wait([self._running])
+        finally:
+            if self._running is not None:
+                self._running.cancel()
+
+    async def watch(self, job: RenderJob) -> AsyncIterator[RenderJob]:
+        """The job now, then whenever something of it has changed, until it has ended."""
+        while True:
+            changed = job.changed
+            yield job
+            if job.state in ENDED:
+                return
+            await changed.wait()
+
+    async def _render(self, job: RenderJob) -> None:
+        if job.state is not JobState.QUEUED:
+            return
+        self._tell(job, JobState.RUNNING)
+        try:
+            await self._residency.open(job.render.scene)
+            _, job.result = await render_frames(
+                self._engine,
+                job.render,
+                job.frames,
+                Urgency.REFINING,
+                max_losses=MAX_LOSSES,
+                told=lambda samples: self._tell(job, JobState.RUNNING, samples),
+            )
+            self._tell(job, JobState.DONE)
+        except (UserError, RenderFaultError, WorkerLostError) as error:
+            job.error = str(error)
+            self._tell(job, JobState.FAILED)
+        except Exception:
+            log.exception("job %s failed", job.id)
+            job.error = "an internal error; the server's log has the details"
+            self._tell(job, JobState.FAILED)
+        finally:
+            self._dismiss(job.render.viewer)
+        self._make_room(job)
+        asyncio.get_running_loop().call_later(self._keep_seconds, self._forget, job)
+
+    def _make_room(self, newest: RenderJob) -> None:
+        """Forget the oldest results when they are too large together; the newest one stays."""
+        ended = [job for job in self._jobs.values() if job.state in ENDED and job is not newest]
+        total = sum(len(job.result) for job in self._jobs.values())
+        while total > self._keep_bytes and ended:
+            total -= len(ended[0].result)
+            self._forget(ended.pop(0))
+
+    def _forget(self, job: RenderJob) -> None:
+        self._jobs.pop(job.id, None)
+
+    def _tell(self, job: RenderJob, state: JobState, samples: int | None = None) -> None:
+        if job.state is JobState.CANCELLED:
+            return
+        job.state = state
+        job.samples = job.samples if samples is None else samples
+        job.changed.set()
+        job.changed = asyncio.Event()

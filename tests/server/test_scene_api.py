@@ -1,0 +1,180 @@
+import json
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from glb_file import TRIANGLE_GLB
+from gradient_worker import SLOW_SEED
+from harness import Running, Walker
+
+SCENES = "/api/v1/scenes"
+
+
+def listed(running: Running) -> dict[str, Any]:
+    return {scene["id"]: scene for scene in running.http.get(SCENES).json()}
+
+
+def upload(running: Running, name: str = "house.glb", content: bytes = TRIANGLE_GLB) -> httpx.Response:
+    return running.http.post(SCENES, params={"name": name}, content=content)
+
+
+def events(response: httpx.Response) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The server-sent events of a response: names and data."""
+    for part in response.text.split("\n\n"):
+        if part:
+            name, data = part.split("\n", 1)
+            yield name.removeprefix("event: "), json.loads(data.removeprefix("data: "))
+
+
+@pytest.fixture
+def service(serve: Callable[..., Running], tmp_path: Path) -> Running:
+    """A service of one's own, with a folder of two scenes, one of them broken."""
+    (tmp_path / "hall.glb").write_bytes(b"12345")
+    (tmp_path / "broken.glb").write_bytes(b"")
+    return serve(scenes_dir=tmp_path)
+
+
+def test_scenes_are_listed_with_what_is_known_of_them(running: Running) -> None:
+    scenes = running.http.get(SCENES).json()
+    assert scenes[0]["id"] == "cornell-box"
+    assert (scenes[0]["builtin"], scenes[0]["served"], scenes[0]["loaded"]) == (True, True, True)
+    hall = listed(running)["rooms/hall.glb"]
+    assert (hall["name"], hall["builtin"], hall["served"], hall["uploaded"]) == ("hall", False, False, False)
+    assert hall["bytes"] == 0
+
+
+def test_a_scene_is_described_without_loading_it(running: Running) -> None:
+    described = running.http.get(f"{SCENES}/rooms/hall.glb").json()
+    assert described["scene"]["triangles"] == 12
+    assert described["device_bytes"] > 0
+    assert "method" in described["settings_schema"]["properties"]
+    assert not described["loaded"]
+
+
+def test_a_scene_is_loaded_and_unloaded(service: Running) -> None:
+    answer = service.http.post(f"{SCENES}/hall.glb/load")
+    assert answer.status_code == 200
+    assert answer.json()["scene"]["cameras"][0]["name"] == "front"
+    assert answer.json()["memory_total"] > answer.json()["memory_used"] > 0
+    assert listed(service)["hall.glb"]["loaded"]
+    assert service.http.post(f"{SCENES}/hall.glb/unload").status_code == 200
+    assert not listed(service)["hall.glb"]["loaded"]
+    assert service.http.post(f"{SCENES}/hall.glb/unload").status_code == 200  # as asked for already
+
+
+def test_loading_tells_its_progress(service: Running) -> None:
+    told = list(events(service.http.post(f"{SCENES}/hall.glb/load", headers={"Accept": "text/event-stream"})))
+    assert told[0] == ("progress", {"text": "checking hall.glb", "fraction": 0.0})
+    assert told[-1][0] == "end"
+    assert told[-1][1]["loaded"]
+
+
+def test_an_error_in_loading_is_the_last_event(service: Running) -> None:
+    told = list(events(service.http.post(f"{SCENES}/broken.glb/load", headers={"Accept": "text/event-stream"})))
+    assert told[-1] == ("error", {"code": "bad-request", "message": "broken.glb: accessors[0]: is cut off"})
+
+
+def test_a_broken_scene_is_refused(service: Running) -> None:
+    response = service.http.post(f"{SCENES}/broken.glb/load")
+    assert (response.status_code, response.json()["code"]) == (422, "bad-request")
+
+
+@pytest.mark.parametrize("action", ["load", "unload"])
+def test_an_unknown_scene_is_not_found(running: Running, action: str) -> None:
+    assert running.http.post(f"{SCENES}/nowhere.glb/{action}").status_code == 404
+
+
+def test_a_scene_that_is_looked_at_is_not_unloaded(service: Running, visit: Callable[[Running], Walker]) -> None:
+    walker = visit(service)
+    walker.hello(scene="hall.glb")
+    response = service.http.post(f"{SCENES}/hall.glb/unload")
+    assert (response.status_code, response.json()["code"]) == (409, "in-use")
+    assert listed(service)["hall.glb"]["viewed"]
+
+
+def test_a_scene_that_does_not_fit_is_refused_before_it_is_tried(serve: Callable[..., Running], tmp_path: Path) -> None:
+    (tmp_path / "hall.glb").write_bytes(b"")
+    service = serve(scenes_dir=tmp_path, reserve_bytes=2**40)
+    response = service.http.post(f"{SCENES}/hall.glb/load")
+    assert (response.status_code, response.json()["code"]) == (507, "no-room")
+    assert "needs about 67 MB" in response.json()["message"]
+    assert "cornell-box" in response.json()["message"]  # which could be unloaded
+    assert not listed(service)["hall.glb"]["loaded"]
+
+
+def test_an_upload_can_be_chosen_at_once(running: Running) -> None:
+    response = upload(running)
+    assert response.status_code == 201, response.text
+    described = response.json()
+    assert response.headers["Location"] == f"{SCENES}/{described['id']}"
+    assert (described["id"], described["name"], described["uploaded"]) == ("uploads/house.glb", "house", True)
+    assert described["bytes"] >= len(TRIANGLE_GLB)
+    assert upload(running).json()["id"] == "uploads/house-2.glb"
+    response = running.http.post("/api/v1/render", json={"scene": described["id"], "size": [8, 8]})
+    assert response.status_code == 200
+    assert listed(running)[described["id"]]["loaded"]
+
+
+def test_an_upload_can_be_deleted_and_leaves_the_device(service: Running) -> None:
+    scene_id = upload(service).json()["id"]
+    service.http.post(f"{SCENES}/{scene_id}/load")
+    assert service.http.delete(f"{SCENES}/{scene_id}").status_code == 204
+    assert scene_id not in listed(service)
+    assert all(ref.id != scene_id for ref in service.service.engine.scenes)
+    assert service.http.delete(f"{SCENES}/{scene_id}").status_code == 404
+
+
+def test_an_upload_that_is_looked_at_is_not_deleted(service: Running, visit: Callable[[Running], Walker]) -> None:
+    scene_id = upload(service).json()["id"]
+    visit(service).hello(scene=scene_id)
+    assert service.http.delete(f"{SCENES}/{scene_id}").status_code == 409
+    assert scene_id in listed(service)
+
+
+@pytest.mark.parametrize("scene_id", ["cornell-box", "hall.glb"])
+def test_only_uploads_can_be_deleted(service: Running, scene_id: str) -> None:
+    assert service.http.delete(f"{SCENES}/{scene_id}").status_code == 403
+    assert scene_id in listed(service)
+
+
+def test_an_upload_needs_the_name_of_a_scene(running: Running) -> None:
+    for name in ("house.exe", "house", ""):
+        response = upload(running, name)
+        assert response.status_code == 422
+        assert ".glb" in response.json()["message"]
+    assert running.http.post(SCENES, content=b"x").status_code == 422
+
+
+def test_a_service_may_take_no_uploads(serve: Callable[..., Running]) -> None:
+    response = upload(serve(uploads=False))
+    assert (response.status_code, response.json()["code"]) == (403, "forbidden")
+
+
+def test_an_upload_that_is_too_large_is_refused(serve: Callable[..., Running]) -> None:
+    service = serve(max_upload_bytes=100_000)
+    assert upload(service, content=b" " * 100_001).status_code == 413
+    chunks = (b" " * 10_000 for _ in range(11))
+    assert service.http.post(SCENES, params={"name": "a.glb"}, content=chunks).status_code == 413
+    assert upload(service, content=b" " * 90_000).status_code == 201  # more than other bodies may have
+
+
+def test_uploads_go_with_the_service(serve: Callable[..., Running]) -> None:
+    service = serve()
+    upload(service)
+    uploads = service.service.catalogue.uploads
+    assert uploads is not None
+    folder = uploads.path(uploads.all["uploads/house.glb"])
+    assert folder.is_file()
+    uploads.close()
+    assert not folder.exists()
+
+
+def test_a_load_is_told_while_the_device_is_busy(service: Running) -> None:
+    slow = {"size": [8, 8], "settings": {"seed": SLOW_SEED}}
+    busy = threading.Thread(target=lambda: service.http.post("/api/v1/render", json=slow))
+    busy.start()
+    assert service.http.post(f"{SCENES}/hall.glb/load").status_code == 200
+    busy.join()
