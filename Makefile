@@ -8,7 +8,7 @@ PYTHON ?=
 export PYTHON
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint types-js unit-js browser format lock clean
+.PHONY: help run test lint types-js unit-js browser bench format lock clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -23,6 +23,10 @@ lint: .venv/.installed types-js ## style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+bench: .venv/.installed ## measure times and errors, with plots, into build/bench: hours on a CPU; ARGS="--quick" is a trial
+	$(BIN)/python -m pip install --quiet --no-build-isolation --editable .[bench]
+	$(BIN)/python -m tests.bench $(ARGS)
 
 format: .venv/.installed ## lay out the Python files as lint wants them
 	$(BIN)/ruff format .

@@ -1,5 +1,6 @@
 """Errors of a render in a process of its own: HDR-FLIP takes longer than many a frame. Imports no renderer."""
 
+import os
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import asdict
 from multiprocessing import get_context
@@ -26,5 +27,7 @@ class ErrorPool:
     def submit(self, render: ArrayLike, reference: ArrayLike) -> Future[dict[str, Any]]:
         """`errors_of`, later."""
         if self._pool is None:
+            # HDR-FLIP's threads of one process would fight those of the others; read when the processes start.
+            os.environ.setdefault("OMP_NUM_THREADS", "1")
             self._pool = ProcessPoolExecutor(PROCESSES, get_context("spawn"))
         return self._pool.submit(errors_of, render, reference)

@@ -56,7 +56,7 @@ def render(resident: ResidentScene, component: Component, **changes: object) -> 
 
 
 def measure_scene(resident: ResidentScene, references: dict[str, Floats]) -> dict[str, dict[str, float]]:
-    """Mean errors over the seeds: of indirect light against `exact-vpl` (clustering) and its reference, and of all light.
+    """Mean errors over the seeds: indirect light against `exact-vpl` (clustering) and its reference, and all light.
 
     nonfinite is the sum. references: by component.
     """

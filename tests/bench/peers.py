@@ -34,13 +34,13 @@ def run(suite: Suite) -> None:
     for counts in COUNTS:
         settings = suite.settings(Component.FULL, **scaled(suite, counts))
         tasks += [
-            Task(f"{name} {title(settings)}", lambda n=name, s=settings: measure_here(suite, n, s))
+            Task(f"{suite.label(name)} {title(settings)}", lambda n=name, s=settings: measure_here(suite, n, s))
             for name in suite.scene_names()
         ]
     for number in samples:
         settings = suite.settings(Component.FULL, method=Method.PATH, samples=number)
         tasks += [
-            Task(f"{name} {title(settings)}", lambda n=name, s=settings: measure_here(suite, n, s))
+            Task(f"{suite.label(name)} {title(settings)}", lambda n=name, s=settings: measure_here(suite, n, s))
             for name in suite.scene_names()
         ]
     suite.run("peers", tasks)
@@ -54,10 +54,10 @@ def run(suite: Suite) -> None:
     try:
         import mitsuba  # noqa: F401
     except ImportError:
-        print("peers: without Mitsuba, which is not installed: pip install mitsuba", flush=True)
+        print("peers: without Mitsuba, which is not installed: pip install 'lumenwalk[mitsuba]'", flush=True)
         return
     tasks = [
-        Task(f"{name} mitsuba samples={number}", lambda n=name, s=number: measure_mitsuba(n, s))
+        Task(f"{suite.label(name)} mitsuba samples={number}", lambda n=name, s=number: measure_mitsuba(n, s))
         for number in samples
         for name in suite.scene_names()
     ]

@@ -81,7 +81,9 @@ def run(suite: Suite) -> None:
     """The part of the command line."""
     choices = [{key: suite.count(number) for key, number in counts.items()} for counts in SETTINGS]
     tasks = [
-        Task(f"{name} {title(suite.settings(**counts))}", lambda n=name, c=counts: measure_row(suite, n, c))
+        Task(
+            f"{suite.label(name)} {title(suite.settings(**counts))}", lambda n=name, c=counts: measure_row(suite, n, c)
+        )
         for counts in choices
         for name in suite.scene_names()
     ]

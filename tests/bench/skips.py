@@ -67,7 +67,7 @@ def run(suite: Suite) -> None:
         }
 
     tasks = [
-        Task(f"{name} {switch}", lambda n=name, s=switch: measure_row(n, s))
+        Task(f"{suite.label(name)} {switch}", lambda n=name, s=switch: measure_row(n, s))
         for switch in switches(RenderSettings)
         for name in suite.scene_names()
     ]

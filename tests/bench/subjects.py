@@ -41,7 +41,7 @@ class Exact:
 class Subject:
     """A scene on the device at one size; its references are made once and kept in the folder `cache`.
 
-    images: an .npz with arrays `full` and `direct`, or None: then `samples` paths a pixel make them.
+    images: an .npz of that size with arrays `full` and `direct`, or None: then `samples` paths a pixel make them.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Subject:
     ) -> None:
         self.name, self._images, self._cache, self._samples = name, images, cache, samples
         self.resident = ResidentScene(scene, device)
-        self.size = reference_size(images) if images else size
+        self.size = size
         self._references: dict[Component, Reference] = {}
         self._exact: dict[tuple[int, int], Exact] = {}
 
@@ -57,11 +57,6 @@ class Subject:
     def camera(self) -> Camera:
         """The scene's first camera."""
         return self.resident.scene.cameras[0]
-
-    @property
-    def label(self) -> str:
-        """Name and size, as keys of rows begin."""
-        return f"{self.name} {self.size[0]}x{self.size[1]}"
 
     def render(self, settings: RenderSettings) -> Floats:
         """One frame from the camera."""
@@ -162,18 +157,16 @@ def reference_size(images: Path) -> Size:
 
 
 def load_subject(
-    name: str, scenes: Path | None, references: Path | None, size: Size, device: str | None, cache: Path, samples: int
+    name: str, scenes: Path | None, images: Path | None, size: Size, device: str | None, cache: Path, samples: int
 ) -> Subject:
-    """The scene `name` of the folder `scenes`, or built in, with its reference in `references` if there is one.
+    """The scene `name` of the folder `scenes`, or built in; see Subject.
 
     Raises UserError when there is no such scene.
     """
-    file = scenes / f"{name}.glb" if scenes else None
-    if scenes and file and not file.exists():
-        raise UserError(f"{file}: there is no such scene; there are {', '.join(scene_names(scenes))}")
-    images = references / f"{name}.npz" if file and references else None
-    scene = load_scene(str(file) if file else name)
-    return Subject(name, scene, size, device, images if images and images.exists() else None, cache, samples)
+    if name not in scene_names(scenes):
+        raise UserError(f"{scenes or 'built-in scenes'}: has no {name!r}; there are {', '.join(scene_names(scenes))}")
+    scene = load_scene(str(scenes / f"{name}.glb") if scenes else name)
+    return Subject(name, scene, size, device, images, cache, samples)
 
 
 def scene_names(scenes: Path | None) -> list[str]:

@@ -10,7 +10,7 @@ from gpu.device import choose_device
 from gpu.settings import Component, RenderSettings
 from tests.bench.errors import ErrorPool, errors_of
 from tests.bench.results import Budget, Results, Row, Task, environment, run_tasks
-from tests.bench.subjects import Size, Subject, load_subject, scene_names
+from tests.bench.subjects import Size, Subject, load_subject, reference_size, scene_names
 
 # The default counts of a GPU, also where a CPU is measured; `quick` has so much less of everything.
 CLUSTERS = {"sp_clusters": 8192, "vpl_clusters": 2048}
@@ -55,12 +55,27 @@ class Suite:
         """The scenes to measure."""
         return self.names or tuple(scene_names(self.scenes))
 
+    def images(self, name: str) -> Path | None:
+        """The file of path-traced pictures of a scene, if there is one."""
+        path = self.references / f"{name}.npz" if self.scenes and self.references else None
+        return path if path and path.exists() else None
+
+    def size_of(self, name: str) -> Size:
+        """The size that a scene is rendered at: its reference's, or the one that was asked for."""
+        images = self.images(name)
+        return reference_size(images) if images else self.size
+
+    def label(self, name: str) -> str:
+        """Name and size of a scene, as keys of rows begin."""
+        width, height = self.size_of(name)
+        return f"{name} {width}x{height}"
+
     def subject(self, name: str) -> Subject:
         """A scene, loaded once."""
         if name not in self._subjects:
             samples = self.reference_samples or (32 if self.quick else 4096 if self.is_cuda else 256)
             self._subjects[name] = load_subject(
-                name, self.scenes, self.references, self.size, self.device, self.cache, samples
+                name, self.scenes, self.images(name), self.size_of(name), self.device, self.cache, samples
             )
         return self._subjects[name]
 

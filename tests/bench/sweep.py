@@ -80,7 +80,7 @@ def title(settings: RenderSettings) -> str:
 def tasks(suite: Suite) -> list[Task]:
     """All settings, each for all scenes before the next."""
     return [
-        Task(f"{name} {title(settings)}", lambda n=name, s=settings, g=names: measure_row(suite, n, s, g))
+        Task(f"{suite.label(name)} {title(settings)}", lambda n=name, s=settings, g=names: measure_row(suite, n, s, g))
         for settings, names in choices(suite).items()
         for name in suite.scene_names()
     ]

@@ -73,6 +73,9 @@ def run(suite: Suite) -> None:
             suite.settings(**changes | {key: suite.count(changes[key]) for key in CLUSTERS}, vpls=vpls)
             for changes in SETTINGS
         ]
-        tasks = [Task(f"{name} {title(choice)}", lambda n=name, s=choice: measure_row(n, s)) for choice in choices]
+        tasks = [
+            Task(f"{suite.label(name)} {title(choice)}", lambda n=name, s=choice: measure_row(n, s))
+            for choice in choices
+        ]
         suite.run("temporal", tasks)
         reference_of.cache_clear()

@@ -1,0 +1,96 @@
+"""Plots of what is wrong with pictures: error maps, the error's parts, and flicker."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.patches import Patch
+
+from tests.bench.charts import BLUE, GREEN, ORANGE, SEQUENCE, VERMILION, legend_below, panels, save
+from tests.bench.pictures import LEAST_DECADE, MOST_DECADE, decoded
+from tests.bench.plots import Plots
+from tests.bench.results import Row
+from tests.bench.rows import blend_text, counts_text, scenes_of
+
+MAPS = {"total_error": "against path tracing", "clustering_error": "against exact-vpl"}
+
+
+def error_maps(rows: list[Row], folder: Path) -> Plots:
+    """One figure a scene: a row of render, reference and maps of relative squared error for each setting."""
+    for scene in scenes_of(rows):
+        own = [row for row in rows if row["scene"] == scene]
+        width, height = own[0]["size"]
+        figure, axes = panels(len(own), 4, 3.6, 3.6 * height / width + 0.35)
+        shown = None
+        for number, row in enumerate(own):
+            line = axes[4 * number : 4 * number + 4]
+            line[0].imshow(decoded(row["render"]))
+            line[0].set_title(counts_text(row["settings"]), fontsize=9)
+            line[1].imshow(decoded(row["reference"]))
+            line[1].set_title("path tracing", fontsize=9)
+            for panel, (key, what) in zip(line[2:], MAPS.items(), strict=True):
+                if key in row:
+                    decades = decoded(row[key]) / 255.0 * (MOST_DECADE - LEAST_DECADE) + LEAST_DECADE
+                    shown = panel.imshow(decades, cmap=SEQUENCE, vmin=LEAST_DECADE, vmax=MOST_DECADE)
+                    panel.set_title(f"error {what}", fontsize=9)
+            for panel in line:
+                panel.set_axis_off()
+        ticks = np.arange(LEAST_DECADE, MOST_DECADE + 1.0)
+        bar = figure.colorbar(shown, ax=axes, location="bottom", shrink=0.5, aspect=50, ticks=ticks)
+        bar.ax.set_xticklabels([f"$10^{{{int(tick)}}}$" for tick in ticks])
+        bar.set_label("relative squared error")
+        figure.suptitle(f"{scene}, indirect light", x=0.01, ha="left", fontweight="bold")
+        yield save(figure, folder, f"error-maps-{scene}"), f"{scene}: pictures and where they are wrong"
+
+
+def error_parts(rows: list[Row], folder: Path) -> Plots:
+    """One figure: bias and noise of VPLs, of clustering, and of both together, for each scene and number of VPLs."""
+    counts = sorted({row["settings"]["vpls"] for row in rows})
+    figure, axes = panels(1, len(counts), 6.0, 4.0)
+    parts = {"vpl": ("VPLs", BLUE), "clustering": ("clustering", ORANGE), "total": ("both", VERMILION)}
+    for panel, vpls in zip(axes, counts, strict=True):
+        own = [row for row in rows if row["settings"]["vpls"] == vpls]
+        for offset, (part, (_, colour)) in enumerate(parts.items()):
+            place = np.arange(len(own)) + 0.26 * (offset - 1)
+            bias, noise = (
+                np.array([max(row["rel_mse"][f"{part}_{kind}"], 0.0) for row in own]) for kind in ("bias", "noise")
+            )
+            panel.bar(place, bias, 0.24, color=colour)
+            panel.bar(place, noise, 0.24, bottom=bias, color=colour, alpha=0.4)
+        panel.set_xticks(range(len(own)), [row["scene"] for row in own], rotation=20, ha="right")
+        panel.set(title=f"{vpls:,} VPLs", ylabel="relMSE")
+        panel.grid(False, axis="x")
+    handles = [Patch(color=colour, label=label) for label, colour in parts.values()]
+    handles += [Patch(color="#555555", label="bias"), Patch(color="#555555", alpha=0.4, label="noise")]
+    figure.legend(handles=handles, loc="outside lower center", ncols=5)
+    figure.suptitle("Error of indirect light told apart", x=0.01, ha="left", fontweight="bold")
+    yield save(figure, folder, "error-parts"), "bias and noise of VPLs and of clustering"
+
+
+def flicker_bars(rows: list[Row], folder: Path) -> Plots:
+    """One figure: change between frames of a walk for each scene and choice of settings."""
+    names = scenes_of(rows)
+    columns = min(3, len(names))
+    figure, axes = panels(-(-len(names) // columns), columns, 5.6, 3.4)
+    for panel, scene in zip(axes, names, strict=False):
+        own = [row for row in rows if row["scene"] == scene][::-1]
+        place = np.arange(len(own))
+        panel.barh(place + 0.2, [100.0 * row["change"] for row in own], 0.38, color=BLUE, label="change")
+        panel.barh(
+            place - 0.2, [100.0 * row["error_change"] for row in own], 0.38, color=ORANGE, label="change of error"
+        )
+        own_change = 100.0 * own[0]["reference_change"]
+        panel.axvline(own_change, color=GREEN, lw=1.6, label="change of exact-vpl")
+        panel.set_yticks(place, [_walk_name(row) for row in own])
+        panel.set_title(scene)
+        panel.set_xlabel("of mean radiance, between frames [%]")
+        panel.grid(False, axis="y")
+    for panel in axes[len(names) :]:
+        panel.remove()
+    legend_below(figure, axes[:1], 3)
+    figure.suptitle("Flicker along a walk", x=0.01, ha="left", fontweight="bold")
+    yield save(figure, folder, "flicker"), "flicker: change between frames beyond the reference's own"
+
+
+def _walk_name(row: Row) -> str:
+    settings = row["settings"]
+    return f"{settings['sp_clusters']:,} × {settings['vpl_clusters']:,}{blend_text(settings)}"

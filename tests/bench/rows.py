@@ -1,0 +1,77 @@
+"""How plots and tables read the rows of results files."""
+
+from typing import Any
+
+from tests.bench.figures import slope
+from tests.bench.results import Row
+
+Points = list[tuple[float, float]]
+
+GROWTH_AXES = {"sps": "shading points", "vpls": "VPLs", "triangles": "triangles"}
+ONCE = {"tracing virtual point lights": "trace VPLs (once)", "clustering virtual point lights": "cluster VPLs (once)"}
+UPLOAD = "upload and build (once)"
+
+
+def scenes_of(rows: list[Row]) -> list[str]:
+    """The scenes of `rows` in their order."""
+    return list(dict.fromkeys(row["scene"] for row in rows))
+
+
+def points_of(rows: list[Row], error: str, metric: str) -> Points:
+    """(median time [ms], error) of the rows that have it, from the least work to the most."""
+
+    def work(row: Row) -> tuple[int, ...]:
+        return tuple(row["settings"].get(key) or 0 for key in ("samples", "vpls", "sp_clusters", "vpl_clusters"))
+
+    return [
+        (row["frame_ms"]["median"], row["errors"][error][metric])
+        for row in sorted(rows, key=work)
+        if row["errors"].get(error, {}).get(metric)
+    ]
+
+
+def counts_text(settings: dict[str, Any]) -> str:
+    """What was clustered into how many."""
+    clusters = {
+        "both": f"{settings['sp_clusters']:,} SP × {settings['vpl_clusters']:,} VPL clusters",
+        "sps": f"{settings['sp_clusters']:,} SP clusters",
+        "vpls": f"{settings['vpl_clusters']:,} VPL clusters",
+    }
+    return f"{clusters[settings['clustering']]}, {settings['vpls']:,} VPLs"
+
+
+def blend_text(settings: dict[str, Any]) -> str:
+    """How clusters are blended where that is not as usual, after a comma."""
+    text = "" if settings["fuzziness"] == 6 else f", F = {settings['fuzziness']}"
+    return text + ("" if settings["weighting"] == "distance" else f", {settings['weighting']}")
+
+
+def method_text(row: Row) -> str:
+    """What a row of the sweep or of peers was rendered with."""
+    settings = row["settings"]
+    if row.get("method") == "mitsuba" or settings["method"] == "path":
+        return f"{row.get('method', 'path')}, {settings['samples']:,} samples"
+    if settings["method"] == "exact-vpl":
+        return f"exact-vpl, {settings['vpls']:,} VPLs"
+    return counts_text(settings) + blend_text(settings)
+
+
+def growth_series(rows: list[Row]) -> dict[str, Points]:
+    """(x, median ms) by stage, the whole frame first, what is done once last; each by x."""
+    series: dict[str, Points] = {}
+    for row in sorted(rows, key=lambda row: row["x"]):
+        times = {"frame": row["frame_ms"]["median"]}
+        times |= {name: spread["median"] for name, spread in row["stages"].items()}
+        times |= {ONCE[name]: spread["median"] for name, spread in row.get("light_ms", {}).items() if name in ONCE}
+        times |= {UPLOAD: row["upload_ms"]} if "upload_ms" in row else {}
+        for name, time in times.items():
+            if time > 0.0:
+                series.setdefault(name, []).append((row["x"], time))
+    return series
+
+
+def slopes(points: Points) -> tuple[float, float]:
+    """The power of the whole range and that of its upper half."""
+    x, y = zip(*points, strict=True)
+    half = len(x) // 2
+    return slope(x, y), slope(x[half:], y[half:])

@@ -1,0 +1,40 @@
+import numpy as np
+import pytest
+
+from gpu.camera import look_at
+from gpu.renderer import Renderer
+from gpu.resident import ResidentScene
+from gpu.scene import load_scene
+from gpu.settings import Component, RenderSettings
+from tests.bench.timing import light_times, measure_frames, turned
+
+SETTINGS = RenderSettings(component=Component.INDIRECT, sp_clusters=16, vpl_clusters=8, vpls=64)
+
+
+@pytest.fixture(scope="module")
+def resident(cpu: str) -> ResidentScene:
+    return ResidentScene(load_scene("cornell-box"), cpu)
+
+
+def test_turning_by_nothing_is_the_camera_and_by_all_around_again() -> None:
+    camera = look_at((1.0, 2.0, 3.0), (0.0, 1.0, 0.0))
+    assert np.allclose(turned(camera, 0.0).to_world, camera.to_world)
+    assert np.allclose(turned(camera, 360.0).to_world, camera.to_world)
+    assert np.allclose(turned(camera, 180.0).to_world[:3, 2], -camera.to_world[:3, 2])
+
+
+def test_the_measured_frame_is_the_cameras_own(resident: ResidentScene) -> None:
+    camera = resident.scene.cameras[0]
+    measured = measure_frames(Renderer(resident, (16, 12), SETTINGS), camera, frames=4, warm_up=2)
+    alone = Renderer(resident, (16, 12), SETTINGS).render(camera)
+    assert measured.frames == 4
+    assert measured.radiance.tobytes() == alone.radiance().tobytes()
+    assert set(measured.stages) == set(alone.stats.stage_ms)
+
+
+def test_light_is_made_anew_each_time(resident: ResidentScene) -> None:
+    before = resident.lighting
+    times = light_times(resident, SETTINGS, 2)
+    assert len(times) == 2
+    assert resident.lighting is not before
+    assert all(time["median"] > 0.0 for time in times.values())
