@@ -17,16 +17,20 @@ async def healthz() -> dict[str, str]:
     return {"status": "ok"}
 
 
-@router.get("/readyz", responses={503: {"description": "kernels are being loaded, or the renderer is started again"}})
+@router.get(
+    "/readyz",
+    responses={503: {"description": "the renderer starts, for the first time or again, or the service stops"}},
+)
 async def readyz(service: TheService) -> JSONResponse:
-    """200 once kernels are loaded and a frame was rendered; 503 with what is going on before, and while recovering."""
+    """200 while frames can be had: kernels are loaded and one was rendered. Else 503 with what is going on."""
     engine = service.engine
+    stopping = service.stopping.is_set()
     body: dict[str, Any] = {
-        "status": engine.activity.state,
+        "status": "stopping" if stopping else engine.activity.state,
         "restarts": engine.restarts,
         "viewers": len(service.viewers),
     }
-    if engine.ready:
+    if engine.ready and not stopping:
         return JSONResponse(body | {"device": engine.device})
     words = {"text": engine.activity.text, "fraction": engine.activity.fraction}
     return JSONResponse(body | words, 503, {"Retry-After": str(RETRY_SECONDS)})

@@ -1,5 +1,10 @@
+import os
+import signal
+import time
 from collections.abc import Callable
 
+import pytest
+from gradient_worker import FAULT_SEED, HANG_SEED
 from harness import Running
 
 
@@ -17,3 +22,44 @@ def test_ready_names_the_device(running: Running) -> None:
     response = running.http.get("/readyz")
     assert response.status_code == 200
     assert response.json()["device"] == "gradient"
+
+
+def wait_unready(running: Running) -> None:
+    deadline = time.monotonic() + 10.0
+    while (response := running.http.get("/readyz")).status_code == 200:
+        assert time.monotonic() < deadline
+    assert response.status_code == 503
+    assert response.json()["status"] == "recovering"
+    assert int(response.headers["Retry-After"]) > 0
+
+
+@pytest.mark.parametrize("seed", [FAULT_SEED, HANG_SEED])
+def test_a_render_that_breaks_the_renderer_makes_it_unready_for_a_moment(
+    serve: Callable[..., Running], seed: int
+) -> None:
+    running = serve(hang_seconds=1.0)
+    lost = running.http.post("/api/v1/render", json={"size": [8, 8], "settings": {"seed": seed}})
+    assert lost.status_code == 503
+    assert "Retry-After" in lost.headers
+    wait_unready(running)
+    running.wait_ready()
+    assert running.http.get("/readyz").json()["restarts"] == 1
+    assert running.http.post("/api/v1/render", json={"size": [8, 8]}).status_code == 200
+
+
+def test_a_dead_renderer_is_no_ready_one(serve: Callable[..., Running]) -> None:
+    running = serve()
+    pid = running.service.engine.worker_pid
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+    wait_unready(running)
+    assert running.http.get("/healthz").status_code == 200
+    running.wait_ready()
+
+
+def test_a_service_that_stops_is_not_ready(serve: Callable[..., Running]) -> None:
+    running = serve()
+    running.service.stopping.set()
+    response = running.http.get("/readyz")
+    assert response.status_code == 503
+    assert response.json()["status"] == "stopping"
