@@ -3,60 +3,22 @@
 import os
 import re
 import signal
-from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 from harness import Running, run
+from looking import hold, pixel, wait_for
 from playwright.sync_api import Page, expect
 
 from server.settings import ServerSettings
 
 NUMBER = re.compile(r"^\d+(\.\d)?$")
 RENDER_FAILS_SEED = "1002"  # a lever of the gradient worker
-PIXEL = """([x, y]) => {
-    const view = document.getElementById("view");
-    const copy = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
-    copy.drawImage(view, -Math.floor(x * view.width), -Math.floor(y * view.height));
-    return [...copy.getImageData(0, 0, 1, 1).data.slice(0, 3)];
-}"""
-SHOW = """async (order) => {
-    const { FrameCanvas } = await import("/viewer/canvas.js");
-    const canvas = new FrameCanvas(document.createElement("canvas"));
-    const picture = new OffscreenCanvas(4, 4);
-    picture.getContext("2d");
-    const image = new Uint8Array(await (await picture.convertToBlob()).arrayBuffer());
-    const shown = [];
-    for (const frame of order) shown.push((await canvas.show({ frame, image, codec: "image/png" })) !== null);
-    return shown;
-}"""
-
-
-def pixel(page: Page, x: float = 0.5, y: float = 0.5) -> tuple[int, int, int]:
-    """The colour of the picture at a share of its width and height."""
-    red, green, blue = page.evaluate(PIXEL, [x, y])
-    return red, green, blue
 
 
 def visit(page: Page, service: Running) -> None:
     page.goto(str(service.http.base_url))
     expect(page.locator("body[data-picture]")).to_be_attached()
     expect(page.locator("#notice")).to_be_hidden()
-
-
-def wait_for(page: Page, condition: Callable[[], bool]) -> None:
-    for _ in range(100):
-        if condition():
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError("did not happen within 5 s")
-
-
-def hold(page: Page, key: str, milliseconds: int = 300) -> None:
-    page.keyboard.down(key)
-    page.wait_for_timeout(milliseconds)
-    page.keyboard.up(key)
-    page.wait_for_timeout(300)  # the motion eases out
 
 
 def test_shows_the_scene_and_its_name(page: Page, gradients: Running) -> None:
@@ -85,7 +47,11 @@ def test_the_overlay_has_figures(page: Page, gradients: Running) -> None:
     stages = {row.split("\n")[0]: row.split("\n")[-1] for row in page.locator(".stage").all_inner_texts()}
     assert {"gbuffer", "shade", "other"} <= stages.keys()
     assert stages["shade"] == "1.5"
+    parts = page.locator("#parts div").all_inner_texts()
+    assert [part.split()[0] for part in parts] == ["queue", "render", "encode", "network", "decode"]
+    assert all(NUMBER.match(part.split()[1]) for part in parts)
     expect(page.locator("#fps")).to_have_text("still")
+    expect(page.locator("#phase")).to_have_text("sharp 4/4")
 
 
 def test_moves_right_and_back_with_key_codes(page: Page, gradients: Running) -> None:
@@ -222,19 +188,11 @@ def test_stays_away_when_refused(page: Page, tmp_path: Path) -> None:
         expect(page.get_by_role("button", name="Try again now")).to_be_visible()
 
 
-@pytest.mark.parametrize(("order", "shown"), [([1, 2, 3], [True, True, True]), ([3, 1, 2], [True, False, False])])
-def test_never_draws_an_older_frame_over_a_newer_one(
-    page: Page, gradients: Running, order: list[int], shown: list[bool]
-) -> None:
-    visit(page, gradients)
-    assert page.evaluate(SHOW, order) == shown
-
-
 def test_everything_is_reached_by_keyboard_and_has_a_name(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     page.keyboard.press("KeyP")
     nameless = page.evaluate(
-        """() => [...document.querySelectorAll("button, select, input, canvas")]
+        """() => [...document.querySelectorAll("button, select, input, #view")]
             .filter((control) => !control.labels?.length && !control.ariaLabel && !control.textContent.trim())
             .map((control) => control.outerHTML)"""
     )
