@@ -1,0 +1,34 @@
+"""The whole service with the real renderer, which breaks."""
+
+import pytest
+import warp as wp
+from harness import Running, run
+
+from server.settings import ServerSettings
+from tests.load.fault_worker import FAULT_WORKER, HANG_SEED, ILLEGAL_SEED
+
+START_SECONDS = 280.0
+
+
+@pytest.fixture(params=["cpu", "cuda:0"])
+def device(request: pytest.FixtureRequest) -> str:
+    if request.param != "cpu" and not wp.is_cuda_available():
+        pytest.skip("needs a CUDA device")
+    return str(request.param)
+
+
+def render(running: Running, seed: int = 0) -> int:
+    body = {"size": [32, 18], "settings": {"seed": seed}}
+    return running.http.post("/api/v1/render", json=body, timeout=60).status_code
+
+
+def test_an_illegal_access_and_a_hang_end_only_the_worker(device: str) -> None:
+    with run(ServerSettings(port=0, device=device, hang_seconds=8.0), FAULT_WORKER) as running:
+        running.wait_ready(START_SECONDS)
+        assert render(running) == 200
+        for restarts, seed in enumerate((ILLEGAL_SEED, HANG_SEED), 1):
+            assert render(running, seed) == 503
+            assert running.http.get("/readyz").status_code == 503
+            running.wait_ready(START_SECONDS)
+            assert running.service.engine.restarts == restarts
+            assert render(running) == 200
