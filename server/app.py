@@ -1,7 +1,6 @@
 """The service: puts the endpoints, the page and the engine together, and runs them."""
 
 import asyncio
-import logging
 import socket
 import sys
 from collections.abc import AsyncIterator, Callable, Sequence
@@ -13,34 +12,45 @@ import uvicorn
 from fastapi import FastAPI
 
 from gpu.errors import UserError
-from server import errors, health, monitor, rest, stream
+from server import errors, health, job_api, monitor, render_api, scene_api, stream
+from server.checker import CHECK, Checker
 from server.engine import WORKER, Activity, Engine, EngineState
-from server.middleware import BodyLimit
+from server.logs import configure
+from server.middleware import BodyLimit, RequestLimit
 from server.pages import Pages
 from server.scenes import Catalogue
+from server.security import HEADERS, Guard, with_token
 from server.service import Service, start_message
 from server.settings import ServerSettings
+from server.shutdown import CLOSE_SECONDS, Server
+from server.uploads import Uploads
 
-STOP_SECONDS = 5
 
-
-def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER) -> FastAPI:
+def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: Sequence[str] = CHECK) -> FastAPI:
     """The ASGI application; its lifespan runs the worker process, started by the command `worker`.
 
-    Raises UserError when the served scene or the scenes folder does not exist.
+    check: the command that reads a scene before the worker does.
+    Where others than this machine's users can come, it needs a token: a new one if the settings have none. Raises
+    UserError when the served scene or the scenes folder does not exist.
     """
-    catalogue = Catalogue(settings.scene, settings.scenes_dir)
-    service = Service(settings, catalogue, Engine(start_message(settings, catalogue), worker))
+    settings = with_token(settings)
+    checker = Checker(settings, check)
+    uploads = Uploads(settings, checker) if settings.uploads else None
+    catalogue = Catalogue(settings.scene, settings.scenes_dir, uploads)
+    engine = Engine(start_message(settings, catalogue), worker, settings.hang_seconds)
+    service = Service(settings, catalogue, engine, checker)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        engine = asyncio.create_task(service.engine.run(), name="engine")
+        tasks = [asyncio.create_task(it.run(), name=type(it).__name__.lower()) for it in (service.engine, service.jobs)]
         try:
             yield
         finally:
-            engine.cancel()
-            with suppress(asyncio.CancelledError):
-                await engine
+            for task in tasks:
+                task.cancel()
+            await asyncio.wait(tasks)
+            if uploads is not None:
+                uploads.close()
 
     app = FastAPI(
         title="lumenwalk",
@@ -53,9 +63,11 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER) -> Fast
     )
     app.state.service = service
     service.metrics.registry.register(monitor.State(service))
-    app.add_middleware(BodyLimit, max_bytes=settings.max_message_bytes)
+    app.add_middleware(BodyLimit, max_bytes=settings.max_message_bytes, streamed=(scene_api.router.prefix,))
+    app.add_middleware(RequestLimit, service=service)
+    app.add_middleware(Guard, settings=settings, metrics=service.metrics)
     errors.install(app)
-    for router in (health.router, monitor.router, rest.router, stream.router):
+    for router in (health.router, monitor.router, render_api.router, scene_api.router, job_api.router, stream.router):
         app.include_router(router)
     app.mount("/", Pages())
     return app
@@ -68,13 +80,21 @@ def server_config(app: FastAPI, settings: ServerSettings) -> uvicorn.Config:
         host=settings.host,
         port=settings.port,
         log_level="warning",
+        log_config=None,
         access_log=False,
+        server_header=False,
+        headers=list(HEADERS.items()),
         lifespan="on",
         ws="websockets-sansio",
         ws_max_size=settings.max_message_bytes,
         ws_per_message_deflate=False,
-        timeout_graceful_shutdown=STOP_SECONDS,
+        timeout_graceful_shutdown=CLOSE_SECONDS,
     )
+
+
+def create_server(app: FastAPI, settings: ServerSettings) -> Server:
+    """The server that runs the application, as of `server_config`."""
+    return Server(server_config(app, settings), app.state.service)
 
 
 def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
@@ -82,13 +102,17 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
 
     Raises UserError when it cannot listen, or when the served scene or the device cannot be used.
     """
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    configure(settings.log_format)
+    made = settings.token is None
+    settings = with_token(settings)
     app = create_app(settings, worker)
     engine = app.state.service.engine
     with _listen(settings.host, settings.port) as listener:
         host = f"[{settings.host}]" if ":" in settings.host else settings.host
         url = f"http://{host}:{listener.getsockname()[1]}"
-        server = uvicorn.Server(server_config(app, settings))
+        if made and settings.token is not None:  # said here, once, and nowhere else
+            url += f"/?token={settings.token.get_secret_value()}"
+        server = create_server(app, settings)
         engine.listeners.add(_announcer(engine, server, url))
         with suppress(KeyboardInterrupt):
             server.run(sockets=[listener])

@@ -62,7 +62,7 @@ def _help(field: FieldInfo) -> str:
     """Description, limits and default, as argparse wants them (% doubled)."""
     notes = [limits] if (limits := _limits(field)) else []
     default = field.get_default(call_default_factory=True, validated_data={})
-    if default is not None and _kind(field) is not bool:
+    if default not in (None, ()) and _kind(field) is not bool:
         notes.append(f"default {default.value if isinstance(default, Enum) else default}")
     text = field.description or ""
     return (f"{text} ({'; '.join(notes)})" if notes else text).replace("%", "%%")

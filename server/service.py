@@ -61,7 +61,6 @@ class Service:
         """A viewer has left."""
         self.viewers.discard(viewer)
         self.viewing.pop(viewer, None)
-        self.metrics.windows.pop(viewer, None)
         self.engine.leave(viewer)
 
     def in_use(self, scene_id: str) -> bool:

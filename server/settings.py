@@ -5,17 +5,49 @@ A nested field has two underscores in the environment: LUMENWALK_SCENE_LIMITS__M
 
 import tomllib
 from collections.abc import Mapping
+from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
-from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict, TomlConfigSettingsSource
+from pydantic import AfterValidator, BeforeValidator, Field, SecretStr, StringConstraints, ValidationError
+from pydantic_settings import (
+    BaseSettings,
+    NoDecode,
+    PydanticBaseSettingsSource,
+    SettingsConfigDict,
+    TomlConfigSettingsSource,
+)
 from pydantic_settings.exceptions import SettingsError
 
 from gpu.errors import UserError
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
 from server.protocol import MAX_SIDE, describe
+
+MIN_TOKEN_CHARACTERS = 16
+
+
+class LogFormat(StrEnum):
+    """How the log is written."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
+def _split(value: Any) -> Any:
+    return [part.strip() for part in value.split(",") if part.strip()] if isinstance(value, str) else value
+
+
+def _check_token(token: SecretStr) -> SecretStr:
+    text = token.get_secret_value()
+    if len(text) < MIN_TOKEN_CHARACTERS or not (text.isascii() and text.isprintable()) or " " in text:
+        raise ValueError(f"must be {MIN_TOKEN_CHARACTERS} or more printable ASCII characters without spaces")
+    return token
+
+
+Token = Annotated[SecretStr, AfterValidator(_check_token)]
+Name = Annotated[str, StringConstraints(to_lower=True)]
+Names = Annotated[tuple[Name, ...], NoDecode, BeforeValidator(_split)]
 
 
 class ServerSettings(BaseSettings):
@@ -24,6 +56,7 @@ class ServerSettings(BaseSettings):
     model_config = SettingsConfigDict(
         env_prefix="LUMENWALK_",
         env_nested_delimiter="__",
+        env_ignore_empty=True,
         extra="forbid",
         frozen=True,
         nested_model_default_partial_update=True,
@@ -31,6 +64,18 @@ class ServerSettings(BaseSettings):
 
     host: str = Field(default="127.0.0.1", min_length=1, description="address to listen on; loopback unless told")
     port: int = Field(default=8000, ge=0, le=65_535, description="TCP port; 0 takes a free one")
+    token: Token | None = Field(
+        default=None,
+        description="secret that opens the service; off loopback one is made if none is given. Better in the "
+        "environment than as a flag, which other users of the machine can see",
+    )
+    allowed_hosts: Names = Field(
+        default=(), description="names without port, comma-separated, that the service is called by, as behind a proxy"
+    )
+    allowed_origins: Names = Field(
+        default=(), description="origins, comma-separated, of other pages that may use it, such as https://example.org"
+    )
+    log_format: LogFormat = Field(default=LogFormat.TEXT, description="one line of text, or of JSON, an event")
     scene: str = Field(default="cornell-box", min_length=1, description="served scene: a built-in name or a file")
     scenes_dir: Path | None = Field(default=None, description="folder whose scene files can be chosen too")
     device: str | None = Field(default=None, description='"cpu", "cuda:0", ...; the best there is when not given')
@@ -46,8 +91,32 @@ class ServerSettings(BaseSettings):
         default=8, ge=1, le=1000, description="stills that may wait; more are told to retry"
     )
     max_wait_seconds: float = Field(default=60.0, gt=0.0, le=3600.0, description="that a still waits for its turn [s]")
+    hang_seconds: float = Field(
+        default=60.0,
+        gt=0.0,
+        le=3600.0,
+        description="that the renderer may say nothing in a render before it is replaced",
+    )
     max_scenes: int = Field(default=4, ge=1, le=1000, description="scenes kept on the device at the same time")
-    jpeg_quality: int = Field(default=85, ge=1, le=100, description="of streamed frames")
+    reserve_bytes: int = Field(
+        default=512 * 2**20, ge=0, description="of the device's memory, that loading a scene leaves free [bytes]"
+    )
+    uploads: bool = Field(default=True, description="clients may upload scenes")
+    uploads_dir: Path | None = Field(
+        default=None, description="folder that keeps uploads; when not given, they go with the service"
+    )
+    max_uploads: int = Field(default=64, ge=1, le=10_000, description="uploads kept; the longest unused make room")
+    max_upload_bytes: int = Field(default=512 * 2**20, ge=1024, description="of one uploaded file [bytes]")
+    max_uploads_bytes: int = Field(default=8 * 2**30, ge=1024, description="of all uploads, unpacked [bytes]")
+    check_seconds: float = Field(default=25.0, gt=0.0, le=3600.0, description="that reading a scene file may take [s]")
+    check_memory_bytes: int = Field(
+        default=8 * 2**30, ge=512 * 2**20, description="that reading a scene file may take [bytes]"
+    )
+    max_jobs: int = Field(default=16, ge=1, le=1000, description="render jobs that wait or run")
+    job_result_seconds: float = Field(default=3600.0, ge=0.0, description="that the result of a job is kept [s]")
+    job_results_bytes: int = Field(default=512 * 2**20, ge=0, description="of all results of jobs together [bytes]")
+    jpeg_quality: int = Field(default=80, ge=1, le=100, description="of streamed frames while the camera moves")
+    still_quality: int = Field(default=92, ge=1, le=100, description="of streamed frames of a still view")
     scene_limits: SceneLimits = Field(default=SceneLimits(), description="how large a scene may be")
 
     @classmethod

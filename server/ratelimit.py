@@ -1,0 +1,55 @@
+"""Token buckets: how often something may happen, with a little at once."""
+
+from collections.abc import Callable, Hashable
+from time import monotonic
+
+MAX_REMEMBERED = 10_000
+
+
+class Bucket:
+    """Holds `burst` at first and at most, and gains `rate` a second."""
+
+    def __init__(self, rate: float, burst: float, now: Callable[[], float] = monotonic) -> None:
+        self._rate = rate
+        self._burst = burst
+        self._now = now
+        self._level = burst
+        self._at = now()
+
+    @property
+    def level(self) -> float:
+        """What is in it now; below zero is what was taken in advance."""
+        now = self._now()
+        self._level = min(self._burst, self._level + self._rate * (now - self._at))
+        self._at = now
+        return self._level
+
+    @property
+    def full(self) -> bool:
+        """Whether nothing was taken lately."""
+        return self.level >= self._burst
+
+    def take(self) -> float:
+        """Take one, in advance if it is empty; returns the seconds to wait until that is made up for."""
+        self._level = self.level - 1.0
+        return max(-self._level / self._rate, 0.0)
+
+
+class Buckets:
+    """A bucket for each of many keys, such as addresses. Those that are full again are forgotten."""
+
+    def __init__(self, rate: float, burst: float, now: Callable[[], float] = monotonic) -> None:
+        self._of = rate, burst, now
+        self._buckets: dict[Hashable, Bucket] = {}
+
+    def empty(self, key: Hashable) -> bool:
+        """Whether nothing is left for `key`."""
+        return key in self._buckets and self._buckets[key].level < 1.0
+
+    def take(self, key: Hashable) -> None:
+        """Take one of `key`'s."""
+        if len(self._buckets) >= MAX_REMEMBERED:
+            self._buckets = {known: bucket for known, bucket in self._buckets.items() if not bucket.full}
+        if len(self._buckets) >= MAX_REMEMBERED:  # an attack from everywhere: remember the newest
+            del self._buckets[next(iter(self._buckets))]
+        self._buckets.setdefault(key, Bucket(*self._of)).take()
