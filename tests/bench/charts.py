@@ -79,7 +79,7 @@ def log_log(axes: Axes, x_label: str, y_label: str) -> None:
         few = np.log10(high / low) < FEW_DECADES
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,), numticks=20))
         axis.set_major_formatter(FuncFormatter(lambda value, _: tick_text(value)))
-        axis.set_minor_locator(LogLocator(subs=np.arange(1, 10), numticks=20))
+        axis.set_minor_locator(LogLocator(subs=tuple(map(float, range(1, 10))), numticks=20))
         axis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="minor", linewidth=0.35)
 

@@ -1,11 +1,12 @@
 """The parts of the error of `fuzzy-vpl`: bias and noise of the VPLs, bias and noise of clustering, by several seeds."""
 
 from dataclasses import asdict
+from functools import partial
 
 from gpu.settings import Component
 from tests.bench import paper
 from tests.bench.figures import tell_apart
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.suite import CLUSTERS, VPLS, Suite
 
 SEEDS = 3
@@ -33,7 +34,7 @@ def run(suite: Suite) -> None:
     """The part of the command line."""
     choices = [{key: suite.count(number) for key, number in counts.items()} for counts in SETTINGS]
     tasks = [
-        Task(f"{suite.label(name)} vpls={counts['vpls']}", lambda n=name, c=counts: measure_row(suite, n, c))
+        Task(f"{suite.label(name)} vpls={counts['vpls']}", partial(measure_row, suite, name, counts))
         for counts in choices
         for name in suite.scene_names()
     ]

@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Images = Sequence[ArrayLike]
+Images = Sequence[NDArray[Any]] | NDArray[Any]
 
 
 def spread(values: ArrayLike) -> dict[str, float]:
     """Median, 5th and 95th percentile."""
-    p5, median, p95 = np.percentile(values, (5, 50, 95))
+    p5, median, p95 = np.percentile(np.asarray(values), (5, 50, 95))
     return {"median": float(median), "p5": float(p5), "p95": float(p95)}
 
 
@@ -23,14 +24,12 @@ def slope(xs: ArrayLike, ys: ArrayLike) -> float:
     return float(np.polyfit(x, y, 1)[0])
 
 
-def time_to_equal_error(times: ArrayLike, errors: ArrayLike, wanted: float) -> float | None:
-    """When a method that takes `times` for `errors` reaches the error `wanted`; None beyond what was measured.
+def time_to_equal_error(points: Sequence[tuple[float, float]], wanted: float) -> float | None:
+    """When a method, measured at (time, error) points, reaches the error `wanted`; None beyond what was measured.
 
     Between measurements error is a power of time, as it is for sampling.
     """
-    time, error = np.asarray(times, np.float64), np.asarray(errors, np.float64)
-    order = np.argsort(time)
-    time, error = np.log(time[order]), np.log(error[order])
+    time, error = np.log(np.array(sorted(points), np.float64).T)
     goal = np.log(wanted)
     for now in range(1, len(time)):
         before, after = error[now - 1], error[now]

@@ -1,5 +1,6 @@
 """How time grows: over shading points, VPLs and triangles, one of them at a time."""
 
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -8,7 +9,7 @@ from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
 from tests.bench.hall import make_hall
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.subjects import Size
 from tests.bench.suite import VPLS, Suite
 from tests.bench.timing import light_times, measure_frames
@@ -61,7 +62,7 @@ def run(suite: Suite) -> None:
     for size, vpls, triangles in zip(SIZES, VPL_COUNTS, TRIANGLES, strict=True):
         size = (size[0] // share, size[1] // share)
         vpls, triangles = suite.count(vpls), suite.count(triangles)
-        tasks.append(Task(f"sps {name} {size[0]}x{size[1]}", lambda s=size: over_sps(s)))
-        tasks.append(Task(f"vpls {name} {vpls}", lambda v=vpls: over_vpls(v)))
-        tasks.append(Task(f"triangles {triangles}", lambda t=triangles: over_triangles(t)))
+        tasks.append(Task(f"sps {name} {size[0]}x{size[1]}", partial(over_sps, size)))
+        tasks.append(Task(f"vpls {name} {vpls}", partial(over_vpls, vpls)))
+        tasks.append(Task(f"triangles {triangles}", partial(over_triangles, triangles)))
     suite.run("growth", tasks)

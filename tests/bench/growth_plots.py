@@ -4,8 +4,8 @@ from pathlib import Path
 
 from tests.bench.charts import INK, OTHER_STAGES, log_log, panels, save, stage_colour
 from tests.bench.plots import Plots
-from tests.bench.results import Row
 from tests.bench.rows import GROWTH_AXES, growth_series, scenes_of, slopes
+from tests.bench.store import Row
 
 
 def growth(rows: list[Row], folder: Path) -> Plots:

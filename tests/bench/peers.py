@@ -3,6 +3,7 @@
 Each is compared with path tracing through its own places in a pixel: the centre here, all of it in Mitsuba.
 """
 
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -13,7 +14,7 @@ from gpu.settings import Component, Method, RenderSettings
 from tests.bench import paper
 from tests.bench.figures import spread
 from tests.bench.mitsuba_peer import MitsubaScene
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.subjects import Subject
 from tests.bench.suite import CLUSTERS, VPLS, Suite
 from tests.bench.sweep import scaled, title
@@ -32,15 +33,15 @@ def run(suite: Suite) -> None:
     samples = PATH_SAMPLES[:3] if suite.quick else PATH_SAMPLES
     tasks = []
     for counts in COUNTS:
-        settings = suite.settings(Component.FULL, **scaled(suite, counts))
+        settings = suite.settings(component=Component.FULL, **scaled(suite, counts))
         tasks += [
-            Task(f"{suite.label(name)} {title(settings)}", lambda n=name, s=settings: measure_here(suite, n, s))
+            Task(f"{suite.label(name)} {title(settings)}", partial(measure_here, suite, name, settings))
             for name in suite.scene_names()
         ]
     for number in samples:
-        settings = suite.settings(Component.FULL, method=Method.PATH, samples=number)
+        settings = suite.settings(component=Component.FULL, method=Method.PATH, samples=number)
         tasks += [
-            Task(f"{suite.label(name)} {title(settings)}", lambda n=name, s=settings: measure_here(suite, n, s))
+            Task(f"{suite.label(name)} {title(settings)}", partial(measure_here, suite, name, settings))
             for name in suite.scene_names()
         ]
     suite.run("peers", tasks)
@@ -57,7 +58,7 @@ def run(suite: Suite) -> None:
         print("peers: without Mitsuba, which is not installed: pip install 'lumenwalk[mitsuba]'", flush=True)
         return
     tasks = [
-        Task(f"{suite.label(name)} mitsuba samples={number}", lambda n=name, s=number: measure_mitsuba(n, s))
+        Task(f"{suite.label(name)} mitsuba samples={number}", partial(measure_mitsuba, name, number))
         for number in samples
         for name in suite.scene_names()
     ]
@@ -102,7 +103,8 @@ class MitsubaPeer:
         """Time and error with `samples` paths a pixel; the first picture, which compiles, is not counted."""
         frames = SLOW_FRAMES if samples > SLOW_SAMPLES else self._suite.frames
         self._scene.render(samples, 1)
-        times, begun = [], perf_counter()
+        times: list[float] = []
+        begun = perf_counter()
         while len(times) < frames and (not times or perf_counter() - begun < LONGEST_SECONDS):
             image, ms = self._scene.render(samples, 7000 + len(times))
             times.append(ms)

@@ -1,6 +1,7 @@
 """Pictures of `fuzzy-vpl` beside their references, with maps of error, small enough to be rows of a results file."""
 
 import base64
+from functools import partial
 from io import BytesIO
 
 import numpy as np
@@ -9,7 +10,7 @@ from PIL import Image
 from gpu.scene.types import Bytes, Floats
 from gpu.settings import Component
 from tests.bench import paper
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.suite import CLUSTERS, VPLS, Suite
 from tests.bench.sweep import MOST_EXACT_VPLS, title
 
@@ -81,9 +82,7 @@ def run(suite: Suite) -> None:
     """The part of the command line."""
     choices = [{key: suite.count(number) for key, number in counts.items()} for counts in SETTINGS]
     tasks = [
-        Task(
-            f"{suite.label(name)} {title(suite.settings(**counts))}", lambda n=name, c=counts: measure_row(suite, n, c)
-        )
+        Task(f"{suite.label(name)} {title(suite.settings(**counts))}", partial(measure_row, suite, name, counts))
         for counts in choices
         for name in suite.scene_names()
     ]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from gpu.errors import UserError
-from tests.bench.results import Row, read_rows
+from tests.bench.store import Row, read_rows
 from tests.bench.suite import Suite
 
 MEASURED = ("sweep", "decompose", "temporal", "skips", "peers", "growth", "pictures", "walk")

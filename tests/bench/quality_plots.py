@@ -3,24 +3,26 @@
 from pathlib import Path
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.patches import Patch
 
 from tests.bench.charts import BLUE, GREEN, ORANGE, SEQUENCE, VERMILION, legend_below, panels, save
 from tests.bench.pictures import LEAST_DECADE, MOST_DECADE, decoded
 from tests.bench.plots import Plots
-from tests.bench.results import Row
 from tests.bench.rows import blend_text, counts_text, scenes_of
+from tests.bench.store import Row
 
 MAPS = {"total_error": "against path tracing", "clustering_error": "against exact-vpl"}
 
 
 def error_maps(rows: list[Row], folder: Path) -> Plots:
     """One figure a scene: a row of render, reference and maps of relative squared error for each setting."""
+    norm = Normalize(LEAST_DECADE, MOST_DECADE)
     for scene in scenes_of(rows):
         own = [row for row in rows if row["scene"] == scene]
         width, height = own[0]["size"]
         figure, axes = panels(len(own), 4, 3.6, 3.6 * height / width + 0.35)
-        shown = None
         for number, row in enumerate(own):
             line = axes[4 * number : 4 * number + 4]
             line[0].imshow(decoded(row["render"]))
@@ -30,12 +32,14 @@ def error_maps(rows: list[Row], folder: Path) -> Plots:
             for panel, (key, what) in zip(line[2:], MAPS.items(), strict=True):
                 if key in row:
                     decades = decoded(row[key]) / 255.0 * (MOST_DECADE - LEAST_DECADE) + LEAST_DECADE
-                    shown = panel.imshow(decades, cmap=SEQUENCE, vmin=LEAST_DECADE, vmax=MOST_DECADE)
+                    panel.imshow(decades, cmap=SEQUENCE, norm=norm)
                     panel.set_title(f"error {what}", fontsize=9)
             for panel in line:
                 panel.set_axis_off()
         ticks = np.arange(LEAST_DECADE, MOST_DECADE + 1.0)
-        bar = figure.colorbar(shown, ax=axes, location="bottom", shrink=0.5, aspect=50, ticks=ticks)
+        bar = figure.colorbar(
+            ScalarMappable(norm, SEQUENCE), ax=axes, location="bottom", shrink=0.5, aspect=50, ticks=ticks
+        )
         bar.ax.set_xticklabels([f"$10^{{{int(tick)}}}$" for tick in ticks])
         bar.set_label("relative squared error")
         figure.suptitle(f"{scene}, indirect light", x=0.01, ha="left", fontweight="bold")

@@ -3,7 +3,7 @@
 from typing import Any
 
 from tests.bench.figures import slope
-from tests.bench.results import Row
+from tests.bench.store import Row
 
 Points = list[tuple[float, float]]
 

@@ -4,13 +4,14 @@ A switch is a yes-or-no of RenderSettings, or of a model inside it: new ones are
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from pydantic import BaseModel
 
 from gpu.renderer import Renderer
 from gpu.settings import Component, RenderSettings
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
 from tests.bench.timing import Measured, measure_frames
 
@@ -40,7 +41,7 @@ def flipped(settings: RenderSettings, switch: str) -> RenderSettings:
 
 def run(suite: Suite) -> None:
     """The part of the command line."""
-    settings = suite.settings(Component.FULL)
+    settings = suite.settings(component=Component.FULL)
     usual: dict[str, Measured] = {}
 
     def measured(name: str, choice: RenderSettings) -> Measured:
@@ -67,7 +68,7 @@ def run(suite: Suite) -> None:
         }
 
     tasks = [
-        Task(f"{suite.label(name)} {switch}", lambda n=name, s=switch: measure_row(n, s))
+        Task(f"{suite.label(name)} {switch}", partial(measure_row, name, switch))
         for switch in switches(RenderSettings)
         for name in suite.scene_names()
     ]

@@ -118,7 +118,7 @@ class Subject:
             one, other = (self.render(half).astype(np.float64) for half in settings)
             mean = (one + other) / 2.0
             weight = 1.0 / (mean**2 + 0.01 * np.mean(mean) ** 2)
-            return {"image": mean.astype(np.float32), "noise": np.mean((one - other) ** 2 / 4.0 * weight)}
+            return {"image": mean.astype(np.float32), "noise": np.array(np.mean((one - other) ** 2 / 4.0 * weight))}
 
         made = self._kept(f"path-{component.value}-{self._samples}", make, keep=True)
         return Reference(made["image"], float(made["noise"]))

@@ -3,13 +3,14 @@
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from gpu.device import choose_device
 from gpu.settings import Component, RenderSettings
 from tests.bench.errors import ErrorPool, errors_of
-from tests.bench.results import Budget, Results, Row, Task, environment, run_tasks
+from tests.bench.store import Budget, Results, Row, Task, environment, run_tasks
 from tests.bench.subjects import Size, Subject, load_subject, reference_size, scene_names
 
 # The default counts of a GPU, also where a CPU is measured; `quick` has so much less of everything.
@@ -83,10 +84,10 @@ class Suite:
         """A count of the full suite, or much less when this run is quick."""
         return max(LEAST, number // QUICK_SHARE) if self.quick else number
 
-    def settings(self, component: Component = Component.INDIRECT, **changes: object) -> RenderSettings:
-        """The suite's base: Lambertian surfaces as the references, a GPU's default counts, with `changes`."""
+    def settings(self, **changes: Any) -> RenderSettings:
+        """The suite's base: indirect light, Lambertian surfaces, a GPU's default counts; with `changes`."""
         counts = {name: self.count(number) for name, number in CLUSTERS.items()} | {"vpls": self.count(VPLS)}
-        return RenderSettings.model_validate({"component": component, "lambertian": True, **counts, **changes})
+        return RenderSettings.model_validate({"component": Component.INDIRECT, "lambertian": True, **counts, **changes})
 
     def errors(self, render: ArrayLike, reference: ArrayLike) -> Future[Row] | Row:
         """Every error of gpu.metrics; on a GPU computed by other processes while it goes on."""

@@ -5,13 +5,14 @@ is the VPLs' own. The groups are the paper's figures where they have its names.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import product
 from typing import Any
 
 from gpu.renderer import Renderer
 from gpu.settings import Clustering, Component, Method, RenderSettings, Weighting
 from tests.bench import paper
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.suite import CLUSTERS, VPLS, Suite
 from tests.bench.timing import light_times, load_kernels, measure_frames
 
@@ -80,7 +81,7 @@ def title(settings: RenderSettings) -> str:
 def tasks(suite: Suite) -> list[Task]:
     """All settings, each for all scenes before the next."""
     return [
-        Task(f"{suite.label(name)} {title(settings)}", lambda n=name, s=settings, g=names: measure_row(suite, n, s, g))
+        Task(f"{suite.label(name)} {title(settings)}", partial(measure_row, suite, name, settings, names))
         for settings, names in choices(suite).items()
         for name in suite.scene_names()
     ]

@@ -25,8 +25,8 @@ from tests.bench.charts import (
 )
 from tests.bench.figures import front
 from tests.bench.plots import Plots
-from tests.bench.results import Row
 from tests.bench.rows import counts_text, points_of, scenes_of
+from tests.bench.store import Row
 
 # Group of the sweep: its label and colour.
 CURVES = {

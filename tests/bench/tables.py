@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 
 from tests.bench.figures import time_to_equal_error
-from tests.bench.results import Row
 from tests.bench.rows import GROWTH_AXES, growth_series, method_text, points_of, scenes_of, slopes
+from tests.bench.store import Row
 
 TITLES = {
     "sweep": "Indirect light: time and error",
@@ -25,14 +25,16 @@ def table(head: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in [head, ["---"] * len(head), *lines])
 
 
-def number(value: float | None, form: str = ".3g") -> str:
-    """A figure, or a dash where there is none."""
-    return "–" if value is None else f"{value:{form}}"
+def number(value: float | None) -> str:
+    """Three figures, or a dash where there is none."""
+    if value is None:
+        return "–"
+    return f"{value:,.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
 
 
 def spread_text(times: dict[str, float]) -> str:
     """Median and, in brackets, 5th to 95th percentile."""
-    return f"{times['median']:.3g} ({times['p5']:.3g}–{times['p95']:.3g})"
+    return f"{number(times['median'])} ({number(times['p5'])}–{number(times['p95'])})"
 
 
 def sweep_table(rows: list[Row]) -> str:
@@ -100,10 +102,7 @@ def peers_table(rows: list[Row]) -> str:
         }
         for row in own:
             error = row["errors"]["total"]["rel_mse"]
-            equal = [
-                time_to_equal_error(*zip(*points, strict=True), error) if points and error else None
-                for points in curves.values()
-            ]
+            equal = [time_to_equal_error(points, error) if points and error else None for points in curves.values()]
             lines.append([scene, method_text(row), spread_text(row["frame_ms"]), number(error), *map(number, equal)])
     return table(["scene", "method", "frame [ms]", "relMSE", *(f"{name} takes [ms]" for name in tracers)], lines)
 
@@ -116,7 +115,7 @@ def growth_table(rows: list[Row]) -> str:
             if len(points) > 1:
                 (low, first), (high, last) = points[0], points[-1]
                 whole, upper = slopes(points)
-                ends = [f"{low:,.0f}", f"{first:.3g}", f"{high:,.0f}", f"{last:.3g}"]
+                ends = [f"{low:,.0f}", number(first), f"{high:,.0f}", number(last)]
                 lines.append([label, name, *ends, f"{whole:.2f}", f"{upper:.2f}"])
     return table(["over", "stage", "from", "ms", "to", "ms", "slope", "slope, upper half"], lines)
 

@@ -1,7 +1,7 @@
 """Flicker: how a walk's frames change beyond what those of `exact-vpl` with the same VPLs do."""
 
 from dataclasses import asdict, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from gpu.scene.types import Camera, Floats
 from gpu.settings import Method, RenderSettings
 from tests.bench import paper
 from tests.bench.figures import flicker
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.subjects import EXACT_CLUSTERS, Subject
 from tests.bench.suite import CLUSTERS, Suite
 from tests.bench.sweep import title
@@ -73,9 +73,6 @@ def run(suite: Suite) -> None:
             suite.settings(**changes | {key: suite.count(changes[key]) for key in CLUSTERS}, vpls=vpls)
             for changes in SETTINGS
         ]
-        tasks = [
-            Task(f"{suite.label(name)} {title(choice)}", lambda n=name, s=choice: measure_row(n, s))
-            for choice in choices
-        ]
+        tasks = [Task(f"{suite.label(name)} {title(choice)}", partial(measure_row, name, choice)) for choice in choices]
         suite.run("temporal", tasks)
         reference_of.cache_clear()

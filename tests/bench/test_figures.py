@@ -20,14 +20,14 @@ def test_one_size_has_no_slope() -> None:
 
 
 def test_equal_error_lies_on_the_power_law_between_measurements() -> None:
-    times = np.array([1.0, 4.0, 16.0, 64.0])
-    assert time_to_equal_error(times, 1.0 / times, 1.0 / 10.0) == pytest.approx(10.0)
-    assert time_to_equal_error(times[::-1], 1.0 / times[::-1], 1.0) == pytest.approx(1.0)
+    points = [(time, 1.0 / time) for time in (1.0, 4.0, 16.0, 64.0)]
+    assert time_to_equal_error(points, 1.0 / 10.0) == pytest.approx(10.0)
+    assert time_to_equal_error(points[::-1], 1.0) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("wanted", [2.0, 0.001])
 def test_equal_error_is_not_guessed_beyond_what_was_measured(wanted: float) -> None:
-    assert time_to_equal_error([1.0, 4.0], [1.0, 0.25], wanted) is None
+    assert time_to_equal_error([(1.0, 1.0), (4.0, 0.25)], wanted) is None
 
 
 def test_the_front_has_no_point_that_another_beats() -> None:

@@ -6,7 +6,7 @@ import pytest
 from tests.bench import __main__ as command
 from tests.bench import growth, sweep, temporal
 from tests.bench.errors import ErrorPool, errors_of
-from tests.bench.results import Row, read_rows
+from tests.bench.store import Row, read_rows
 from tests.bench.suite import Suite
 from tests.bench.tables import report
 

@@ -1,5 +1,6 @@
 """Frames a second of a walk at a device's default settings, display included, encoding not."""
 
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from gpu.renderer import Renderer
 from gpu.settings import RenderSettings
 from tests.bench.figures import spread
-from tests.bench.results import Row, Task
+from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
 from tests.bench.timing import WARM_UP, turned
 
@@ -43,4 +44,4 @@ def measure_row(suite: Suite, name: str) -> Row:
 def run(suite: Suite) -> None:
     """The part of the command line."""
     size = "x".join(map(str, suite.size))
-    suite.run("walk", [Task(f"{name} {size}", lambda n=name: measure_row(suite, n)) for name in suite.scene_names()])
+    suite.run("walk", [Task(f"{name} {size}", partial(measure_row, suite, name)) for name in suite.scene_names()])

@@ -1,11 +1,12 @@
 import json
 from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from gpu.errors import UserError
-from tests.bench.results import Budget, Results, Row, Task, read_rows, run_tasks
+from tests.bench.store import Budget, Results, Row, Task, read_rows, run_tasks
 
 HERE = {"device": "here", "commit": "a"}
 
@@ -26,7 +27,8 @@ def quiet(_: str) -> None:
 
 
 def test_a_later_run_measures_only_what_is_missing(tmp_path: Path) -> None:
-    path, measured = tmp_path / "part.json", []
+    path = tmp_path / "part.json"
+    measured: list[str] = []
     run_tasks(tasks_of("ab", measured), Results(path, HERE), Budget(None), quiet)
     run_tasks(tasks_of("abc", measured), Results(path, HERE), Budget(None), quiet)
     assert measured == ["a", "b", "c"]
@@ -34,7 +36,8 @@ def test_a_later_run_measures_only_what_is_missing(tmp_path: Path) -> None:
 
 
 def test_another_commit_measures_anew_and_replaces_what_it_measured(tmp_path: Path) -> None:
-    path, measured = tmp_path / "part.json", []
+    path = tmp_path / "part.json"
+    measured: list[str] = []
     run_tasks(tasks_of("ab", measured), Results(path, HERE), Budget(None), quiet)
     run_tasks(tasks_of("a", measured), Results(path, {**HERE, "commit": "b"}), Budget(None), quiet)
     assert measured == ["a", "b", "a"]
@@ -49,7 +52,7 @@ def test_the_first_rows_are_measured_when_the_budget_does_not_last(tmp_path: Pat
         measured.append(name)
         return {}
 
-    tasks = [Task(name, lambda name=name: measure_slowly(name)) for name in "abcd"]
+    tasks = [Task(name, partial(measure_slowly, name)) for name in "abcd"]
     left = run_tasks(tasks, Results(tmp_path / "part.json", HERE), Budget(15.0, lambda: now[0]), quiet)
     assert measured == ["a", "b"]
     assert left == 2
