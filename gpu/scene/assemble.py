@@ -30,6 +30,8 @@ from gpu.scene.types import (
 SOFT_SKY = Sky((1.0, 1.0, 1.0))
 # Twice a triangle's area in unit space, relative to its longest edge squared and absolute: below, float32 sees a line.
 _RELATIVE_AREA, _ABSOLUTE_AREA = 1e-12, 1e-24
+# Coordinates beyond this, and extents below its inverse, would overflow in float64 when areas are taken.
+_FARTHEST = 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +68,8 @@ def assemble(
     `lights` (intensity [W/sr], directional [W/m²]) and `cameras` are in world space. Degenerate triangles are dropped
     and counted; normals that are missing, zero or not finite become geometric ones. A scene that nothing lights gets a
     soft sky, one without a camera a view; the report's notes say so.
-    Raises SceneError when an array is not finite or refers to what is not there, nothing visible is left, or a limit
-    is exceeded.
+    Raises SceneError when an array is not finite or refers to what is not there, a number is too large to compute with,
+    nothing visible is left, or a limit is exceeded.
     """
     _check(name, parts, materials, textures, lights, cameras, limits)
     parts = [_flat(part) if part.normals is None else part for part in parts if len(part.triangles)]
@@ -135,6 +137,7 @@ def _check(
     validate.check_count(name, "triangles", triangles, limits.max_triangles, "max_triangles")
     for part in parts:
         validate.check_finite(name, f"{part.name}.positions", part.positions)
+        validate.check_size(name, f"{part.name}.positions", part.positions, _FARTHEST)
         validate.check_indices(name, f"{part.name}.triangles", part.triangles, len(part.positions))
         validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(materials))
         for number, uv in enumerate(part.uvs):
@@ -162,7 +165,7 @@ def _recentred(world: Doubles, triangles: Integers) -> tuple[Doubles, Placement]
     corners = world[triangles.reshape(-1)]
     low, high = corners.min(axis=0), corners.max(axis=0)
     centre, extent = low + (high - low) / 2.0, float((high - low).max())
-    scale = 1.0 / extent if extent > 0.0 else 1.0
+    scale = 1.0 / extent if extent > 1.0 / _FARTHEST else 1.0
     return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
 
 

@@ -19,6 +19,13 @@ def check_finite(source: str, field: str, values: NDArray[Any]) -> None:
     raise SceneError(source, f"{field}[{row}]", f"is not finite: {values[row].tolist()}; repair it in the file")
 
 
+def check_size(source: str, field: str, values: NDArray[Any], limit: float) -> None:
+    """Raise SceneError naming the first row of `values`, shape (row, …), with a number beyond ±`limit`."""
+    if values.size and float(np.abs(values).max()) > limit:
+        row = int(np.argmax((np.abs(values.reshape(len(values), -1)) > limit).any(axis=1)))
+        raise SceneError(source, f"{field}[{row}]", f"is beyond ±{limit:g}: {values[row].tolist()}; scale it down")
+
+
 def check_count(source: str, what: str, count: int, limit: int, setting: str) -> None:
     """Raise SceneError when there are more than `limit` of `what`; `setting` is the limit's name in SceneLimits."""
     if count > limit:

@@ -144,3 +144,19 @@ def test_what_is_not_sound_is_refused(part: MeshPart, says: str) -> None:
 def test_what_is_too_large_is_refused(limits: SceneLimits) -> None:
     with pytest.raises(SceneError, match=r"more than the .* allowed"):
         scene_of(MeshPart(QUAD, TWO), limits=limits)
+
+
+@pytest.mark.parametrize("value", [1e101, -1e308])
+def test_numbers_too_large_to_compute_with_are_named(value: float) -> None:
+    with pytest.raises(SceneError, match=r"mesh.positions\[1\]: is beyond ±1e\+100"):
+        scene_of(MeshPart(np.where(QUAD == [4, 0, 0], [value, 0, 0], QUAD)[[0, 1, 2, 3]], TWO))
+
+
+@pytest.mark.parametrize("scale", [1e99, 1e-99, 1e-200, 5e-324])
+def test_tiny_and_huge_scenes_are_scaled_or_have_no_area(scale: float) -> None:
+    part = MeshPart(QUAD * scale, TWO)
+    if scale >= 1e-99:
+        assert np.allclose(scene_of(part).vertices.max(axis=0), (0.5, 0.25, 0))
+    else:
+        with pytest.raises(SceneError, match="has an area"):
+            scene_of(part)
