@@ -68,8 +68,9 @@ const session = new Session(api, wanted, {
     panel.describe(welcome.settings_schema);
     offerScenes(welcome.scenes);
     sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
-    askForSize();
-    takeSettings();
+    // One change of both: a second one would wait for the first frame.
+    change({ size: lens.size, ...settingsOfLink() });
+    navigation.halfHeight = Math.tan(lens.fov / 2);
   },
   scene: enter,
   status: (status) => standing.status(status),
@@ -143,11 +144,12 @@ function addressSoon() {
   addressTimer = setTimeout(tellAddress, ADDRESS_REST);
 }
 
-/** Takes the settings of the link, once. */
-function takeSettings() {
-  if (Object.keys(link.settings).length === 0) return;
-  change({ settings: panel.take(link.settings) });
+/** Those that the schema allows, once. @returns {import("./protocol.js").Change} */
+function settingsOfLink() {
+  if (Object.keys(link.settings).length === 0) return {};
+  const settings = panel.take(link.settings);
   link = { ...link, settings: {} };
+  return { settings };
 }
 
 /** The user gave the page another link. */

@@ -86,6 +86,16 @@ class Stage:
         self.hear("pose")
         self.frame((64, 64, 64))
 
+    def reload(self) -> None:
+        """Loads the page anew and starts it."""
+        before = self.connections
+        self._page.reload()
+        for _ in range(100):
+            if self.connections > before:
+                return self.start()
+            self._page.wait_for_timeout(50)
+        raise AssertionError("the page did not connect again")
+
     def frame(
         self,
         picture: tuple[int, int, int] | NDArray[np.uint8],

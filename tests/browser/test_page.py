@@ -12,6 +12,11 @@ from playwright.sync_api import Page, expect
 from server.settings import ServerSettings
 
 NUMBER = re.compile(r"^\d+(\.\d)?$")
+NOTE_WORDS = """() => {
+    const connection = document.getElementById("connection-text");
+    window.words = [];
+    new MutationObserver(() => window.words.push(connection.textContent)).observe(connection, { childList: true });
+}"""
 RENDER_FAILS_SEED = "1002"  # a lever of the gradient worker
 
 
@@ -83,7 +88,7 @@ def test_keys_typed_into_a_setting_do_not_move(page: Page, gradients: Running) -
 
 def test_orbits_about_the_middle_of_the_scene(page: Page, gradients: Running) -> None:
     visit(page, gradients)
-    page.get_by_text("Orbit", exact=True).click()
+    page.get_by_label("Orbit").check()
     page.mouse.move(640, 360)
     page.mouse.down()
     page.mouse.move(540, 360, steps=4)
@@ -172,8 +177,9 @@ def test_walks_on_after_the_renderer_died(page: Page) -> None:
         visit(page, service)
         worker = service.service.engine.worker_pid
         assert worker is not None
+        page.evaluate(NOTE_WORDS)
         os.kill(worker, signal.SIGKILL)
-        expect(page.locator("#connection-text")).to_have_text("Recovering")
+        wait_for(page, lambda: "Recovering" in page.evaluate("window.words"))
         expect(page.locator("#connection-text")).to_have_text("Connected")
         expect(page.locator("#notice")).to_be_hidden()
         hold(page, "KeyD", 1000)

@@ -1,0 +1,99 @@
+"""Scene files brought to the page: by the button, dropped, refused, cancelled."""
+
+import re
+from collections.abc import Callable
+
+import pytest
+from harness import Running
+from looking import wait_for
+from playwright.sync_api import FilePayload, Page, Route, expect
+from staged import SCENES, Stage
+
+HALL: FilePayload = {"name": "hall.glb", "mimeType": "model/gltf-binary", "buffer": b"glTF" + bytes(1000)}
+DROP = """(files) => {
+    const data = new DataTransfer();
+    for (const name of files) data.items.add(new File(["content"], name));
+    for (const type of ["dragover", "drop"]) {
+        window.dispatchEvent(new DragEvent(type, { dataTransfer: data, bubbles: true, cancelable: true }));
+    }
+}"""
+Answer = Callable[[Route], None]
+
+
+@pytest.fixture
+def stage(page: Page, gradients: Running) -> Stage:
+    """A page with its first picture."""
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.start()
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    return stage
+
+
+def answers(page: Page, answer: Answer) -> list[str]:
+    """Has the server take uploads so; returns the addresses that they went to, as they come."""
+    asked: list[str] = []
+
+    def take(route: Route) -> None:
+        if route.request.method == "GET":
+            route.fulfill(json=[*SCENES, {"id": "new/1", "name": "hall", "builtin": False, "served": False}])
+            return
+        asked.append(route.request.url)
+        answer(route)
+
+    page.route(re.compile("/api/v1/scenes"), take)
+    return asked
+
+
+def test_a_chosen_file_is_sent_and_entered(page: Page, stage: Stage) -> None:
+    asked = answers(page, lambda route: route.fulfill(status=201, json={"id": "new/1", "name": "hall"}))
+    with page.expect_file_chooser() as choosing:
+        page.get_by_role("button", name="Open a scene file").click()
+    choosing.value.set_files(HALL)
+    wait_for(page, lambda: stage.all("settings")[-1].get("scene") == "new/1")
+    assert [url.split("?")[1] for url in asked] == ["name=hall.glb"]
+    expect(page.locator("#scene")).to_have_value("new/1")
+    expect(page.locator("#upload")).to_be_hidden()
+
+
+def test_a_dropped_file_is_sent(page: Page, stage: Stage) -> None:
+    asked = answers(page, lambda route: route.fulfill(status=201, json={"id": "new/1"}))
+    page.evaluate(DROP, ["große halle.glb"])
+    wait_for(page, lambda: len(asked) == 1)
+    assert "name=gro%C3%9Fe+halle.glb" in asked[0]
+    expect(page.locator("#drop")).to_be_hidden()
+
+
+def test_several_files_are_refused_with_what_to_do(page: Page, stage: Stage) -> None:
+    asked = answers(page, lambda route: route.abort())
+    page.evaluate(DROP, ["a.gltf", "a.bin"])
+    expect(page.locator("#toast")).to_contain_text("ZIP")
+    assert asked == []
+
+
+@pytest.mark.parametrize(
+    ("status", "body", "words"),
+    [
+        (422, {"code": "scene-failed", "message": "hall.glb: accessors[0]: is cut off"}, "accessors[0]: is cut off"),
+        (500, None, "status 500"),
+    ],
+)
+def test_says_why_a_file_was_not_taken(
+    page: Page, stage: Stage, complaints: list[str], status: int, body: dict[str, str] | None, words: str
+) -> None:
+    answers(page, lambda route: route.fulfill(status=status, json=body))
+    page.locator("#file").set_input_files(HALL)
+    expect(page.locator("#toast")).to_contain_text(words)
+    expect(page.locator("#upload")).to_be_hidden()
+    assert "scene" not in stage.all("settings")[-1]
+    complaints.clear()  # the browser notes the status by itself
+
+
+def test_an_upload_can_be_cancelled_and_another_waits_for_it(page: Page, stage: Stage) -> None:
+    answers(page, lambda _: None)  # never answered
+    page.locator("#file").set_input_files(HALL)
+    expect(page.locator("#upload-text")).to_contain_text("hall.glb")
+    page.evaluate(DROP, ["b.glb"])
+    expect(page.locator("#toast")).to_contain_text("Another file")
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator("#upload")).to_be_hidden()
