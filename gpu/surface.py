@@ -117,11 +117,12 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     if wp.length_sq(smooth) > 0.0:
         smooth = bent_normal(scene, hit, wp.normalize(smooth))
         smooth = wp.where(seen_front, smooth, -smooth)
-        # A shading normal that faces away from the viewer would shade black; tilt it back to the horizon.
-        facing = wp.dot(smooth, direction)
-        if facing > 0.0:
-            smooth = wp.normalize(smooth - direction * (1.001 * facing))
-        surface.normal = wp.where(wp.dot(smooth, surface.geometric) > 0.0, smooth, surface.geometric)
+        if wp.dot(smooth, surface.geometric) > 0.0:
+            # A shading normal that faces away from the viewer would shade black; tilt it back to the horizon.
+            facing = wp.dot(smooth, direction)
+            if facing > 0.0:
+                smooth = wp.normalize(smooth - direction * (1.001 * facing))
+            surface.normal = smooth
     texture = sample_slot(scene, material.metallic_roughness_slot, hit.face, hit.u, hit.v)
     metallic = material.metallic * texture[2]
     surface.roughness = wp.max(material.roughness * texture[1], MIN_ROUGHNESS)
