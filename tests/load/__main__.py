@@ -3,15 +3,18 @@
 import argparse
 import asyncio
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable, Coroutine
+from dataclasses import asdict
 
 import httpx
 from websockets.exceptions import InvalidHandshake
 
 from gpu.errors import UserError
+from tests.load.checks import Scale, quick
 from tests.load.crowd import measure, plans
+from tests.load.faults import check, chosen
 from tests.load.figures import Row, level_row, table
-from tests.load.options import level_of, open_target, parser, plan_of
+from tests.load.options import level_of, open_target, parser, plan_of, serve_flags, server_log
 from tests.load.paths import write_path
 from tests.load.ramp import climb, search
 from tests.load.recorder import Recorder
@@ -59,7 +62,7 @@ async def ramp(options: argparse.Namespace) -> int:
     results = {"environment": where, "options": said(options), "level": level_row(level), "largest": largest}
     save(options.out, "ramp", results | {"rows": rows})
     print(f"{largest} viewers get the service level")
-    first = next((row["missed"] for row in rows if row["missed"]), [])
+    first: list[str] = next((row["missed"] for row in rows if row["missed"]), [])
     return tell(first if largest < options.require else [])
 
 
@@ -74,6 +77,24 @@ async def rest(options: argparse.Namespace) -> int:
     print(f"{row['rendered_a_second']:.2f} stills a second of {options.rate:g}, p95 {wait.get('p95', 0):.0f} ms")
     print(", ".join(f"{count} × {status}" for status, count in row["statuses"].items()))
     return tell([f"{count} × {error}" for error, count in row["errors"].items()])
+
+
+async def faults(options: argparse.Namespace) -> int:
+    """Each check in turn."""
+    if not options.serve:
+        raise UserError("faults kill the renderer and end the service: --serve starts one for that")
+    from tests.load.fault_worker import FAULT_WORKER, ILLEGAL_SEED  # the renderer itself
+
+    names, rows, missed = chosen(options.checks), {}, []
+    scale = quick(ILLEGAL_SEED) if options.quick else Scale(ILLEGAL_SEED)
+    log = server_log(options)
+    for name in names:
+        outcome = await check(name, scale, FAULT_WORKER[-1], serve_flags(options), log)
+        rows[name] = asdict(outcome)
+        missed += [f"{name}: {failure}" for failure in outcome.failures]
+        print(f"{name}: {'failed' if outcome.failures else 'passed'} {outcome.measured}", flush=True)
+    save(options.out, "faults", {"options": said(options), "checks": rows})
+    return tell(missed)
 
 
 async def record(options: argparse.Namespace) -> int:
@@ -93,10 +114,11 @@ async def record(options: argparse.Namespace) -> int:
     return 0
 
 
-COMMANDS: dict[str, Callable[[argparse.Namespace], Awaitable[int]]] = {
+COMMANDS: dict[str, Callable[[argparse.Namespace], Coroutine[None, None, int]]] = {
     "run": run,
     "ramp": ramp,
     "rest": rest,
+    "faults": faults,
     "record": record,
 }
 

@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     soak.add_argument("--rest-rate", type=float, default=0.2, metavar="X", help="stills a second (%(default)s)")
     soak.add_argument("--growth", type=float, default=1.0, metavar="X", help="allowed, in MB a minute (%(default)s)")
 
-    faults = commands.add_parser("faults", parents=[_serve(), out], help="what the service must survive")
+    faults = commands.add_parser("faults", parents=[_serve(), out], help="what a service of its own must survive")
     faults.add_argument("checks", nargs="*", metavar="CHECK", help="only these; all when none is named")
     faults.add_argument("--quick", action="store_true", help="with smaller numbers")
 
@@ -73,12 +73,17 @@ async def open_target(
     if not options.serve:
         yield target_at(options.url, os.environ.get("LUMENWALK_TOKEN"), remote=options.remote)
         return
-    log = options.out / "server.log" if options.out else None
-    if log:
-        log.parent.mkdir(parents=True, exist_ok=True)
     most = ("--max-viewers", str(viewers + SPARE_VIEWERS))
-    async with serving([*serve_flags(options), *most, *flags], log=log) as target:
+    async with serving([*serve_flags(options), *most, *flags], log=server_log(options)) as target:
         yield target
+
+
+def server_log(options: argparse.Namespace) -> Path | None:
+    """Where the words of a service started here go: into the folder of results, if there is one."""
+    if options.out is None:
+        return None
+    options.out.mkdir(parents=True, exist_ok=True)
+    return Path(options.out, "server.log")
 
 
 def serve_flags(options: argparse.Namespace) -> list[str]:

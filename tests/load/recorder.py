@@ -4,6 +4,7 @@ from collections.abc import Callable
 from time import perf_counter
 
 from websockets.frames import Frame, Opcode
+from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
 from gpu.errors import UserError
@@ -37,8 +38,8 @@ class Recorder:
             for event in protocol.events_received():
                 if isinstance(event, Frame):
                     if event.opcode is Opcode.TEXT:
-                        self._take(protocol, event.data)
-                else:  # the handshake, which the service itself answers
+                        self._take(protocol, bytes(event.data))
+                elif isinstance(event, Request):  # which the service itself answers
                     protocol.send_response(protocol.accept(event))
             protocol.data_to_send()
 

@@ -12,12 +12,12 @@ STEP_SECONDS = 0.1
 
 @asynccontextmanager
 async def relay(
-    address: tuple[str, int], *, rate: float | None = None, tap: Callable[[], Tap] | None = None
+    address: tuple[str, int], *, rate: float | None = None, at_once: int = 0, tap: Callable[[], Tap] | None = None
 ) -> AsyncIterator[str]:
     """The URL of a relay to `address`.
 
-    rate: bytes a second that come through from the service on each connection; None: all at once. tap: makes, for each
-    connection, what is called with the bytes that the client sends.
+    rate: bytes a second that come through from the service on each connection, after the first `at_once` bytes; None:
+    no limit. tap: makes, for each connection, what is called with the bytes that the client sends.
     """
     tasks: set[asyncio.Task[None]] = set()
 
@@ -26,7 +26,7 @@ async def relay(
         assert task is not None
         tasks.add(task)
         with suppress(OSError, asyncio.CancelledError):
-            await _connect(address, reader, writer, rate, tap() if tap else None)
+            await _connect(address, reader, writer, rate, at_once, tap() if tap else None)
         writer.transport.abort()
         tasks.discard(task)
 
@@ -46,6 +46,7 @@ async def _connect(
     reader: asyncio.StreamReader,
     writer: asyncio.StreamWriter,
     rate: float | None,
+    at_once: int,
     tap: Tap | None,
 ) -> None:
     """Both directions of one connection, until one of them ends."""
@@ -62,8 +63,8 @@ async def _connect(
     limit = SMALL_BUFFER if rate else CHUNK
     from_service, to_service = await asyncio.open_connection(sock=line, limit=limit)
     try:
-        up = asyncio.create_task(_pump(reader, to_service, None, tap))
-        down = asyncio.create_task(_pump(from_service, writer, rate, None))
+        up = asyncio.create_task(_pump(reader, to_service, None, 0, tap))
+        down = asyncio.create_task(_pump(from_service, writer, rate, at_once, None))
         _, left = await asyncio.wait((up, down), return_when=asyncio.FIRST_COMPLETED)
         for task in left:
             task.cancel()
@@ -73,7 +74,7 @@ async def _connect(
 
 
 async def _pump(
-    reader: asyncio.StreamReader, writer: asyncio.StreamWriter, rate: float | None, tap: Tap | None
+    reader: asyncio.StreamReader, writer: asyncio.StreamWriter, rate: float | None, at_once: int, tap: Tap | None
 ) -> None:
     size = max(int(rate * STEP_SECONDS), 1) if rate else CHUNK
     while data := await reader.read(size):
@@ -81,5 +82,6 @@ async def _pump(
             tap(data)
         writer.write(data)
         await writer.drain()
-        if rate:
+        at_once -= len(data)
+        if rate and at_once < 0:
             await asyncio.sleep(len(data) / rate)

@@ -1,0 +1,34 @@
+"""What the service must survive, and the run of it all against a service of its own."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gpu.errors import UserError
+from tests.load import breaks, hostile
+from tests.load.checks import Check, Outcome, Scale
+from tests.load.target import serving
+
+CHECKS: dict[str, Check] = {
+    "worker-killed": breaks.worker_killed,
+    "illegal-access": breaks.illegal_access,
+    "slow-reader": hostile.slow_reader,
+    "stalled-readers": hostile.stalled_readers,
+    "too-many": hostile.too_many,
+    "oversized": hostile.oversized,
+    "flood": hostile.flood,
+    "strangers": hostile.strangers,
+    "terminated": breaks.terminated,
+}
+
+
+def chosen(names: Sequence[str]) -> list[str]:
+    """All checks when none is named; UserError for one that there is not."""
+    if unknown := set(names) - set(CHECKS):
+        raise UserError(f"no check {', '.join(sorted(unknown))}; there are {', '.join(CHECKS)}")
+    return list(names or CHECKS)
+
+
+async def check(name: str, scale: Scale, worker: str, flags: Sequence[str] = (), log: Path | None = None) -> Outcome:
+    """One check against a service that is started for it, with `worker`, a program, in the renderer's place."""
+    async with serving(["--max-viewers", str(scale.viewers), *flags], worker, log) as target:
+        return await CHECKS[name](target, scale)
