@@ -24,6 +24,13 @@ class Bucket:
         self._at = now
         return self._level
 
+    def spend(self) -> bool:
+        """Take one if there is one."""
+        if self.level < 1.0:
+            return False
+        self._level -= 1.0
+        return True
+
     @property
     def full(self) -> bool:
         """Whether nothing was taken lately."""

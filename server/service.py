@@ -26,6 +26,7 @@ class Service:
     engine: Engine
     checker: Checker
     viewers: set[int] = field(default_factory=set)
+    greeting: int = 0  # connections that have not said hello yet
     last_viewer: int = 0
     viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
     stills_waiting: int = 0
@@ -49,9 +50,14 @@ class Service:
         self.last_viewer += 1
         return self.last_viewer
 
+    @property
+    def full(self) -> bool:
+        """Whether as many viewers are here as may be."""
+        return len(self.viewers) >= self.settings.max_viewers
+
     def admit(self) -> int | None:
         """A number for one more viewer, never used before; None when as many are here as may be."""
-        if len(self.viewers) >= self.settings.max_viewers:
+        if self.full:
             return None
         viewer = self.number()
         self.viewers.add(viewer)

@@ -1,17 +1,21 @@
 """The WebSocket endpoint: admits a viewer and reads its messages. server.protocol describes the wire."""
 
 import asyncio
+import logging
+from contextlib import suppress
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from gpu.errors import UserError
+from server.logs import bind
 from server.protocol import Error, ErrorCode, Hello, parse_viewer_message
 from server.service import Service, TheService
-from server.viewer import Viewer, receive
+from server.viewer import RESTART, Viewer, receive
 
-HELLO_SECONDS = 10.0
+HELLO_SECONDS = 5.0
 BAD_PROTOCOL, POLICY, TRY_AGAIN = 1002, 1008, 1013
 
+log = logging.getLogger("lumenwalk.viewer")
 router = APIRouter()
 
 
@@ -19,18 +23,45 @@ router = APIRouter()
 async def stream(socket: WebSocket, service: TheService) -> None:
     """Serve one viewer until it leaves."""
     await socket.accept()
-    number = service.admit()
-    if number is None:
-        await socket.close(TRY_AGAIN, f"{service.settings.max_viewers} viewers are here already; try again later")
+    if service.stopping.is_set():
+        await _refuse(socket, service, "stopping", RESTART, "the server is stopping")
         return
+    if service.full or service.greeting >= service.settings.max_viewers:
+        await _refuse_as_full(socket, service)
+        return
+    service.greeting += 1  # who says nothing takes no viewer's place
     try:
         hello = await _greet(socket, service)
-        if hello is not None:
-            await Viewer(socket, service, number, hello).run()
+    except WebSocketDisconnect:
+        return
+    finally:
+        service.greeting -= 1
+    if hello is None:
+        service.metrics.refused("hello")
+        return
+    number = service.admit()
+    if number is None:
+        await _refuse_as_full(socket, service)
+        return
+    bind(viewer=number)
+    log.info("viewer came", extra={"address": socket.client.host if socket.client else ""})
+    try:
+        await Viewer(socket, service, number, hello).run()
     except WebSocketDisconnect:
         pass
     finally:
         service.dismiss(number)
+
+
+async def _refuse_as_full(socket: WebSocket, service: Service) -> None:
+    text = f"{service.settings.max_viewers} viewers are here already; try again later"
+    await _refuse(socket, service, "full", TRY_AGAIN, text)
+
+
+async def _refuse(socket: WebSocket, service: Service, reason: str, code: int, text: str) -> None:
+    service.metrics.refused(reason)
+    with suppress(WebSocketDisconnect):
+        await socket.close(code, text)
 
 
 async def _greet(socket: WebSocket, service: Service) -> Hello | None:

@@ -1,6 +1,7 @@
 """One viewer's connection: four tasks that read its messages, order frames, deliver them, and say what is going on."""
 
 import asyncio
+import logging
 from collections.abc import Callable
 from contextlib import suppress
 from time import monotonic
@@ -30,6 +31,7 @@ from server.protocol import (
     parse_viewer_message,
     stage_slots,
 )
+from server.ratelimit import Bucket
 from server.scenes import UnknownSceneError
 from server.service import Service
 from server.session import MAX_LOSSES, Order, Qualities, Session
@@ -39,6 +41,9 @@ STALLED_SECONDS = 10.0
 WATCH_SECONDS = 1.0
 CLOSE_SECONDS = 1.0  # for a viewer to take note of the end
 STALLED, RESTART = 1008, 1012  # the codes of a close
+MESSAGE_RATE, MESSAGE_BURST = 600.0, 100.0  # messages a second, and at once: poses and acknowledgements at 240 Hz pass
+SLOW_MS, SLOW_RATE = 1000.0, 0.1  # frames that took longer are logged, so many a second of one viewer
+log = logging.getLogger("lumenwalk.viewer")
 
 
 async def receive(socket: WebSocket) -> str:
@@ -72,6 +77,8 @@ class Viewer:
         self._wanted: SceneRef | None = None  # a scene that is to be opened
         self._shown: tuple[SceneRef, SceneInfo] | None = None
         self._rendering: asyncio.Queue[tuple[Order, float, asyncio.Future[Reply]]] = asyncio.Queue()
+        self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
+        self._slow = Bucket(SLOW_RATE, 1.0)
         self._pending = 0  # frames ordered and not yet sent
         self._stirred = asyncio.Event()  # something changed that a task may wait for
         self._news = asyncio.Event()  # something changed that the viewer may have to be told
@@ -92,8 +99,10 @@ class Viewer:
                     self._stop(),
                 ):
                     tasks.create_task(task)
-        except* WebSocketDisconnect:
-            pass
+        except* WebSocketDisconnect as group:
+            for end in group.exceptions:
+                if isinstance(end, WebSocketDisconnect):
+                    log.info("viewer left", extra={"code": end.code, "reason": end.reason})
         finally:
             self._service.engine.listeners.discard(self._news.set)
             self._service.metrics.windows.pop(self._session.viewer, None)
@@ -113,7 +122,10 @@ class Viewer:
     async def _listen(self) -> None:
         while True:
             try:
-                message = parse_viewer_message(await receive(self._socket))
+                text = await receive(self._socket)
+                if (seconds := self._messages.take()) > 0.0:
+                    await asyncio.sleep(seconds)  # and meanwhile nothing is read: TCP holds the rest back
+                message = parse_viewer_message(text)
                 match message:
                     case Pose():
                         self._session.pose(message)
@@ -236,6 +248,9 @@ class Viewer:
         times = (order.queue_ms, done.render_ms, done.encode_ms)
         metrics.frame(*times, len(message), header.phase, done.stage_ms, done.skips)
         metrics.windows[self._session.viewer] = self._session.window.limit
+        if sum(times) > SLOW_MS and self._slow.spend():
+            names = ("queue_ms", "render_ms", "encode_ms")
+            log.warning("slow frame", extra={"frame": header.frame, **dict(zip(names, times, strict=True))})
 
     def _measure(self, ack: Ack) -> None:
         """Passes on what a viewer says of a frame; what is not the server's or its own was the network's."""
@@ -290,6 +305,8 @@ class Viewer:
         return Status(state=State.LOADING if activity.state is EngineState.STARTING else State.RECOVERING, **words)
 
     async def _fail(self, code: ErrorCode, error: Exception) -> None:
+        if code is not ErrorCode.BAD_MESSAGE:
+            log.warning("%s: %s", code, error)
         await self._send(Error(code=code, message=str(error)))
 
     async def _send(self, message: Message) -> None:
