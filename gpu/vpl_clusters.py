@@ -65,6 +65,7 @@ def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) ->
     """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
     device = resident.device
     clusters = VplClusters()
+    clusters.count = 0  # an int, which the struct's own zero is not
     if vpls.count == 0:
         return clusters
     kmeans = KMeans(vpls.count, min(wanted, vpls.count), device, exhaustive=True)
@@ -95,6 +96,7 @@ def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
     """Every VPL of `clusters` as a disk light of its own: what `exact-vpl` shades, and the ablation of SPs alone."""
     members = clusters.members
     singles = VplClusters()
+    singles.count = 0
     if clusters.count == 0:
         return singles
     singles.count = members.count

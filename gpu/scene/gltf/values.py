@@ -80,11 +80,12 @@ class Value:
 
     def as_index(self, count: int) -> int:
         """The value as an index below `count`."""
-        if isinstance(self.raw, bool) or not isinstance(self.raw, int):
+        whole = isinstance(self.raw, float) and self.raw.is_integer()  # JSON has one kind of number
+        if isinstance(self.raw, bool) or not (isinstance(self.raw, int) or whole):
             raise self.error(f"must be an index, not {self.raw!r:.60}")
         if not 0 <= self.raw < count:
             raise self.error(f"{self.raw!r:.60} does not exist, there are {count}")
-        return self.raw
+        return int(self.raw)
 
     def number(self, key: str, default: float | None = None, low: float = -inf, high: float = inf) -> float:
         """The number at `key`, in [low, high]."""

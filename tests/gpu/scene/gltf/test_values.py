@@ -41,3 +41,7 @@ def test_missing_values_have_defaults() -> None:
     assert PLACE.object("missing").raw == {}
     assert PLACE.extension("KHR_x") is None
     assert PLACE.flag("missing") is False
+
+
+def test_an_index_may_be_written_with_a_fraction_of_zero() -> None:
+    assert Value("a.gltf", "x", 1.0).as_index(2) == 1
