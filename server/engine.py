@@ -290,7 +290,8 @@ class Engine:
                 self.scenes = message.scenes
                 self._end_turn(min(message.busy_ms / 1e3, self._heard - running.began))
                 self._tell(Activity(EngineState.READY))
-                self._give_turns()
+                # Whoever has just been told of a failure says first whether he still wants what he waits for.
+                asyncio.get_running_loop().call_soon(self._give_turns)
             case _:
                 raise link.refuse(f"{message.kind} out of turn")
 

@@ -80,7 +80,7 @@ class Start:
 
 @dataclass(frozen=True)
 class OpenScene:
-    """Read a scene; answered by Opened or Failed."""
+    """Read a scene; answered by Free, then Opened, or by Failed, then Free."""
 
     scene: SceneRef
     request: int = 0
@@ -89,7 +89,7 @@ class OpenScene:
 
 @dataclass(frozen=True)
 class Render:
-    """Render one picture for a viewer (or STILLS, HEARTBEAT); answered by Free, then Done or Failed.
+    """Render one picture for a viewer (or STILLS, HEARTBEAT); answered by Free and Done, or by Failed, then Free.
 
     sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0
     starts anew. If the worker does not have those, it starts anew too, which Done.samples tells.
@@ -117,7 +117,7 @@ class Leave:
 
 @dataclass(frozen=True)
 class CloseScene:
-    """Free a scene and all that was made for it; answered by Free and Closed."""
+    """Free a scene and all that was made for it; answered by Free, then Closed."""
 
     scene: SceneRef
     request: int = 0

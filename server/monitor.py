@@ -31,6 +31,12 @@ class State(Collector):
         yield CounterMetricFamily(
             "lumenwalk_engine_restarts", "Times that the renderer was started again.", service.engine.restarts
         )
+        yield CounterMetricFamily(
+            "lumenwalk_device_busy_seconds", "Device time used, heartbeats included.", service.engine.busy_seconds
+        )
+        used, total = service.engine.memory
+        yield GaugeMetricFamily("lumenwalk_device_memory_used_bytes", "Memory of the device in use.", used)
+        yield GaugeMetricFamily("lumenwalk_device_memory_bytes", "All memory of the device.", total)
 
 
 @router.get("/metrics")

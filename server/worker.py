@@ -152,13 +152,14 @@ class Worker:
     def _do(self, job: Job) -> None:
         report = self._reporter(QUIET_SECONDS)
         began = perf_counter()
+        answer: FromWorker | None = None  # sent when all know what it changed
         try:
             match job:
                 case OpenScene(scene):
-                    self._send(Opened(job.request, self._backend.open(scene, report)))
+                    answer = Opened(job.request, self._backend.open(scene, report))
                 case CloseScene(scene):
                     self._backend.close(scene)
-                    self._send(Closed(job.request))
+                    answer = Closed(job.request)
                 case Render():
                     picture = self._backend.render(job, report)
                     self._encoders.submit(self._finish, job, picture, 1e3 * (perf_counter() - began))
@@ -168,6 +169,8 @@ class Worker:
             self._fail(job.request, error)
         busy_ms = 1e3 * (perf_counter() - began)
         self._send(Free(job.request, busy_ms, *self._backend.memory(), self._backend.scenes()))
+        if answer is not None:
+            self._send(answer)
 
     def _check_health(self, error: Exception) -> None:
         if not self._backend.healthy():

@@ -100,6 +100,21 @@ def test_whoever_wants_nothing_any_more_gives_the_turn_away() -> None:
     check(scenario)
 
 
+def test_whoever_hears_of_a_failure_can_still_give_the_next_turn_away() -> None:
+    async def scenario(engine: Engine) -> None:
+        failed = False
+        reply = await engine.submit(1, Urgency.MOVING, lambda: job(seed=WRONG_SEED))
+        assert reply is not None
+        waiting = asyncio.create_task(engine.submit(1, Urgency.MOVING, lambda: None if failed else job()))
+        try:
+            await reply
+        except UserError:
+            failed = True
+        assert await waiting is None
+
+    check(scenario)
+
+
 def test_whoever_costs_less_has_more_turns() -> None:
     async def scenario(engine: Engine) -> None:
         served: list[int] = []
@@ -260,8 +275,7 @@ def test_a_worker_killed_twenty_times_in_a_row_comes_back_each_time() -> None:
             async with asyncio.timeout(10):
                 await result(engine, job())
         assert engine.restarts == 20
-        await until(lambda: not engine._owed)
-        assert not engine._waiting
+        await until(lambda: not engine._owed and not engine._waiting)  # the first heartbeat is over
         assert len(os.listdir("/proc/self/fd")) <= files  # noqa: PTH208
 
     async def main() -> None:

@@ -1,5 +1,6 @@
 import time
 
+from gradient_worker import MEMORY, SLOW_SECONDS, SLOW_SEED
 from harness import Running
 from prometheus_client.parser import text_string_to_metric_families
 
@@ -28,6 +29,16 @@ def test_metrics_say_who_is_here_and_what_is_under_way(running: Running) -> None
     while scrape(running)["lumenwalk_viewers"] > before["lumenwalk_viewers"] and time.monotonic() < deadline:
         time.sleep(0.01)
     assert scrape(running)["lumenwalk_window_frames"] == before["lumenwalk_window_frames"]
+
+
+def test_metrics_say_what_the_device_is_used_for(running: Running) -> None:
+    before = scrape(running)["lumenwalk_device_busy_seconds_total"]
+    body = {"size": [8, 8], "settings": {"seed": SLOW_SEED}}
+    assert running.http.post("/api/v1/render", json=body).status_code == 200
+    samples = scrape(running)
+    assert samples["lumenwalk_device_busy_seconds_total"] >= before + SLOW_SECONDS
+    memory = samples["lumenwalk_device_memory_used_bytes"], samples["lumenwalk_device_memory_bytes"]
+    assert memory == MEMORY
 
 
 def test_what_was_counted_is_in_it(running: Running) -> None:
