@@ -6,6 +6,7 @@ are about as short and there would be more to send, the window grows; when they 
 
 from collections import deque
 from collections.abc import Callable
+from math import inf
 from time import monotonic
 
 from server.protocol import WINDOW
@@ -24,7 +25,7 @@ class Window:
     def __init__(self, now: Callable[[], float] = monotonic) -> None:
         self.limit = WINDOW
         self._now = now
-        self._sent: dict[int, float] = {}  # frame: when it was sent
+        self._sent: dict[int, float] = {}  # frame: when it was sent, inf before that
         self._trips: deque[float] = deque(maxlen=REMEMBERED)
         self._held = False  # a frame had to wait for room since the last change
 
@@ -39,12 +40,12 @@ class Window:
 
     @property
     def waiting_seconds(self) -> float:
-        """For how long the oldest unacknowledged frame has waited."""
-        return self._now() - min(self._sent.values()) if self._sent else 0.0
+        """For how long the oldest frame that was sent has waited for its acknowledgement."""
+        return max(0.0, self._now() - min(self._sent.values(), default=inf))
 
     def add(self, frame: int) -> None:
         """A frame was ordered; its round trip starts with `sent`."""
-        self._sent[frame] = self._now()
+        self._sent[frame] = inf
 
     def sent(self, frame: int) -> None:
         """A frame went out."""
