@@ -57,6 +57,7 @@ def test_the_window_stays_within_its_bounds() -> None:
     assert window.limit == WINDOW
     for frame in range(1, 100):
         window.add(frame)
+        window.sent(frame)
         assert window.room == (len(window) < window.limit)
         now += 0.01
         if not window.room:
@@ -64,6 +65,7 @@ def test_the_window_stays_within_its_bounds() -> None:
     assert window.limit == MOST
     for frame in range(100, 150):
         window.add(frame)
+        window.sent(frame)
         now += 1.0
         window.acknowledge(frame)
     assert window.limit == LEAST
