@@ -1,0 +1,51 @@
+import json
+import logging
+from collections.abc import Iterator
+from contextvars import copy_context
+
+import pytest
+
+from server.logs import bind, configure
+from server.settings import LogFormat
+
+log = logging.getLogger("lumenwalk.test")
+
+
+@pytest.fixture(autouse=True)
+def _root() -> Iterator[None]:
+    """The root logger as it was, afterwards."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    root.handlers = []
+    yield
+    root.handlers, root.level = handlers, level
+
+
+def event() -> None:
+    bind(viewer=7)
+    try:
+        raise ValueError("of a test")
+    except ValueError:
+        log.exception("it failed\nbadly", extra={"frame": 12})
+
+
+def test_json_is_one_object_a_line_with_ids_and_traceback(capsys: pytest.CaptureFixture[str]) -> None:
+    configure(LogFormat.JSON)
+    copy_context().run(event)
+    log.info("after %d", 1)
+    first, second = capsys.readouterr().err.splitlines()
+    told = json.loads(first)
+    assert told["time"].endswith("Z")
+    assert (told["level"], told["logger"], told["message"]) == ("error", "lumenwalk.test", "it failed\nbadly")
+    assert (told["viewer"], told["frame"]) == (7, 12)
+    assert "ValueError: of a test" in told["exception"]
+    assert json.loads(second)["message"] == "after 1"
+    assert "viewer" not in json.loads(second)
+
+
+def test_text_has_the_fields_at_the_end_of_its_line(capsys: pytest.CaptureFixture[str]) -> None:
+    configure(LogFormat.TEXT)
+    copy_context().run(event)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[1] == "badly viewer=7 frame=12"
+    assert lines[-1] == "ValueError: of a test"
