@@ -30,12 +30,22 @@ def device_bytes(size: SceneSize) -> int:
 class Residency:
     """Loads scenes into the worker and frees them."""
 
-    def __init__(self, engine: Engine, checker: Checker, reserve_bytes: int, in_use: Callable[[str], bool]) -> None:
-        """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by id."""
+    def __init__(
+        self,
+        engine: Engine,
+        checker: Checker,
+        reserve_bytes: int,
+        in_use: Callable[[str], bool],
+        touch: Callable[[str], None],
+    ) -> None:
+        """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by its id;
+        touch: hears the ids of scenes that are used.
+        """
         self._engine = engine
         self._checker = checker
         self._reserve_bytes = reserve_bytes
         self._in_use = in_use
+        self._touch = touch
         self._checked: dict[str, tuple[SceneRef, Checked]] = {}
         self._opened: dict[str, tuple[SceneRef, SceneInfo]] = {}
         self._loading = asyncio.Lock()
@@ -67,6 +77,7 @@ class Residency:
 
         Raises NoRoomError when it would not leave the reserve free, else as `inspect` and `Engine.open`.
         """
+        self._touch(scene.id)
         if scene not in self.loaded and scene.source not in BUILTIN:  # those that come with the program are small
             await self.inspect(scene)
         async with self._loading:

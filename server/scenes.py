@@ -45,6 +45,11 @@ class Catalogue:
         """Whether a client brought this scene."""
         return self.uploads is not None and scene_id in self.uploads.all
 
+    def touch(self, scene_id: str) -> None:
+        """Note that a scene is used."""
+        if self.uploads is not None:
+            self.uploads.touch(scene_id)
+
     def file_bytes(self, scene: SceneRef) -> int | None:
         """Size of a scene's file, or of all files of an upload; None for a built-in scene, or when it is gone."""
         if self.uploads is not None and scene.id in self.uploads.all:

@@ -35,7 +35,7 @@ class Service:
 
     def __post_init__(self) -> None:
         limits = self.settings
-        self.residency = Residency(self.engine, self.checker, limits.reserve_bytes, self.in_use)
+        self.residency = Residency(self.engine, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
         self.jobs = Jobs(
             self.engine,
             self.residency,

@@ -97,7 +97,7 @@ def test_a_lie_about_the_size_is_found(tmp_path: Path, target: Path) -> None:
     for place in (22, content.index(b"PK\x01\x02") + 24):  # the size, in both headers
         content[place : place + 4] = (100).to_bytes(4, "little")
     packed.write_bytes(content)
-    with pytest.raises(SceneError, match="not a .zip file that can be unpacked"):
+    with pytest.raises(SceneError, match=r"not a \.zip file that can be unpacked"):
         unpack(packed, target, MEGABYTE)
 
 

@@ -1,0 +1,67 @@
+"""An engine without a worker, for tests of what uses it."""
+
+import asyncio
+from collections.abc import Callable
+
+from gpu.settings import RenderSettings
+from server.engine import Engine, Reply
+from server.link import WorkerLostError
+from server.messages import Done, Job, Opened, OpenScene, Render, SceneCamera, SceneRef, Start
+from server.protocol import Bounds, SceneInfo
+from server.schedule import Urgency
+
+BOX = SceneRef("cornell-box", "cornell-box")
+
+
+def order(viewer: int = 7, scene: SceneRef = BOX) -> Render:
+    """A small picture."""
+    return Render(viewer, scene, SceneCamera(0), (8, 4), RenderSettings(), ".png")
+
+
+class FakeEngine(Engine):
+    """Renders at once, in memory: averages as a worker does, and loses what it has at the orders in `deaths`.
+
+    Counts orders from 1; an order waits for `gate`, when there is one.
+    """
+
+    def __init__(self, deaths: tuple[int, ...] = (), failure: Exception | None = None) -> None:
+        super().__init__(Start(BOX))
+        self.orders: list[tuple[int, Urgency, Job]] = []
+        self.left: list[int] = []
+        self.opened: list[SceneRef] = []
+        self.gate: asyncio.Event | None = None
+        self._deaths = deaths
+        self._failure = failure
+        self._samples: dict[int, int] = {}
+
+    async def submit(self, client: int, urgency: Urgency, make: Callable[[], Job | None]) -> asyncio.Future[Reply]:
+        if self.gate is not None:
+            await self.gate.wait()
+        job = make()
+        assert job is not None
+        self.orders.append((client, urgency, job))
+        reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+        if len(self.orders) in self._deaths:
+            self._samples = {}
+            reply.set_exception(WorkerLostError("the renderer was lost"))
+        elif self._failure is not None:
+            reply.set_exception(self._failure)
+        elif isinstance(job, Render):
+            reply.set_result((self._done(job), b"image" if job.output != "none" else b""))
+        elif isinstance(job, OpenScene):
+            self.opened.append(job.scene)
+            self.scenes = (*self.scenes, job.scene)
+            bounds = Bounds(min=(0.0, 0.0, 0.0), max=(1.0, 1.0, 1.0))
+            info = SceneInfo(id=job.scene.id, name="", cameras=(), bounds=bounds, triangles=1)
+            reply.set_result((Opened(1, info), b""))
+        await asyncio.sleep(0)
+        return reply
+
+    def leave(self, viewer: int) -> None:
+        self.left.append(viewer)
+
+    def _done(self, job: Render) -> Done:
+        before = self._samples.get(job.viewer, 0)
+        samples = 1 if not job.sample or job.sample != before else before + 1
+        self._samples[job.viewer] = samples
+        return Done(1, job.size, 2.0, 0.5, samples, 1, {"shade": 1.0}, {}, {})

@@ -1,0 +1,153 @@
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+from engines import FakeEngine, order
+
+from gpu.errors import UserError
+from server.checker import Checker
+from server.jobs import Jobs, JobState, RenderJob
+from server.refusals import TooBusyError, UnknownJobError
+from server.residency import Residency
+from server.settings import ServerSettings
+
+
+def work(engine: FakeEngine, test: Callable[[Jobs], Awaitable[None]], **settings: Any) -> None:
+    """Run a test with jobs that are worked on."""
+
+    async def run() -> None:
+        residency = Residency(engine, Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
+        limits = {"max_jobs": 4, "keep_seconds": 60.0, "keep_bytes": 1000} | settings
+        jobs = Jobs(engine, residency, engine.leave, **limits)
+        task = asyncio.create_task(jobs.run())
+        try:
+            async with asyncio.timeout(10):
+                await test(jobs)
+        finally:
+            task.cancel()
+            await asyncio.wait([task])
+
+    asyncio.run(run())
+
+
+async def ended(jobs: Jobs, job: RenderJob) -> list[tuple[JobState, int]]:
+    """What a job was seen to be until it ended."""
+    return [(now.state, now.samples) async for now in jobs.watch(job)]
+
+
+def test_a_job_is_rendered_frame_by_frame_and_leaves_the_worker() -> None:
+    engine = FakeEngine()
+
+    async def test(jobs: Jobs) -> None:
+        job = jobs.add(order(viewer=9), 3, "image/png")
+        assert (job.state, job.progress) == (JobState.QUEUED, 0.0)
+        seen = await ended(jobs, job)
+        assert seen[0] == (JobState.QUEUED, 0)
+        assert seen[-1] == (JobState.DONE, 3)
+        assert (job.result, job.progress) == (b"image", 1.0)
+        assert jobs.find(job.id) is job
+        await asyncio.sleep(0)
+        assert engine.left == [9]
+
+    work(engine, test)
+
+
+def test_jobs_are_done_one_after_the_other() -> None:
+    engine = FakeEngine()
+
+    async def test(jobs: Jobs) -> None:
+        both = [jobs.add(order(viewer), 2, "image/png") for viewer in (1, 2)]
+        for job in both:
+            await ended(jobs, job)
+        assert [client for client, _, _ in engine.orders if client] == [1, 1, 2, 2]
+
+    work(engine, test)
+
+
+def test_a_failed_job_says_why() -> None:
+    async def test(jobs: Jobs) -> None:
+        job = jobs.add(order(), 3, "image/png")
+        await ended(jobs, job)
+        assert (job.state, job.error) == (JobState.FAILED, "camera: there is none")
+
+    work(FakeEngine(failure=UserError("camera: there is none")), test)
+
+
+def test_a_job_survives_the_loss_of_its_worker() -> None:
+    async def test(jobs: Jobs) -> None:
+        job = jobs.add(order(), 3, "image/png")
+        assert (await ended(jobs, job))[-1] == (JobState.DONE, 3)
+
+    work(FakeEngine(deaths=(3,)), test)
+
+
+def test_a_job_that_ends_every_worker_fails_in_the_end() -> None:
+    async def test(jobs: Jobs) -> None:
+        job = jobs.add(order(), 3, "image/png")
+        assert (await ended(jobs, job))[-1][0] is JobState.FAILED
+
+    work(FakeEngine(deaths=tuple(range(2, 100))), test)
+
+
+def test_too_many_jobs_are_turned_away() -> None:
+    async def test(jobs: Jobs) -> None:
+        for _ in range(4):
+            jobs.add(order(), 1, "image/png")
+        with pytest.raises(TooBusyError, match="4 jobs"):
+            jobs.add(order(), 1, "image/png")
+
+    work(FakeEngine(), test)
+
+
+def test_a_running_job_can_be_cancelled_and_the_next_one_runs() -> None:
+    engine = FakeEngine()
+
+    async def test(jobs: Jobs) -> None:
+        engine.gate = asyncio.Event()
+        first, second = (jobs.add(order(viewer), 2, "image/png") for viewer in (1, 2))
+        while first.state is JobState.QUEUED:
+            await asyncio.sleep(0)
+        jobs.remove(first.id)
+        assert first.state is JobState.CANCELLED
+        with pytest.raises(UnknownJobError):
+            jobs.find(first.id)
+        engine.gate.set()
+        assert (await ended(jobs, second))[-1][0] is JobState.DONE
+        assert engine.left == [1, 2]
+        assert all(client != 1 for client, _, _ in engine.orders)
+
+    work(engine, test)
+
+
+def test_a_job_that_waits_can_be_cancelled() -> None:
+    engine = FakeEngine()
+
+    async def test(jobs: Jobs) -> None:
+        first, second, third = (jobs.add(order(viewer), 1, "image/png") for viewer in (1, 2, 3))
+        jobs.remove(second.id)
+        await ended(jobs, third)
+        assert (first.state, second.state) == (JobState.DONE, JobState.CANCELLED)
+        assert all(client != 2 for client, _, _ in engine.orders)
+
+    work(engine, test)
+
+
+def test_results_are_kept_for_a_time_only() -> None:
+    async def test(jobs: Jobs) -> None:
+        job = jobs.add(order(), 1, "image/png")
+        await ended(jobs, job)
+        while jobs.all:
+            await asyncio.sleep(0.01)
+
+    work(FakeEngine(), test, keep_seconds=0.02)
+
+
+def test_the_oldest_results_go_when_they_are_too_large() -> None:
+    async def test(jobs: Jobs) -> None:
+        made = [jobs.add(order(), 1, "image/png") for _ in range(3)]
+        await ended(jobs, made[-1])
+        await asyncio.sleep(0.01)
+        assert jobs.all == made[1:]
+
+    work(FakeEngine(), test, keep_bytes=len(b"image") * 2)
