@@ -18,6 +18,7 @@ import { isFinalClose } from "./protocol.js";
 const FIRST_PAUSE = 0.5;
 const LONGEST_PAUSE = 10;
 const GROWTH = 1.7;
+const PROBE_TIMEOUT = 3000;
 /** Bytes waiting in the browser above which newer messages would only queue behind older ones. */
 const CONGESTED = 4096;
 
@@ -133,7 +134,7 @@ export class Connection {
 
   /** Why the server lets nobody in from here; undefined when it is only out of reach. */
   async #refusal() {
-    const answer = await fetch(this.#probe).catch(() => null);
+    const answer = await fetch(this.#probe, { signal: AbortSignal.timeout(PROBE_TIMEOUT) }).catch(() => null);
     return REFUSALS.get(answer?.status ?? 0);
   }
 

@@ -1,15 +1,15 @@
 /** Wires the page: what the user does becomes poses and settings; what the server sends becomes pictures and words. */
 
-import { readLink, writeLink } from "./link.js";
+import { Address } from "./address.js";
+import { writeLink } from "./link.js";
 import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
-import { returnFocus } from "./ui/focus.js";
+import { showMode, wireControls } from "./ui/controls.js";
 import { Notice } from "./ui/notice.js";
 import { Overlay } from "./ui/overlay.js";
-import { button, byId, text } from "./ui/page.js";
+import { byId } from "./ui/page.js";
 import { Panel } from "./ui/panel.js";
 import { copyAddress, download } from "./ui/share.js";
-import { listenForShortcuts } from "./ui/shortcuts.js";
 import { Standing } from "./ui/standing.js";
 import { Uploader } from "./ui/uploader.js";
 import { Views } from "./ui/views.js";
@@ -27,23 +27,17 @@ import { openScreen } from "./viewer/screen.js";
 
 /** Rest of a resized window before frames of the new size are asked for [ms]. */
 const RESIZE_REST = 150;
-/** Rest of the camera before the address tells where it is [ms]: browsers allow few changes of it. */
-const ADDRESS_REST = 700;
 
 const api = new URL("api/v1/", document.baseURI);
 const scenes = new URL("scenes", api);
 const canvas = byId("view", HTMLCanvasElement);
 const sceneSelect = byId("scene", HTMLSelectElement);
 const cameraSelect = byId("camera", HTMLSelectElement);
-const modes = byId("mode", HTMLFieldSetElement);
-const help = byId("help", HTMLDialogElement);
 
 /** The scene that the camera stands in. @type {SceneInfo | null} */
 let scene = null;
 /** The newest frame on the screen. @type {Frame | null} */
 let shown = null;
-/** What the address asks for and the page has not yet shown. */
-let link = readLink(location.hash);
 
 const screen = await openScreen(canvas);
 const lens = new Lens(canvas);
@@ -52,11 +46,12 @@ const overlay = new Overlay();
 const notice = new Notice(() => session.connect());
 const standing = new Standing(overlay, notice);
 const navigation = new Navigation(canvas, camera, wake);
+const address = new Address(() => scene && writeLink(scene.id, here(), panel.values), follow);
 const panel = new Panel({
   settings: (settings) => change({ settings }),
   stream: (stream) => change({ stream }),
 });
-const wanted = { size: lens.size, stream: panel.stream, ...(link.scene !== undefined && { scene: link.scene }) };
+const wanted = { size: lens.size, stream: panel.stream, ...(address.scene !== undefined && { scene: address.scene }) };
 const session = new Session(api, wanted, {
   connection(state) {
     if (state.state === "connecting") screen.restart();
@@ -69,7 +64,8 @@ const session = new Session(api, wanted, {
     offerScenes(welcome.scenes);
     sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
     // One change of both: a second one would wait for the first frame.
-    change({ size: lens.size, ...settingsOfLink() });
+    const words = address.takeSettings();
+    change({ size: lens.size, ...(Object.keys(words).length > 0 && { settings: panel.take(words) }) });
     navigation.halfHeight = Math.tan(lens.fov / 2);
   },
   scene: enter,
@@ -101,7 +97,7 @@ function wake() {
     const moving = navigation.advance(now);
     const waiting = poses.update(camera.matrix(), lens.fov);
     if (moving || waiting) wake();
-    addressSoon();
+    address.tellSoon();
   });
 }
 
@@ -110,7 +106,7 @@ function change(wanted) {
   session.change(wanted);
   standing.asked(wanted.scene !== undefined);
   document.body.toggleAttribute("data-busy", true);
-  addressSoon();
+  address.tellSoon();
 }
 
 function askForSize() {
@@ -126,45 +122,40 @@ function askForSizeSoon() {
   resizeTimer = setTimeout(askForSize, RESIZE_REST);
 }
 
-// --- the address -----------------------------------------------------------------------------------------------------
+// --- views and links -------------------------------------------------------------------------------------------------
+
+/** Takes a view of the scene, or that of the chosen camera. @param {View} [view] */
+function stand(view) {
+  const chosen = scene?.cameras[Number(cameraSelect.value)];
+  if (!scene || !chosen) return;
+  lens.yfov = view?.yfov ?? chosen.yfov;
+  navigation.halfHeight = Math.tan(lens.fov / 2);
+  if (view) camera.place = view;
+  else camera.setMatrix(chosen.matrix);
+  navigation.start(scene.bounds);
+}
+
+const home = () => stand();
 
 /** @returns {View} */
 function here() {
   return { ...camera.place, yfov: lens.yfov };
 }
 
-function tellAddress() {
-  if (scene) history.replaceState(null, "", `#${writeLink(scene.id, here(), panel.values)}`);
-}
-
-/** @type {ReturnType<typeof setTimeout> | undefined} */
-let addressTimer;
-function addressSoon() {
-  clearTimeout(addressTimer);
-  addressTimer = setTimeout(tellAddress, ADDRESS_REST);
-}
-
-/** Those that the schema allows, once. @returns {import("./protocol.js").Change} */
-function settingsOfLink() {
-  if (Object.keys(link.settings).length === 0) return {};
-  const settings = panel.take(link.settings);
-  link = { ...link, settings: {} };
-  return { settings };
-}
-
 /** The user gave the page another link. */
 function follow() {
-  link = readLink(location.hash);
-  if (link.scene !== undefined && link.scene !== session.wanted.scene) {
-    change({ scene: link.scene, settings: panel.take(link.settings) });
+  const settings = panel.take(address.takeSettings());
+  const wanted = address.scene;
+  if (wanted !== undefined && wanted !== session.wanted.scene) {
+    change({ scene: wanted, settings });
   } else if (scene) {
-    change({ settings: panel.take(link.settings) });
-    stand(link.view);
+    change({ settings });
+    stand(address.takeView(scene.id));
   }
 }
 
 async function copyLink() {
-  tellAddress();
+  address.tell();
   notice.say((await copyAddress()) ? "The link is copied" : "The link is in the address bar");
 }
 
@@ -194,22 +185,10 @@ function enter(entered) {
   if (!stays) {
     offer(cameraSelect, entered.cameras.map(({ name }, index) => ({ value: String(index), label: name || `Camera ${index + 1}` })));
     cameraSelect.value = "0";
-    stand(link.scene === undefined || link.scene === entered.id ? link.view : undefined);
-    link = { settings: link.settings };
+    stand(address.takeView(entered.id));
   }
   poses.forget();
   wake();
-}
-
-/** Takes a view of the scene, or that of the chosen camera. @param {View} [view] */
-function stand(view) {
-  const chosen = scene?.cameras[Number(cameraSelect.value)];
-  if (!scene || !chosen) return;
-  lens.yfov = view?.yfov ?? chosen.yfov;
-  navigation.halfHeight = Math.tan(lens.fov / 2);
-  if (view) camera.place = view;
-  else camera.setMatrix(chosen.matrix);
-  navigation.start(scene.bounds);
 }
 
 /** @param {Frame} frame @returns {Promise<import("./session.js").Seen | null>} */
@@ -253,9 +232,7 @@ function refused({ code, message }) {
 /** @param {import("./viewer/navigation.js").Mode} mode */
 function move(mode) {
   navigation.setMode(mode);
-  for (const radio of document.querySelectorAll("input[name=mode]")) {
-    if (radio instanceof HTMLInputElement) radio.checked = radio.value === mode;
-  }
+  showMode(mode);
 }
 
 async function lockPointer() {
@@ -275,55 +252,20 @@ async function openUploaded(id) {
   change({ scene: id });
 }
 
-/** @param {boolean} open */
-function showStatistics(open) {
-  text("details").hidden = !open;
-  button("toggle-stats").setAttribute("aria-pressed", String(open));
-}
-
-const toggleStatistics = () => showStatistics(text("details").hidden !== false);
-
-const toggleFullScreen = () =>
-  document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen();
-
-const home = () => stand();
-
 navigation.onSpeed = (speed) => notice.say(`Speed × ${speed.toPrecision(2)}`);
 navigation.onHome = home;
 navigation.onMode = () => move(navigation.mode === "fly" ? "orbit" : "fly");
-sceneSelect.addEventListener("change", () => change({ scene: sceneSelect.value }));
-cameraSelect.addEventListener("change", home);
-modes.addEventListener("change", ({ target }) => {
-  if (target instanceof HTMLInputElement) move(target.value === "orbit" ? "orbit" : "fly");
+wireControls({
+  move,
+  home,
+  lock: lockPointer,
+  copyLink,
+  savePicture,
+  openFile: () => uploader.choose(),
+  settings: () => panel.sheet.toggle(),
+  bookmarks: () => views.sheet.toggle(),
+  bookmark: (number) => views.go(number),
+  scene: (id) => change({ scene: id }),
 });
-for (const control of [sceneSelect, cameraSelect, modes]) returnFocus(control, canvas);
-button("home").addEventListener("click", home);
-button("lock").addEventListener("click", lockPointer);
-button("toggle-stats").addEventListener("click", toggleStatistics);
-button("toggle-help").addEventListener("click", () => help.showModal());
-button("toggle-full").addEventListener("click", toggleFullScreen);
-button("copy-link").addEventListener("click", copyLink);
-button("save-picture").addEventListener("click", savePicture);
-document.addEventListener("fullscreenchange", () => {
-  button("toggle-full").setAttribute("aria-pressed", String(document.fullscreenElement !== null));
-});
-window.addEventListener("hashchange", follow);
-const bookmarkKeys = Array.from({ length: 9 }, (_, index) => [`Digit${index + 1}`, () => views.go(index + 1)]);
-listenForShortcuts({
-  KeyF: () => move("fly"),
-  KeyO: () => move("orbit"),
-  KeyR: home,
-  KeyL: lockPointer,
-  KeyI: toggleStatistics,
-  KeyM: toggleFullScreen,
-  KeyP: () => panel.sheet.toggle(),
-  KeyB: () => views.sheet.toggle(),
-  KeyC: copyLink,
-  KeyX: savePicture,
-  KeyU: () => uploader.choose(),
-  KeyH: () => help.showModal(),
-  ...Object.fromEntries(bookmarkKeys),
-});
-showStatistics(!matchMedia("(max-width: 720px)").matches); // a phone's window is for the picture
 new ResizeObserver(askForSizeSoon).observe(canvas);
 session.connect();

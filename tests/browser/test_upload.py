@@ -89,6 +89,15 @@ def test_says_why_a_file_was_not_taken(
     complaints.clear()  # the browser notes the status by itself
 
 
+def test_a_server_takes_what_the_page_sends(page: Page, gradients: Running) -> None:
+    page.goto(str(gradients.http.base_url))
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    page.locator("#file").set_input_files(HALL | {"name": "kitchen.glb"})
+    expect(page).to_have_title(re.compile("kitchen.* – lumenwalk"))
+    expect(page.locator("#scene option:checked")).to_have_text("kitchen")
+    expect(page.locator("#phase")).to_contain_text("sharp")
+
+
 def test_an_upload_can_be_cancelled_and_another_waits_for_it(page: Page, stage: Stage) -> None:
     answers(page, lambda _: None)  # never answered
     page.locator("#file").set_input_files(HALL)

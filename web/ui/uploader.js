@@ -24,7 +24,6 @@ export class Uploader {
     this.#scenes = scenes;
     this.#opened = opened;
     this.#complain = complain;
-    button("open-file").addEventListener("click", () => this.choose());
     button("upload-cancel").addEventListener("click", () => this.#current?.abort());
     this.#input.addEventListener("change", () => {
       this.#send([...(this.#input.files ?? [])]);

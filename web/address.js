@@ -1,0 +1,60 @@
+/** The page's address tells what is seen, so that a link or a reload brings it back. */
+
+import { readLink } from "./link.js";
+
+/** @typedef {import("./link.js").Link} Link */
+/** @typedef {import("./link.js").View} View */
+
+/** Rest of the camera before the address tells where it is [ms]: browsers allow few changes of it. */
+const REST = 700;
+
+export class Address {
+  /** What the address asked for and is not yet shown. @type {Link} */
+  #asked = readLink(location.hash);
+  #words;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #timer;
+
+  /**
+   * @param {() => string | null} words of what is seen now; null while there is nothing
+   * @param {() => void} follow called when the user gave the page another link
+   */
+  constructor(words, follow) {
+    this.#words = words;
+    window.addEventListener("hashchange", () => {
+      this.#asked = readLink(location.hash);
+      follow();
+    });
+  }
+
+  /** The scene that is asked for. */
+  get scene() {
+    return this.#asked.scene;
+  }
+
+  /** The settings that are asked for, as words: once. */
+  takeSettings() {
+    const { settings } = this.#asked;
+    this.#asked = { ...this.#asked, settings: {} };
+    return settings;
+  }
+
+  /** The view of this scene that is asked for: once. @param {string} scene id @returns {View | undefined} */
+  takeView(scene) {
+    const { scene: wanted, view, settings } = this.#asked;
+    this.#asked = { settings };
+    return wanted === undefined || wanted === scene ? view : undefined;
+  }
+
+  /** Tells what is seen, now. */
+  tell() {
+    const words = this.#words();
+    if (words !== null) history.replaceState(null, "", `#${words}`);
+  }
+
+  /** Tells it when nothing has changed for a moment. */
+  tellSoon() {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.tell(), REST);
+  }
+}
