@@ -21,21 +21,21 @@ from tests.load.recorder import Recorder
 from tests.load.relay import relay
 from tests.load.rest import Answers, Stills, drive, rest_row
 from tests.load.results import environment, save
+from tests.load.soak import Soak
+from tests.load.soak import soak as soak_service
 
 
 async def run(options: argparse.Namespace) -> int:
     """One crowd, and stills beside it."""
-    level, answers = level_of(options), Answers()
-    async with open_target(options, options.viewers) as target, asyncio.TaskGroup() as tasks:
-        stills = None
+    level, plan, answers = level_of(options), plan_of(options), Answers()
+    whole = options.warm_up + options.seconds
+    async with open_target(options, options.viewers) as target:
+        row, _ = await asyncio.gather(
+            measure(target, plans(plan, options.viewers, options.decode), options.seconds, options.warm_up),
+            drive(target, Stills(options.rest_rate), whole, answers),
+        )
         if options.rest_rate:
-            beside = options.warm_up + options.seconds
-            stills = tasks.create_task(drive(target, Stills(options.rest_rate), beside, answers))
-        wanted = plans(plan_of(options), options.viewers, options.decode)
-        row = await measure(target, wanted, options.seconds, options.warm_up)
-        if stills:
-            await stills
-            row |= {"rest": rest_row(answers, options.warm_up + options.seconds)}
+            row["rest"] = rest_row(answers, whole)
             row["errors"] |= row["rest"]["errors"]
         results = {"environment": await environment(target), "options": said(options), "rows": [row]}
     save(options.out, "run", results)
@@ -97,6 +97,19 @@ async def faults(options: argparse.Namespace) -> int:
     return tell(missed)
 
 
+async def soak(options: argparse.Namespace) -> int:
+    """Many visits; fewer scenes are kept than there are, so that they are loaded again and again."""
+    what = Soak(plan_of(options), 60.0 * options.minutes, options.viewers, options.rest_rate, options.growth)
+    async with open_target(options, options.viewers, ("--max-scenes", "3")) as target:
+        row = await soak_service(target, what)
+        where = await environment(target)
+    save(options.out, "soak", {"environment": where, "options": said(options), "row": row})
+    print(f"{row['visits']} visits, {row['changes']} changes, {row['frames']} frames, {row['uploads']} uploads")
+    for name, line in row["growth"].items():
+        print(f"{name[:-3]:7} {line['last']:8.1f} MB, {line['mb_a_minute']:+.3f} ± {line['error']:.3f} MB a minute")
+    return tell(row["missed"])
+
+
 async def record(options: argparse.Namespace) -> int:
     """A walk in a browser."""
     if options.out is None:
@@ -114,12 +127,27 @@ async def record(options: argparse.Namespace) -> int:
     return 0
 
 
+async def plots(options: argparse.Namespace) -> int:
+    """Pictures of results."""
+    if options.out is None:
+        raise UserError("--out: the folder of results to plot is needed")
+    try:
+        from tests.load.plots import draw
+    except ImportError:
+        raise UserError("plots need matplotlib: pip install matplotlib") from None
+    for file in draw(options.out):
+        print(file)
+    return 0
+
+
 COMMANDS: dict[str, Callable[[argparse.Namespace], Coroutine[None, None, int]]] = {
     "run": run,
     "ramp": ramp,
     "rest": rest,
     "faults": faults,
+    "soak": soak,
     "record": record,
+    "plots": plots,
 }
 
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tests.load.viewer import Log, Seen
 
@@ -70,13 +71,13 @@ class Slope:
         return abs(self.gain) > 3.0 * self.error
 
 
-def slope(xs: Sequence[float], ys: Sequence[float], blocks: int = 20) -> Slope:
+def slope(xs: ArrayLike, ys: ArrayLike, blocks: int = 20) -> Slope:
     """Least squares through means of up to `blocks` blocks: samples that follow each other are not independent."""
-    count = min(blocks, len(xs) // 2)
+    x, y = np.asarray(xs, np.float64), np.asarray(ys, np.float64)
+    count = min(blocks, len(x) // 2)
     if count < 3:
         return Slope(0.0, float("inf"))
-    x = np.array([block.mean() for block in np.array_split(np.asarray(xs, np.float64), count)])
-    y = np.array([block.mean() for block in np.array_split(np.asarray(ys, np.float64), count)])
+    x, y = (np.array([block.mean() for block in np.array_split(values, count)]) for values in (x, y))
     spread_x = ((x - x.mean()) ** 2).sum()
     gain = float(((x - x.mean()) * (y - y.mean())).sum() / spread_x)
     rest = y - y.mean() - gain * (x - x.mean())

@@ -32,13 +32,14 @@ def parser() -> argparse.ArgumentParser:
         prog="python -m tests.load", description=ABOUT, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     commands = main.add_subparsers(required=True, dest="command", metavar="COMMAND")
-    target, walk, level, out = _target(), _walk(), _level(), _out()
+    target, walk, out = _target(), _walk(), _out()
+    crowd = [target, walk, _measured(), out]
 
-    run = commands.add_parser("run", parents=[target, walk, level, out], help="measure viewers; 1 if a level is missed")
+    run = commands.add_parser("run", parents=crowd, help="measure viewers; 1 if a level is missed")
     run.add_argument("--viewers", type=int, default=4, metavar="N", help="at the same time (%(default)s)")
     run.add_argument("--rest-rate", type=float, default=0.0, metavar="X", help="stills a second beside them (0)")
 
-    ramp = commands.add_parser("ramp", parents=[target, walk, level, out], help="find how many viewers get the level")
+    ramp = commands.add_parser("ramp", parents=crowd, help="find how many viewers get the level")
     ramp.add_argument("--viewers", type=_numbers, metavar="N,N,…", help="measure these numbers, instead of searching")
     ramp.add_argument("--most", type=int, default=64, metavar="N", help="search up to so many (%(default)s)")
     ramp.add_argument("--require", type=int, default=1, metavar="N", help="fail if fewer get the level (%(default)s)")
@@ -132,10 +133,7 @@ def _walk() -> argparse.ArgumentParser:
     group = _group()
     group.add_argument("--size", type=parse_size, default="1280x720", metavar="WxH", help="of frames (%(default)s)")
     group.add_argument("--hz", type=float, default=30.0, metavar="X", help="poses a second (%(default)s)")
-    group.add_argument("--seconds", type=float, default=20.0, metavar="X", help="measured (%(default)s)")
-    group.add_argument("--warm-up", type=float, default=3.0, metavar="X", help="seconds before that (%(default)s)")
     group.add_argument("--path", default="walk", metavar="PATH", help=f"{', '.join(MADE)} or a recorded file (walk)")
-    group.add_argument("--decode", type=int, default=1, metavar="N", help="viewers that decode (%(default)s)")
     group.add_argument("--seed", type=int, default=0, metavar="N", help="of paths and chances (%(default)s)")
     group.add_argument("--sp-clusters", type=int, metavar="N", help="render setting (by device)")
     group.add_argument("--vpl-clusters", type=int, metavar="N", help="render setting (by device)")
@@ -143,8 +141,11 @@ def _walk() -> argparse.ArgumentParser:
     return group
 
 
-def _level() -> argparse.ArgumentParser:
+def _measured() -> argparse.ArgumentParser:
     group = _group()
+    group.add_argument("--seconds", type=float, default=20.0, metavar="X", help="measured (%(default)s)")
+    group.add_argument("--warm-up", type=float, default=3.0, metavar="X", help="seconds before that (%(default)s)")
+    group.add_argument("--decode", type=int, default=1, metavar="N", help="viewers that decode (%(default)s)")
     group.add_argument("--age", type=float, default=100.0, metavar="MS", help="95 %% of frames: pose to bytes (100)")
     group.add_argument("--decoded", type=float, metavar="MS", help="95 %% of frames: pose to decoded (not asked for)")
     group.add_argument("--fps", type=float, default=10.0, metavar="X", help="frames a second, at least (10)")
