@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 from gpu.errors import UserError
+from tests.bench.store import Budget
 from tests.bench.subjects import Size
 from tests.bench.suite import Suite
 
@@ -53,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--groups", nargs="+", default=[], metavar="GROUP", help="only these groups of the sweep")
     command.add_argument("--size", type=size_of, default=(1024, 720), help="where no reference says it (1024x720)")
     command.add_argument("--device", help="cpu, cuda:0, …")
-    command.add_argument("--seconds", type=float, help="start no new row after this time")
+    command.add_argument("--seconds", type=float, help="start no new row after this time; parts share it")
     command.add_argument("--reference-samples", type=int, help="paths a pixel of references (4096; on a CPU 256)")
     command.add_argument("--quick", action="store_true", help="a trial with much less of everything")
     command.add_argument("--update", action="store_true", help="of the gate: what is rendered now becomes the measure")
@@ -82,10 +83,11 @@ def main() -> int:
             groups=tuple(options.groups),
             size=options.size,
             quick=options.quick,
-            seconds=options.seconds,
             reference_samples=options.reference_samples,
         )
-        for part in parts:
+        budget = Budget(options.seconds)
+        for number, part in enumerate(parts):
+            suite.budget = budget.share(len(parts) - number)
             import_module(f"tests.bench.{part}").run(suite)
     except UserError as error:
         print(error, file=sys.stderr)

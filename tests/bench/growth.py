@@ -25,7 +25,10 @@ QUICK_SIDES = 16
 
 
 def run(suite: Suite) -> None:
-    """The part of the command line; the ends of each range come before what lies between."""
+    """The part of the command line: over SPs and VPLs of the first scene named, and triangles of the hall.
+
+    The ends of each range come before what lies between.
+    """
     name = suite.names[0] if suite.names else SCENE
     share = QUICK_SIDES if suite.quick else 1
     fixed = (SIZE[0] // share, SIZE[1] // share)

@@ -17,14 +17,20 @@ def run(suite: Suite) -> None:
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise UserError("plots need matplotlib: pip install 'lumenwalk[bench]'") from error
-    from tests.bench import growth_plots, quality_plots, sweep_plots
+    from tests.bench import growth_plots, quality_plots, setting_plots, sweep_plots
     from tests.bench.charts import use_style
     from tests.bench.tables import report
 
     use_style()
     rows = {part: rows_of(suite.out / f"{part}.json", suite.names) for part in MEASURED}
     makers: dict[str, tuple[Callable[[list[Row], Path], Plots], ...]] = {
-        "sweep": (sweep_plots.error_over_time, sweep_plots.stage_stacks, sweep_plots.grids),
+        "sweep": (
+            sweep_plots.error_over_time,
+            sweep_plots.stage_stacks,
+            sweep_plots.grids,
+            setting_plots.fuzziness,
+            setting_plots.vpls,
+        ),
         "decompose": (quality_plots.error_parts,),
         "temporal": (quality_plots.flicker_bars,),
         "peers": (sweep_plots.peers_over_time,),

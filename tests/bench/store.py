@@ -44,6 +44,10 @@ class Budget:
         """Whether the time is over."""
         return self._end is not None and self._clock() >= self._end
 
+    def share(self, parts: int) -> "Budget":
+        """One of `parts` equal shares of what is left."""
+        return Budget(None if self._end is None else (self._end - self._clock()) / parts, self._clock)
+
 
 class Results:
     """The rows of one part in a JSON file, each with a `key` of its own, saved whenever one is added.

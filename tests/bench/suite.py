@@ -32,14 +32,12 @@ class Suite:
     groups: tuple[str, ...] = ()
     size: Size = (1024, 720)
     quick: bool = False
-    seconds: float | None = None
     reference_samples: int | None = None
-    budget: Budget = field(init=False)
+    budget: Budget = field(default_factory=lambda: Budget(None))
     _subjects: dict[str, Subject] = field(default_factory=dict)
     _pool: ErrorPool = field(default_factory=ErrorPool)
 
     def __post_init__(self) -> None:
-        self.budget = Budget(self.seconds)
         self._device = choose_device(self.device)
 
     @property

@@ -13,6 +13,7 @@ from tests.bench.charts import (
     GREY,
     INK,
     ORANGE,
+    OTHER_STAGES,
     PURPLE,
     SEQUENCE,
     SKY,
@@ -66,8 +67,13 @@ def _curves(axes: Axes, rows: list[Row], error: str, metric: str) -> None:
             axes.plot(*zip(*points, strict=True), "o", color=colour, alpha=0.25, ms=3.5, mew=0)
             points = front(points)
         axes.plot(*zip(*points, strict=True), "o-", color=colour, label=label)
-    for group, colour, label in (("default", VERMILION, "default settings"), ("paper", BLUE, "the paper's settings")):
-        points = points_of([row for row in rows if group in row["groups"]], error, metric)
+    marked = {"the paper's settings": (BLUE, [row for row in rows if "paper" in row["groups"]])}
+    for row in rows:
+        if "default" in row["groups"]:
+            colour = (VERMILION, *OTHER_STAGES)[len(marked) - 1]
+            marked[f"{row['settings']['method']}, default settings"] = (colour, [row])
+    for label, (colour, own) in marked.items():
+        points = points_of(own, error, metric)
         if points:
             x, y = zip(*points, strict=True)
             axes.plot(x, y, "D", color="white", mec=colour, mew=1.6, ms=6.5, zorder=5, label=label)

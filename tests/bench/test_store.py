@@ -58,6 +58,21 @@ def test_the_first_rows_are_measured_when_the_budget_does_not_last(tmp_path: Pat
     assert left == 2
 
 
+def test_parts_share_what_is_left() -> None:
+    now = [0.0]
+    whole = Budget(30.0, lambda: now[0])
+    first = whole.share(3)
+    now[0] = 4.0
+    assert not first.spent()
+    rest = whole.share(2)
+    now[0] = 10.0
+    assert first.spent()
+    assert not rest.spent()
+    now[0] = 17.0
+    assert rest.spent()
+    assert not Budget(None).share(2).spent()
+
+
 def test_a_row_that_was_measured_survives_a_later_ones_failure(tmp_path: Path) -> None:
     path = tmp_path / "part.json"
 
