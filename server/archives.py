@@ -2,6 +2,7 @@
 
 import stat
 import zipfile
+import zlib
 from pathlib import Path, PurePosixPath
 from shutil import copyfileobj
 
@@ -31,7 +32,7 @@ def unpack(archive: Path, folder: Path, max_bytes: int) -> Path:
                     copyfileobj(source, file)
     except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError) as error:
         raise SceneError(archive.name, "", f"not a .zip file that can be unpacked: {error}") from None
-    except zipfile.zlib.error as error:
+    except zlib.error as error:
         raise SceneError(archive.name, "", f"broken data in the .zip file: {error}") from None
     scenes = [path for path in entries if path.suffix.lower() in SUFFIXES]
     if len(scenes) != 1:

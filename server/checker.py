@@ -131,6 +131,7 @@ class Checker:
         try:
             return _answer.validate_json(output)
         except ValidationError:
+            assert process.returncode is not None
             raise SceneError(name, "", self._death(process.returncode)) from None
 
     def _too_long(self) -> str:

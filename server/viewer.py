@@ -32,7 +32,7 @@ from server.protocol import (
     stage_slots,
 )
 from server.ratelimit import Bucket
-from server.scenes import UnknownSceneError
+from server.refusals import UnknownSceneError
 from server.service import Service
 from server.session import MAX_LOSSES, Order, Qualities, Session
 

@@ -5,7 +5,8 @@ import pytest
 
 from gpu.errors import UserError
 from server.messages import SceneRef
-from server.scenes import Catalogue, UnknownSceneError
+from server.refusals import UnknownSceneError
+from server.scenes import Catalogue
 
 
 @pytest.fixture
