@@ -3,12 +3,14 @@
 
 BIN := .venv/bin
 SCENE ?=
+URL ?=
+VIEWERS ?=
 ARGS ?=
 PYTHON ?=
 export PYTHON
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint types-js unit-js browser bench format lock clean
+.PHONY: help run test lint types-js unit-js browser bench load format lock clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -27,6 +29,9 @@ lint: .venv/.installed types-js ## style and types
 bench: .venv/.installed ## measure times and errors, with plots, into build/bench: hours on a CPU; ARGS="--quick" is a trial
 	$(BIN)/python -m pip install --quiet --no-build-isolation --editable .[bench]
 	$(BIN)/python -m tests.bench $(ARGS)
+
+load: .venv/.installed ## walk with VIEWERS (4) viewers through the service at URL, or through one started for it; 1 if they get too little
+	$(BIN)/python -m tests.load run $(if $(URL),--url "$(URL)",--serve) $(if $(VIEWERS),--viewers $(VIEWERS)) $(ARGS)
 
 format: .venv/.installed ## lay out the Python files as lint wants them
 	$(BIN)/ruff format .

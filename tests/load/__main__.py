@@ -134,7 +134,7 @@ async def plots(options: argparse.Namespace) -> int:
     try:
         from tests.load.plots import draw
     except ImportError:
-        raise UserError("plots need matplotlib: pip install matplotlib") from None
+        raise UserError("plots need matplotlib: pip install --editable .[bench]") from None
     for file in draw(options.out):
         print(file)
     return 0
