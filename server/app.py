@@ -12,7 +12,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from gpu.errors import UserError
-from server import errors, health, job_api, monitor, render_api, scene_api, stream
+from server import docs, errors, health, job_api, monitor, render_api, scene_api, stream
 from server.checker import CHECK, Checker
 from server.engine import WORKER, Activity, Engine, EngineState
 from server.logs import configure
@@ -57,7 +57,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
         version=version("lumenwalk"),
         description="Global-illumination walkthroughs: stills over REST, walks over a WebSocket (/api/v1/stream).",
         openapi_url="/api/openapi.json",
-        docs_url="/api/docs",
+        docs_url=None,
         redoc_url=None,
         lifespan=lifespan,
     )
@@ -67,8 +67,9 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     app.add_middleware(RequestLimit, service=service)
     app.add_middleware(Guard, settings=settings, metrics=service.metrics)
     errors.install(app)
-    for router in (health.router, monitor.router, render_api.router, scene_api.router, job_api.router, stream.router):
-        app.include_router(router)
+    for part in (docs, health, monitor, render_api, scene_api, job_api, stream):
+        app.include_router(part.router)
+    app.mount("/api/docs/files", docs.swagger)
     app.mount("/", Pages())
     return app
 
