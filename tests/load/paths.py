@@ -2,14 +2,12 @@
 
 import json
 import math
+import random
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from gpu.errors import UserError
 from server.protocol import Bounds, check_rigid
@@ -18,8 +16,7 @@ YFOV = 1.0  # [rad]
 ORBIT_SECONDS, WALK_SECONDS = 20.0, 40.0
 # How much of the box paths keep to, as a share of its half: the outermost of it is walls.
 ORBIT_SHARE, WALK_SHARE = 0.6, 0.5
-UP = np.array([0.0, 1.0, 0.0])
-Vector = NDArray[np.float64]
+Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -40,39 +37,43 @@ class CameraPath(Protocol):
 PathMaker = Callable[[Bounds, int], CameraPath]
 
 
-@dataclass(frozen=True)
 class Orbit:
     """Round the middle of the box, which the camera looks at."""
 
-    bounds: Bounds
-    seed: int
+    def __init__(self, bounds: Bounds, seed: int) -> None:
+        """The seed says where it starts, which way it goes and how high."""
+        chance = random.Random(seed)
+        self._centre, self._half = _box(bounds)
+        self._start = chance.uniform(0.0, 2.0 * math.pi)
+        self._speed = chance.choice([-1.0, 1.0]) * 2.0 * math.pi / ORBIT_SECONDS
+        self._height = chance.uniform(-0.5, 0.5)
 
     def at(self, seconds: float) -> View:
-        """One round takes ORBIT_SECONDS; the seed says where it starts, which way it goes and how high."""
-        start, side, height = np.random.default_rng(self.seed).uniform(-1.0, 1.0, 3)
-        angle = math.pi * start + math.copysign(2.0 * math.pi, side) * seconds / ORBIT_SECONDS
-        centre, half = _box(self.bounds)
-        share = ORBIT_SHARE * np.array([math.cos(angle), 0.5 * height, math.sin(angle)])
-        return View(looking(centre + share * half, -share * half), YFOV)
+        """One round takes ORBIT_SECONDS."""
+        angle = self._start + self._speed * seconds
+        around = (math.cos(angle), self._height, math.sin(angle))
+        away = _times(ORBIT_SHARE, around, self._half)
+        return View(looking(_plus(self._centre, away), _times(-1.0, away)), YFOV)
 
 
-@dataclass(frozen=True)
 class Walk:
     """To and fro through the box, looking about."""
 
-    bounds: Bounds
-    seed: int
+    def __init__(self, bounds: Bounds, seed: int) -> None:
+        """The seed says where each movement starts."""
+        chance = random.Random(seed)
+        self._centre, self._half = _box(bounds)
+        self._phases = [chance.uniform(0.0, 2.0 * math.pi) for _ in range(5)]
 
     def at(self, seconds: float) -> View:
-        """Sines of periods that do not fit each other, about WALK_SECONDS, with the seed's phases."""
-        phases = np.random.default_rng(self.seed).uniform(0.0, 2.0 * math.pi, 5)
+        """Sines of periods that do not fit each other, about WALK_SECONDS."""
+        x, y, z, yaw, pitch = self._phases
         turns = 2.0 * math.pi * seconds / WALK_SECONDS
-        centre, half = _box(self.bounds)
-        place = np.sin(phases[:3] + turns * np.array([1.0, 0.31, 1.37])) * np.array([1.0, 0.3, 1.0])
-        yaw = phases[3] + 2.0 * turns + 0.6 * math.sin(5.0 * turns)
-        pitch = 0.25 * math.sin(phases[4] + 3.0 * turns)
-        ahead = np.array([math.cos(yaw) * math.cos(pitch), math.sin(pitch), math.sin(yaw) * math.cos(pitch)])
-        return View(looking(centre + WALK_SHARE * place * half, ahead), YFOV)
+        place = (math.sin(x + turns), 0.3 * math.sin(y + 0.31 * turns), math.sin(z + 1.37 * turns))
+        yaw += 2.0 * turns + 0.6 * math.sin(5.0 * turns)
+        pitch = 0.25 * math.sin(pitch + 3.0 * turns)
+        ahead = (math.cos(yaw) * math.cos(pitch), math.sin(pitch), math.sin(yaw) * math.cos(pitch))
+        return View(looking(_plus(self._centre, _times(WALK_SHARE, place, self._half)), ahead), YFOV)
 
 
 @dataclass(frozen=True)
@@ -121,12 +122,11 @@ def path_maker(name: str) -> PathMaker:
 
 def looking(eye: Vector, ahead: Vector) -> tuple[float, ...]:
     """Camera to world, column-major, from `eye` along `ahead`, which must not be straight up or down."""
-    z = -ahead / np.linalg.norm(ahead)
-    x = np.cross(UP, z)
-    x /= np.linalg.norm(x)
-    axes = np.zeros((4, 4))
-    axes[0, :3], axes[1, :3], axes[2, :3], axes[3] = x, np.cross(z, x), z, [*eye, 1.0]
-    return tuple(float(value) for value in axes.ravel())
+    z = _times(-1.0 / math.hypot(*ahead), ahead)
+    flat = math.hypot(z[0], z[2])
+    x = (z[2] / flat, 0.0, -z[0] / flat)  # up × z
+    y = (z[1] * x[2], z[2] * x[0] - z[0] * x[2], -z[1] * x[0])  # z × x
+    return (*x, 0.0, *y, 0.0, *z, 0.0, *eye, 1.0)
 
 
 def write_path(file: Path, times: Sequence[float], views: Sequence[View]) -> None:
@@ -161,5 +161,15 @@ def read_path(file: Path) -> Recorded:
 
 def _box(bounds: Bounds) -> tuple[Vector, Vector]:
     """Its middle and half its sides."""
-    low, high = np.array(bounds.min), np.array(bounds.max)
-    return (low + high) / 2.0, np.maximum((high - low) / 2.0, 1e-6)
+    sides = list(zip(bounds.min, bounds.max, strict=True))
+    x, y, z = ((low + high) / 2.0 for low, high in sides)
+    half_x, half_y, half_z = (max((high - low) / 2.0, 1e-6) for low, high in sides)
+    return (x, y, z), (half_x, half_y, half_z)
+
+
+def _plus(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _times(factor: float, a: Vector, b: Vector = (1.0, 1.0, 1.0)) -> Vector:
+    return factor * a[0] * b[0], factor * a[1] * b[1], factor * a[2] * b[2]
