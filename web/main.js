@@ -27,6 +27,8 @@ import { openScreen } from "./viewer/screen.js";
 
 /** Rest of a resized window before frames of the new size are asked for [ms]. */
 const RESIZE_REST = 150;
+/** A picture that takes longer is worth a sign [ms]. */
+const LATE = 600;
 
 const api = new URL("api/v1/", document.baseURI);
 const scenes = new URL("scenes", api);
@@ -97,15 +99,26 @@ function wake() {
     const moving = navigation.advance(now);
     const waiting = poses.update(camera.matrix(), lens.fov);
     if (moving || waiting) wake();
+    if (session.owesPicture) late ??= setTimeout(() => busy(true), LATE);
     address.tellSoon();
   });
+}
+
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let late;
+
+/** Shows that something asked for takes its time. @param {boolean} waits */
+function busy(waits) {
+  clearTimeout(late);
+  late = undefined;
+  document.body.toggleAttribute("data-busy", waits);
 }
 
 /** @param {import("./protocol.js").Change} wanted */
 function change(wanted) {
   session.change(wanted);
   standing.asked(wanted.scene !== undefined);
-  document.body.toggleAttribute("data-busy", true);
+  busy(true);
   address.tellSoon();
 }
 
@@ -201,8 +214,9 @@ async function show(frame) {
     overlay.frame(frame, String(panel.value("method") ?? ""), seen);
     document.body.toggleAttribute("data-picture", true);
     if (session.isCurrent(frame)) {
-      document.body.toggleAttribute("data-busy", false);
+      busy(false);
       standing.picture();
+      if (session.owesPicture) wake(); // the camera has gone on meanwhile
     }
     return seen;
   } catch (error) {
@@ -213,7 +227,7 @@ async function show(frame) {
 
 /** @param {import("./protocol.js").ServerError} error */
 function refused({ code, message }) {
-  document.body.toggleAttribute("data-busy", false);
+  busy(false);
   if (code === "limit" || code === "bad-message") panel.problem(message);
   if (code === "render-failed") return standing.failed("No picture", message);
   // A link to a scene that is not there leads to the one that is served.

@@ -73,6 +73,11 @@ export class Session {
     return this.scene !== null && this.#connection.open && !this.#connection.congested;
   }
 
+  /** Whether a pose was sent that no frame has shown yet. */
+  get owesPicture() {
+    return this.#sentAt.size > 0;
+  }
+
   /** Asks for another scene, size, settings or stream; what is left out stays. @param {Change} change */
   change(change) {
     Object.assign(this.#wanted, change);

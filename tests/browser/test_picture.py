@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from harness import Running
-from looking import pixel, wait_for
+from looking import hold, pixel, wait_for
 from playwright.sync_api import Locator, Page, expect
 from staged import Stage
 
@@ -150,6 +150,18 @@ def test_the_size_while_moving_can_be_locked(page: Page, quick_stage: Stage) -> 
     page.get_by_label("automatic size while moving").check()
     assert quick_stage.hear("settings", before + 3)["stream"] == {"motion_scale": None, "lossless": True}
     expect(page.locator("#motion-text")).to_have_text("by speed")
+
+
+def test_a_picture_that_takes_long_is_worth_a_sign(page: Page, quick_stage: Stage) -> None:
+    quick_stage.frame(GREY)
+    busy = page.locator("body[data-busy]")
+    expect(busy).not_to_be_attached()
+    poses = len(quick_stage.all("pose"))
+    hold(page, "KeyW", 200)
+    quick_stage.hear("pose", poses + 1)
+    expect(busy).to_be_attached()
+    quick_stage.frame(GREY)
+    expect(busy).not_to_be_attached()
 
 
 def test_settings_that_come_faster_than_answers_are_merged(page: Page, quick_stage: Stage) -> None:
