@@ -1,7 +1,11 @@
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from gradient_worker import SLOW_SEED
 from harness import Running
+
+from server import middleware
 
 
 def test_a_body_that_is_too_large_is_refused(running: Running) -> None:
@@ -24,3 +28,20 @@ def test_a_body_within_the_limit_arrives_whole(running: Running, chunked: bool) 
     content = iter([body[:7], body[7:]]) if chunked else body
     response = running.http.post("/api/v1/render", content=content, headers={"Content-Type": "application/json"})
     assert response.status_code == 200
+
+
+def test_more_requests_than_there_is_room_for_are_told_to_retry(
+    serve: Callable[..., Running], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(middleware, "SPARE_REQUESTS", 0)
+    running = serve(max_waiting_renders=1)
+    slow = {"size": [8, 8], "settings": {"seed": SLOW_SEED}}
+    with ThreadPoolExecutor(1) as pool:
+        still = pool.submit(running.http.post, "/api/v1/render", json=slow)
+        while (response := running.http.get("/api/v1/scenes")).status_code == 200 and not still.done():
+            pass
+        assert running.http.get("/healthz").status_code == 200
+        assert still.result(10).status_code == 200
+    assert (response.status_code, response.json()["code"]) == (503, "too-busy")
+    assert "Retry-After" in response.headers
+    assert running.http.get("/api/v1/scenes").status_code == 200

@@ -66,3 +66,24 @@ def test_counts_have_limits_of_the_service(name: str) -> None:
 def test_pixels_have_a_limit() -> None:
     with pytest.raises(UserError, match="size: 8×9 is 72 pixels"):
         ServerSettings().check_render((8, 9), RenderSettings(), 71)
+
+
+def test_names_come_as_a_list_or_with_commas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "lumenwalk.toml"
+    file.write_text('allowed_hosts = ["One.example", "two.example"]')
+    monkeypatch.setenv("LUMENWALK_ALLOWED_ORIGINS", "https://One.example, http://two.example:81")
+    settings = load_settings(file)
+    assert settings.allowed_hosts == ("one.example", "two.example")
+    assert settings.allowed_origins == ("https://one.example", "http://two.example:81")
+
+
+@pytest.mark.parametrize("token", ["too-short", "with a space in the middle", "ünïcödé-ünïcödé-ünïcödé"])
+def test_a_token_that_is_weak_or_cannot_be_sent_is_refused_without_being_shown(token: str) -> None:
+    with pytest.raises(UserError, match=r"token: .*16 or more") as info:
+        load_settings(flags={"token": token})
+    assert token not in str(info.value)
+
+
+def test_an_empty_variable_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LUMENWALK_TOKEN", "")
+    assert load_settings().token is None
