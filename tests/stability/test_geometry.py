@@ -105,7 +105,9 @@ def test_one_triangle(device: str, material: int, method: Method) -> None:
 @pytest.mark.parametrize("apart", [1e3, 1e6, 1e9])
 def test_two_islands_far_apart(device: str, apart: float, method: Method) -> None:
     """A room, and another one so far away that float32 hardly resolves either; at 10⁹ extents it is a point."""
-    far = [MeshPart(part.positions + (apart, 0.0, 0.0), part.triangles, material=part.material) for part in ROOM]
+    far = [
+        MeshPart(part.positions + np.array([apart, 0.0, 0.0]), part.triangles, material=part.material) for part in ROOM
+    ]
     radiance = picture([*ROOM, *far], device, method)
     if apart == 1e3:
         assert radiance.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.05)
