@@ -44,6 +44,10 @@ def test_an_orthographic_camera_becomes_one_that_shows_as_much(scene: Scene) -> 
 
 
 def test_what_was_ignored_or_dropped_is_said(scene: Scene) -> None:
-    info = describe_scene("id", scene)
+    info = describe_scene("rooms/hall.glb", scene)
     assert info.notes == ("a fog was ignored", "2 triangles without area were dropped")
-    assert (info.id, info.name, info.triangles) == ("id", "test", 1)
+    assert (info.id, info.triangles) == ("rooms/hall.glb", 1)
+
+
+def test_a_scene_is_called_by_its_id_not_by_its_path(scene: Scene) -> None:
+    assert describe_scene("rooms/hall.glb", replace(scene, name="/private/rooms/hall.glb")).name == "hall"
