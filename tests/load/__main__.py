@@ -13,7 +13,7 @@ from gpu.errors import UserError
 from tests.load.checks import Scale, quick
 from tests.load.crowd import measure, plans
 from tests.load.faults import check, chosen
-from tests.load.figures import Row, level_row, table
+from tests.load.figures import Row, table
 from tests.load.options import level_of, open_target, parser, plan_of, serve_flags, server_log
 from tests.load.paths import write_path
 from tests.load.ramp import climb, search
@@ -59,7 +59,7 @@ async def ramp(options: argparse.Namespace) -> int:
         largest = await (climb(fits, options.viewers) if options.viewers else search(fits, options.most))
         where = await environment(target)
     rows.sort(key=lambda row: row["viewers"])
-    results = {"environment": where, "options": said(options), "level": level_row(level), "largest": largest}
+    results = {"environment": where, "options": said(options), "level": asdict(level), "largest": largest}
     save(options.out, "ramp", results | {"rows": rows})
     print(f"{largest} viewers get the service level")
     first: list[str] = next((row["missed"] for row in rows if row["missed"]), [])

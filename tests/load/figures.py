@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -172,11 +172,6 @@ def table(rows: Sequence[Row]) -> str:
             f" {row['fairness']:5.2f}  {row['bottleneck']}"
         )
     return "\n".join(lines)
-
-
-def level_row(level: Level) -> Row:
-    """The level as JSON has it."""
-    return asdict(level)
 
 
 def _ms(figures: Mapping[str, float], name: str) -> str:
