@@ -12,6 +12,7 @@ import asyncio
 import itertools
 import logging
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -172,6 +173,11 @@ class Engine:
     def ready(self) -> bool:
         """Whether jobs are taken now."""
         return self._activity.state is EngineState.READY
+
+    @property
+    def waiting(self) -> Counter[Urgency]:
+        """How many jobs wait for a turn, by urgency."""
+        return Counter(place.urgency for place in self._waiting)
 
     @property
     def worker_pid(self) -> int | None:

@@ -7,6 +7,7 @@ from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from server.schedule import Urgency
 from server.service import Service, TheService
 
 router = APIRouter()
@@ -27,6 +28,10 @@ class State(Collector):
         yield GaugeMetricFamily(
             "lumenwalk_window_frames", "Frames that all viewers together may have under way.", sum(windows.values())
         )
+        queue = GaugeMetricFamily("lumenwalk_queue_jobs", "Jobs that wait for the device.", labels=["urgency"])
+        for urgency in Urgency:
+            queue.add_metric([urgency.name.lower()], service.engine.waiting[urgency])
+        yield queue
         yield GaugeMetricFamily("lumenwalk_ready", "Whether frames can be had, 1 or 0.", float(service.engine.ready))
         yield CounterMetricFamily(
             "lumenwalk_engine_restarts", "Times that the renderer was started again.", service.engine.restarts

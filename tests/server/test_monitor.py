@@ -1,4 +1,6 @@
+import re
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 from gradient_worker import MEMORY, SLOW_SECONDS, SLOW_SEED
 from harness import Running
@@ -44,3 +46,13 @@ def test_metrics_say_what_the_device_is_used_for(running: Running) -> None:
 def test_what_was_counted_is_in_it(running: Running) -> None:
     running.service.metrics.refused("test")
     assert 'lumenwalk_refused_total{reason="test"} 1.0' in running.http.get("/metrics").text
+
+
+def test_the_queue_is_counted_by_urgency(running: Running) -> None:
+    slow = {"size": [8, 8], "settings": {"seed": SLOW_SEED}}
+    with ThreadPoolExecutor(3) as pool:
+        stills = [pool.submit(running.http.post, "/api/v1/render", json=slow) for _ in range(3)]
+        while not re.search(r'lumenwalk_queue_jobs{urgency="still"} [12]', text := running.http.get("/metrics").text):
+            assert not all(still.done() for still in stills)
+    assert 'lumenwalk_queue_jobs{urgency="moving"} 0.0' in text
+    assert 'lumenwalk_queue_jobs{urgency="still"} 0.0' in running.http.get("/metrics").text
