@@ -39,15 +39,17 @@ def plot_ramp(results: dict[str, Any]) -> Figure:
     for name in ("p50", "p95", "p99"):
         ages.plot(viewers, [row["age"][name] for row in rows], marker="o", label=name)
     ages.axhline(results["level"]["age"], color="grey", linestyle=":", label="service level of p95")
-    ages.set(ylabel="pose to bytes [ms]", yscale="log", title=f"{results['environment']['device']}: {_what(results)}")
+    ages.set(ylabel="pose to bytes [ms]", ylim=(0, None), title=f"{results['environment']['device']}: {_what(results)}")
     for row in rows:
-        ages.annotate(row["bottleneck"], (row["viewers"], row["age"]["p95"]), fontsize=7, rotation=20)
+        point = (row["viewers"], row["age"]["p95"])
+        ages.annotate(row["bottleneck"], point, xytext=(0, 8), textcoords="offset points", fontsize=7, ha="center")
     rates.plot(viewers, [row["fps"]["mean"] for row in rows], marker="o", label="mean")
     rates.plot(viewers, [row["fps"]["least"] for row in rows], marker="o", label="least of all viewers")
     rates.axhline(results["level"]["fps"], color="grey", linestyle=":", label="service level")
     rates.set(ylabel="frames a second and viewer", ylim=(0, None))
     shares.stackplot(viewers, *([row["parts_ms"][part] for row in rows] for part in PARTS), labels=PARTS)
-    shares.set(ylabel="mean parts of the age [ms]", xlabel="viewers", xscale="log", xticks=viewers, xticklabels=viewers)
+    shares.set(ylabel="mean parts of the way [ms]", xlabel="viewers", xscale="log", xticks=viewers, xticklabels=viewers)
+    shares.set_xlim(viewers[0] / 1.7, viewers[-1] * 1.7)
     shares.minorticks_off()
     for axes in (ages, rates, shares):
         axes.grid(alpha=0.3)

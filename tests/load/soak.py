@@ -165,11 +165,15 @@ class Life:
 
 
 async def soak(target: Target, what: Soak) -> Row:
-    """Do it all, and return what became of it."""
+    """Do it all, and return what became of it. First all is rendered once: kernels are compiled once in a process."""
     async with target.http() as http:
         scenes = [scene["id"] for scene in (await http.get("/api/v1/scenes")).json()]
         restarts = (await probe.state(http))["restarts"]
+        answers = Answers()
+        for scene, change in [(scene, {}) for scene in scenes] + [(scenes[0], change) for change in CHANGES]:
+            await ask(http, Stills(size=(64, 36), scene=scene, settings={**what.plan.settings, **change}), answers)
         life = Life(target, http, what, scenes)
+        life.record.errors.update(answers.errors)
         with suppress(TimeoutError):
             async with asyncio.timeout(what.seconds), asyncio.TaskGroup() as tasks:
                 for task in (life.watch(), life.stills(), life.uploads()):
