@@ -240,6 +240,13 @@ def test_says_each_step_of_loading(page: Page, gradients: Running) -> None:
     says(notice, "Rendering the first picture", "")
     stage.frame(GREY)
     expect(notice).to_be_hidden()
+    stage.say("status", state="loading", text="refining", fraction=0.5)
+    page.wait_for_timeout(300)
+    expect(notice).to_be_hidden()  # the picture is there and gets better by itself
+    page.keyboard.press("KeyP")
+    page.get_by_label("Method").select_option("path")
+    stage.say("status", state="loading", text="compiling", fraction=0.5)
+    says(notice, "Working", "compiling")
     stage.say("status", state="recovering", text="starting", fraction=0.0)
     says(notice, "The renderer starts again", "starting")
     stage.say("status", state="stopping", text="", fraction=0.0)

@@ -10,6 +10,8 @@ export class Standing {
   #countdown;
   /** Whether there is a picture of the scene, which needs no notice any more. */
   #pictured = false;
+  /** Whether what was asked for last has not come yet; else what the server does is no matter for a notice. */
+  #waits = true;
   /** Whether something failed, which stays said until the user chooses otherwise or a picture comes all the same. */
   #failed = false;
 
@@ -23,6 +25,7 @@ export class Standing {
   connection(state) {
     clearInterval(this.#countdown);
     this.#pictured = false;
+    this.#waits = true;
     this.#failed = false;
     switch (state.state) {
       case "connecting":
@@ -46,6 +49,7 @@ export class Standing {
     const known = fraction > 0 ? fraction : null;
     switch (state) {
       case "loading":
+        if (!this.#waits) return;
         this.#overlay.connection("busy", "Loading");
         return this.#notice.show({ title: this.#pictured ? "Working" : "Loading", detail: text || "the scene", fraction: known });
       case "recovering":
@@ -65,12 +69,14 @@ export class Standing {
   /** Something else was asked for. @param {boolean} scene another scene: there is no picture of it yet */
   asked(scene) {
     this.#failed = false;
+    this.#waits = true;
     if (scene) this.#pictured = false;
   }
 
   /** A picture of what was asked for is there. */
   picture() {
     this.#pictured = true;
+    this.#waits = false;
     this.#failed = false;
     this.#overlay.connection("good", "Connected");
     this.#notice.hide();
