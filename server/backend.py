@@ -9,6 +9,7 @@ import sys
 from dataclasses import dataclass, replace
 from math import tan
 from pathlib import Path
+from time import monotonic, perf_counter
 
 import numpy as np
 import warp as wp
@@ -23,6 +24,7 @@ from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
+from server.device_encode import DeviceEncoder, device_encoder
 from server.messages import STILLS, LookAt, Placed, Render, SceneCamera, SceneRef, Start, View
 from server.protocol import SceneInfo
 from server.renderers import Renderers
@@ -30,6 +32,7 @@ from server.sceneinfo import describe_scene
 from server.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
+MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
 
@@ -57,12 +60,15 @@ class GpuBackend:
         self._scenes: dict[SceneRef, _Loaded] = {}  # in the order of their last use
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
+        self._encoder: DeviceEncoder | None = None
+        self._memory_free, self._memory_asked = 0, 0.0
 
     def start(self, start: Start, report: Report) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
         self._start = start
         self._device = choose_device(start.device)
         self._renderers = Renderers(self._device)
+        self._encoder = device_encoder(self._device)
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
         return str(self._device)
 
@@ -114,7 +120,11 @@ class GpuBackend:
     def memory(self) -> tuple[int, int]:
         """Bytes of the device in use, and all that it has; on a CPU, what this process and the machine have."""
         if self._device.is_cuda:
-            return self._device.total_memory - self._device.free_memory, self._device.total_memory
+            # Asking the driver costs as much as a small stage, and this is asked after every frame.
+            if monotonic() - self._memory_asked > MEMORY_SECONDS:
+                self._memory_asked = monotonic()
+                self._memory_free = self._device.free_memory
+            return self._device.total_memory - self._memory_free, self._device.total_memory
         pages = int(Path("/proc/self/statm").read_text().split()[1])
         total = re.search(r"MemTotal:\s+(\d+) kB", Path("/proc/meminfo").read_text())
         return pages * 4096, int(total.group(1)) * 1024 if total else 0
@@ -176,14 +186,18 @@ class GpuBackend:
         return still.accumulation
 
     def _result(self, job: Render, frame: Frame) -> Picture:
-        pixels, radiance = None, None
-        if job.output in (".exr", ".npy"):
+        pixels, radiance, image, encode_ms = None, None, None, 0.0
+        if job.output == "jpeg" and self._encoder is not None:
+            began = perf_counter()
+            image = self._encoder.encode(frame.device_pixels, frame.size, job.quality)
+            encode_ms = 1e3 * (perf_counter() - began)
+        elif job.output in (".exr", ".npy"):
             radiance = frame.radiance()
         elif job.output != "none":
             pixels = frame.pixels()
         samples, target = frame.stats.counts["frames"], quality_of(job.settings, self._device).frames
         stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips)
-        return Picture(samples, target, None, 0.0, pixels, radiance, *stats)
+        return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
 
 
 def view_camera(scene: Scene, view: View, size: tuple[int, int]) -> Camera:

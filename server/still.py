@@ -6,6 +6,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from gpu.accumulate import Accumulation
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene import load_scene
@@ -41,7 +42,11 @@ def render_file(
     progress = Progress()
     renderer = Renderer(resident, size, settings, progress=progress)
     built = perf_counter()
-    frame = renderer.render(view)
+    accumulation = Accumulation(width * height, resident.device)
+    frame = renderer.render(view, accumulation)
+    while accumulation.samples < (settings.frames or 1):
+        progress("averaging frames", accumulation.samples / (settings.frames or 1))
+        frame = renderer.render(view, accumulation)
     rendered = perf_counter()
     progress.end()
     display = suffix in DISPLAY_FORMATS

@@ -162,7 +162,8 @@ class Worker:
                     answer = Closed(job.request)
                 case Render():
                     picture = self._backend.render(job, report)
-                    self._encoders.submit(self._finish, job, picture, 1e3 * (perf_counter() - began))
+                    render_ms = 1e3 * (perf_counter() - began) - picture.encode_ms
+                    self._encoders.submit(self._finish, job, picture, render_ms)
         except Exception as error:
             # Whatever the error says: after an illegal access even an allocation fails, as if memory were short.
             self._check_health(error)

@@ -3,6 +3,7 @@
 import gc
 import io
 import weakref
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -205,8 +206,9 @@ def test_views_become_cameras() -> None:
 
 
 def test_the_whole_way_from_a_pose_to_a_lit_frame(cpu: str) -> None:
-    with run(ServerSettings(port=0, device=cpu), WORKER) as service, service.walker() as walker:
+    with run(ServerSettings(port=0, device=cpu), WORKER) as service, ExitStack() as stack:
         service.wait_ready(280)
+        walker = stack.enter_context(service.walker())
         still = service.http.post("/api/v1/render", json={"size": [64, 36], "settings": SETTINGS.model_dump()})
         assert still.status_code == 200, still.text
         expected = np.asarray(Image.open(io.BytesIO(still.content)), int)

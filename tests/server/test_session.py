@@ -45,7 +45,7 @@ class Desk:
 
     clock: Clock = field(default_factory=Clock)
     options: dict[str, Any] = field(default_factory=dict)
-    settings: RenderSettings = RenderSettings()
+    settings: RenderSettings = field(default_factory=RenderSettings)
     render_ms: float = 10.0
 
     def __post_init__(self) -> None:

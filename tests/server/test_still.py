@@ -45,6 +45,17 @@ def test_the_camera_is_the_one_asked_for(tmp_path: Path) -> None:
     assert not np.allclose(read_image(paths[0]), read_image(paths[1]))
 
 
+def test_frames_are_averaged_and_smooth_its_edges(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    images = {}
+    for frames in ("1", "8"):
+        path = tmp_path / f"{frames}.npy"
+        assert main(["render", "cornell-box", str(path), *SMALL, "--frames", frames, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["counts"]["frames"] == int(frames)
+        images[frames] = read_image(path)
+    assert not np.allclose(images["1"], images["8"])
+    assert images["1"].mean() == pytest.approx(images["8"].mean(), rel=0.1)
+
+
 @pytest.mark.parametrize(("option", "word"), [("--camera=attic", "attic"), ("--device=cuda:99", "cuda:99")])
 def test_what_the_scene_or_machine_lacks_is_said(
     option: str, word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
