@@ -8,7 +8,7 @@ from gpu.scene.types import Camera, Floats
 from gpu.settings import RenderSettings
 
 # Enough for the small scenes here.
-COUNTS = {"sp_clusters": 200, "vpls": 2000, "vpl_clusters": 100}
+COUNTS = {"sp_clusters": 200, "vpls": 1000, "vpl_clusters": 60}
 
 
 def render(resident: ResidentScene, camera: Camera, size: tuple[int, int], **settings: object) -> Floats:
