@@ -11,6 +11,7 @@ from playwright.sync_api import Page, expect
 
 from server.settings import ServerSettings
 
+PATIENCE = 30_000  # ms: a process starts to check a scene's file
 NUMBER = re.compile(r"^\d+(\.\d)?$")
 NOTE_WORDS = """() => {
     const connection = document.getElementById("connection-text");
@@ -112,7 +113,7 @@ def test_sends_nothing_while_nothing_moves(page: Page, gradients: Running) -> No
 def test_says_why_a_scene_cannot_be_had_and_goes_on(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     page.locator("#scene").select_option("broken.glb")
-    expect(page.locator("#toast")).to_contain_text("accessors[0]: is cut off")
+    expect(page.locator("#toast")).to_contain_text("accessors[0]: is cut off", timeout=PATIENCE)
     expect(page.locator("#scene")).to_have_value("cornell-box")
     hold(page, "KeyD", 1000)
     wait_for(page, lambda: pixel(page)[1] > 20)
@@ -122,7 +123,7 @@ def test_says_why_a_scene_cannot_be_had_and_goes_on(page: Page, gradients: Runni
 def test_changes_the_scene(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     page.locator("#scene").select_option("hall.glb")
-    expect(page).to_have_title("hall.glb – lumenwalk")
+    expect(page).to_have_title("hall.glb – lumenwalk", timeout=PATIENCE)
     expect(page.locator("#notice")).to_be_hidden()
     expect(page.locator("body")).not_to_have_attribute("data-busy", "")
 

@@ -93,7 +93,7 @@ def test_a_server_takes_what_the_page_sends(page: Page, gradients: Running) -> N
     page.goto(str(gradients.http.base_url))
     expect(page.locator("body[data-picture]")).to_be_attached()
     page.locator("#file").set_input_files(HALL | {"name": "kitchen.glb"})
-    expect(page).to_have_title(re.compile("kitchen.* – lumenwalk"))
+    expect(page).to_have_title(re.compile("kitchen.* – lumenwalk"), timeout=30_000)
     expect(page.locator("#scene option:checked")).to_have_text("kitchen")
     expect(page.locator("#phase")).to_contain_text("sharp")
 
