@@ -4,7 +4,7 @@ import argparse
 import asyncio
 import sys
 from collections.abc import Callable, Coroutine
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import httpx
 from websockets.exceptions import InvalidHandshake
@@ -86,7 +86,7 @@ async def faults(options: argparse.Namespace) -> int:
     from tests.load.fault_worker import FAULT_WORKER, ILLEGAL_SEED  # the renderer itself
 
     names, rows, missed = chosen(options.checks), {}, []
-    scale = quick(ILLEGAL_SEED) if options.quick else Scale(ILLEGAL_SEED)
+    scale = replace(quick(ILLEGAL_SEED) if options.quick else Scale(ILLEGAL_SEED), size=options.size)
     log = server_log(options)
     for name in names:
         outcome = await check(name, scale, FAULT_WORKER[-1], serve_flags(options), log)
@@ -98,9 +98,9 @@ async def faults(options: argparse.Namespace) -> int:
 
 
 async def soak(options: argparse.Namespace) -> int:
-    """Many visits; fewer scenes are kept than there are, so that they are loaded again and again."""
+    """Many visits. With the uploads there are more scenes than are kept, so that they are loaded again and again."""
     what = Soak(plan_of(options), 60.0 * options.minutes, options.viewers, options.rest_rate, options.growth)
-    async with open_target(options, options.viewers, ("--max-scenes", "3")) as target:
+    async with open_target(options, options.viewers, ("--max-scenes", "4")) as target:
         row = await soak_service(target, what)
         where = await environment(target)
     save(options.out, "soak", {"environment": where, "options": said(options), "row": row})

@@ -10,14 +10,14 @@ import numpy as np
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 
 from tests.load import probe
-from tests.load.checks import Outcome, Scale, crowd_of, goes_on
-from tests.load.crowd import wait_for, walking
+from tests.load.checks import START_SECONDS, Outcome, Scale, crowd_of, goes_on
+from tests.load.crowd import ARRIVAL_SECONDS, wait_for, walking
 from tests.load.relay import relay
 from tests.load.target import Socket, Target
 from tests.load.viewer import Plan, Viewer
 
 TOO_BIG = 17 * 2**20  # bytes
-FLOOD_RATE, FLOOD_BYTES = 10_000, 1000  # messages a second; of one, so that buffers do not hide what is not read
+FLOOD_RATE, FLOOD_BYTES = 10_000, 4000  # messages a second; of one, so that buffers do not hide what is not read
 THIN_RATE, AT_ONCE = 1000.0, 32_768  # bytes a second; bytes that come at once before, for the first words
 STALLED_SECONDS = 15.0
 POLICY, TOO_LARGE = 1008, 1009
@@ -57,6 +57,7 @@ async def stalled_readers(target: Target, scale: Scale) -> Outcome:
     outcome = Outcome()
     async with crowd_of(target, scale, 1) as others, target.http() as http, AsyncExitStack() as stack:
         mute = await stack.enter_async_context(walking(target, Plan(scale.size, seed=1, acknowledge=False)))
+        await wait_for(lambda: bool(mute.log.seen), START_SECONDS)
         deaf = await stack.enter_async_context(target.socket())
         await _stop_reading(deaf, scale)
         began, dropped = perf_counter(), None
@@ -75,10 +76,14 @@ async def stalled_readers(target: Target, scale: Scale) -> Outcome:
 
 
 async def too_many(target: Target, scale: Scale) -> Outcome:
-    """Twice as many as are let in, all at once: half of them are turned away at once."""
+    """Twice as many as are let in come in a row: the second half of them is turned away at once."""
     outcome = Outcome()
     async with AsyncExitStack() as stack:
-        answers = await asyncio.gather(*(_knock(target, stack) for _ in range(2 * scale.viewers)))
+        knocks = []
+        for _ in range(2 * scale.viewers):
+            knocks.append(asyncio.create_task(_knock(target, stack)))
+            await asyncio.sleep(ARRIVAL_SECONDS)
+        answers = await asyncio.gather(*knocks)
     refused = [ms for welcome, ms in answers if not welcome]
     outcome.measured = {
         "let_in": len(answers) - len(refused),
@@ -180,6 +185,7 @@ async def _knock(target: Target, stack: AsyncExitStack) -> tuple[bool, float]:
 
 async def _send_many(socket: Socket, scale: Scale) -> tuple[int, float]:
     """Poses at the rate of a flood: how many went out, in how many seconds."""
+    pose = _pose(1).ljust(FLOOD_BYTES)  # made once: what makes the flood must not be what slows it down
     began, sent = perf_counter(), 0
     with suppress(ConnectionClosed, TimeoutError):
         async with asyncio.timeout(scale.flood_seconds):
@@ -188,7 +194,7 @@ async def _send_many(socket: Socket, scale: Scale) -> tuple[int, float]:
                 due = int((perf_counter() - began) * FLOOD_RATE)
                 for _ in range(due - sent):
                     sent += 1
-                    await socket.send(_pose(sent).ljust(FLOOD_BYTES))
+                    await socket.send(pose)
                 await asyncio.sleep(0.001)
     return sent, perf_counter() - began
 

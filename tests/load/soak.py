@@ -140,7 +140,7 @@ class Life:
                 half = chance.choice([1, 2])
                 return {"size": [plan.size[0] // half, plan.size[1] // half]}
             case 2:
-                return {"settings": {**plan.settings, "seed": chance.randrange(100)}}
+                return {"settings": {**plan.settings, "seed": chance.randrange(2)}}  # few: light is kept
             case _:
                 return {"settings": {**plan.settings, **chance.choice(CHANGES)}}
 

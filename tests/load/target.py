@@ -45,7 +45,8 @@ class Target:
 
     def http(self) -> httpx.AsyncClient:
         """A client for its REST interface."""
-        limits = httpx.Limits(max_connections=None)
+        # Idle connections go before the service closes them, which could cross with a request.
+        limits = httpx.Limits(max_connections=None, keepalive_expiry=2.0)
         return httpx.AsyncClient(base_url=self.url, headers=self.headers, timeout=120, limits=limits, trust_env=False)
 
     def socket(self, url: str | None = None, **options: Any) -> connect:
