@@ -5,6 +5,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ def save(folder: Path | None, name: str, results: Mapping[str, Any]) -> None:
     """Write FOLDER/NAME.json; nothing without a folder."""
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.json").write_text(json.dumps(results, indent=1) + "\n")
+        (folder / f"{name}.json").write_text(json.dumps(_plain(results), indent=1, allow_nan=False) + "\n")
 
 
 def load(folder: Path, name: str) -> dict[str, Any] | None:
@@ -44,3 +45,12 @@ def load(folder: Path, name: str) -> dict[str, Any] | None:
     except ValueError as error:
         raise UserError(f"{file}: is not a result of this harness: {error}") from None
     return results
+
+
+def _plain(value: Any) -> Any:
+    """`value` with None for numbers that JSON does not have."""
+    if isinstance(value, dict):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
