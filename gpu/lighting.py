@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from weakref import proxy
 
 from gpu.lights import LightTable, build_light_table
 from gpu.resident import ResidentScene
@@ -28,7 +29,8 @@ class Lighting:
     """A scene's light sets by choice, and the table of its emitters."""
 
     def __init__(self, resident: ResidentScene) -> None:
-        self._resident = resident
+        # The scene owns its lighting; a strong reference back would keep both from being freed.
+        self._resident: ResidentScene = proxy(resident)
         self._sets: dict[LightingChoice, VplClusters] = {}
         self.table: LightTable = build_light_table(resident)
 

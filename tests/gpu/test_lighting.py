@@ -1,4 +1,6 @@
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import pytest
 from scenes import box, grey, resident_of
@@ -46,7 +48,8 @@ def test_another_choice_is_another_set(resident: ResidentScene, change: dict[str
 
 def test_unlit_surfaces_reflect_only_as_lambertian_ones() -> None:
     bulb = Light("bulb", LightKind.POINT, (1.0, 1.0, 1.0))
-    lighting = Lighting(resident_of(box(), [Material(base_color=(0.5, 0.5, 0.5, 1.0), unlit=True)], lights=[bulb]))
+    resident = resident_of(box(), [Material(base_color=(0.5, 0.5, 0.5, 1.0), unlit=True)], lights=[bulb])
+    lighting = Lighting(resident)
     assert lighting.clusters(CHOICE, silent).count > 0
     assert lighting.clusters(replace(CHOICE, lambertian=False), silent).count == 0
 
@@ -67,3 +70,15 @@ def test_few_sets_are_kept_and_the_longest_unused_goes_first(
 def test_a_set_larger_than_what_is_kept_is_still_made(resident: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gpu.lighting.KEPT_VPLS", 1)
     assert Lighting(resident).clusters(CHOICE, silent).count > 0
+
+
+def test_a_scene_that_nobody_holds_is_freed_at_once_with_its_lighting() -> None:
+    resident = resident_of(box(), [grey(0.5, emission=1.0)])
+    lighting_of(resident).clusters(CHOICE, silent)
+    gone = ref(resident)
+    gc.disable()
+    try:
+        del resident
+        assert gone() is None
+    finally:
+        gc.enable()
