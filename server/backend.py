@@ -4,6 +4,7 @@ Scenes and renderers are shared by all viewers of them. What is kept for a viewe
 frames. A scene that nobody looks at is dropped for another once `max_scenes` are loaded, the least recently used first.
 """
 
+import ctypes
 import re
 import sys
 from dataclasses import dataclass, replace
@@ -33,6 +34,7 @@ from server.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
 MEMORY_SECONDS = 0.5
+LIBC = ctypes.CDLL(None)
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
 
@@ -82,6 +84,8 @@ class GpuBackend:
         self._renderers.drop(scene)
         for viewer in [viewer for viewer, viewed in self._viewed.items() if viewed == scene]:
             self.leave(viewer)
+        if not self._device.is_cuda and hasattr(LIBC, "malloc_trim"):
+            LIBC.malloc_trim(0)  # glibc would keep hundreds of megabytes
 
     def scenes(self) -> tuple[SceneRef, ...]:
         """What is on the device, the longest unused first."""
