@@ -72,7 +72,7 @@ class GpuBackend:
         self._renderers = Renderers(self._device)
         self._encoder = device_encoder(self._device)
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
-        return str(self._device)
+        return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
 
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
         """Make sure that a scene is on the device."""
