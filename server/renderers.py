@@ -51,6 +51,8 @@ class Renderers:
         if renderer is None:
             self._make_room(size[0] * size[1])
             renderer = Renderer(resident, size, key.settings, progress)
+            # Warp compiles a kernel at its first launch, and says nothing meanwhile.
+            progress("compiling kernels, which the first time takes a minute", 0.0)
         self._kept[key] = renderer
         return renderer
 

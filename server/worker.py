@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Lock, Thread
-from time import monotonic, perf_counter
+from time import perf_counter
 from typing import Protocol
 
 import numpy as np
@@ -44,10 +44,10 @@ from server.messages import (
     read,
 )
 from server.protocol import SceneInfo
+from server.reporter import Reporter
 
 FAULT = 70  # exit status after a fault that only a new process can mend
 QUIET_SECONDS = 0.3  # work shorter than this reports no progress
-PROGRESS_SECONDS = 0.1
 INTERNAL = "an internal error of the renderer; the server's log has the details"
 
 Report = Callable[[str, float], None]
@@ -119,7 +119,10 @@ class Worker:
         if not isinstance(start, Start):
             raise TypeError(f"expected Start first, got {start}")
         try:
-            self._send(Ready(self._backend.start(start, self._reporter(quiet_seconds=0.0))))
+            report = self._reporter(quiet_seconds=0.0)
+            device = self._backend.start(start, report)
+            report.end()
+            self._send(Ready(device))
         except Exception as error:
             self._fail(START_UP, error)
             return 0 if isinstance(error, UserError) else FAULT
@@ -168,6 +171,7 @@ class Worker:
             # Whatever the error says: after an illegal access even an allocation fails, as if memory were short.
             self._check_health(error)
             self._fail(job.request, error)
+        report.end()
         busy_ms = 1e3 * (perf_counter() - began)
         self._send(Free(job.request, busy_ms, *self._backend.memory(), self._backend.scenes()))
         if answer is not None:
@@ -200,16 +204,8 @@ class Worker:
         cause = Cause.MEMORY if memory else Cause.USER if users_fault else Cause.PROGRAM
         self._send(Failed(request, str(error) if users_fault else INTERNAL, cause))
 
-    def _reporter(self, quiet_seconds: float) -> Report:
-        due = monotonic() + quiet_seconds
-
-        def report(text: str, fraction: float) -> None:
-            nonlocal due
-            if monotonic() >= due:
-                due = monotonic() + PROGRESS_SECONDS
-                self._send(Progress(text, min(max(fraction, 0.0), 1.0)))
-
-        return report
+    def _reporter(self, quiet_seconds: float) -> Reporter:
+        return Reporter(lambda text, fraction: self._send(Progress(text, fraction)), quiet_seconds)
 
     def _send(self, message: FromWorker, payload: bytes = b"") -> None:
         try:
