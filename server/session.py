@@ -39,8 +39,9 @@ class Qualities:
 class Order:
     """A frame that is being rendered: what it shows, and how long that had waited [ms].
 
-    frame: its id, None for one that is averaged and not shown; view: counts changes of what is seen; samples: frames
-    that the picture is to average, None for a moving one; quality, codec: of the image.
+    frame: its id, None for one that is averaged and not shown; view: counts changes of what is seen, and losses of
+    what was averaged; samples: frames that the picture is to average, None for a moving one; quality, codec: of the
+    image.
     """
 
     frame: int | None
@@ -92,6 +93,7 @@ class Session:
         self._shrinks = 0
         self._blocked = False  # these settings failed: wait for others
         self._losses = 0  # workers lost in a row while rendering for this viewer
+        self._lost_view = -1  # the newest one of which a frame may have been lost with the last of them
         self._last_frame = 0
 
     @property
@@ -147,8 +149,8 @@ class Session:
 
     def acknowledge(self, frame: int) -> None:
         """The viewer is done with this frame and all before it; UserError when it cannot have it."""
-        if frame > self._last_frame:
-            raise UserError(f"ack.frame: frame {frame} has not been sent; the last one was {self._last_frame}")
+        if frame > self.window.newest:  # one that is still being rendered would leave the window open for ever more
+            raise UserError(f"ack.frame: frame {frame} has not been sent; the last one was {self.window.newest}")
         self.window.acknowledge(frame)
 
     def take(self) -> tuple[Order, Render] | None:
@@ -186,6 +188,7 @@ class Session:
             self._target = done.target
             if done.samples < order.samples:  # the worker did not have the others any more
                 self._averaged = done.samples
+                self._view += 1  # the next one is on its way and will say so too, which must not count again
 
     def failed(self, order: Order) -> None:
         """A frame could not be rendered: none is tried again before the settings change."""
@@ -205,9 +208,12 @@ class Session:
     def lost(self, order: Order) -> bool:
         """The worker died with a frame: it is tried again; False when that happened too often with these settings."""
         self._forget(order)
+        if order.view > self._lost_view:  # else it went with the same worker as the one before
+            self._losses += 1
+            self._lost_view = self._view
+            self._view += 1
         self._fresh = True
         self._averaged = 0
-        self._losses += 1
         self._blocked = self._losses >= MAX_LOSSES
         return not self._blocked
 

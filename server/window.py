@@ -24,6 +24,7 @@ class Window:
 
     def __init__(self, now: Callable[[], float] = monotonic) -> None:
         self.limit = WINDOW
+        self.newest = 0  # of the frames that were sent
         self._now = now
         self._sent: dict[int, float] = {}  # frame: when it was sent, inf before that
         self._trips: deque[float] = deque(maxlen=REMEMBERED)
@@ -49,6 +50,7 @@ class Window:
 
     def sent(self, frame: int) -> None:
         """A frame went out."""
+        self.newest = frame
         if frame in self._sent:
             self._sent[frame] = self._now()
 

@@ -64,6 +64,7 @@ class Desk:
         done = Done(1, job.size, self.render_ms, 1.0, have or 1, 4, {}, {}, {})
         self.session.delivered(order, done, 0.0)
         if order.frame is not None:
+            self.session.window.sent(order.frame)
             self.session.acknowledge(order.frame)
         return order, job
 
@@ -162,6 +163,38 @@ def test_a_worker_that_lost_the_mean_is_followed(desk: Desk) -> None:
     assert desk.serve()[1].sample == 1
 
 
+def test_a_mean_that_was_lost_becomes_final_with_one_frame_on_its_way_all_the_time(desk: Desk) -> None:
+    desk.session.pose(pose(1))
+    desk.serve()
+    desk.rest()
+    has, rendering = 0, None
+    for turn in range(20):
+        if turn == 3:
+            has = 0  # the worker was started anew between two frames
+        taken = desk.session.take()
+        if rendering is not None:  # the worker says what it has when the next frame is with it already
+            order, samples = rendering
+            desk.session.delivered(order, Done(1, FULL, 1.0, 1.0, samples, 8, {}, {}, {}), 0.0)
+            if order.frame is not None:
+                desk.session.window.sent(order.frame)
+                desk.session.acknowledge(order.frame)
+        if taken is None:
+            break
+        has = has + 1 if taken[1].sample == has else 1
+        rendering = taken[0], has
+    assert has == 8
+
+
+def test_two_frames_lost_with_one_worker_are_one_loss(desk: Desk) -> None:
+    for number in range(1, MAX_LOSSES):
+        desk.session.pose(pose(number))
+        orders = [desk.take()[0]]
+        desk.session.pose(pose(number, x=-1.0))
+        orders.append(desk.take()[0])
+        assert [desk.session.lost(order) for order in orders] == [True, True]
+    assert not desk.session.lost(desk.take()[0])
+
+
 def test_the_last_word_of_an_earlier_view_does_not_count(desk: Desk) -> None:
     desk.session.pose(pose(1))
     desk.serve()
@@ -231,6 +264,7 @@ def test_the_window_closes_and_an_acknowledgement_opens_it(desk: Desk) -> None:
         desk.take()
     desk.session.pose(pose(9))
     assert desk.session.due is None
+    desk.session.window.sent(1)
     desk.session.acknowledge(1)
     assert desk.take()[0].pose == 9
 
@@ -245,8 +279,13 @@ def test_a_full_window_holds_refinement_back(desk: Desk) -> None:
 
 
 def test_a_frame_that_was_not_sent_cannot_be_acknowledged(desk: Desk) -> None:
+    desk.session.pose(pose(1))
+    order, _ = desk.take()
+    assert order.frame == 1
     with pytest.raises(UserError, match="frame 1 has not been sent"):
         desk.session.acknowledge(1)
+    desk.session.window.sent(1)
+    desk.session.acknowledge(1)
 
 
 def test_settings_render_the_same_pose_again(desk: Desk) -> None:
