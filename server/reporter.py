@@ -1,4 +1,4 @@
-"""What a job is at, for those who wait: nothing while it is quick, then now and then, and never silence at a long step."""
+"""What a job is at, for those who wait: nothing while it is quick, then now and then, and a word at every long step."""
 
 from collections.abc import Callable
 from threading import Lock, Timer
