@@ -22,6 +22,7 @@ PARTS = {
     "decompose": "bias and noise of VPLs and of clustering",
     "temporal": "flicker along a walk",
     "skips": "gain and error of each switch",
+    "still": "error over time of a view that rests",
     "peers": "error over time of path tracing, here and by Mitsuba 3",
     "growth": "time over shading points, VPLs and triangles",
     "pictures": "pictures and error maps",

@@ -7,7 +7,7 @@ from gpu.errors import UserError
 from tests.bench.store import Row, read_rows
 from tests.bench.suite import Suite
 
-MEASURED = ("sweep", "decompose", "temporal", "skips", "peers", "growth", "pictures", "walk")
+MEASURED = ("sweep", "decompose", "temporal", "skips", "still", "peers", "growth", "pictures", "walk")
 Plots = Iterator[tuple[str, str]]
 
 
@@ -33,6 +33,7 @@ def run(suite: Suite) -> None:
         ),
         "decompose": (quality_plots.error_parts,),
         "temporal": (quality_plots.flicker_bars,),
+        "still": (quality_plots.rest,),
         "peers": (sweep_plots.peers_over_time,),
         "growth": (growth_plots.growth,),
         "pictures": (quality_plots.error_maps,),

@@ -7,7 +7,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Patch
 
-from tests.bench.charts import BLUE, GREEN, ORANGE, SEQUENCE, VERMILION, legend_below, panels, save
+from tests.bench.charts import BLUE, GREEN, GREY, ORANGE, SEQUENCE, VERMILION, legend_below, log_log, panels, save
 from tests.bench.pictures import LEAST_DECADE, MOST_DECADE, decoded
 from tests.bench.plots import Plots
 from tests.bench.rows import blend_text, counts_text, scenes_of
@@ -98,3 +98,16 @@ def flicker_bars(rows: list[Row], folder: Path) -> Plots:
 def _walk_name(row: Row) -> str:
     settings = row["settings"]
     return f"{settings['sp_clusters']:,} × {settings['vpl_clusters']:,}{blend_text(settings)}"
+
+
+def rest(rows: list[Row], folder: Path) -> Plots:
+    """One figure: relMSE of the whole picture over the time that the view has rested, a curve a scene."""
+    figure, axes = panels(1, 1, 6.4, 4.4)
+    for row in rows:
+        points = [(point["seconds"], point["errors"]["rel_mse"]) for point in row["points"]]
+        axes[0].plot(*zip(*points, strict=True), "o-", label=row["scene"])
+    log_log(axes[0], "seconds of rest", "relMSE")
+    axes[0].axvline(1.0, color=GREY, linestyle=":")
+    legend_below(figure, axes, 3)
+    figure.suptitle("A view that rests, against path tracing over the pixels", x=0.01, ha="left", fontweight="bold")
+    yield save(figure, folder, "rest"), "relMSE of all light over the time that a view has rested"

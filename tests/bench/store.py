@@ -134,6 +134,8 @@ def _ready(value: Any) -> bool:
     """Whether no future in `value` is still running."""
     if isinstance(value, dict):
         return all(_ready(item) for item in value.values())
+    if isinstance(value, list):
+        return all(map(_ready, value))
     return not isinstance(value, Future) or value.done()
 
 
@@ -143,6 +145,8 @@ def _settled(value: Any) -> Any:
         return _settled(value.result())
     if isinstance(value, dict):
         return {name: _settled(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_settled(item) for item in value]
     if isinstance(value, float) and not isfinite(value):
         return None
     return value

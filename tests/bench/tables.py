@@ -12,6 +12,7 @@ TITLES = {
     "decompose": "Bias and noise",
     "temporal": "Flicker",
     "skips": "Switches",
+    "still": "A view that rests: error over time",
     "peers": "All light: time to equal error",
     "growth": "Growth",
     "pictures": "Pictures",
@@ -107,6 +108,19 @@ def peers_table(rows: list[Row]) -> str:
     return table(["scene", "method", "frame [ms]", "relMSE", *(f"{name} takes [ms]" for name in tracers)], lines)
 
 
+def still_table(rows: list[Row]) -> str:
+    """Error after one frame, after a second, and of all frames."""
+    lines = []
+    for row in rows:
+        points = row["points"]
+        second = [point for point in points if point["seconds"] <= 1.0] or points[:1]
+        for point in (points[0], second[-1], points[-1]):
+            errors = point["errors"]
+            values = [number(errors[name]) for name in ("rel_mse", "mse", "flip", "energy")]
+            lines.append([row["scene"], str(point["frames"]), f"{point['seconds']:.2f}", *values])
+    return table(["scene", "frames", "seconds", "relMSE", "MSE", "FLIP", "energy"], lines)
+
+
 def growth_table(rows: list[Row]) -> str:
     """Times at both ends, and the powers between them."""
     lines = []
@@ -134,6 +148,7 @@ TABLES: dict[str, Callable[[list[Row]], str]] = {
     "decompose": decompose_table,
     "temporal": temporal_table,
     "skips": skips_table,
+    "still": still_table,
     "peers": peers_table,
     "growth": growth_table,
     "walk": walk_table,

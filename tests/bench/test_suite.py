@@ -10,7 +10,7 @@ from tests.bench.store import Row, read_rows
 from tests.bench.suite import Suite
 from tests.bench.tables import report
 
-PARTS = ("sweep", "decompose", "temporal", "skips", "peers", "growth", "pictures", "walk")
+PARTS = ("sweep", "decompose", "temporal", "skips", "still", "peers", "growth", "pictures", "walk")
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,59 @@
+"""A view that rests: error over time while its frames are averaged, against path tracing spread over the pixels."""
+
+from functools import partial
+from time import perf_counter
+
+import numpy as np
+
+from gpu.accumulate import Accumulation
+from gpu.renderer import Renderer
+from gpu.settings import Component, Method, RenderSettings
+from tests.bench.store import Row, Task
+from tests.bench.suite import Suite
+from tests.bench.timing import load_kernels
+
+FRAMES, QUICK_FRAMES = 128, 4
+REFERENCE_PATHS = 16  # paths a pixel in each frame of a reference that is rendered here
+
+
+def run(suite: Suite) -> None:
+    """The part of the command line."""
+    settings = suite.settings(component=Component.FULL)
+    tasks = [Task(suite.label(name), partial(measure_row, suite, name, settings)) for name in suite.scene_names()]
+    suite.run("still", tasks)
+
+
+def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
+    """One scene: seconds since the view came to rest, and errors, at each power of two of frames."""
+    subject = suite.subject(name)
+    pixels = subject.size[0] * subject.size[1]
+
+    def trace(samples: int) -> np.ndarray:
+        paths = suite.settings(component=Component.FULL, method=Method.PATH, samples=min(samples, REFERENCE_PATHS))
+        renderer, mean = Renderer(subject.resident, subject.size, paths), Accumulation(pixels, subject.resident.device)
+        for _ in range(max(1, samples // REFERENCE_PATHS)):
+            frame = renderer.render(subject.camera, mean)
+        return frame.radiance()
+
+    reference = subject.spread_reference(trace)
+    load_kernels(subject.resident, settings)
+    renderer = Renderer(subject.resident, subject.size, settings)
+    accumulation = Accumulation(pixels, subject.resident.device)
+    renderer.render(subject.camera, accumulation)  # the first frame's kernels and arrays are not the rest's
+    accumulation.restart()
+    seconds, pictures = 0.0, []
+    for number in range(1, (QUICK_FRAMES if suite.quick else FRAMES) + 1):
+        begun = perf_counter()
+        frame = renderer.render(subject.camera, accumulation)
+        seconds += perf_counter() - begun
+        if number & (number - 1) == 0:
+            pictures.append((number, seconds, frame.radiance()))
+    return {
+        "scene": name,
+        "size": list(subject.size),
+        "settings": settings.model_dump(mode="json"),
+        "points": [
+            {"frames": number, "seconds": time, "errors": suite.errors(picture, reference)}
+            for number, time, picture in pictures
+        ],
+    }
