@@ -24,6 +24,7 @@ from server.service import Service, start_message
 from server.settings import ServerSettings
 from server.shutdown import CLOSE_SECONDS, Server
 from server.uploads import Uploads
+from server.websocket import WebSocket
 
 
 def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: Sequence[str] = CHECK) -> FastAPI:
@@ -86,7 +87,7 @@ def server_config(app: FastAPI, settings: ServerSettings) -> uvicorn.Config:
         server_header=False,
         headers=list(HEADERS.items()),
         lifespan="on",
-        ws="websockets-sansio",
+        ws=WebSocket,
         ws_max_size=settings.max_message_bytes,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=CLOSE_SECONDS,

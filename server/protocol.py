@@ -33,9 +33,9 @@ renderer died and is started again: the socket stays, the newest pose is rendere
 increasing; frame ids are the server's, from 1, increasing, and frames are sent in that order. A frame names the newest
 pose and the newest settings that it was rendered with.
 
-The server closes with 1002 (no valid hello first), 1008 (refused by policy), 1009 (message too big), 1012 (server
-stops) or 1013 (too many viewers, or a viewer that acknowledged nothing for long: try again later). The page reconnects
-with backoff after all but 1002, 1008 and 1009.
+The server closes with 1002 (no valid hello first), 1008 (refused by policy), 1009 (message too big), 1011 (a fault of
+the server, or no answer to its pings), 1012 (server stops) or 1013 (too many viewers, or a viewer that acknowledged
+nothing for long: try again later). The page reconnects with backoff after all but 1002, 1008 and 1009.
 
 A frame, little-endian, 72 bytes and then the image
     offset  type      field

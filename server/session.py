@@ -53,6 +53,11 @@ class Order:
     quality: int
     codec: Codec
 
+    @property
+    def refines(self) -> bool:
+        """Whether it only makes sharper what the viewer sees already."""
+        return self.samples is not None and self.samples > 1
+
 
 class Session:
     """The state of one viewer.

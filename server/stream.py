@@ -13,7 +13,7 @@ from server.service import Service, TheService
 from server.viewer import RESTART, Viewer, receive
 
 HELLO_SECONDS = 5.0
-BAD_PROTOCOL, POLICY, TRY_AGAIN = 1002, 1008, 1013
+BAD_PROTOCOL, POLICY, FAULT, TRY_AGAIN = 1002, 1008, 1011, 1013
 
 log = logging.getLogger("lumenwalk.viewer")
 router = APIRouter()
@@ -49,6 +49,11 @@ async def stream(socket: WebSocket, service: TheService) -> None:
         await Viewer(socket, service, number, hello).run()
     except WebSocketDisconnect:
         pass
+    except Exception:
+        log.exception("a viewer is closed after a fault in the web process")
+        service.metrics.dropped("fault")
+        with suppress(WebSocketDisconnect, RuntimeError):
+            await socket.close(FAULT, "an internal error; the server's log has the details")
     finally:
         service.dismiss(number)
 

@@ -7,6 +7,7 @@ from contextlib import suppress
 from time import monotonic
 
 from fastapi import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocketState
 
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
@@ -32,7 +33,8 @@ from server.protocol import (
     stage_slots,
 )
 from server.ratelimit import Bucket
-from server.refusals import UnknownSceneError
+from server.refusals import TooBusyError, UnknownSceneError
+from server.schedule import Urgency
 from server.service import Service
 from server.session import MAX_LOSSES, Order, Qualities, Session
 
@@ -43,6 +45,7 @@ CLOSE_SECONDS = 1.0  # for a viewer to take note of the end
 STALLED, RESTART = 1013, 1012  # the codes of a close: both say that a viewer may come back
 MESSAGE_RATE, MESSAGE_BURST = 600.0, 100.0  # messages a second, and at once: poses and acknowledgements at 240 Hz pass
 SLOW_MS, SLOW_RATE = 1000.0, 0.1  # frames that took longer are logged, so many a second of one viewer
+FAULT_RATE, FAULT_BURST = 0.5, 5.0  # and so many of a viewer's mistakes
 log = logging.getLogger("lumenwalk.viewer")
 
 
@@ -79,14 +82,17 @@ class Viewer:
         self._rendering: asyncio.Queue[tuple[Order, float, asyncio.Future[Reply]]] = asyncio.Queue()
         self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
         self._slow = Bucket(SLOW_RATE, 1.0)
-        self._pending = 0  # frames ordered and not yet sent
+        self._faults = Bucket(FAULT_RATE, FAULT_BURST)
+        self._awaited = 0  # frames ordered and not yet sent, but for those that refine
         self._stirred = asyncio.Event()  # something changed that a task may wait for
         self._news = asyncio.Event()  # something changed that the viewer may have to be told
 
     async def run(self) -> None:
         """Serve until the viewer leaves."""
         await self._send(self._welcome())
-        self._wanted = await self._find(self._hello.scene) or self._service.catalogue.served
+        self._wanted = await self._find(self._hello.scene)
+        if self._wanted is None and self._hello.scene is not None:
+            self._wanted = await self._find(None)
         self._service.engine.listeners.add(self._news.set)
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -121,11 +127,10 @@ class Viewer:
 
     async def _listen(self) -> None:
         while True:
+            if (seconds := self._messages.take()) > 0.0:
+                await asyncio.sleep(seconds)  # and meanwhile nothing is read: TCP holds the rest back
             try:
-                text = await receive(self._socket)
-                if (seconds := self._messages.take()) > 0.0:
-                    await asyncio.sleep(seconds)  # and meanwhile nothing is read: TCP holds the rest back
-                message = parse_viewer_message(text)
+                message = parse_viewer_message(await receive(self._socket))
                 match message:
                     case Pose():
                         self._session.pose(message)
@@ -188,17 +193,29 @@ class Viewer:
             orders.append((order, 1e3 * (monotonic() - asked)))
             return job
 
-        reply = await self._service.engine.submit(self._session.viewer, urgency, newest)
+        turn = asyncio.ensure_future(self._service.engine.submit(self._session.viewer, urgency, newest))
+        turn.add_done_callback(lambda _: self._stirred.set())
+        try:
+            await self._until(lambda: turn.done() or (not orders and self._overtaken(urgency)))
+            reply = turn.result() if turn.done() else None
+        finally:
+            turn.cancel()
         if reply is not None:
-            self._pending += 1
-            self._rendering.put_nowait((*orders[0], reply))
+            order, waited_ms = orders[0]
+            self._awaited += not order.refines
+            self._rendering.put_nowait((order, waited_ms, reply))
+
+    def _overtaken(self, urgency: Urgency) -> bool:
+        """Whether what is wanted now must not wait for a turn of this urgency."""
+        due = self._session.due
+        return self._wanted is not None or (due is not None and due < urgency)
 
     async def _open(self, scene: SceneRef) -> None:
         self._news.set()
         shown = self._shown
         try:
             shown = scene, await self._read(scene)
-        except (UserError, RenderFaultError, WorkerLostError) as error:
+        except (UserError, TooBusyError, RenderFaultError, WorkerLostError) as error:
             await self._fail(ErrorCode.SCENE_FAILED, error)
         if self._wanted != scene:
             return  # the viewer has chosen another one meanwhile
@@ -235,7 +252,7 @@ class Viewer:
             except WorkerLostError as error:
                 if not self._session.lost(order):
                     await self._fail(ErrorCode.RENDER_FAILED, UserError(f"{error}; it dies of this view: change it"))
-            self._pending -= 1
+            self._awaited -= not order.refines
             self._stir()
 
     async def _show(self, order: Order, done: Done, image: bytes) -> None:
@@ -243,6 +260,7 @@ class Viewer:
         message = header.pack() + image
         self._session.window.sent(header.frame)
         self._sent[header.frame] = order.queue_ms + done.render_ms + done.encode_ms
+        self._check_open()
         await self._socket.send_bytes(message)
         metrics = self._service.metrics
         times = (order.queue_ms, done.render_ms, done.encode_ms)
@@ -299,18 +317,25 @@ class Viewer:
         activity = self._service.engine.activity
         words = {"text": activity.text, "fraction": activity.fraction}
         if activity.state is EngineState.READY:
-            waiting = self._wanted is not None or self._pending > 0 or self._session.due is not None
+            due = self._session.due in (Urgency.MOVING, Urgency.STILL)
+            waiting = due or self._wanted is not None or self._awaited > 0
             slow = bool(activity.text) or self._wanted is not None
             return Status(state=State.LOADING, **words) if waiting and slow else Status(state=State.READY)
         return Status(state=State.LOADING if activity.state is EngineState.STARTING else State.RECOVERING, **words)
 
     async def _fail(self, code: ErrorCode, error: Exception) -> None:
-        if code is not ErrorCode.BAD_MESSAGE:
+        if code is not ErrorCode.BAD_MESSAGE and self._faults.spend():
             log.warning("%s: %s", code, error)
         await self._send(Error(code=code, message=str(error)))
 
     async def _send(self, message: Message) -> None:
+        self._check_open()
         await self._socket.send_text(message.model_dump_json())
+
+    def _check_open(self) -> None:
+        """Another task may have closed the socket, or met its end, an instant ago."""
+        if self._socket.application_state is not WebSocketState.CONNECTED:
+            raise WebSocketDisconnect(1006)
 
     def _stir(self) -> None:
         self._stirred.set()

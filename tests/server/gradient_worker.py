@@ -46,8 +46,6 @@ class GradientBackend:
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
         if scene.source.endswith("deadly.glb"):
             os.kill(os.getpid(), signal.SIGKILL)
-        if scene.source.endswith("deadly.glb"):
-            os.kill(os.getpid(), signal.SIGKILL)
         if scene.source.endswith("broken.glb"):
             raise UserError(f"{scene.id}: accessors[0]: is cut off")
         self._scenes[scene] = None

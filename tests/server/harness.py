@@ -18,6 +18,7 @@ from server.app import create_app, create_server
 from server.protocol import FrameHeader, unpack_frame
 from server.service import Service
 from server.settings import ServerSettings
+from server.shutdown import Server
 
 GRADIENT_WORKER = (sys.executable, str(Path(__file__).with_name("gradient_worker.py")))
 ANY_CHECK = (sys.executable, str(Path(__file__).with_name("any_check.py")))
@@ -80,6 +81,7 @@ class Running:
 
     service: Service
     http: httpx.Client
+    server: Server
 
     @contextmanager
     def walker(self) -> Iterator[Walker]:
@@ -110,7 +112,7 @@ def run(
             time.sleep(0.005)
         port = server.servers[0].sockets[0].getsockname()[1]
         with closing(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=20)) as http:
-            yield Running(app.state.service, http)
+            yield Running(app.state.service, http, server)
     finally:
         server.should_exit = True
         thread.join(15)

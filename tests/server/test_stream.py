@@ -1,18 +1,22 @@
 """The WebSocket as a viewer meets it: admission, messages, frames, scenes, failures."""
 
+import itertools
 import os
 import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 import simplejpeg
-from gradient_worker import BUG_SEED, DEADLY_SEED, SLOW_SEED, TARGET, WRONG_SEED
+from gradient_worker import BUG_SEED, DEADLY_SEED, LONG_SEED, SLOW_SEED, TARGET, WRONG_SEED
 from harness import Running, Walker
 from websockets.exceptions import ConnectionClosed
 
+from server import checker
 from server.protocol import STAGES, WINDOW, Codec, Phase
+from server.session import Session
 
 Visit = Callable[[Running], Walker]
 
@@ -295,6 +299,83 @@ def test_a_scene_that_kills_the_worker_is_given_up(serve: Callable[..., Running]
     assert walker.word("scene")["id"] == "cornell-box"
     walker.pose(1)
     walker.frame(timeout=30)
+
+
+def test_who_starts_to_walk_does_not_wait_behind_walkers_for_a_sharper_picture(
+    serve: Callable[..., Running], visit: Visit
+) -> None:
+    running = serve()
+    resting, *walking = (visit(running) for _ in range(3))
+    for walker in (resting, *walking):
+        walker.hello(settings={"seed": SLOW_SEED, "frames": 1000})
+    ended = Event()
+
+    def walk(walker: Walker) -> None:  # so that one of them waits all the time
+        for number in itertools.count(1):
+            walker.pose(number)
+            walker.send("ack", frame=walker.frame()[0].frame)
+            if ended.is_set():
+                return
+
+    resting.pose(1)
+    while resting.frame()[0].phase is Phase.MOVING:
+        pass
+    threads = [Thread(target=walk, args=(walker,)) for walker in walking]
+    for thread in threads:
+        thread.start()
+    try:
+        time.sleep(1.0)  # until a sharper picture waits
+        resting.send("ack", frame=2)
+        resting.pose(2)
+        while resting.frame(timeout=5.0)[0].pose != 2:
+            pass
+    finally:
+        ended.set()
+        for thread in threads:
+            thread.join()
+
+
+def test_a_view_that_gets_sharper_is_ready(walker: Walker) -> None:
+    walker.send("settings", id=1, settings={"seed": LONG_SEED, "frames": 2})
+    walker.pose(1)
+    walker.word("status", state="loading", text="long")
+    while (header := walker.frame(timeout=30.0)[0]).phase is Phase.MOVING:
+        walker.send("ack", frame=header.frame)
+    walker.send("ack", frame=header.frame)
+    walker.words.clear()
+    walker.word("status", state="ready")
+    assert walker.frame(timeout=30.0)[0].phase is Phase.FINAL
+    assert not [word for word in walker.words if word["type"] == "status" and word["state"] != "ready"]
+
+
+def test_the_served_file_may_be_gone(serve: Callable[..., Running], visit: Visit, tmp_path: Path) -> None:
+    file = tmp_path / "hall.glb"
+    file.write_bytes(b"")
+    walker = visit(serve(scene=str(file)))
+    file.unlink()
+    walker.send("hello", protocol=1, size=[8, 8])
+    walker.word("error", code="unknown-scene")
+    walker.send("settings", id=1, scene="cornell-box")
+    assert walker.word("scene")["id"] == "cornell-box"
+
+
+def test_a_busy_checker_does_not_end_the_session(
+    running: Running, walker: Walker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checker, "MAX_WAITING", 0)
+    walker.send("settings", id=1, scene="rooms/hall.glb")
+    assert "try again" in walker.word("error", code="scene-failed")["message"]
+    assert walker.word("scene")["id"] == "cornell-box"
+
+
+def test_a_fault_of_the_web_process_is_said_and_logged(
+    running: Running, walker: Walker, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(Session, "pose", lambda *_: 1 / 0)
+    walker.pose(1)
+    assert closed(walker) == 1011
+    assert "ZeroDivisionError" in caplog.text
+    assert running.service.metrics.registry.get_sample_value("lumenwalk_dropped_total", {"reason": "fault"}) == 1
 
 
 def test_viewers_of_a_service_that_starts_see_its_progress(serve: Callable[..., Running], visit: Visit) -> None:

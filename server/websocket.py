@@ -1,0 +1,63 @@
+"""uvicorn's WebSocket, for viewers that do not read what they are sent: they can neither fill memory nor stay for ever.
+
+A closed asyncio transport waits until its peer has read everything, so a peer that reads nothing must be cut off.
+"""
+
+from typing import Any
+
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+LINGER_SECONDS = 10.0  # for a peer to read the last words
+DISCARD_SECONDS = 0.5  # for it to stop talking
+
+
+class WebSocket(WebSocketsSansIOProtocol):
+    """One connection."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._pong = b""  # what has to wait
+
+    def handle_ping(self) -> None:
+        """Answer a ping; while the peer does not read, only those that came last are kept to be (RFC 6455, 5.5.3)."""
+        if self.writable.is_set():
+            super().handle_ping()
+        else:  # the answers to all pings of one reading come at once
+            self._pong = b"".join(self.conn.data_to_send()) or self._pong
+
+    def resume_writing(self) -> None:
+        """The peer has read: answer its last ping."""
+        super().resume_writing()
+        if self._pong and not self.transport.is_closing():
+            pong, self._pong = self._pong, b""
+            self.transport.write(pong)
+
+    def handle_parser_exception(self) -> None:
+        """Say why this ends and throw away what still comes: a socket closed with that unread may lose its last words."""
+        if self.close_sent:
+            return
+        assert self.conn.close_sent is not None
+        code, reason = self.conn.close_sent.code, self.conn.close_sent.reason
+        self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
+        self.transport.write(b"".join(self.conn.data_to_send()))
+        self.close_sent = True
+        self.close_timer = self.loop.call_later(DISCARD_SECONDS, self.transport.close)
+        if self.read_paused:
+            self.read_paused = False
+            self.transport.resume_reading()
+
+    def keepalive_timeout(self) -> None:
+        """The peer does not answer pings: cut it off in a while."""
+        super().keepalive_timeout()
+        self._cut_off()
+
+    async def run_asgi(self) -> None:
+        """Serve the connection, and cut it off if it outlives that."""
+        try:
+            await super().run_asgi()
+        finally:
+            if not self.disconnected:
+                self._cut_off()
+
+    def _cut_off(self) -> None:
+        self.loop.call_later(LINGER_SECONDS, self.transport.abort)
