@@ -69,7 +69,13 @@ def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[Pur
 
 def _inside(archive: Path, name: str) -> PurePosixPath:
     path = PurePosixPath(name.replace("\\", "/"))
-    wrong = path.is_absolute() or ".." in path.parts or ":" in path.parts[0] or len(path.parts) > MAX_DEPTH
+    wrong = (
+        not path.parts
+        or path.is_absolute()
+        or ".." in path.parts
+        or ":" in path.parts[0]
+        or len(path.parts) > MAX_DEPTH
+    )
     if wrong or any(len(part.encode()) > 255 or not part.isprintable() for part in path.parts):
         raise SceneError(archive.name, f"{name!r:.60}", "is not a plain name inside the archive; rename it")
     return path

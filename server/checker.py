@@ -7,6 +7,7 @@ import asyncio
 import os
 import signal
 import sys
+from collections import Counter
 from collections.abc import Sequence
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
@@ -84,6 +85,7 @@ class Checker:
         self._command = command
         self._turns = asyncio.Semaphore(AT_ONCE)
         self._waiting = 0
+        self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
 
     async def check(self, source: str, name: str, folder: str | None = None) -> Checked:
         """What is in the scene `source`; `name` is what viewers call it; an archive is unpacked into `folder`.
@@ -105,20 +107,27 @@ class Checker:
         try:
             async with self._turns:
                 answer = await self._run(request, name)
+            if isinstance(answer, Refused):
+                raise SceneError(name, answer.field, answer.problem)
+        except SceneError:
+            self.outcomes["refused"] += 1
+            raise
         finally:
             self._waiting -= 1
-        if isinstance(answer, Refused):
-            raise SceneError(name, answer.field, answer.problem)
+        self.outcomes["sound"] += 1
         return answer
 
     async def _run(self, request: CheckRequest, name: str) -> Checked | Refused:
-        process = await asyncio.create_subprocess_exec(
-            *self._command,
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-            env=_environment(),
-            start_new_session=True,
-        )
+        try:
+            process = await asyncio.create_subprocess_exec(
+                *self._command,
+                stdin=asyncio.subprocess.PIPE,
+                stdout=asyncio.subprocess.PIPE,
+                env=_environment(),
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise TooBusyError(f"no process can be started to read {name}: {error.strerror or error}") from None
         try:
             async with asyncio.timeout(self._seconds):
                 output, _ = await process.communicate(request.model_dump_json().encode())

@@ -50,7 +50,6 @@ WORKER = (sys.executable, "-m", "server.backend")
 # Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
 BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
 START_SECONDS = 600.0  # that a worker may say nothing while it starts: it may compile every kernel
-HANG_SECONDS = 60.0  # and with a job, which may need kernels that were never compiled
 HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
 HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
@@ -141,8 +140,10 @@ class _Owed:
 class Engine:
     """One worker process, restarted when it dies, and the queue to it."""
 
-    def __init__(self, start: Start, command: Sequence[str] = WORKER, hang_seconds: float = HANG_SECONDS) -> None:
-        """hang_seconds: how long a worker with a job may say nothing before it is replaced."""
+    def __init__(self, start: Start, command: Sequence[str] = WORKER, hang_seconds: float = 120.0) -> None:
+        """hang_seconds: how long a worker with a job, which may have kernels to compile, may say nothing before it is
+        replaced.
+        """
         self._start = start
         self._command = command
         self._hang_seconds = hang_seconds

@@ -7,6 +7,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from gpu.errors import UserError
 from server.engine import RenderFaultError
@@ -86,6 +87,10 @@ def install(app: FastAPI) -> None:
         code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
         return error_response(error.status_code, code, str(error.detail))
 
+    async def gone(_: Request, __: Exception) -> JSONResponse:
+        return error_response(400, "gone", "the client has left")  # which nobody reads
+
+    app.add_exception_handler(ClientDisconnect, gone)
     for kind in _STATUS:
         app.add_exception_handler(kind, expected)
     app.add_exception_handler(RequestValidationError, invalid)

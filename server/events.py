@@ -25,10 +25,13 @@ async def _until(stopping: asyncio.Event, events: AsyncGenerator[str]) -> AsyncI
     try:
         while True:
             following = asyncio.ensure_future(anext(events, None))
-            await asyncio.wait((following, end), return_when=asyncio.FIRST_COMPLETED)
-            if not following.done():
-                following.cancel()
-                await asyncio.wait((following,))
+            try:
+                await asyncio.wait((following, end), return_when=asyncio.FIRST_COMPLETED)
+            finally:  # also when the client has left: a generator that still runs cannot be closed
+                if not following.done():
+                    following.cancel()
+                    await asyncio.wait((following,))
+            if following.cancelled():
                 return
             text = following.result()
             if text is None:

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import secrets
+from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -17,6 +18,7 @@ from server.residency import Residency
 from server.schedule import Urgency
 
 MAX_LOSSES = 3  # of the worker, in a row
+MAX_ENDED = 1000  # jobs that are remembered
 log = logging.getLogger("lumenwalk.jobs")
 
 
@@ -74,7 +76,8 @@ class Jobs:
         self._keep_seconds = keep_seconds
         self._keep_bytes = keep_bytes
         self._jobs: dict[str, RenderJob] = {}
-        self._queue: asyncio.Queue[RenderJob] = asyncio.Queue()
+        self.ended = Counter(dict.fromkeys(ENDED, 0))  # since the service began
+        self._added = asyncio.Event()
         self._running: asyncio.Task[None] | None = None
 
     @property
@@ -95,7 +98,7 @@ class Jobs:
             raise TooBusyError(f"{waiting} jobs wait or run already; try again later")
         job = RenderJob(secrets.token_hex(8), render, frames, media_type)
         self._jobs[job.id] = job
-        self._queue.put_nowait(job)
+        self._added.set()
         return job
 
     def remove(self, job_id: str) -> RenderJob:
@@ -105,14 +108,18 @@ class Jobs:
             self._running.cancel()
         if job.state not in ENDED:
             self._tell(job, JobState.CANCELLED)
-        self._forget(job)
+        self._forget(job.id)
         return job
 
     async def run(self) -> None:
         """Work until cancelled."""
         try:
             while True:
-                job = await self._queue.get()
+                job = next((job for job in self._jobs.values() if job.state is JobState.QUEUED), None)
+                if job is None:
+                    self._added.clear()
+                    await self._added.wait()
+                    continue
                 self._running = asyncio.create_task(self._render(job), name=f"job {job.id}")
                 await asyncio.wait([self._running])
         finally:
@@ -153,23 +160,25 @@ class Jobs:
         finally:
             self._dismiss(job.render.viewer)
         self._make_room(job)
-        asyncio.get_running_loop().call_later(self._keep_seconds, self._forget, job)
+        asyncio.get_running_loop().call_later(self._keep_seconds, self._forget, job.id)
 
     def _make_room(self, newest: RenderJob) -> None:
-        """Forget the oldest results when they are too large together; the newest one stays."""
+        """Forget the oldest jobs when they are too many, or their results too large together; the newest one stays."""
         ended = [job for job in self._jobs.values() if job.state in ENDED and job is not newest]
         total = sum(len(job.result) for job in self._jobs.values())
-        while total > self._keep_bytes and ended:
+        while ended and (total > self._keep_bytes or len(ended) >= MAX_ENDED):
             total -= len(ended[0].result)
-            self._forget(ended.pop(0))
+            self._forget(ended.pop(0).id)
 
-    def _forget(self, job: RenderJob) -> None:
-        self._jobs.pop(job.id, None)
+    def _forget(self, job_id: str) -> None:
+        self._jobs.pop(job_id, None)
 
     def _tell(self, job: RenderJob, state: JobState, samples: int | None = None) -> None:
         if job.state is JobState.CANCELLED:
             return
         job.state = state
+        if state in ENDED:
+            self.ended[state] += 1
         job.samples = job.samples if samples is None else samples
         job.changed.set()
         job.changed = asyncio.Event()

@@ -39,7 +39,9 @@ class TextFormatter(logging.Formatter):
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 (logging's own name)
         """The first line."""
-        return " ".join([super().formatMessage(record), *(f"{name}={it}" for name, it in _fields(record).items())])
+        line = " ".join([super().formatMessage(record), *(f"{name}={it}" for name, it in _fields(record).items())])
+        # Clients have a say in some of it, such as why they close, and must not write lines of their own.
+        return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in line)
 
 
 class JsonFormatter(logging.Formatter):

@@ -17,6 +17,7 @@ from pydantic import Field, TypeAdapter
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
 from server.protocol import SceneInfo
+from server.settings import LogFormat
 
 STILLS = 0  # the viewer number of renders that no viewer asked for; viewers count from 1
 HEARTBEAT = -1  # the viewer number of renders that only see whether the device still works
@@ -75,6 +76,7 @@ class Start:
     device: str | None = None
     max_scenes: int = 4
     scene_limits: SceneLimits = field(default_factory=SceneLimits)
+    log_format: LogFormat = LogFormat.TEXT
     kind: Literal["start"] = "start"
 
 

@@ -7,6 +7,7 @@ from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from server.jobs import ENDED
 from server.schedule import Urgency
 from server.service import Service, TheService
 
@@ -32,6 +33,20 @@ class State(Collector):
         for urgency in Urgency:
             queue.add_metric([urgency.name.lower()], service.engine.waiting[urgency])
         yield queue
+        jobs = CounterMetricFamily("lumenwalk_jobs", "Render jobs that have ended.", labels=["state"])
+        for state, ended in service.jobs.ended.items():
+            jobs.add_metric([state], ended)
+        yield jobs
+        waiting = sum(job.state not in ENDED for job in service.jobs.all)
+        yield GaugeMetricFamily("lumenwalk_jobs_waiting", "Render jobs that wait or run.", waiting)
+        checks = CounterMetricFamily("lumenwalk_scene_checks", "Scene files that were read.", labels=["outcome"])
+        for outcome, count in service.checker.outcomes.items():
+            checks.add_metric([outcome], count)
+        yield checks
+        if (uploads := service.catalogue.uploads) is not None:
+            yield CounterMetricFamily("lumenwalk_uploads", "Scenes that clients brought.", uploads.kept)
+            held = sum(upload.bytes for upload in uploads.all.values())
+            yield GaugeMetricFamily("lumenwalk_uploads_bytes", "Of uploads kept.", held)
         yield GaugeMetricFamily("lumenwalk_ready", "Whether frames can be had, 1 or 0.", float(service.engine.ready))
         yield CounterMetricFamily(
             "lumenwalk_engine_restarts", "Times that the renderer was started again.", service.engine.restarts

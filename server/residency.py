@@ -49,6 +49,7 @@ class Residency:
         self._checked: dict[str, tuple[SceneRef, Checked]] = {}
         self._opened: dict[str, tuple[SceneRef, SceneInfo]] = {}
         self._loading = asyncio.Lock()
+        self._checking: dict[str, asyncio.Lock] = {}  # scenes that are being read now, by id
 
     @property
     def loaded(self) -> tuple[SceneRef, ...]:
@@ -66,11 +67,19 @@ class Residency:
 
     async def inspect(self, scene: SceneRef) -> Checked:
         """What is in a scene, read in a child process the first time; errors as of `Checker.check`."""
-        known = self._checked.get(scene.id)
-        if known is None or known[0] != scene:
-            known = scene, await self._checker.check(scene.source, scene.id)
-            self._checked[scene.id] = known
-        return known[1]
+        lock = self._checking.setdefault(scene.id, asyncio.Lock())
+        try:
+            async with (
+                lock
+            ):  # many come for one scene at the same time, such as viewers of a service that was restarted
+                known = self._checked.get(scene.id)
+                if known is None or known[0] != scene:
+                    known = scene, await self._checker.check(scene.source, scene.id)
+                    self._checked[scene.id] = known
+                return known[1]
+        finally:
+            if not lock.locked():
+                self._checking.pop(scene.id, None)
 
     async def open(self, scene: SceneRef) -> SceneInfo:
         """Make sure that a scene is on the device, and say what is in it.
@@ -94,10 +103,11 @@ class Residency:
             await self._engine.close(scene)
 
     async def free_lost(self) -> None:
-        """Free scenes whose file is gone and that nobody looks at."""
+        """Free scenes whose file is gone and that nobody looks at, and forget what was in them."""
+        self._checked = {id_: known for id_, known in self._checked.items() if not _gone(known[0])}
+        self._opened = {id_: known for id_, known in self._opened.items() if not _gone(known[0])}
         for scene in self.loaded:
-            gone = scene.source not in BUILTIN and not Path(scene.source).exists()
-            if gone and self._engine.ready and not self._in_use(scene.id):
+            if _gone(scene) and self._engine.ready and not self._in_use(scene.id):
                 await self.close(scene)
 
     def _check_room(self, scene: SceneRef) -> None:
@@ -111,6 +121,10 @@ class Residency:
             f"{scene.id}: needs about {_megabytes(needed)} on the device, which has {_megabytes(free)} to give "
             f"({_megabytes(self._reserve_bytes)} of it stay free); {advice}"
         )
+
+
+def _gone(scene: SceneRef) -> bool:
+    return scene.source not in BUILTIN and not Path(scene.source).exists()
 
 
 def _megabytes(count: int) -> str:

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import AsyncGenerator
 from typing import Annotated, Any
+from urllib.parse import quote
 
 from fastapi import APIRouter, Header, Query, Request, Response
 from pydantic import BaseModel, Field
@@ -15,7 +16,7 @@ from server.events import event, event_stream, wants_events
 from server.link import WorkerLostError
 from server.messages import SceneRef
 from server.protocol import SceneId, SceneInfo, SceneName
-from server.refusals import ForbiddenError, InUseError
+from server.refusals import ForbiddenError, InUseError, UnknownSceneError
 from server.service import Service, TheService
 from server.uploads import ARCHIVE, Uploads
 
@@ -59,8 +60,7 @@ class Loaded(SceneListing):
     memory_total: int
 
 
-def _listing(service: Service, name: SceneName) -> SceneListing:
-    ref = service.catalogue.find(name.id)
+def _listing(service: Service, name: SceneName, ref: SceneRef) -> SceneListing:
     return SceneListing(
         **name.model_dump(),
         uploaded=service.catalogue.uploaded(name.id),
@@ -72,7 +72,10 @@ def _listing(service: Service, name: SceneName) -> SceneListing:
 
 
 def _named(service: Service, ref: SceneRef) -> SceneListing:
-    return _listing(service, next(name for name in service.catalogue.names() if name.id == ref.id))
+    for name in service.catalogue.names():
+        if name.id == ref.id:
+            return _listing(service, name, ref)
+    raise UnknownSceneError(f"scene: {ref.id!r} has gone meanwhile; uploads make room for newer ones")
 
 
 async def _details(service: Service, ref: SceneRef) -> SceneDetails:
@@ -88,7 +91,7 @@ async def _details(service: Service, ref: SceneRef) -> SceneDetails:
 @router.get("")
 async def scenes(service: TheService) -> list[SceneListing]:
     """The scenes that can be chosen, the served one first."""
-    return [_listing(service, name) for name in service.catalogue.names()]
+    return [_listing(service, name, ref) for name, ref in service.catalogue.found()]
 
 
 @router.post(
@@ -117,7 +120,7 @@ async def upload(
     ref = service.catalogue.find(added.id)
     service.residency.learn(ref, added.checked)
     await service.residency.free_lost()
-    response.headers["Location"] = f"{router.prefix}/{ref.id}"
+    response.headers["Location"] = f"{router.prefix}/{quote(ref.id)}"
     return await _details(service, ref)
 
 

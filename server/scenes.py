@@ -4,6 +4,8 @@ An id is looked up in a list that the server makes; it never becomes a path, so 
 """
 
 import os
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 
@@ -59,12 +61,15 @@ class Catalogue:
 
     def names(self) -> tuple[SceneName, ...]:
         """All scenes that can be chosen, the served one first."""
-        sources = self._sources()
-        served = next(iter(sources))
-        return tuple(
-            SceneName(id=id_, name=Path(id_).stem, builtin=source in BUILTIN, served=id_ == served)
-            for id_, source in sources.items()
-        )
+        return _names(self._sources())
+
+    def found(self) -> list[tuple[SceneName, SceneRef]]:
+        """`names` of those whose files are there now, and what they mean."""
+        sources, found = self._sources(), []
+        for name in _names(sources):
+            with suppress(UnknownSceneError):
+                found.append((name, _ref(name.id, sources[name.id])))
+        return found
 
     def find(self, scene_id: str | None) -> SceneRef:
         """The scene with this id, or the served one; UnknownSceneError when there is none."""
@@ -73,13 +78,7 @@ class Catalogue:
             scene_id = next(iter(sources))
         if scene_id not in sources:
             raise UnknownSceneError(f"scene: there is no {scene_id!r} here; /api/v1/scenes lists what there is")
-        source = sources[scene_id]
-        if source in BUILTIN:
-            return SceneRef(scene_id, source)
-        try:
-            return SceneRef(scene_id, source, Path(source).stat().st_mtime_ns)
-        except OSError as error:
-            raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
+        return _ref(scene_id, sources[scene_id])
 
     def _sources(self) -> dict[str, str]:
         # A built-in scene or a file in the folder that is called as the served file is yields its id to that.
@@ -96,6 +95,23 @@ class Catalogue:
             # A folder of the scenes folder may be called as uploads are: the upload is meant then.
             listed.update((id_, str(self.uploads.path(upload))) for id_, upload in self.uploads.all.items())
         return listed
+
+
+def _names(sources: Mapping[str, str]) -> tuple[SceneName, ...]:
+    served = next(iter(sources))
+    return tuple(
+        SceneName(id=id_, name=Path(id_).stem, builtin=source in BUILTIN, served=id_ == served)
+        for id_, source in sources.items()
+    )
+
+
+def _ref(scene_id: str, source: str) -> SceneRef:
+    if source in BUILTIN:
+        return SceneRef(scene_id, source)
+    try:
+        return SceneRef(scene_id, source, Path(source).stat().st_mtime_ns)
+    except OSError as error:
+        raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
 
 
 def _scene_files(folder: Path) -> list[tuple[str, str]]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from time import monotonic
 
-PATIENCE_SECONDS = 1.0  # a still that waited this long goes first: whoever walks must not keep others out for ever
+# A still that waited this long goes first, one in as long: whoever walks must not keep others out for ever, nor they him.
+PATIENCE_SECONDS = 1.0
 
 
 class Urgency(IntEnum):
@@ -47,6 +48,7 @@ class Schedule:
 
     def __init__(self, now: Callable[[], float] = monotonic) -> None:
         self._now = now
+        self._let_in = -PATIENCE_SECONDS  # when a still went first for its patience
         self._queues = {urgency: _Queue() for urgency in Urgency}
 
     def join(self, client: int, urgency: Urgency) -> Place:
@@ -64,7 +66,8 @@ class Schedule:
     def next(self) -> Place | None:
         """The place whose turn it is, taken out of the queue; None when nobody waits."""
         stills = self._queues[Urgency.STILL]
-        if stills.waiting and self._now() - stills.waiting[0].since >= PATIENCE_SECONDS:
+        if stills.waiting and self._now() - max(stills.waiting[0].since, self._let_in) >= PATIENCE_SECONDS:
+            self._let_in = self._now()
             return self._take(stills, stills.waiting[0])
         for queue in self._queues.values():
             if queue.waiting:

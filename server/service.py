@@ -82,6 +82,7 @@ def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:
         device=settings.device,
         max_scenes=settings.max_scenes,
         scene_limits=settings.scene_limits,
+        log_format=settings.log_format,
     )
 
 

@@ -92,7 +92,7 @@ class ServerSettings(BaseSettings):
     )
     max_wait_seconds: float = Field(default=60.0, gt=0.0, le=3600.0, description="that a still waits for its turn [s]")
     hang_seconds: float = Field(
-        default=60.0,
+        default=120.0,
         gt=0.0,
         le=3600.0,
         description="that the renderer may say nothing in a render before it is replaced",

@@ -54,6 +54,7 @@ class Uploads:
         self._max_count = settings.max_uploads
         self._max_total_bytes = settings.max_uploads_bytes
         self._taking = 0
+        self.kept = 0  # since the service began
         self._keeping = asyncio.Lock()
         self._uploads: dict[str, Upload] = {}
         self._temporary: TemporaryDirectory[str] | None = None
@@ -102,8 +103,9 @@ class Uploads:
         if self._taking >= MAX_AT_ONCE:
             raise TooBusyError(f"{self._taking} uploads are on their way already; try again later")
         self._taking += 1
-        work = self._folder / f"{UNFINISHED}{secrets.token_hex(8)}"
+        work: Path | None = None
         try:
+            work = self._folder / f"{UNFINISHED}{secrets.token_hex(8)}"
             (work / "scene").mkdir(parents=True)
             file = work / ("archive.zip" if suffix == ARCHIVE else f"scene/{stem}{suffix}")
             await self._receive(file, body)
@@ -113,7 +115,8 @@ class Uploads:
             raise NoRoomError(f"{stem}{suffix}: cannot be kept: {error.strerror or error}") from None
         finally:
             self._taking -= 1
-            await asyncio.to_thread(shutil.rmtree, work, ignore_errors=True)
+            if work is not None:
+                await asyncio.to_thread(shutil.rmtree, work, ignore_errors=True)
 
     async def remove(self, scene_id: str) -> None:
         """Delete an upload; UnknownSceneError when there is none of that id."""
@@ -170,9 +173,15 @@ class Uploads:
                 update={"source": str(scene), "info": checked.info.model_copy(update={"id": id_, "name": stem})}
             ),
         )
-        work.rename(self._folder / upload.folder)
-        (self._folder / f"{upload.folder}{RECORD}").write_text(upload.model_dump_json())
+        record = self._folder / f"{upload.folder}{RECORD}"
+        try:  # a record without a folder is nothing, a folder without a record would stay for ever
+            record.write_text(upload.model_dump_json())
+            work.rename(self._folder / upload.folder)
+        except OSError:
+            record.unlink(missing_ok=True)
+            raise
         self._uploads[id_] = upload
+        self.kept += 1
         return upload
 
     async def _make_room(self, size: int, in_use: Callable[[str], bool]) -> None:
@@ -216,6 +225,8 @@ def _kept(folder: Path) -> list[Upload]:
             continue
         if (folder / upload.folder / upload.checked.source).is_file():
             found.append(upload)
+        elif not (folder / upload.folder).exists():
+            record.unlink(missing_ok=True)
     return found
 
 

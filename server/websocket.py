@@ -33,7 +33,7 @@ class WebSocket(WebSocketsSansIOProtocol):
             self.transport.write(pong)
 
     def handle_parser_exception(self) -> None:
-        """Say why this ends and throw away what still comes: a socket closed with that unread may lose its last words."""
+        """Say why this ends, and throw away what still comes: closed with that unread, a socket may lose the words."""
         if self.close_sent:
             return
         assert self.conn.close_sent is not None

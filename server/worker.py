@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from gpu.errors import OutOfMemoryError, UserError
 from server.encode import encode
+from server.logs import configure
 from server.messages import (
     START_UP,
     Cause,
@@ -118,6 +119,7 @@ class Worker:
         start = self._inbox.get()
         if not isinstance(start, Start):
             raise TypeError(f"expected Start first, got {start}")
+        configure(start.log_format)
         try:
             report = self._reporter(quiet_seconds=0.0)
             device = self._backend.start(start, report)
@@ -217,7 +219,6 @@ class Worker:
 
 def work(descriptor: int, backend: Backend) -> int:
     """Run a worker on the inherited socket `descriptor`; returns the process's exit status."""
-    logging.basicConfig(format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with socket.socket(fileno=descriptor) as connection:

@@ -1,4 +1,6 @@
 import asyncio
+import gc
+import weakref
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -151,3 +153,31 @@ def test_the_oldest_results_go_when_they_are_too_large() -> None:
         assert jobs.all == made[1:]
 
     work(FakeEngine(), test, keep_bytes=len(b"image") * 2)
+
+
+def test_a_forgotten_result_takes_no_memory() -> None:
+    async def test(jobs: Jobs) -> None:
+        held = []
+        for viewer in range(3):
+            job = jobs.add(order(viewer=viewer), 1, "image/png")
+            held.append(weakref.ref(job))
+            await ended(jobs, job)
+            del job
+        await asyncio.sleep(0)
+        gc.collect()
+        assert [job() is None for job in held] == [True, True, False]
+
+    work(FakeEngine(), test, keep_bytes=5)
+
+
+def test_jobs_that_ended_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.jobs.MAX_ENDED", 2)
+
+    async def test(jobs: Jobs) -> None:
+        for viewer in range(5):
+            await ended(jobs, jobs.add(order(viewer=viewer), 1, "image/png"))
+        await asyncio.sleep(0)
+        assert len(jobs.all) == 2
+        assert jobs.ended[JobState.FAILED] == 5
+
+    work(FakeEngine(failure=UserError("no")), test)

@@ -47,5 +47,12 @@ def test_text_has_the_fields_at_the_end_of_its_line(capsys: pytest.CaptureFixtur
     configure(LogFormat.TEXT)
     copy_context().run(event)
     lines = capsys.readouterr().err.splitlines()
-    assert lines[1] == "badly viewer=7 frame=12"
+    assert lines[0].endswith(r"it failed\nbadly viewer=7 frame=12")
     assert lines[-1] == "ValueError: of a test"
+
+
+def test_what_a_client_says_makes_no_line_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    configure(LogFormat.TEXT)
+    log.info("viewer left", extra={"reason": "bye\n2026-01-01 ERROR all is lost\x1b[2J\u2028é"})
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith(r"reason=bye\n2026-01-01 ERROR all is lost\x1b[2J\u2028é")

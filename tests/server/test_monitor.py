@@ -1,7 +1,9 @@
 import re
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
+from glb_file import TRIANGLE_GLB
 from gradient_worker import MEMORY, SLOW_SECONDS, SLOW_SEED
 from harness import Running
 from prometheus_client.parser import text_string_to_metric_families
@@ -56,3 +58,17 @@ def test_the_queue_is_counted_by_urgency(running: Running) -> None:
             assert not all(still.done() for still in stills)
     assert 'lumenwalk_queue_jobs{urgency="moving"} 0.0' in text
     assert 'lumenwalk_queue_jobs{urgency="still"} 0.0' in running.http.get("/metrics").text
+
+
+def test_jobs_uploads_and_checks_are_counted(serve: Callable[..., Running]) -> None:
+    running = serve()
+    job = running.http.post("/api/v1/jobs", json={"size": [8, 8]}).json()
+    assert running.http.get(f"{job['url']}/events").text.count("event: end") == 1
+    assert running.http.post("/api/v1/scenes", params={"name": "house.glb"}, content=TRIANGLE_GLB).status_code == 201
+    assert running.http.post("/api/v1/scenes", params={"name": "house.txt"}, content=b"").status_code == 422
+    samples, text = scrape(running), running.http.get("/metrics").text
+    assert (samples["lumenwalk_uploads_total"], samples["lumenwalk_jobs_waiting"]) == (1, 0)
+    assert samples["lumenwalk_uploads_bytes"] == len(TRIANGLE_GLB)
+    assert 'lumenwalk_jobs_total{state="done"} 1.0' in text
+    assert 'lumenwalk_scene_checks_total{outcome="sound"} 1.0' in text
+    assert 'lumenwalk_scene_checks_total{outcome="refused"} 0.0' in text

@@ -130,3 +130,29 @@ def test_built_in_scenes_are_not_read_first() -> None:
     scenes = Residency(engine, Checker(ServerSettings(), ("false",)), 0, lambda _: False, lambda _: None)
     asyncio.run(scenes.open(BOX))
     assert engine.opened == [BOX]
+
+
+def test_who_comes_at_the_same_time_waits_for_one_reading(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        infos = await asyncio.gather(*(scenes.open(hall) for _ in range(40)))
+        assert all(info == infos[0] for info in infos)
+        assert scenes._checker.outcomes.total() == 1
+
+    asyncio.run(run())
+
+
+def test_what_was_in_a_lost_file_is_forgotten(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        await scenes.inspect(hall)
+        assert scenes.bytes_of(hall) is not None
+        Path(hall.source).unlink()
+        await scenes.free_lost()
+        assert scenes.bytes_of(hall) is None
+
+    asyncio.run(run())

@@ -1,5 +1,7 @@
 import json
+import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -178,3 +180,56 @@ def test_a_load_is_told_while_the_device_is_busy(service: Running) -> None:
     busy.start()
     assert service.http.post(f"{SCENES}/hall.glb/load").status_code == 200
     busy.join()
+
+
+@pytest.mark.parametrize("name", ["日本.glb", "ein haus é.glb"])
+def test_any_letters_may_be_in_the_name_of_an_upload(service: Running, name: str) -> None:
+    answer = upload(service, name)
+    assert answer.status_code == 201
+    assert service.http.get(answer.headers["Location"]).json()["id"] == f"uploads/{name}"
+
+
+def test_a_file_that_has_gone_does_not_hide_the_others(service: Running, tmp_path: Path) -> None:
+    assert "hall.glb" in listed(service)
+    (tmp_path / "hall.glb").unlink()
+    assert "broken.glb" in listed(service)
+    assert "hall.glb" not in listed(service)
+
+
+def test_who_leaves_while_a_scene_is_loaded_leaves_nothing_behind(
+    service: Running, caplog: pytest.LogCaptureFixture
+) -> None:
+    engine = service.service.engine
+    before = len(engine.listeners)
+    with service.walker() as walker:
+        walker.hello(settings={"seed": SLOW_SEED})
+        walker.pose(1)
+        url = f"{SCENES}/hall.glb/load"
+        with service.http.stream("POST", url, headers={"Accept": "text/event-stream"}) as answer:
+            next(answer.iter_lines())
+    deadline = time.monotonic() + 10.0
+    while len(engine.listeners) > before:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert "Exception" not in caplog.text
+
+
+def test_an_upload_that_is_cut_off_leaves_nothing_and_no_traceback(
+    service: Running, caplog: pytest.LogCaptureFixture
+) -> None:
+    uploads = service.service.catalogue.uploads
+    assert uploads is not None
+    url = service.http.base_url
+    with socket.create_connection((url.host, url.port)) as connection:
+        head = f"POST {SCENES}?name=house.glb HTTP/1.1\r\nHost: {url.netloc.decode()}\r\nContent-Length: 100000\r\n\r\n"
+        connection.sendall(head.encode() + b"x" * 5000)
+        deadline = time.monotonic() + 10.0
+        while not uploads._taking:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+    while uploads._taking:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    time.sleep(0.1)
+    assert not list(uploads._folder.iterdir())
+    assert "Traceback" not in caplog.text

@@ -123,3 +123,18 @@ def test_clients_that_left_are_forgotten() -> None:
     while schedule.next() is not None:
         pass
     assert sum(len(queue.starts) for queue in schedule._queues.values()) <= 2
+
+
+def test_stills_do_not_keep_those_out_who_walk() -> None:
+    clock = Clock()
+    schedule = scheduled(clock)
+    for _ in range(20):
+        schedule.join(0, STILL)
+    clock.seconds += PATIENCE_SECONDS
+    turns: Counter[int] = Counter()
+    for _ in range(10):
+        schedule.join(1, MOVING)
+        place = turn(schedule)
+        turns[place.urgency] += 1
+        clock.seconds += PATIENCE_SECONDS / 2
+    assert turns == {MOVING: 5, STILL: 5}
