@@ -1,5 +1,6 @@
-"""Limits of HTTP requests: how many are worked on at once, and how large their bodies are."""
+"""Limits of HTTP requests: how many are worked on at once, how large their bodies are, and how long those may take."""
 
+import asyncio
 import itertools
 from collections.abc import Sequence
 
@@ -10,11 +11,12 @@ from server.logs import bind
 from server.security import OPEN
 from server.service import Service
 
+BODY_SECONDS = 30.0  # for a body to arrive
 SPARE_REQUESTS = 64  # that may be answered at once, beside the stills that wait
 
 
 class BodyLimit:
-    """Answers 413 to a request body of more than `max_bytes`, whether its length was announced or not.
+    """Answers 413 to a request body of more than `max_bytes`, announced or not, and 408 to one that does not come.
 
     What is at the paths `streamed` reads its body piece by piece and has a limit of its own.
     """
@@ -30,24 +32,37 @@ class BodyLimit:
         if bodiless or scope["path"] in self._streamed:
             await self._app(scope, receive, send)
             return
-        body = bytearray()
-        more = True
-        while more:
-            message = await receive()
-            if message["type"] == "http.disconnect":
-                return
-            body += message.get("body", b"")
-            more = message.get("more_body", False)
-            if len(body) > self._max_bytes:
-                text = f"the request body is larger than this server's limit of {self._max_bytes} bytes"
-                await error_response(413, "too-large", text)(scope, receive, send)
-                return
-        whole: list[Message] = [{"type": "http.request", "body": bytes(body), "more_body": False}]
+        try:
+            async with asyncio.timeout(BODY_SECONDS):
+                body = await self._read(receive)
+        except TimeoutError:
+            text = f"the request body did not arrive within {BODY_SECONDS:g} s"
+            await error_response(408, "too-slow", text)(scope, receive, send)
+            return
+        if body is None:
+            return
+        if len(body) > self._max_bytes:
+            text = f"the request body is larger than this server's limit of {self._max_bytes} bytes"
+            await error_response(413, "too-large", text)(scope, receive, send)
+            return
+        whole: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
 
         async def replay() -> Message:
             return whole.pop() if whole else await receive()
 
         await self._app(scope, replay, send)
+
+    async def _read(self, receive: Receive) -> bytes | None:
+        """The body, as far as it is not too large; None when the client has left."""
+        body = bytearray()
+        more = True
+        while more and len(body) <= self._max_bytes:
+            message = await receive()
+            if message["type"] == "http.disconnect":
+                return None
+            body += message.get("body", b"")
+            more = message.get("more_body", False)
+        return bytes(body)
 
 
 class RequestLimit:

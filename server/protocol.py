@@ -80,6 +80,7 @@ Id = Annotated[int, Field(ge=1, le=2**32 - 1)]
 SceneId = Annotated[str, Field(min_length=1, max_length=512)]
 Matrix = Annotated[tuple[FiniteFloat, ...], Field(min_length=16, max_length=16)]
 RIGID_TOLERANCE = 1e-3
+MAX_DISTANCE = 1e15  # of a camera from the origin: the squares of distances must be numbers of single precision
 
 
 class Message(BaseModel):
@@ -330,13 +331,15 @@ def stage_slots(stage_ms: Mapping[str, float]) -> tuple[float, ...]:
 
 
 def check_rigid(matrix: tuple[float, ...]) -> None:
-    """ValueError unless a column-major 4×4 is a rotation and a translation: three unit axes, right-handed."""
+    """ValueError unless a column-major 4×4 is a rotation (unit axes, right-handed) and a translation, not too far."""
     x, y, z = matrix[0:3], matrix[4:7], matrix[8:11]
     cross = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
     errors = [abs(matrix[3]), abs(matrix[7]), abs(matrix[11]), abs(matrix[15] - 1.0)]
     errors += [abs(sum(a * a for a in axis) - 1.0) for axis in (x, y)]
     errors += [abs(sum(a * b for a, b in zip(x, y, strict=True)))]
     errors += [abs(a - b) for a, b in zip(cross, z, strict=True)]
+    if max(abs(place) for place in matrix[12:15]) > MAX_DISTANCE:
+        raise ValueError(f"must be within {MAX_DISTANCE:g} of the origin")
     if max(errors) > RIGID_TOLERANCE:
         raise ValueError("must be a rotation and a translation, column after column, without scale or mirroring")
 

@@ -67,11 +67,10 @@ class Residency:
 
     async def inspect(self, scene: SceneRef) -> Checked:
         """What is in a scene, read in a child process the first time; errors as of `Checker.check`."""
+        # Many may come for one scene at the same time, as when a service was restarted: it is read once.
         lock = self._checking.setdefault(scene.id, asyncio.Lock())
         try:
-            async with (
-                lock
-            ):  # many come for one scene at the same time, such as viewers of a service that was restarted
+            async with lock:
                 known = self._checked.get(scene.id)
                 if known is None or known[0] != scene:
                     known = scene, await self._checker.check(scene.source, scene.id)

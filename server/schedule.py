@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from time import monotonic
 
-# A still that waited this long goes first, one in as long: whoever walks must not keep others out for ever, nor they him.
+# A still that waited this long goes first, one in as long: neither may keep those out for ever who walk, nor they it.
 PATIENCE_SECONDS = 1.0
 
 

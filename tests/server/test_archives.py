@@ -57,6 +57,7 @@ def test_the_scene_and_its_side_files_are_unpacked(tmp_path: Path, target: Path)
         "new\nline",
         "x" * 256,
         "a/" * 20 + "b",
+        ".",
     ],
 )
 def test_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, target: Path, name: str) -> None:

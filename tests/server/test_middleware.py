@@ -1,3 +1,4 @@
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
@@ -45,3 +46,15 @@ def test_more_requests_than_there_is_room_for_are_told_to_retry(
     assert (response.status_code, response.json()["code"]) == (503, "too-busy")
     assert "Retry-After" in response.headers
     assert running.http.get("/api/v1/scenes").status_code == 200
+
+
+def test_a_body_that_does_not_come_gives_its_place_up(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(middleware, "BODY_SECONDS", 0.2)
+
+    def never() -> Iterator[bytes]:
+        yield b" "
+        time.sleep(1.0)
+        yield b" "
+
+    response = running.http.post("/api/v1/render", content=never())
+    assert (response.status_code, response.json()["code"]) == (408, "too-slow")

@@ -81,6 +81,7 @@ def test_wrong_messages_are_refused_with_the_field(text: str, complaint: str) ->
         {1: 0.5},  # sheared
         {3: 1.0},  # projective
         {12: math.inf},
+        {12: 1e300},
         {10: math.nan},
     ],
 )

@@ -1,12 +1,13 @@
 """The worker process, spoken to without the engine."""
 
+import json
 import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from gradient_worker import FAULT_SEED, LATE_FAULT_SEED, MEMORY, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
+from gradient_worker import BUG_SEED, FAULT_SEED, LATE_FAULT_SEED, MEMORY, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
 from harness import GRADIENT_WORKER
 
 from gpu.settings import RenderSettings
@@ -29,6 +30,7 @@ from server.messages import (
     pack,
     read,
 )
+from server.settings import LogFormat
 from server.worker import FAULT
 
 SCENE = SceneRef("cornell-box", "cornell-box")
@@ -150,3 +152,13 @@ def test_the_worker_ends_when_the_web_process_does() -> None:
         pipe.send(render(1, seed=SLOW_SEED))  # even while it is busy
         pipe.close()
         assert process.wait(10) == 0
+
+
+def test_the_log_has_the_format_of_the_service(capfd: pytest.CaptureFixture[str]) -> None:
+    with worker() as (pipe, _):
+        pipe.send(Start(SCENE, log_format=LogFormat.JSON))
+        pipe.read(Ready)
+        pipe.send(render(1, seed=BUG_SEED))
+        pipe.read(Failed)
+    (line,) = capfd.readouterr().err.splitlines()
+    assert json.loads(line)["message"] == "request 1 failed"
