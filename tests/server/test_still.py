@@ -49,7 +49,8 @@ def test_frames_are_averaged_and_smooth_its_edges(tmp_path: Path, capsys: pytest
     images = {}
     for frames in ("1", "8"):
         path = tmp_path / f"{frames}.npy"
-        assert main(["render", "cornell-box", str(path), *SMALL, "--frames", frames, "--json"]) == 0
+        options = [*SMALL, "--component=indirect", "--frames", frames, "--json"]
+        assert main(["render", "cornell-box", str(path), *options]) == 0
         assert json.loads(capsys.readouterr().out)["counts"]["frames"] == int(frames)
         images[frames] = read_image(path)
     assert not np.allclose(images["1"], images["8"])
