@@ -360,10 +360,13 @@ def test_the_served_file_may_be_gone(serve: Callable[..., Running], visit: Visit
 
 
 def test_a_busy_checker_does_not_end_the_session(
-    running: Running, walker: Walker, monkeypatch: pytest.MonkeyPatch
+    serve: Callable[..., Running], visit: Visit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(checker, "MAX_WAITING", 0)
-    walker.send("settings", id=1, scene="rooms/hall.glb")
+    (tmp_path / "hall.glb").write_bytes(b"")
+    walker = visit(serve(scenes_dir=tmp_path))
+    walker.hello()
+    walker.send("settings", id=1, scene="hall.glb")
     assert "try again" in walker.word("error", code="scene-failed")["message"]
     assert walker.word("scene")["id"] == "cornell-box"
 
