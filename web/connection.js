@@ -28,7 +28,8 @@ const REASONS = new Map([
   [1008, "The server refused the connection."],
   [1009, "The server refused a message that was too large."],
   [1012, "The server is restarting."],
-  [1013, "The server has as many viewers as it takes."],
+  [1011, "The server met a fault of its own."],
+  [1013, "The server cannot take this viewer just now."],
 ]);
 
 /** Why a handshake failed, by the status of a plain request; a browser does not tell that of a WebSocket's. */

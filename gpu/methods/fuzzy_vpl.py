@@ -30,7 +30,9 @@ class FuzzyVpl:
         vpls = lighting.clusters(lighting_choice(settings, quality), progress)
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
-        self._vpls = unclustered(view.resident, vpls) if self._fixed else vpls
+        # Captured graphs read the arrays of this set, so it must live as long as they do.
+        self._first = unclustered(view.resident, vpls) if self._fixed else vpls
+        self._vpls = self._first
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._clustering = SpClustering(
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
@@ -49,7 +51,8 @@ class FuzzyVpl:
         render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if not self._has_indirect:
             return
-        if not self._fixed:
+        self._vpls = self._first
+        if not (self._fixed or repeats):
             self._vpls = self._lighting.clusters(lighting_choice(settings, self._quality, sample), progress)
         vpls = self._vpls
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness

@@ -92,3 +92,16 @@ def test_every_frame_has_its_own_light_paths(room: ResidentScene) -> None:
 
 def test_the_ablation_without_vpl_clusters_accumulates_too(room: ResidentScene) -> None:
     assert np.isfinite(averaged(room, 3, clustering=Clustering.SPS)).all()
+
+
+def test_the_first_frames_light_outlives_what_lighting_keeps(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gpu.lighting.KEPT_VPLS", QUALITY["vpls"])
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=31))
+    first = renderer._method._first
+    accumulation = Accumulation(SIZE[0] * SIZE[1], CPU)
+    for _ in range(3):
+        renderer.render(CAMERA, accumulation)
+    renderer.render(CAMERA)
+    assert renderer._method._vpls is first
