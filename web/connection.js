@@ -27,8 +27,8 @@ const REASONS = new Map([
   [1002, "This page and the server do not speak the same protocol version. Reload the page."],
   [1008, "The server refused the connection."],
   [1009, "The server refused a message that was too large."],
-  [1012, "The server is restarting."],
   [1011, "The server met a fault of its own."],
+  [1012, "The server is restarting."],
   [1013, "The server cannot take this viewer just now."],
 ]);
 
