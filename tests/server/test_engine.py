@@ -266,10 +266,10 @@ def test_device_time_memory_and_scenes_are_counted() -> None:
     check(scenario)
 
 
-def no_children() -> bool:
-    """Whether this process has no child any more, not even one that ended and was not waited for."""
+def waited_for(pid: int) -> bool:
+    """Whether a child that ended was waited for, so that it is no zombie."""
     try:
-        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
     except ChildProcessError:
         return True
     return False
@@ -280,6 +280,7 @@ def test_a_worker_killed_many_times_in_a_row_comes_back_each_time() -> None:
         for _ in range(KILLS):
             pid = engine.worker_pid
             assert pid is not None
+            pids.append(pid)
             os.kill(pid, signal.SIGKILL)
             await until(lambda: not engine.ready)
             async with asyncio.timeout(10):
@@ -294,9 +295,10 @@ def test_a_worker_killed_many_times_in_a_row_comes_back_each_time() -> None:
             await until(lambda: engine.ready)
             files = len(os.listdir("/proc/self/fd"))  # noqa: PTH208
             await scenario(engine)
-        await until(no_children)  # no zombie is left either
+        await until(lambda: all(waited_for(pid) for pid in pids))
 
     files = 0
+    pids: list[int] = []
     asyncio.run(main())
 
 
