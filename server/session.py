@@ -195,10 +195,12 @@ class Session:
                 self._averaged = done.samples
                 self._view += 1  # the next one is on its way and will say so too, which must not count again
 
-    def failed(self, order: Order) -> None:
-        """A frame could not be rendered: none is tried again before the settings change."""
+    def failed(self, order: Order) -> bool:
+        """A frame could not be rendered: none is tried again before the settings change; False when that was known."""
         self._forget(order)
-        self._blocked = order.settings == self._settings_id
+        known = self._blocked
+        self._blocked = known or order.settings == self._settings_id
+        return not known
 
     def shrink(self, order: Order) -> bool:
         """The device had too little memory for a frame: smaller ones from now on; False when they are that already."""

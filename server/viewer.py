@@ -247,8 +247,8 @@ class Viewer:
                 words = f"{error}; it is shown smaller" if smaller else str(error)
                 await self._fail(ErrorCode.MEMORY if smaller else ErrorCode.RENDER_FAILED, UserError(words))
             except (UserError, RenderFaultError) as error:
-                self._session.failed(order)
-                await self._fail(ErrorCode.RENDER_FAILED, error)
+                if self._session.failed(order):  # of several under way, the first to fail is told
+                    await self._fail(ErrorCode.RENDER_FAILED, error)
             except WorkerLostError as error:
                 if not self._session.lost(order):
                     await self._fail(ErrorCode.RENDER_FAILED, UserError(f"{error}; it dies of this view: change it"))

@@ -310,8 +310,12 @@ def test_another_scene_waits_for_a_pose_of_its_own(desk: Desk) -> None:
 
 def test_settings_that_fail_are_not_tried_again_until_they_change(desk: Desk) -> None:
     desk.session.pose(pose(1))
-    desk.session.failed(desk.take()[0])
+    first = desk.take()[0]
     desk.session.pose(pose(2))
+    second = desk.take()[0]
+    assert desk.session.failed(first)
+    assert not desk.session.failed(second), "it fails for the same reason"
+    desk.session.pose(pose(5))
     assert desk.session.due is None
     desk.session.change(1, settings=RenderSettings(seed=2))
     for _ in range(WINDOW):  # the failed frame has left the window
