@@ -10,7 +10,7 @@ from gpu.vpl import trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 Progress = Callable[[str, float], None]
-# VPLs kept per scene, in whole sets: enough for the sets of a still view's frames, few enough to bound memory (0.4 GB).
+# VPLs kept per scene, in whole sets: enough for the sets of a still view's frames, few enough to bound memory: 0.3 GB.
 KEPT_VPLS = 1 << 23
 
 

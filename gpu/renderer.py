@@ -72,11 +72,7 @@ class Renderer:
         self._stages.run("display", lambda: tonemap.run(radiance, exposure), repeats=accumulation is None)
         wp.synchronize_device(view.device)
         counts, skips = self._method.statistics()
-        counts = {
-            "pixels": view.pixels,
-            "frames": sample + 1,
-            **counts,
-            "nonfinite": int(self._tonemap.nonfinite.numpy()[0]),
-        }
+        nonfinite = int(tonemap.nonfinite.numpy()[0])
+        counts = {"pixels": view.pixels, "frames": sample + 1, **counts, "nonfinite": nonfinite}
         stats = FrameStats(self._stages.milliseconds(), counts, skips)
-        return Frame(view.size, radiance, self._tonemap.pixels, stats)
+        return Frame(view.size, radiance, tonemap.pixels, stats)

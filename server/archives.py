@@ -30,8 +30,10 @@ def unpack(archive: Path, folder: Path, max_bytes: int) -> Path:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 with opened.open(entry) as source, target.open("xb") as file:
                     copyfileobj(source, file)
-    except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, EOFError, ValueError, NotImplementedError) as error:
         raise SceneError(archive.name, "", f"not a .zip file that can be unpacked: {error}") from None
+    except OSError as error:  # whose text would name a path of ours
+        raise SceneError(archive.name, "", f"the .zip file cannot be unpacked: {error.strerror or 'broken'}") from None
     except zlib.error as error:
         raise SceneError(archive.name, "", f"broken data in the .zip file: {error}") from None
     scenes = [path for path in entries if path.suffix.lower() in SUFFIXES]

@@ -7,10 +7,12 @@ frames. A scene that nobody looks at is dropped for another once `max_scenes` ar
 import ctypes
 import re
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import tan
 from pathlib import Path
 from time import monotonic, perf_counter
+from typing import TypeVar
 
 import numpy as np
 import warp as wp
@@ -34,9 +36,9 @@ from server.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
 MEMORY_SECONDS = 0.5
-LIBC = ctypes.CDLL(None)
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -75,8 +77,9 @@ class GpuBackend:
         return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
 
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
-        """Make sure that a scene is on the device."""
-        return describe_scene(scene.id, self._load(scene, report).scene)
+        """Make sure that a scene is on the device; OutOfMemoryError when that cannot hold it."""
+        what = f"{scene.id}: the device has too little memory for this scene; close others, or simplify it"
+        return describe_scene(scene.id, self._with_room(lambda: self._load(scene, report), what).scene)
 
     def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it."""
@@ -84,8 +87,8 @@ class GpuBackend:
         self._renderers.drop(scene)
         for viewer in [viewer for viewer, viewed in self._viewed.items() if viewed == scene]:
             self.leave(viewer)
-        if not self._device.is_cuda and hasattr(LIBC, "malloc_trim"):
-            LIBC.malloc_trim(0)  # glibc would keep hundreds of megabytes
+        if not self._device.is_cuda and hasattr(libc := ctypes.CDLL(None), "malloc_trim"):
+            libc.malloc_trim(0)  # glibc would keep hundreds of megabytes
 
     def scenes(self) -> tuple[SceneRef, ...]:
         """What is on the device, the longest unused first."""
@@ -93,28 +96,11 @@ class GpuBackend:
 
     def render(self, job: Render, report: Report) -> Picture:
         """Render one picture; OutOfMemoryError when the device cannot hold what that takes."""
-        loaded = self._load(job.scene, report)
-        camera = view_camera(loaded.scene, job.view, job.size)
-        if job.viewer > STILLS:
-            self._viewed[job.viewer] = job.scene
-        try:
-            return self._picture(job, loaded, camera, report)
-        except RuntimeError as error:
-            if not NO_MEMORY.search(str(error)):
-                raise
-            # Everything that can be made again makes room for this one picture.
-            self._renderers.clear()
-            self._stills.clear()
-        try:
-            return self._picture(job, loaded, camera, report)
-        except RuntimeError as error:
-            if not NO_MEMORY.search(str(error)):
-                raise
-            self._renderers.clear()
-            raise OutOfMemoryError(
-                f"the device has too little memory for {job.size[0]}×{job.size[1]} pixels with these settings; "
-                "ask for a smaller size, or for fewer clusters or VPLs"
-            ) from None
+        what = (
+            f"the device has too little memory for {job.size[0]}×{job.size[1]} pixels with these settings; "
+            "ask for a smaller size, or for fewer clusters or VPLs"
+        )
+        return self._with_room(lambda: self._picture(job, report), what)
 
     def leave(self, viewer: int) -> None:
         """Free what is kept for a viewer."""
@@ -165,7 +151,23 @@ class GpuBackend:
                 )
             self.close(idle)
 
-    def _picture(self, job: Render, loaded: _Loaded, camera: Camera, report: Report) -> Picture:
+    def _with_room(self, work: Callable[[], Result], what: str) -> Result:
+        """The result of `work`, tried again once what can be made anew is freed; then OutOfMemoryError of `what`."""
+        for _ in range(2):
+            try:
+                return work()
+            except RuntimeError as error:
+                if not NO_MEMORY.search(str(error)):
+                    raise
+            self._renderers.clear()
+            self._stills.clear()
+        raise OutOfMemoryError(what)
+
+    def _picture(self, job: Render, report: Report) -> Picture:
+        loaded = self._load(job.scene, report)
+        camera = view_camera(loaded.scene, job.view, job.size)
+        if job.viewer > STILLS:
+            self._viewed[job.viewer] = job.scene
         renderer = self._renderers.get(job.scene, loaded.resident, job.size, job.settings, report)
         try:
             frame = renderer.render(camera, self._accumulation(job))

@@ -1,4 +1,4 @@
-"""One viewer's connection: four tasks that read its messages, order frames, deliver them, and say what is going on."""
+"""One viewer's connection: tasks that read its messages, order and deliver frames, say what is going on, and end it."""
 
 import asyncio
 import logging

@@ -24,7 +24,7 @@ class ExactVpl:
         self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
     ) -> None:
         self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
-        self._vpls = self._light(0, progress)
+        self._first = self._vpls = self._light(0, progress)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
         vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
@@ -32,7 +32,7 @@ class ExactVpl:
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
-        self._vpls = self._light(sample, progress)
+        self._vpls = self._light(sample, progress) if sample else self._first
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
             stages.run("gather", lambda: self._gather(progress), repeats=False)

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import simplejpeg
+from harness import Running
 from numpy.typing import NDArray
-from playwright.sync_api import Page, WebSocketRoute
+from playwright.sync_api import Page, WebSocketRoute, expect
 
 from gpu.settings import RenderSettings
 from server.images import encode_image
@@ -124,3 +125,12 @@ class Stage:
         assert self._socket is not None
         self._socket.send(header.pack() + image)
         return frame or self._frame
+
+
+def visit(page: Page, service: Running) -> Stage:
+    """The stage of a page that shows its first picture."""
+    stage = Stage(page)
+    page.goto(str(service.http.base_url))
+    stage.start()
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    return stage

@@ -7,7 +7,7 @@ import pytest
 from harness import Running
 from looking import hold, pixel, wait_for
 from playwright.sync_api import Locator, Page, expect
-from staged import Stage
+from staged import Stage, visit
 
 from server.protocol import Codec, Phase
 
@@ -52,14 +52,6 @@ def stage(request: pytest.FixtureRequest, page: Page, gradients: Running) -> Sta
 def quick_stage(page: Page, gradients: Running) -> Stage:
     """The same, as most browsers draw it."""
     return visit(page, gradients)
-
-
-def visit(page: Page, service: Running) -> Stage:
-    stage = Stage(page)
-    page.goto(str(service.http.base_url))
-    stage.start()
-    expect(page.locator("body[data-picture]")).to_be_attached()
-    return stage
 
 
 def close(colour: tuple[int, int, int], expected: tuple[int, int, int]) -> bool:

@@ -7,7 +7,7 @@ import pytest
 from harness import Running
 from looking import wait_for
 from playwright.sync_api import FilePayload, Page, Route, expect
-from staged import SCENES, Stage
+from staged import SCENES, Stage, visit
 
 HALL: FilePayload = {"name": "hall.glb", "mimeType": "model/gltf-binary", "buffer": b"glTF" + bytes(1000)}
 DROP = """(files) => {
@@ -23,11 +23,7 @@ Answer = Callable[[Route], None]
 @pytest.fixture
 def stage(page: Page, gradients: Running) -> Stage:
     """A page with its first picture."""
-    stage = Stage(page)
-    page.goto(str(gradients.http.base_url))
-    stage.start()
-    expect(page.locator("body[data-picture]")).to_be_attached()
-    return stage
+    return visit(page, gradients)
 
 
 def answers(page: Page, answer: Answer) -> list[str]:

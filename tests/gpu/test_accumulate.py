@@ -94,11 +94,12 @@ def test_the_ablation_without_vpl_clusters_accumulates_too(room: ResidentScene) 
     assert np.isfinite(averaged(room, 3, clustering=Clustering.SPS)).all()
 
 
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
 def test_the_first_frames_light_outlives_what_lighting_keeps(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, method: Method
 ) -> None:
     monkeypatch.setattr("gpu.lighting.KEPT_VPLS", QUALITY["vpls"])
-    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=31))
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=31, method=method))
     first = renderer._method._first
     accumulation = Accumulation(SIZE[0] * SIZE[1], CPU)
     for _ in range(3):

@@ -141,3 +141,9 @@ def test_broken_data_is_refused(tmp_path: Path, target: Path) -> None:
     packed.write_bytes(content)
     with pytest.raises(SceneError, match=r"house\.zip"):
         unpack(packed, target, MEGABYTE)
+
+
+def test_a_file_that_is_a_folder_too_is_refused_without_our_paths(tmp_path: Path, target: Path) -> None:
+    with pytest.raises(SceneError, match="cannot be unpacked") as caught:
+        unpack(archive(tmp_path, {"a": b"x", "a/scene.glb": b"x"}), target, MEGABYTE)
+    assert str(tmp_path) not in str(caught.value)

@@ -16,6 +16,7 @@ from PIL import Image
 
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
+from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import RenderSettings
@@ -145,6 +146,20 @@ def test_too_little_memory_is_met_by_making_room_and_then_by_an_error(
             backend.render(job(viewer=2), silent)
     monkeypatch.undo()
     assert backend.render(job(viewer=2), silent).pixels is not None
+
+
+def test_a_scene_for_which_there_is_too_little_memory_is_refused(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none_left(*_: Any) -> ResidentScene:
+        raise RuntimeError("Failed to allocate 123 bytes on device 'cuda:0'")
+
+    monkeypatch.setattr("server.backend.ResidentScene", none_left)
+    backend.close(THIRD)
+    with pytest.raises(OutOfMemoryError, match="too little memory for this scene"):
+        backend.open(THIRD, silent)
+    monkeypatch.undo()
+    assert backend.open(THIRD, silent).id == THIRD.id
 
 
 def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
