@@ -1,9 +1,8 @@
-"""Which shading points fuzzy clusters serve worst. Beyond the 2022 paper.
+"""Which shading points neighbours must not speak for. Beyond the 2022 paper.
 
-Averaging the visibility of F representatives goes wrong at few pixels, but far: behind slats, in cracks, at contacts,
-where one percent of the pixels hold nine tenths of the relative error. Two things tell them. Dispute: how much brighter
-an SP would be if one of its clusters were right alone than if another were. Surprise: rays from the SP itself, towards
-light that its clusters see, are stopped (gpu.check).
+What rays correct is shared between neighbours on a surface. That is wrong at few pixels, but far: in cracks, behind
+slats, at contacts, where one percent of the pixels hold nine tenths of the relative error. There an SP's own rays find
+it much darker than what it shares. Few rays often do so by chance, too: such SPs get more of them (gpu.refine).
 """
 
 import math
@@ -13,10 +12,11 @@ from warp.utils import radix_sort_pairs
 
 from gpu.counting import PARTIALS
 from gpu.device import launch
+from gpu.gbuffer import GBuffer, reflectance
 from gpu.grouping import iota_kernel
-from gpu.shade import Indirect
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import UNSERVED_NEED
+from gpu.transfer import brightness
 
 # Keys are 8 bits, so that one pass sorts them; 0 is an SP without a cluster, SETTLED one that is not worth a ray.
 KEY_BITS = 8
@@ -25,39 +25,38 @@ STEPS_PER_OCTAVE = wp.constant(12.0)
 WORST_OCTAVE = wp.constant(12.0)
 # Of the mean picture's brightness: darker than that is as good as black to the eye and to relMSE.
 DARK = wp.constant(0.1)
-# Neighbours in the list of SPs, a square of pixels, share what their rays found.
-BLOCK = wp.constant(16)
 SETTLED_SP = wp.constant(0x7FFFFFFF)
 
 
 @wp.kernel
-def brightness_kernel(first: int, sp_count: wp.array[int], indirect: Indirect, partials: wp.array[float]) -> None:
-    """One thread a partial sum over every PARTIALS-th SP of its brightness."""
+def brightness_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int],
+                      irradiance: wp.array[wp.vec3], partials: wp.array[float]) -> None:  # fmt: skip
+    """One thread a sample: the brightness of one SP of each of PARTIALS equal runs of the list."""
     partial = first + wp.tid()
-    total = float(0.0)
-    sp = int(partial)
-    while sp < sp_count[0]:
-        total += 0.5 * (indirect.low[sp] + indirect.high[sp])
-        sp += PARTIALS
-    partials[partial] = total
+    partials[partial] = 0.0
+    if sp_count[0] > 0:
+        pixel = sps[int(wp.int64(partial) * wp.int64(sp_count[0]) / wp.int64(PARTIALS))]
+        partials[partial] = brightness(wp.cw_mul(reflectance(gbuffer, pixel), irradiance[pixel]))
 
 
 @wp.kernel
-def mean_kernel(first: int, sp_count: wp.array[int], partials: wp.array[float], mean: wp.array[float]) -> None:
-    """One thread: the mean brightness of all SPs."""
+def mean_kernel(first: int, partials: wp.array[float], mean: wp.array[float]) -> None:
+    """One thread: the mean of the samples."""
     _single = first + wp.tid()
     total = float(0.0)
     for partial in range(PARTIALS):
         total += partials[partial]
-    mean[0] = total / float(wp.max(sp_count[0], 1))
+    mean[0] = total / float(PARTIALS)
 
 
 @wp.kernel
-def dispute_kernel(first: int, sp_count: wp.array[int], need: wp.array[int], indirect: Indirect,
-                   stopped: wp.array[float], mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
+def dispute_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], need: wp.array[int],
+                   irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3], shared: wp.array[wp.vec3],
+                   mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
     """One thread an SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first.
 
-    need (sp,): UNSERVED_NEED marks SPs without a cluster, which come before all others.
+    need (sp,): UNSERVED_NEED marks SPs without a cluster, which come before all others; own, shared (pixel,): what
+    corrects the `irradiance` (pixel,) by the SP's rays alone, and with its neighbours'.
     """
     sp = first + wp.tid()
     keys[sp] = SETTLED
@@ -66,13 +65,10 @@ def dispute_kernel(first: int, sp_count: wp.array[int], need: wp.array[int], ind
     if need[sp] >= UNSERVED_NEED:
         keys[sp] = 0
         return
-    nearby = float(0.0)
-    begin = (sp // BLOCK) * BLOCK
-    for neighbour in range(begin, wp.min(begin + BLOCK, sp_count[0])):
-        nearby += stopped[neighbour]
-    lost = wp.max(nearby / float(BLOCK), stopped[sp])
-    high = indirect.high[sp]
-    low = wp.min(indirect.low[sp], high * (1.0 - lost))
+    pixel = sps[sp]
+    reflected = reflectance(gbuffer, pixel)
+    high = brightness(wp.cw_mul(reflected, irradiance[pixel] + shared[pixel]))
+    low = wp.max(brightness(wp.cw_mul(reflected, irradiance[pixel] + own[pixel])), 0.0)
     ratio = (high - low) / (low + DARK * mean[0] + 1.0e-30)
     if ratio > 0.0:
         keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 1, SETTLED)
@@ -118,12 +114,13 @@ class WorstPoints:
         self.pixels = wp.zeros(capacity, dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
 
-    def find(self, sps: ShadingPoints, need: wp.array, indirect: Indirect, stopped: wp.array) -> None:
-        """List the worst of `sps`; need, stopped (sp,): of gpu.sp_clusters and gpu.check."""
-        device = self.device
-        launch(brightness_kernel, PARTIALS, [sps.count, indirect, self._partials], device)
-        launch(mean_kernel, 1, [sps.count, self._partials, self._mean], device)
-        inputs = [sps.count, need, indirect, stopped, self._mean, self._keys]
+    def find(self, gbuffer: GBuffer, sps: ShadingPoints, need: wp.array, irradiance: wp.array, own: wp.array,
+             shared: wp.array) -> None:  # fmt: skip
+        """List the worst of `sps`, as `dispute_kernel` tells."""
+        device, points = self.device, [gbuffer, sps.pixels, sps.count]
+        launch(brightness_kernel, PARTIALS, [*points, irradiance, self._partials], device)
+        launch(mean_kernel, 1, [self._partials, self._mean], device)
+        inputs = [*points, need, irradiance, own, shared, self._mean, self._keys]
         launch(dispute_kernel, sps.capacity, inputs, device)
         launch(iota_kernel, sps.capacity, [self._order], device)
         radix_sort_pairs(self._keys, self._order, sps.capacity, 0, KEY_BITS)

@@ -7,6 +7,7 @@ from gpu.device import launch
 from gpu.lights import sky_radiance
 from gpu.rays import closest_hit
 from gpu.resident import NO_HIT, ResidentScene, SceneData
+from gpu.sampling import PI
 from gpu.scene.types import Camera, Placement
 from gpu.surface import surface_at
 
@@ -53,6 +54,12 @@ class GBuffer:
     roughness: wp.array[float]
     throughput: wp.array[wp.vec3]
     shown: wp.array[wp.vec3]
+
+
+@wp.func
+def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
+    """Radiance that the camera gets of an SP per irradiance."""
+    return wp.cw_mul(gbuffer.throughput[pixel], gbuffer.albedo[pixel]) / PI
 
 
 def camera_data(

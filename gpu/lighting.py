@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from weakref import proxy
 
 from gpu.lights import LightTable, build_light_table
+from gpu.radiosity import RadiosityMap, radiosity_map
 from gpu.resident import ResidentScene
 from gpu.vpl import trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 Progress = Callable[[str, float], None]
-# VPLs kept per scene, in whole sets: enough for the sets of a still view's frames, few enough to bound memory: 0.3 GB.
+# VPLs kept per scene, in whole sets: enough for the sets of a still view's frames, few enough to bound memory: 0.8 GB.
 KEPT_VPLS = 1 << 23
 
 
@@ -32,6 +33,7 @@ class Lighting:
         # The scene owns its lighting; a strong reference back would keep both from being freed.
         self._resident: ResidentScene = proxy(resident)
         self._sets: dict[LightingChoice, VplClusters] = {}
+        self._radiosity: dict[LightingChoice, RadiosityMap] = {}
         self.table: LightTable = build_light_table(resident)
 
     def clusters(self, choice: LightingChoice, progress: Progress) -> VplClusters:
@@ -46,9 +48,18 @@ class Lighting:
         clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
         progress("clustering virtual point lights", 1.0)
         while self._sets and sum(kept.vpls for kept in self._sets) + choice.vpls > KEPT_VPLS:
-            del self._sets[next(iter(self._sets))]
+            oldest = next(iter(self._sets))
+            del self._sets[oldest]
+            self._radiosity.pop(oldest, None)
         self._sets[choice] = clusters
         return clusters
+
+    def radiosity(self, choice: LightingChoice, progress: Progress) -> RadiosityMap:
+        """The radiosity around the VPLs of `choice`, of which there must be one; kept as long as they are."""
+        clusters = self.clusters(choice, progress)
+        if choice not in self._radiosity:
+            self._radiosity[choice] = radiosity_map(self._resident, clusters)
+        return self._radiosity[choice]
 
 
 def lighting_of(resident: ResidentScene) -> Lighting:

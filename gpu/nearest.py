@@ -12,8 +12,10 @@ OTHER_NORMAL = wp.constant(100.0)
 
 
 @cache
-def nearest_search(number: int) -> wp.Function:
-    """The function that finds the `number` representatives nearest to a point, in the 27 cells about it.
+def nearest_search(number: int, metric: wp.Function = separation, cells: int = 27) -> wp.Function:
+    """The function that finds the `number` representatives nearest to a point by `metric`, in the 27 cells about it.
+
+    With cells = 1, of those in its own cell.
 
     search(clusters, position, normal, level, threshold) has `distance` and `cluster`, vectors of `number` elements,
     nearest first, −1 where there are no more; the cosine between normals must exceed `threshold` (Eq. 7).
@@ -34,8 +36,10 @@ def nearest_search(number: int) -> wp.Function:
             nearest.cluster[f] = -1
         scale = cells_per_unit(level)
         centre = cell_at(position, scale)
-        for neighbour in range(27):
-            cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
+        for neighbour in range(wp.static(cells)):
+            cell = centre
+            if wp.static(cells) > 1:
+                cell += wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
             bucket = bucket_of(cell, level, clusters.buckets)
             for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
                 entry = clusters.entries[place]
@@ -44,7 +48,7 @@ def nearest_search(number: int) -> wp.Function:
                 if clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell:
                     candidate_normal = clusters.normal[cluster]
                     if wp.dot(candidate_normal, normal) > threshold:
-                        distance = separation(position, normal, candidate, candidate_normal)
+                        distance = metric(position, normal, candidate, candidate_normal)
                         for f in range(wp.static(number)):
                             if distance < nearest.distance[f]:
                                 held_distance = nearest.distance[f]

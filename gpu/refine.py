@@ -1,44 +1,94 @@
-"""Rays of their own for the shading points that fuzzy clusters serve worst. Beyond the 2022 paper.
+"""More rays for the shading points that neighbours must not speak for. Beyond the 2022 paper.
 
-Each of them (gpu.dispute tells which) takes VPL clusters 32 at a time, which are neighbours. A word of 32 gets rays in
-proportion to its light, one at least, to clusters that are drawn in proportion to theirs; their answers stand for all.
+gpu.dispute tells which. Their light is taken in parts of neighbouring VPL clusters, each of which gets a few rays, in
+proportion to what its clusters would send were nothing between; what clusters of SPs believe does not count.
 """
 
 from functools import cache
 
 import warp as wp
 
+from gpu.correct import member_of
 from gpu.device import launch
 from gpu.dispute import WorstPoints
 from gpu.gbuffer import GBuffer
+from gpu.grid import FAR_AWAY
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.shade import Indirect, reflectance
 from gpu.transfer import brightness, unoccluded
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import VplClusters, out_of_reach
 
-# Words of 32 VPL clusters that are traced at a time; bounds the memory of the answers.
-WORDS_AT_ONCE = 64
+PARTS = 16
+RAYS = 2  # of each part
+REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
+Ints = wp.types.vector(length=RAYS, dtype=int)
+Floats = wp.types.vector(length=RAYS, dtype=float)
 
 
-# Rays that an SP's whole believed light is worth, beyond one for each word.
-RAYS_FOR_ALL_LIGHT = wp.constant(8.0)
-MOST_RAYS = 4
-Targets = wp.types.vector(length=MOST_RAYS, dtype=int)
+@wp.struct
+class Rays:
+    """Rays of refined SPs, (part, ray, place) flattened: the VPL that each goes to, −1 for none, and its light.
+
+    light: in units of what its part would send were nothing between, 0 once it was stopped; whole (part, place),
+    flattened: that, its brightness [W/m²].
+    """
+
+    vpl: wp.array[int]
+    light: wp.array[float]
+    whole: wp.array[float]
 
 
 @wp.kernel
-def believed_kernel(first: int, pixels: wp.array[int], count: wp.array[int], radiance: wp.array[wp.vec3],
-                    believed: wp.array[float]) -> None:  # fmt: skip
-    """One thread a refined SP: keeps the brightness that fuzzy visibility gave it. believed: (place,)."""
-    place = first + wp.tid()
-    if place < count[0]:
-        believed[place] = brightness(radiance[pixels[place]])
+def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
+                seed: int, rays: Rays) -> None:  # fmt: skip
+    """One thread a part of the VPL clusters at one SP: draws where its rays go."""
+    index = first + wp.tid()
+    capacity = pixels.shape[0]
+    place = index % capacity
+    part = index // capacity
+    for ray in range(wp.static(RAYS)):
+        rays.vpl[(part * wp.static(RAYS) + ray) * capacity + place] = -1
+    if place >= count[0]:
+        return
+    pixel = pixels[place]
+    position = gbuffer.position[pixel]
+    normal = gbuffer.normal[pixel]
+    state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(part) + wp.uint32(PARTS) * wp.uint32(seed)))
+    words = (vpls.count + 31) // 32
+    target = Ints()
+    following = Floats()
+    next_change = float(0.0)
+    whole = float(0.0)
+    for ray in range(wp.static(RAYS)):
+        target[ray] = -1
+        following[ray] = 0.0
+    for word in range(part * words // PARTS, (part + 1) * words // PARTS):
+        if out_of_reach(position, normal, vpls, word):
+            continue
+        for vpl in range(32 * word, wp.min(32 * word + 32, vpls.count)):
+            light = brightness(unoccluded(position, normal, vpls, vpl))
+            if light > 0.0:
+                whole += light
+                if whole >= next_change:
+                    next_change = FAR_AWAY
+                    for ray in range(wp.static(RAYS)):
+                        if whole >= following[ray]:
+                            state = hashed(state)
+                            target[ray] = vpl
+                            following[ray] = whole / ((float(state) + 1.0) * TO_UNIT)
+                        next_change = wp.min(next_change, following[ray])
+    rays.whole[index] = whole
+    for ray in range(wp.static(RAYS)):
+        if target[ray] >= 0:
+            state = hashed(state)
+            member = member_of(position, normal, vpls, target[ray], state)
+            rays.vpl[(part * wp.static(RAYS) + ray) * capacity + place] = member.vpl
+            rays.light[(part * wp.static(RAYS) + ray) * capacity + place] = member.share
 
 
 @cache
-def word_kernel(connect: wp.Function) -> wp.Kernel:
+def trace_kernel(connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
 
     @wp.kernel(module="unique")
@@ -47,98 +97,59 @@ def word_kernel(connect: wp.Function) -> wp.Kernel:
         scene: SceneData,
         gbuffer: GBuffer,
         pixels: wp.array[int],
-        count: wp.array[int],
-        believed: wp.array[float],
         vpls: VplClusters,
-        first_word: int,
-        light: wp.array[wp.vec3],
+        rays: Rays,
     ) -> None:
-        """One thread a word of 32 VPL clusters at one SP: their light there, judged by systematically drawn rays.
-
-        light: (word − first_word, place), flattened [W/m²].
-        """
+        """One thread a ray: takes its light away if it is stopped."""
         index = first + wp.tid()
-        place = index % pixels.shape[0]
-        word = first_word + index // pixels.shape[0]
-        if place >= count[0]:
+        vpl = rays.vpl[index]
+        if vpl < 0:
             return
-        pixel = pixels[place]
-        position = gbuffer.position[pixel]
-        normal = gbuffer.normal[pixel]
-        geometric = gbuffer.geometric[pixel]
-        light[index] = wp.vec3(0.0, 0.0, 0.0)
-        whole = wp.vec3(0.0, 0.0, 0.0)
-        begin = 32 * word
-        end = wp.min(begin + 32, vpls.count)
-        for vpl in range(begin, end):
-            whole += unoccluded(position, normal, vpls, vpl)
-        total = brightness(whole)
-        if total <= 0.0:
-            return
-        share = brightness(wp.cw_mul(whole, reflectance(gbuffer, pixel))) / (believed[place] + 1.0e-30)
-        rays = wp.min(int(wp.min(RAYS_FOR_ALL_LIGHT * share, float(MOST_RAYS))) + 1, MOST_RAYS)
-        # All targets are drawn before the first ray, so that the rays of a warp's threads run together.
-        targets = Targets()
-        drawn = int(0)
-        step = total / float(rays)
-        mark = step * float(hashed(wp.uint32(pixel) ^ hashed(wp.uint32(word)))) * TO_UNIT
-        passed = float(0.0)
-        for vpl in range(begin, end):
-            amount = brightness(unoccluded(position, normal, vpls, vpl))
-            passed += amount
-            for _ray in range(wp.static(MOST_RAYS)):
-                if amount > 0.0 and mark < passed and drawn < rays:
-                    for slot in range(wp.static(MOST_RAYS)):
-                        if slot == drawn:
-                            targets[slot] = vpl
-                    drawn += 1
-                    mark += step
-        arrived = int(0)
-        for ray in range(wp.static(MOST_RAYS)):
-            if ray < drawn:
-                vpl = targets[ray]
-                if connect(scene, position, geometric, vpls.position[vpl], vpls.normal[vpl]):
-                    arrived += 1
-        light[index] = whole * (float(arrived) / float(wp.max(drawn, 1)))
+        pixel = pixels[index % pixels.shape[0]]
+        position = vpls.members.position[vpl]
+        normal = vpls.members.normal[vpl]
+        if not connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
+            rays.light[index] = 0.0
 
     return kernel
 
 
 @wp.kernel
-def sum_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], light: wp.array[wp.vec3],
-               words: int, anew: bool, radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a refined SP: adds what `words` words sent to its radiance, which starts `anew` with the first."""
+def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, rays: Rays,
+               irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a refined SP: its irradiance becomes what arrived."""
     place = first + wp.tid()
     if place >= count[0]:
         return
+    capacity = pixels.shape[0]
     total = wp.vec3(0.0, 0.0, 0.0)
-    for word in range(words):
-        total += light[word * pixels.shape[0] + place]
-    pixel = pixels[place]
-    reflected = wp.cw_mul(reflectance(gbuffer, pixel), total)
-    if not anew:
-        reflected += radiance[pixel]
-    radiance[pixel] = reflected
+    for part in range(PARTS):
+        arrived = wp.vec3(0.0, 0.0, 0.0)
+        for ray in range(RAYS):
+            index = (part * RAYS + ray) * capacity + place
+            if rays.vpl[index] >= 0:
+                flux = vpls.members.flux[rays.vpl[index]]
+                arrived += flux * (rays.light[index] / brightness(flux))
+        total += arrived * (rays.whole[part * capacity + place] / float(RAYS))
+    irradiance[pixels[place]] = total
 
 
 class Refinement:
     """Re-shades up to `capacity` SPs with rays of their own; its arrays are allocated once."""
 
     def __init__(self, capacity: int, device: wp.Device) -> None:
-        self.device = device
-        self._believed = wp.zeros(capacity, dtype=float, device=device)
-        self._light = wp.zeros(capacity * WORDS_AT_ONCE, dtype=wp.vec3, device=device)
+        self.device, self._capacity = device, capacity
+        self._rays = Rays()
+        self._rays.vpl = wp.zeros(PARTS * RAYS * capacity, dtype=int, device=device)
+        self._rays.light = wp.zeros(PARTS * RAYS * capacity, dtype=float, device=device)
+        self._rays.whole = wp.zeros(PARTS * capacity, dtype=float, device=device)
 
-    def run(
-        self, scene: SceneData, gbuffer: GBuffer, points: WorstPoints, vpls: VplClusters, indirect: Indirect
-    ) -> None:
-        """Overwrite the indirect radiance of `points` by what rays of their own say."""
-        inputs = [points.pixels, points.count, indirect.radiance, self._believed]
-        launch(believed_kernel, len(points.pixels), inputs, self.device)
-        words, capacity = -(-vpls.count // 32), len(points.pixels)
-        for first_word in range(0, words, WORDS_AT_ONCE):
-            run = min(WORDS_AT_ONCE, words - first_word)
-            inputs = [scene, gbuffer, points.pixels, points.count, self._believed, vpls, first_word, self._light]
-            launch(word_kernel(connection(scene)), run * capacity, inputs, self.device)
-            inputs = [gbuffer, points.pixels, points.count, self._light, run, first_word == 0, indirect.radiance]
-            launch(sum_kernel, capacity, inputs, self.device)
+    def run(self, scene: SceneData, gbuffer: GBuffer, points: WorstPoints, vpls: VplClusters, seed: int,
+            irradiance: wp.array) -> None:  # fmt: skip
+        """Overwrite the irradiance (pixel,) of `points` by what rays of their own say."""
+        rays, capacity, device = self._rays, self._capacity, self.device
+        inputs = [gbuffer, points.pixels, points.count, vpls, seed, rays]
+        launch(draw_kernel, PARTS * capacity, inputs, device)
+        inputs = [scene, gbuffer, points.pixels, vpls, rays]
+        launch(trace_kernel(connection(scene)), PARTS * RAYS * capacity, inputs, device)
+        launch(sum_kernel, capacity, [points.pixels, points.count, vpls, rays, irradiance], device)

@@ -5,6 +5,7 @@ import warp as wp
 from gpu.accumulate import Accumulation, pixel_place
 from gpu.errors import UserError
 from gpu.frame import Frame, FrameStats
+from gpu.interpolate import STRIDE
 from gpu.lighting import Progress, lighting_of
 from gpu.methods.common import RenderMethod
 from gpu.methods.exact_vpl import ExactVpl
@@ -43,15 +44,18 @@ class Renderer:
             raise UserError(f"size: each side must be 1 to {MAX_SIDE} pixels, got {size[0]}x{size[1]}")
         self._progress = progress or _silent
         self._settings = settings
-        self._view = View(resident, size, lambertian=settings.lambertian)
+        stride = STRIDE if settings.interpolate and self._is_fuzzy() else 1
+        self._view = View(resident, size, lambertian=settings.lambertian, stride=stride)
         self._stages = Stages(resident.device)
         self._tonemap = Tonemap(self._view.pixels, resident.device)
         self._method = self._make_method(resident)
 
+    def _is_fuzzy(self) -> bool:
+        return self._settings.method is Method.FUZZY_VPL and self._settings.clustering is not Clustering.VPLS
+
     def _make_method(self, resident: ResidentScene) -> RenderMethod:
         settings = self._settings
-        exact = settings.method is Method.EXACT_VPL or settings.clustering is Clustering.VPLS
-        method = PathTracing if settings.method is Method.PATH else ExactVpl if exact else FuzzyVpl
+        method = PathTracing if settings.method is Method.PATH else FuzzyVpl if self._is_fuzzy() else ExactVpl
         quality = quality_of(settings, resident.device)
         return method(self._view, settings, quality, lighting_of(resident), self._progress)
 

@@ -54,6 +54,11 @@ class RenderSettings(BaseModel):
     frames: int | None = Field(
         None, ge=1, le=4096, description="frames averaged when still, each with its own light paths and pixel positions"
     )
+    interpolate: bool = Field(True, description="shade fewer pixels where those around them tell their indirect light")
+    correct: bool = Field(True, description="check what clusters believe of visibility by rays of the pixels shaded")
+    near_field: bool = Field(
+        True, description="give back light that VPLs lose near corners, by a ray of each pixel shaded"
+    )
     smooth: bool = Field(True, description="share soft light between neighbouring pixels of one surface")
     seed: int = Field(0, ge=0, le=2**31 - 1, description="of all random numbers: same seed, same picture")
     lambertian: bool = Field(False, description="opaque Lambertian surfaces with geometric normals, as the references")

@@ -6,52 +6,59 @@ import warp as wp
 
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
+from gpu.grid import FAR_AWAY
 from gpu.rays import connection
 from gpu.resident import SceneData
-from gpu.sampling import PI, TO_UNIT, hashed
+from gpu.sampling import TO_UNIT, hashed
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
 from gpu.sums import Sum, added
 from gpu.transfer import brightness, unoccluded
 from gpu.visibility import Visibility
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import VplClusters, out_of_reach
 
-# Words drawn for each SP, to be checked by rays of its own (gpu.refine).
+# VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
 CHECKS = 4
-Words = wp.types.vector(length=CHECKS, dtype=int)
+Floats = wp.types.vector(length=CHECKS, dtype=float)
+Ints = wp.types.vector(length=CHECKS, dtype=int)
+# How wrong clusters may be that all agree.
+LEAST_DOUBT = wp.constant(0.25)
+# Of words that none of an SP's clusters sees, one in so many is looked at, and counts as many times.
+HIDDEN_WORDS = wp.constant(wp.uint32(1))
+SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
 
 
 @wp.struct
 class Indirect:
-    """Indirect light. radiance (pixel,) towards the camera [W/m²/sr], black where there is no SP.
+    """Indirect light at the SPs.
 
-    lost (pixel,): what rounding added to a `radiance` that is gathered run by run, as gpu.sums.Sum;
-    low, high (sp,): the least and the most brightness that one of the SP's clusters alone would give it;
-    word (CHECKS, sp): words of 32 VPL clusters, each drawn in proportion to the light that the SP gets of them.
+    irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
+    gpu.sums.Sum; target (CHECKS, sp): VPL clusters, each drawn in proportion to its light that is in doubt, −1 for
+    none; believed (CHECKS, sp): the share of the SP's clusters that see it; doubted (sp,): all light in doubt.
     """
 
-    radiance: wp.array[wp.vec3]
+    irradiance: wp.array[wp.vec3]
     lost: wp.array[wp.vec3]
-    low: wp.array[float]
-    high: wp.array[float]
-    word: wp.array2d[int]
+    target: wp.array2d[int]
+    believed: wp.array2d[float]
+    doubted: wp.array[float]
 
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
     indirect = Indirect()
-    indirect.radiance = wp.zeros(pixels, dtype=wp.vec3, device=device)
+    indirect.irradiance = wp.zeros(pixels, dtype=wp.vec3, device=device)
     indirect.lost = wp.zeros(pixels, dtype=wp.vec3, device=device)
-    indirect.low = wp.zeros(pixels, dtype=float, device=device)
-    indirect.high = wp.zeros(pixels, dtype=float, device=device)
-    indirect.word = wp.zeros((CHECKS, pixels), dtype=int, device=device)
+    indirect.target = wp.zeros((CHECKS, pixels), dtype=int, device=device)
+    indirect.believed = wp.zeros((CHECKS, pixels), dtype=float, device=device)
+    indirect.doubted = wp.zeros(pixels, dtype=float, device=device)
     return indirect
 
 
 @wp.func
-def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
-    """Radiance that the camera gets of an SP per irradiance."""
-    return wp.cw_mul(gbuffer.throughput[pixel], gbuffer.albedo[pixel]) / PI
+def doubt(share: float) -> float:
+    """How far what an SP's clusters believe of a VPL cluster's visibility may be from the truth: its deviation."""
+    return wp.max(wp.sqrt(share * wp.max(1.0 - share, 0.0)), LEAST_DOUBT)
 
 
 @cache
@@ -69,6 +76,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         clusters: SpClusters,
         visibility: wp.array2d[wp.uint32],
         vpls: VplClusters,
+        seed: int,
         out: Indirect,
     ) -> None:
         """One thread an SP: its light from all VPL clusters, with visibility averaged over its SP clusters."""
@@ -78,79 +86,73 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         pixel = sps[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        reflected = reflectance(gbuffer, pixel)
         weights = floats_type()
-        # What each of the F clusters adds alone, beyond the VPL clusters that all of them see.
-        alone = floats_type()
         for f in range(wp.static(fuzziness)):
             weights[f] = clusters.weight[f, sp]
-            alone[f] = 0.0
-        drawn = Words()
-        state = hashed(wp.uint32(pixel))
-        all_agreed = Sum()
-        all_disputed = Sum()
+        key = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
+        state = wp.uint32(key)
+        irradiance = Sum()
+        # A check's target stays while the sum grows with the probability that the old sum has in the new one, so the sum
+        # at which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
+        target = Ints()
+        believed = Floats()
+        following = Floats()
+        next_change = float(0.0)
+        doubted = float(0.0)
+        for check in range(wp.static(CHECKS)):
+            target[check] = -1
+            following[check] = 0.0
         for word in range((vpls.count + 31) // 32):
+            if out_of_reach(position, normal, vpls, word):
+                continue
             words = words_type()
             seen = wp.uint32(0)
-            seen_by_all = ~wp.uint32(0)
             for f in range(wp.static(fuzziness)):
                 words[f] = visibility[clusters.cluster[f, sp], word]
                 if weights[f] > 0.0:
                     seen |= words[f]
-                    seen_by_all &= words[f]
-            vpl = 32 * word
-            agreed = wp.vec3(0.0, 0.0, 0.0)
-            disputed = wp.vec3(0.0, 0.0, 0.0)
-            while seen != wp.uint32(0):
-                if (seen & wp.uint32(1)) != wp.uint32(0):
-                    light = unoccluded(position, normal, vpls, vpl)
-                    if (seen_by_all & wp.uint32(1)) != wp.uint32(0):
-                        agreed += light
-                    else:
-                        bit = wp.uint32(vpl - 32 * word)
-                        amount = brightness(wp.cw_mul(light, reflected))
-                        share = float(0.0)
-                        for f in range(wp.static(fuzziness)):
-                            if ((words[f] >> bit) & wp.uint32(1)) != wp.uint32(0):
-                                share += weights[f]
-                                alone[f] += amount
-                        disputed += light * share
-                seen = seen >> wp.uint32(1)
-                seen_by_all = seen_by_all >> wp.uint32(1)
-                vpl += 1
-            all_agreed = added(all_agreed, agreed)
-            all_disputed = added(all_disputed, disputed)
-            of_word = brightness(agreed + disputed)
-            so_far = brightness(all_agreed.total + all_disputed.total)
-            for check in range(wp.static(CHECKS)):
-                state = hashed(state)
-                if float(state) * TO_UNIT * so_far < of_word:
-                    drawn[check] = word
-        out.radiance[pixel] = wp.cw_mul(reflected, all_agreed.total + all_disputed.total)
-        # The nearest cluster comes first; an SP that has none gets no light here and is the first to be refined.
-        low = alone[0]
-        high = float(0.0)
-        for f in range(wp.static(fuzziness)):
-            if weights[f] > 0.0:
-                low = wp.min(low, alone[f])
-                high = wp.max(high, alone[f])
-        common = brightness(wp.cw_mul(reflected, all_agreed.total))
-        out.low[sp] = common + low
-        out.high[sp] = common + high
+            times = float(1.0)
+            if seen == wp.uint32(0):
+                if (hashed(key + wp.uint32(word))) % HIDDEN_WORDS != wp.uint32(0):
+                    continue
+                times = float(HIDDEN_WORDS)
+            light = wp.vec3(0.0, 0.0, 0.0)
+            for vpl in range(32 * word, wp.min(32 * word + 32, vpls.count)):
+                whole = unoccluded(position, normal, vpls, vpl)
+                amount = brightness(whole)
+                if amount > 0.0:
+                    share = float(0.0)
+                    for f in range(wp.static(fuzziness)):
+                        share += weights[f] * float((words[f] >> wp.uint32(vpl - 32 * word)) & wp.uint32(1))
+                    light += whole * share
+                    doubted += amount * doubt(share) * times
+                    if doubted >= next_change:
+                        next_change = FAR_AWAY
+                        for check in range(wp.static(CHECKS)):
+                            if doubted >= following[check]:
+                                state = hashed(state)
+                                target[check] = vpl
+                                believed[check] = share
+                                following[check] = doubted / ((float(state) + 1.0) * TO_UNIT)
+                            next_change = wp.min(next_change, following[check])
+            irradiance = added(irradiance, light)
+        out.irradiance[pixel] = irradiance.total
+        out.doubted[sp] = doubted
         for check in range(wp.static(CHECKS)):
-            out.word[check, sp] = drawn[check]
+            out.target[check, sp] = target[check]
+            out.believed[check, sp] = believed[check]
 
     return kernel
 
 
-def shade(fuzziness: int, gbuffer: GBuffer, pixels: wp.array, count: wp.array, clusters: SpClusters,
-          visibility: Visibility, vpls: VplClusters, out: Indirect) -> None:  # fmt: skip
-    """Write the indirect light of the SPs at `pixels` (sp,), of which count[0] are valid, into `out`.
+def shade(fuzziness: int, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, visibility: Visibility,
+          vpls: VplClusters, seed: int, out: Indirect) -> None:  # fmt: skip
+    """Write the indirect light of `sps` into `out`, which draws what to check by `seed`.
 
     Visibility is interpolated over the SPs' `clusters`, to F = `fuzziness` of which each belongs.
     """
-    inputs = [gbuffer, pixels, count, clusters, visibility.words, vpls, out]
-    launch(shade_kernel(fuzziness), len(pixels), inputs, pixels.device)
+    inputs = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, seed, out]
+    launch(shade_kernel(fuzziness), sps.capacity, inputs, sps.device)
 
 
 @cache
@@ -184,10 +186,10 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
                 irradiance = added(irradiance, light)
         before = Sum()
         if begin > 0:
-            before.total = out.radiance[pixel]
+            before.total = out.irradiance[pixel]
             before.lost = out.lost[pixel]
-        after = added(before, wp.cw_mul(reflectance(gbuffer, pixel), irradiance.total))
-        out.radiance[pixel] = after.total
+        after = added(before, irradiance.total)
+        out.irradiance[pixel] = after.total
         out.lost[pixel] = after.lost
 
     return kernel

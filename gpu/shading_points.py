@@ -6,6 +6,7 @@ import warp as wp
 from gpu.device import allocate, launch
 from gpu.gbuffer import GBuffer
 from gpu.grouping import running_total
+from gpu.interpolate import is_shaded, reflect_kernel
 from gpu.kmeans import Points
 from gpu.resident import NO_HIT
 from gpu.sampling import hashed
@@ -28,26 +29,43 @@ def z_order(width: int, height: int) -> Ints:
 
 
 @wp.kernel
-def valid_kernel(first: int, face: wp.array[int], order: wp.array[int], valid: wp.array[int]) -> None:
-    """One thread a pixel, in Z order: 1 where the camera meets a surface, else 0."""
+def shaded_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, order: wp.array[int],
+                  shaded: wp.array[int]) -> None:  # fmt: skip
+    """One thread a pixel, in Z order: 1 where the camera meets a surface that is shaded there, else 0."""
     index = first + wp.tid()
-    valid[index] = wp.where(face[order[index]] == NO_HIT, 0, 1)
+    pixel = order[index]
+    shaded[index] = 0
+    if gbuffer.face[pixel] != NO_HIT and is_shaded(gbuffer, pixel, width, height, stride):
+        shaded[index] = 1
 
 
 @wp.kernel
-def compact_kernel(first: int, valid: wp.array[int], totals: wp.array[int], order: wp.array[int],
+def compact_kernel(first: int, shaded: wp.array[int], totals: wp.array[int], order: wp.array[int],
                    pixels: wp.array[int], count: wp.array[int]) -> None:  # fmt: skip
     """One thread a pixel, in Z order: lists it when it has an SP; the last one writes the list's length."""
     index = first + wp.tid()
-    if valid[index] == 1:
+    if shaded[index] == 1:
         pixels[totals[index] - 1] = order[index]
-    if index == valid.shape[0] - 1:
+    if index == shaded.shape[0] - 1:
         count[0] = totals[index]
 
 
 @wp.kernel
+def add_kernel(first: int, pixels: wp.array[int], count: wp.array[int], term: wp.array[wp.vec3],
+               bounded: bool, total: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: adds `term` (pixel,) to `total` (pixel,); bounded: not to below zero."""
+    sp = first + wp.tid()
+    if sp >= count[0]:
+        return
+    pixel = pixels[sp]
+    total[pixel] += term[pixel]
+    if bounded:
+        total[pixel] = wp.max(total[pixel], wp.vec3(0.0, 0.0, 0.0))
+
+
+@wp.kernel
 def sample_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], total: wp.array[int], wanted: int,
-                  clusters: int, seed: int, sampled: wp.array[int], out: Points) -> None:  # fmt: skip
+                  scale: float, seed: int, sampled: wp.array[int], out: Points) -> None:  # fmt: skip
     """One thread a sample: one SP of each of `wanted` equal runs of the list, or every SP when they are fewer."""
     index = first + wp.tid()
     sp_count = total[0]
@@ -64,30 +82,45 @@ def sample_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], total: wp
     out.position[index] = gbuffer.position[pixel]
     out.normal[index] = gbuffer.normal[pixel]
     out.weight[index] = 1.0
-    out.spacing[index] = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count) / float(clusters))
+    out.spacing[index] = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count)) * scale
 
 
 class ShadingPoints:
     """The SPs of an image of `size` (width, height), found anew each frame without leaving the device.
 
-    pixels (sp,): their pixels in Z order, of which the first count[0] are valid.
+    pixels (sp,): their pixels in Z order, of which the first count[0] are valid. stride: of the anchors of
+    gpu.interpolate; with 1 every pixel that meets a surface has an SP.
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
-        self.device = device
+    def __init__(self, size: tuple[int, int], stride: int, device: wp.Device) -> None:
+        self.device, self.stride = device, stride
+        self._size = size
         self.capacity = size[0] * size[1]
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
         self._order = wp.array(z_order(*size), dtype=int, device=device)
-        self._valid = wp.zeros(self.capacity, dtype=int, device=device)
+        self._shaded = wp.zeros(self.capacity, dtype=int, device=device)
         self._totals = wp.zeros(self.capacity, dtype=int, device=device)
 
     def find(self, gbuffer: GBuffer) -> None:
-        """List the pixels of `gbuffer` that have an SP; those that see nothing cost nothing from here on."""
-        launch(valid_kernel, self.capacity, [gbuffer.face, self._order, self._valid], self.device)
-        running_total(self._valid, self._totals)
-        inputs = [self._valid, self._totals, self._order, self.pixels, self.count]
+        """List the pixels of `gbuffer` that are shaded; those that see nothing cost nothing from here on."""
+        inputs = [gbuffer, *self._size, self.stride, self._order, self._shaded]
+        launch(shaded_kernel, self.capacity, inputs, self.device)
+        running_total(self._shaded, self._totals)
+        inputs = [self._shaded, self._totals, self._order, self.pixels, self.count]
         launch(compact_kernel, self.capacity, inputs, self.device)
+
+    def add(self, term: wp.array, total: wp.array, *, bounded: bool) -> None:
+        """Add `term` (pixel,) to `total` (pixel,) at the pixels that are shaded; bounded: not to below zero.
+
+        A mean of frames needs what is below zero in some of them.
+        """
+        launch(add_kernel, self.capacity, [self.pixels, self.count, term, bounded, total], self.device)
+
+    def reflect(self, gbuffer: GBuffer, irradiance: wp.array, radiance: wp.array) -> None:
+        """Add to `radiance` (pixel,) what all pixels reflect of the `irradiance` (pixel,) that the shaded ones know."""
+        inputs = [gbuffer, *self._size, self.stride, irradiance, radiance]
+        launch(reflect_kernel, self.capacity, inputs, self.device)
 
 
 class SampledPoints:
@@ -99,7 +132,7 @@ class SampledPoints:
         self.points: Points = allocate(Points, capacity, device)
         self.points.count = wp.zeros(1, dtype=int, device=device)
 
-    def draw(self, sps: ShadingPoints, gbuffer: GBuffer, clusters: int, seed: int) -> None:
-        """Sample `sps` evenly; spacings are those of `clusters` clusters."""
-        inputs = [gbuffer, sps.pixels, sps.count, self.capacity, clusters, seed, self.pixels, self.points]
+    def draw(self, sps: ShadingPoints, gbuffer: GBuffer, scale: float, seed: int) -> None:
+        """Sample `sps` evenly; scale: distance of clusters wanted [pixels] over the square root of the SPs' count."""
+        inputs = [gbuffer, sps.pixels, sps.count, self.capacity, scale, seed, self.pixels, self.points]
         launch(sample_kernel, self.capacity, inputs, self.device)

@@ -8,26 +8,16 @@ import warp as wp
 
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
+from gpu.kinship import kinship
 from gpu.resident import NO_HIT
+from gpu.shading_points import ShadingPoints
 from gpu.transfer import brightness
 
 STEPS = (1, 2, 4)
-# Pixels off the plane of a pixel's surface by this many of its spacings a step are of another surface.
-PLANE_TOLERANCE = wp.constant(1.0)
-NORMAL_POWER = wp.constant(16.0)
 # Light that differs by this many deviations is taken for other light, not for noise.
 LIGHT_TOLERANCE = wp.constant(3.0)
-
-
-@wp.func
-def kinship(gbuffer: GBuffer, p: int, q: int, step: int) -> float:
-    """Share that pixel `q`, `step` pixels away, has in pixel `p` by their surfaces: 0 for different ones."""
-    if gbuffer.face[q] == NO_HIT:
-        return 0.0
-    alike = wp.max(wp.dot(gbuffer.normal[p], gbuffer.normal[q]), 0.0)
-    off = wp.dot(gbuffer.geometric[p], gbuffer.position[q] - gbuffer.position[p])
-    limit = PLANE_TOLERANCE * gbuffer.spacing[p] * float(step)
-    return wp.pow(alike, NORMAL_POWER) * wp.exp(-(off * off) / (limit * limit + 1.0e-30))
+# Guiding light may differ by this much, relatively.
+GUIDE_TOLERANCE = wp.constant(3.0)
 
 
 @wp.kernel
@@ -86,6 +76,39 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
     out[pixel] = mixed / total
 
 
+@wp.kernel
+def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
+                         count: wp.array[int], stride: int, step: int, guide: wp.array[wp.vec3],
+                         light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: its light mixed with that of the nine anchors (gpu.interpolate) `step` strides about it.
+
+    Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed.
+    """
+    sp = first + wp.tid()
+    if sp >= count[0]:
+        return
+    pixel = sps[sp]
+    x = pixel % width
+    y = pixel // width
+    own = brightness(guide[pixel])
+    total = float(4.0)
+    mixed = light[pixel] * 4.0
+    for neighbour in range(9):
+        dx = neighbour % 3 - 1
+        dy = neighbour // 3 - 1
+        column = (x // stride + dx * step) * stride
+        row = (y // stride + dy * step) * stride
+        if column >= 0 and column < width and row >= 0 and row < height:
+            other = row * width + column
+            if other != pixel:
+                share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
+                weight = share * kinship(gbuffer, pixel, other, step * stride)
+                weight *= wp.exp(-wp.abs(brightness(guide[other]) - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
+                total += weight
+                mixed += light[other] * weight
+    out[pixel] = mixed / total
+
+
 class Smoothing:
     """Smooths light of an image of `size` (width, height); its arrays are allocated once."""
 
@@ -94,6 +117,7 @@ class Smoothing:
         pixels = size[0] * size[1]
         self._deviation = wp.zeros(pixels, dtype=float, device=device)
         self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
+        self._third = wp.zeros(pixels, dtype=wp.vec3, device=device)
 
     def run(self, gbuffer: GBuffer, light: wp.array) -> None:
         """Smooth `light` (pixel,), light per reflectance of the SPs in `gbuffer`, in place."""
@@ -107,3 +131,16 @@ class Smoothing:
             source, target = target, source
         if source is not light:
             wp.copy(light, source)
+
+    def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array) -> wp.array:
+        """The `light` (pixel,) of `sps` shared between neighbours of one surface; the next call overwrites the array.
+
+        guide (pixel,): other light there, with little noise. Rare samples that guided themselves would lose a part of
+        their mean.
+        """
+        source, target = light, self._other
+        for step in STEPS:
+            inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.stride, step, guide, source, target]
+            launch(smooth_points_kernel, sps.capacity, inputs, self.device)
+            source, target = target, self._third if target is self._other else self._other
+        return source

@@ -207,9 +207,9 @@ class SpClustering:
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of `sps`, then the F nearest clusters of every SP."""
-        grid, scale = self._kmeans.grid, self._base**-0.5
+        grid, scale = self._kmeans.grid, sps.stride * self._base**-0.5
         grid.data.spacing.zero_()
-        self._samples.draw(sps, gbuffer, self._base, seed)
+        self._samples.draw(sps, gbuffer, scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
         self._assign(sps, gbuffer, scale, only_needy=False)

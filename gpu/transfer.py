@@ -38,19 +38,32 @@ def disk_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, clust
 
 
 @wp.func
+def is_unfolded(position: wp.vec3, vpls: VplClusters, cluster: int) -> bool:
+    """Whether a VPL cluster is so near that its members are shaded one by one: its one disk would be too coarse."""
+    return vpls.area[cluster] > UNFOLD_SHARE * wp.length_sq(vpls.position[cluster] - position)
+
+
+@wp.func
+def disk_area(vpls: VplClusters, cluster: int, squared: float) -> float:
+    """Area of the disks that stand for a VPL cluster at a squared distance: of its one, or near by of each member's."""
+    area = vpls.area[cluster]
+    if area <= UNFOLD_SHARE * squared:
+        return area
+    return area / float(vpls.starts[cluster + 1] - vpls.starts[cluster])
+
+
+@wp.func
 def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
     """Irradiance at a point from a VPL cluster that nothing hides [W/m²].
 
     Near a cluster its one disk would be too coarse and too dim, so its members count one by one there.
     """
-    way = vpls.position[cluster] - position
-    area = vpls.area[cluster]
-    if area <= UNFOLD_SHARE * wp.length_sq(way):
+    if not is_unfolded(position, vpls, cluster):
         return disk_irradiance(position, normal, vpls, cluster)
     irradiance = Sum()
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
-    area = area / float(end - begin)
+    area = vpls.area[cluster] / float(end - begin)
     for member in range(begin, end):
         way = vpls.members.position[member] - position
         share = disk_transfer(way, normal, vpls.members.normal[member], area)

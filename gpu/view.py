@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from gpu.device import allocate, launch
+from gpu.device import allocate
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
@@ -11,20 +11,14 @@ from gpu.shading_points import ShadingPoints
 from gpu.smooth import Smoothing
 
 
-@wp.kernel
-def add_kernel(first: int, term: wp.array[wp.vec3], total: wp.array[wp.vec3]) -> None:
-    """One thread a pixel: adds a radiance to another."""
-    pixel = first + wp.tid()
-    total[pixel] += term[pixel]
-
-
 class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
-    `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added.
+    `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
+    stride: of the pixels that are shaded (gpu.interpolate).
     """
 
-    def __init__(self, resident: ResidentScene, size: tuple[int, int], *, lambertian: bool) -> None:
+    def __init__(self, resident: ResidentScene, size: tuple[int, int], *, lambertian: bool, stride: int = 1) -> None:
         self.resident, self.size, self.device = resident, size, resident.device
         self.pixels = size[0] * size[1]
         self.scene = resident.view(lambertian=lambertian)
@@ -34,7 +28,7 @@ class View:
         self.soft = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.smoothing = Smoothing(size, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
-        self.shading_points = ShadingPoints(size, self.device)
+        self.shading_points = ShadingPoints(size, stride, self.device)
 
     def look(self, camera: Camera, place: tuple[float, float] = (0.5, 0.5)) -> None:
         """Look through `camera`, whose own aspect gives way to the image's, and through that place in each pixel."""
@@ -48,4 +42,4 @@ class View:
 
     def add_indirect(self) -> None:
         """Add the indirect light to the picture."""
-        launch(add_kernel, self.pixels, [self.indirect.radiance, self.radiance], self.device)
+        self.shading_points.reflect(self.gbuffer, self.indirect.irradiance, self.radiance)

@@ -5,10 +5,13 @@ from typing import Protocol
 from gpu.direct import add_soft_light, trace_direct_light
 from gpu.lighting import LightingChoice, Progress
 from gpu.lights import LightTable
+from gpu.near_field import NearField
 from gpu.quality import Quality
+from gpu.radiosity import RadiosityMap
 from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
 from gpu.view import View
+from gpu.vpl_clusters import VplClusters
 
 # Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
 # that the mean forgets the blur.
@@ -42,6 +45,11 @@ def lighting_choice(settings: RenderSettings, quality: Quality, sample: int = 0)
     return LightingChoice(quality.vpls, quality.vpl_clusters, settings.bounces, seed, settings.lambertian)
 
 
+def is_smoothed(settings: RenderSettings, sample: int) -> bool:
+    """Whether frame `sample` of a still view shares light between neighbouring pixels."""
+    return settings.smooth and sample < SMOOTHED_FRAMES
+
+
 def render_direct(
     view: View, settings: RenderSettings, quality: Quality, table: LightTable, stages: Stages, sample: int
 ) -> None:
@@ -56,8 +64,26 @@ def render_direct(
         trace_direct_light(
             view.resident, view.scene, table, gbuffer, view.size, samples, seed, view.radiance, view.soft
         )
-        if settings.smooth and sample < SMOOTHED_FRAMES:
+        if is_smoothed(settings, sample):
             view.smoothing.run(gbuffer, view.soft)
         add_soft_light(gbuffer, view.soft, view.radiance)
 
     stages.run("direct", direct, repeats=sample == 0)
+
+
+def add_indirect(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",
+                 settings: RenderSettings, stages: Stages, sample: int) -> None:  # fmt: skip
+    """Add the indirect light to the picture; before, by the map `lit`, what `vpls` lack near field."""
+    sps, gbuffer, seed = view.shading_points, view.gbuffer, frame_seed(settings.seed, sample)
+    irradiance, smooth = view.indirect.irradiance, is_smoothed(settings, sample)
+
+    def near(lit: RadiosityMap) -> None:
+        near_field.trace(view.scene, gbuffer, sps, vpls, lit, seed)
+        light = near_field.light
+        if smooth:
+            light = view.smoothing.share(gbuffer, sps, irradiance, light)
+        sps.add(light, irradiance, bounded=smooth)
+
+    if lit is not None:
+        stages.run("near", lambda: near(lit), repeats=sample == 0)
+    stages.run("interpolate", view.add_indirect, repeats=sample == 0)

@@ -3,8 +3,10 @@
 With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it gathers VPL clusters instead.
 """
 
+from gpu.counting import Counter
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, lighting_choice, render_direct
+from gpu.methods.common import FrameStatistics, add_indirect, lighting_choice, render_direct
+from gpu.near_field import NearField
 from gpu.quality import Quality
 from gpu.settings import Component, Method, RenderSettings
 from gpu.shade import gather
@@ -25,6 +27,8 @@ class ExactVpl:
     ) -> None:
         self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
         self._first = self._vpls = self._light(0, progress)
+        self._near_field = NearField(view.pixels, view.device)
+        self._counter = Counter(1, view.device)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
         vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
@@ -36,19 +40,23 @@ class ExactVpl:
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
             stages.run("gather", lambda: self._gather(progress), repeats=False)
+            choice = lighting_choice(self._settings, self._quality, sample)
+            lit = self._lighting.radiosity(choice, progress) if self._settings.near_field else None
+            add_indirect(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
 
     def _gather(self, progress: Progress) -> None:
         view = self._view
         rays = RAYS_PER_LAUNCH if view.device.is_cuda else RAYS_PER_CPU_LAUNCH
         run = max(1, rays // view.pixels)
-        view.indirect.radiance.zero_()
+        view.indirect.irradiance.zero_()
         for begin in range(0, self._vpls.count, run):
             end = min(begin + run, self._vpls.count)
             gather(view.scene, view.gbuffer, view.shading_points, self._vpls, begin, end, view.indirect)
             progress("gathering virtual point lights", end / self._vpls.count)
-        view.add_indirect()
 
     def statistics(self) -> FrameStatistics:
-        """VPLs and VPL clusters that were gathered; nothing is skipped in a reference."""
+        """VPLs and VPL clusters that were gathered, and rays that found near-field light; a reference skips nothing."""
         vpls = self._vpls.members.count if self._vpls.count else 0
-        return {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels, "unassigned": 0}, {}
+        (near,) = self._counter.sums([(self._near_field.found, 0)])
+        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels}
+        return counts | {"near": near, "unassigned": 0}, {}

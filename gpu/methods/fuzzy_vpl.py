@@ -1,10 +1,18 @@
 """`fuzzy-vpl`: clustered VPLs and SPs with fuzzy visibility, the 2022 paper's method."""
 
-from gpu.check import ClusterCheck
+from gpu.correct import Correction
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, frame_seed, lighting_choice, render_direct
+from gpu.methods.common import (
+    FrameStatistics,
+    add_indirect,
+    frame_seed,
+    is_smoothed,
+    lighting_choice,
+    render_direct,
+)
+from gpu.near_field import NearField
 from gpu.quality import Quality
 from gpu.refine import Refinement
 from gpu.settings import Clustering, Component, RenderSettings
@@ -15,7 +23,7 @@ from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import unclustered
 
-# SPs with rays of their own, per SP cluster; what may be too bright by less than this, relatively, is well served.
+# SPs with more rays of their own, per SP cluster; what may be too bright by less than this, relatively, is well served.
 REFINED_SHARE = 1.5
 LEAST_DISPUTE = 0.25
 
@@ -39,64 +47,75 @@ class FuzzyVpl:
         )
         most = self._vpls.count if self._fixed else quality.vpl_clusters
         self._visibility = Visibility(self._clustering.count, most, view.device)
-        refined = int(quality.sp_clusters * REFINED_SHARE)
-        self._check = ClusterCheck(view.pixels, view.device)
-        self._worst = WorstPoints(view.pixels, refined, LEAST_DISPUTE, view.device)
+        self._correction = Correction(view.pixels, view.device)
+        self._worst = WorstPoints(view.pixels, int(quality.sp_clusters * REFINED_SHARE), LEAST_DISPUTE, view.device)
         self._refinement = Refinement(len(self._worst.pixels), view.device)
+        self._near_field = NearField(view.pixels, view.device)
         self._counter = Counter(5, view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
-        """Direct light, then SP clusters, their visibility and indirect light, exact where clusters disagree."""
+        """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
         view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
         render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if not self._has_indirect:
             return
+        choice = lighting_choice(settings, self._quality, 0 if self._fixed else sample)
         self._vpls = self._first
         if not (self._fixed or repeats):
-            self._vpls = self._lighting.clusters(lighting_choice(settings, self._quality, sample), progress)
-        vpls = self._vpls
+            self._vpls = self._lighting.clusters(choice, progress)
+        vpls, visibility = self._vpls, self._visibility
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
-        sps, gbuffer, clusters = view.shading_points, view.gbuffer, clustering.clusters
+        sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
 
-        def shade_all() -> None:
-            view.indirect.radiance.zero_()
-            shade(fuzziness, gbuffer, sps.pixels, sps.count, clusters, self._visibility, vpls, view.indirect)
+        correction, smooth = self._correction, is_smoothed(settings, sample)
 
-        def check() -> None:
-            self._check.run(view.scene, gbuffer, sps, clusters, self._visibility, vpls, view.indirect)
-            self._worst.find(sps, clustering.need, view.indirect, self._check.stopped)
+        def correct() -> None:
+            correction.trace(view.scene, gbuffer, sps, vpls, seed, indirect)
+            shared = correction.own
+            if smooth:
+                shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)
+                args = gbuffer, sps, clustering.need, indirect.irradiance, correction.own, shared
+                self._worst.find(*args)
+            sps.add(shared, indirect.irradiance, bounded=smooth)
 
         def refine() -> None:
-            self._refinement.run(view.scene, gbuffer, self._worst, vpls, view.indirect)
-            view.add_indirect()
+            self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
 
         stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=repeats)
-        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls), repeats=repeats)
-        stages.run("shade", shade_all, repeats=repeats)
-        stages.run("check", check, repeats=repeats)
-        stages.run("refine", refine, repeats=repeats)
+        stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
+        stages.run(
+            "shade",
+            lambda: shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, seed, indirect),
+            repeats=repeats,
+        )
+        if settings.correct:
+            stages.run("correct", correct, repeats=repeats)
+            if smooth:
+                stages.run("refine", refine, repeats=repeats)
+        lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
+        add_indirect(view, self._near_field, vpls, lit, settings, stages, sample)
 
     def statistics(self) -> FrameStatistics:
-        """VPLs, clusters, rays between representatives, SPs with rays of their own, and SPs that nothing serves."""
+        """VPLs, clusters, SPs, rays between representatives and to near surfaces, and SPs that nothing serves."""
         vpls = self._vpls.members.count if self._vpls.count else 0
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         if not self._has_indirect:
-            return counts | {"rays": 0, "refined": 0, "unassigned": 0}, {}
+            return counts | {"shaded": 0, "rays": 0, "near": 0, "unassigned": 0}, {}
         visibility = self._visibility
-        sps, rays, shared, refined, needs = self._counter.sums(
+        shaded, rays, shared, near, needs = self._counter.sums(
             [
                 (self._view.shading_points.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
-                (self._worst.count, 0),
+                (self._near_field.found, 0),
                 (self._clustering.need, UNASSIGNED_NEED),
             ]
         )
         pairs = counts["vpl_clusters"] * counts["sp_clusters"]
-        unassigned = max(0, needs // UNASSIGNED_NEED - refined)
+        unassigned = needs // UNASSIGNED_NEED
         skips = {
-            "pixels without a surface": self._view.pixels - sps,
+            "pixels that are not shaded": self._view.pixels - shaded,
             "pairs facing away": pairs - rays - shared,
             "weak pairs": shared,
         }
-        return counts | {"rays": rays, "refined": refined, "unassigned": unassigned}, skips
+        return counts | {"shaded": shaded, "rays": rays, "near": near, "unassigned": unassigned}, skips

@@ -1,0 +1,123 @@
+"""Light that VPLs lose near field: a disk's form factor is less than that of the surface which it stands for.
+
+A point light's 1/(π·d²) is bounded to 1/(π·d² + A), which takes the share A/(π·d² + A) away. It is given back by a ray
+of each SP: where that meets a surface, its radiosity counts with this share (T. Kollig and A. Keller, Illumination in
+the Presence of Weak Singularities, 2004, with radiosity from a density estimate in place of a path).
+"""
+
+import warp as wp
+
+from gpu.device import allocate, launch
+from gpu.gbuffer import RAY_LENGTH, GBuffer
+from gpu.radiosity import RadiosityMap, vpl_around
+from gpu.rays import closest_hit, occluded, offset_origin
+from gpu.resident import NO_HIT, SceneData
+from gpu.sampling import PI, cosine_direction, sobol_pair
+from gpu.shading_points import ShadingPoints
+from gpu.surface import triangle_normal
+from gpu.transfer import disk_area
+from gpu.vpl_clusters import VplClusters, cluster_of
+
+# Of the sample sequences of a frame's seed, one that nothing else takes.
+NEAR_PAIR = wp.constant(64)
+# VPLs whose radius is far below this share of the distance lose too little to be looked for.
+RADIUS_SHARE = wp.constant(0.06)
+# How far above its surface the way between two of its points is looked along, as a share of its length.
+CLEARANCE = wp.constant(0.1)
+
+
+@wp.struct
+class Hits:
+    """What the SPs' rays met. position, normal (sp,), the normal to the side that was hit; distance (sp,): 0 for none.
+
+    Unit space.
+    """
+
+    position: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    distance: wp.array[float]
+
+
+@wp.kernel
+def trace_kernel(first: int, scene: SceneData, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int],
+                 seed: int, hits: Hits) -> None:  # fmt: skip
+    """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share one sequence."""
+    sp = first + wp.tid()
+    hits.distance[sp] = 0.0
+    if sp >= sp_count[0]:
+        return
+    pixel = sps[sp]
+    place = sobol_pair(sp, NEAR_PAIR, seed)
+    direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
+    geometric = gbuffer.geometric[pixel]
+    if wp.dot(direction, geometric) <= 0.0:
+        return
+    origin = offset_origin(gbuffer.position[pixel], geometric, direction)
+    hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+    if hit.face == NO_HIT:
+        return
+    normal = triangle_normal(scene, hit.face)
+    hits.position[sp] = origin + direction * hit.t
+    hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
+    hits.distance[sp] = hit.t
+
+
+@wp.kernel
+def find_kernel(first: int, hits: Hits, lit: RadiosityMap, vpl: wp.array[int]) -> None:
+    """One thread an SP: the VPL that answers for where its ray went. vpl (sp,): −1 for none."""
+    sp = first + wp.tid()
+    vpl[sp] = -1
+    distance = hits.distance[sp]
+    if distance > 0.0:
+        vpl[sp] = vpl_around(lit, hits.position[sp], hits.normal[sp], RADIUS_SHARE * distance)
+
+
+@wp.kernel
+def light_kernel(first: int, scene: SceneData, sps: wp.array[int], count: wp.array[int], hits: Hits,
+                 vpls: VplClusters, lit: RadiosityMap, vpl: wp.array[int], light: wp.array[wp.vec3],
+                 found: wp.array[int]) -> None:  # fmt: skip
+    """One thread an SP: the irradiance that disks took from where its ray went [W/m²], in light (pixel,).
+
+    Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
+    there. found (sp,): 1 where there is light, or 0.
+    """
+    sp = first + wp.tid()
+    found[sp] = 0
+    if sp >= count[0]:
+        return
+    light[sps[sp]] = wp.vec3(0.0, 0.0, 0.0)
+    if vpl[sp] < 0:
+        return
+    distance = hits.distance[sp]
+    way = lit.vpls.position[vpl[sp]] - hits.position[sp]
+    length = wp.length(way)
+    if length > 0.0:
+        lift = hits.normal[sp] * wp.min(CLEARANCE * length, 0.5 * distance)
+        if occluded(scene, hits.position[sp] + lift, way / length, length):
+            return
+    squared = distance * distance
+    area = disk_area(vpls, cluster_of(vpls, vpl[sp]), squared)
+    light[sps[sp]] = lit.radiosity[vpl[sp]] * (area / (PI * squared + area))
+    found[sp] = 1
+
+
+class NearField:
+    """Near-field light of up to `capacity` SPs; arrays are allocated once.
+
+    light (pixel,): what each SP's ray found [W/m²]; found (sp,): 1 where that is some, or 0.
+    """
+
+    def __init__(self, capacity: int, device: wp.Device) -> None:
+        self.device = device
+        self._hits: Hits = allocate(Hits, capacity, device)
+        self._vpl = wp.zeros(capacity, dtype=int, device=device)
+        self.light = wp.zeros(capacity, dtype=wp.vec3, device=device)
+        self.found = wp.zeros(capacity, dtype=int, device=device)
+
+    def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityMap,
+              seed: int) -> None:  # fmt: skip
+        """Estimate the irradiance of `sps` that the disks of `vpls`, from which `lit` is, have lost."""
+        launch(trace_kernel, sps.capacity, [scene, gbuffer, sps.pixels, sps.count, seed, self._hits], self.device)
+        launch(find_kernel, sps.capacity, [self._hits, lit, self._vpl], self.device)
+        inputs = [scene, sps.pixels, sps.count, self._hits, vpls, lit, self._vpl, self.light, self.found]
+        launch(light_kernel, sps.capacity, inputs, self.device)
