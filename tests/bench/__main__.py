@@ -27,6 +27,7 @@ PARTS = {
     "growth": "time over shading points, VPLs and triangles",
     "pictures": "pictures and error maps",
     "walk": "frames a second",
+    "floors": "times of stages beside what bytes, operations and rays would take",
     "plots": "plots and tables of the JSON files",
     "gate": "check the small renders that must not get worse; --update stores them anew",
 }
