@@ -28,7 +28,8 @@ PARTS = {
     "pictures": "pictures and error maps",
     "walk": "frames a second",
     "floors": "times of stages beside what bytes, operations and rays would take",
-    "plots": "plots and tables of the JSON files",
+    "plots": "plots of the JSON files",
+    "page": "the page of results, of the JSON files and plots",
     "gate": "check the small renders that must not get worse; --update stores them anew",
 }
 
@@ -50,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("parts", nargs="*", metavar="PART", help="one of those above")
     command.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of results (%(default)s)")
     command.add_argument("--cache", type=Path, help="folder of references that were rendered (OUT/cache)")
+    command.add_argument("--page", type=Path, help="the page of results; its plots lie beside it (OUT/results.md)")
     command.add_argument("--scenes", type=Path, help="folder of NAME.glb, instead of the built-in scenes")
     command.add_argument("--references", type=Path, help="folder of NAME.npz with path-traced pictures")
     command.add_argument("--scenes-named", nargs="+", default=[], metavar="NAME", help="only these scenes")
@@ -85,6 +87,7 @@ def main() -> int:
             groups=tuple(options.groups),
             size=options.size,
             quick=options.quick,
+            page_file=options.page,
             reference_samples=options.reference_samples,
         )
         budget = Budget(options.seconds)
