@@ -1,6 +1,6 @@
 """The benchmark suite: times, errors, growth and flicker, as rows in JSON files, and plots of them.
 
-    python -m tests.bench [PART …] --out DIR     all parts but `gate` if none is named
+    python -m tests.bench [PART …] --out DIR     all parts but `survey` and `gate` if none is named
 
 Each part writes OUT/PART.json and goes on where an earlier run of the same commit stopped. Scenes are the built-in
 ones, whose references are path-traced once, or `--scenes DIR` of NAME.glb with `--references DIR` of NAME.npz: arrays
@@ -28,6 +28,7 @@ PARTS = {
     "pictures": "pictures and error maps",
     "walk": "frames a second",
     "floors": "times of stages beside what bytes, operations and rays would take",
+    "survey": "all of those in ten minutes of an H100, the dear ones in fewer scenes",
     "plots": "plots of the JSON files",
     "page": "the page of results, of the JSON files and plots",
     "gate": "check the small renders that must not get worse; --update stores them anew",
@@ -69,7 +70,7 @@ def main() -> int:
     """Run the parts that were asked for; returns the exit status."""
     command = parser()
     options = command.parse_args()
-    parts = options.parts or [name for name in PARTS if name != "gate"]
+    parts = options.parts or [name for name in PARTS if name not in ("survey", "gate")]
     if unknown := set(parts) - set(PARTS):
         command.error(f"no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
     try:
