@@ -1,26 +1,29 @@
 """How fast each stage could be: what it cannot do without, over the rates of the machine. Pure.
 
-A stage's floor is the largest of its terms, as if the others hid behind it, and its launches, which nothing hides. It
-counts each byte once, as if caches were perfect, and each ray at the rate of rays that stay together.
+A stage's floor is what it must do of one thing, of that which takes longest, as if all else hid behind it; launches,
+which nothing hides, come on top. Each byte counts once, as if caches were perfect; each ray as if rays stayed together.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import warp as wp
 
 from gpu.gbuffer import GBuffer
+from gpu.shade import CHECKS
 from tests.bench.store import Row
 
-# Issued instructions, each as dear as a multiply-add: a disk's light at a point (gpu.transfer.disk_irradiance), where
-# a reciprocal counts four, and the stretched distance to a representative of like normal (gpu.grid.separation).
-TRANSFER, SEPARATION = 20, 12
+# Issued instructions, each as dear as a multiply-add: whether a point's normal and a disk's face each other; then the
+# disk's light there (gpu.transfer.disk_irradiance), where a reciprocal counts four; the stretched distance to a
+# representative of like normal (gpu.grid.separation).
+FACING, TRANSFER, SEPARATION = 9, 11, 12
 CELLS = 27
 WORD = 32
 VECTOR, NUMBER = 12, 4
 GBUFFER = sum(wp.types.type_size_in_bytes(variable.type.dtype) for variable in GBuffer.vars.values())
 
 Counts = Mapping[str, float]
+Floors = dict[str, Row]
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,10 @@ class Term:
 
 def _pairs(n: Counts) -> float:
     return n["sp_clusters"] * n["vpl_clusters"]
+
+
+def _sp_pairs(n: Counts) -> float:
+    return n["sps"] * n["vpl_clusters"]
 
 
 STAGES: dict[str, tuple[Term, ...]] = {
@@ -51,49 +58,63 @@ STAGES: dict[str, tuple[Term, ...]] = {
     ),
     "visibility": (
         Term("rays between representatives", "any_hit_rays", lambda n: n["rays"]),
-        Term("the light of every pair", "fmas", lambda n: _pairs(n) * TRANSFER),
+        Term("which pairs face each other", "fmas", lambda n: _pairs(n) * FACING),
+        Term("the light of those that do", "fmas", lambda n: _pairs(n) * n["facing"] * TRANSFER),
         Term("a bit a pair written", "bytes", lambda n: _pairs(n) / 8),
     ),
     "shade": (
-        Term("the light of every pair that sees each other", "fmas", lambda n: n["seen_pairs"] * TRANSFER),
+        Term("which SPs and VPL clusters face each other", "fmas", lambda n: _sp_pairs(n) * FACING),
+        Term(
+            "the light of those that do, and its visibility",
+            "fmas",
+            lambda n: _sp_pairs(n) * n["facing"] * (TRANSFER + n["fuzziness"]),
+        ),
         Term(
             "SPs and bits read, light written",
             "bytes",
-            lambda n: _pairs(n) / 8 + n["sps"] * (5 * VECTOR + 2 * NUMBER * n["fuzziness"]),
+            lambda n: _pairs(n) / 8 + n["sps"] * (3 * VECTOR + 2 * NUMBER * n["fuzziness"]),
         ),
     ),
-    "check": (
-        Term("a ray an SP", "any_hit_rays", lambda n: n["sps"]),
-        Term("its target, one of 32", "fmas", lambda n: n["sps"] * WORD * TRANSFER),
-    ),
-    "refine": (
+    "correct": (
+        Term("rays of each SP", "any_hit_rays", lambda n: n["sps"] * CHECKS),
         Term(
-            "a ray for 32 VPL clusters at each refined SP",
-            "any_hit_rays",
-            lambda n: n["refined"] * n["vpl_clusters"] / WORD,
+            "their targets, each one of 32",
+            "fmas",
+            lambda n: n["sps"] * CHECKS * WORD * (FACING + n["facing"] * (TRANSFER + n["fuzziness"])),
         ),
-        Term("the light of all their pairs", "fmas", lambda n: n["refined"] * n["vpl_clusters"] * TRANSFER),
+    ),
+    "near": (
+        Term("a ray an SP, as if rays stayed together", "primary_rays", lambda n: n["sps"]),
+        Term("rays from where those went to VPLs", "any_hit_rays", lambda n: n["near"]),
+    ),
+    "interpolate": (
+        Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),
+        Term("corrections smoothed in three steps", "bytes", lambda n: n["sps"] * 3 * 5 * VECTOR),
     ),
     "display": (Term("radiance read, pixels written", "bytes", lambda n: n["pixels"] * (VECTOR + 3)),),
 }
 
 
-def floors(counts: Counts, rates: Mapping[str, float], launches: Mapping[str, int]) -> dict[str, Row]:
-    """Each known stage's floor [ms], its terms, slowest first, and what its launches take."""
-    result: dict[str, Row] = {}
-    for stage, terms in STAGES.items():
-        parts = []
-        for term in terms:
+def floors(stages: Iterable[str], counts: Counts, rates: Mapping[str, float], launches: Mapping[str, int]) -> Floors:
+    """Of those `stages` that have a model: the floor [ms], its terms, slowest first, and what launches take.
+
+    counts: of a frame (FrameStats), `sps`, `fuzziness`, and `facing`, the share of pairs that face each other.
+    """
+    result: Floors = {}
+    for stage in STAGES.keys() & {*stages}:
+        parts, totals = [], dict.fromkeys(rates, 0.0)
+        for term in STAGES[stage]:
             amount = float(term.amount(counts))
-            rate = rates[term.rate]
             # What could not be measured, such as rays of a scene without VPLs, has no floor.
-            ms = 1e3 * amount / rate if rate > 0.0 else 0.0
+            ms = 1e3 * amount / rates[term.rate] if rates[term.rate] > 0.0 else 0.0
+            totals[term.rate] += ms
             parts.append({"what": term.what, "rate": term.rate, "amount": amount, "ms": ms})
         parts.sort(key=lambda part: part["ms"], reverse=True)
         number = launches.get(stage, 0)
         launch_ms = 1e3 * number / rates["launches"]
         result[stage] = {
-            "floor_ms": parts[0]["ms"] + launch_ms,
+            "floor_ms": max(totals.values()) + launch_ms,
+            "bound": max(totals, key=lambda rate: totals[rate]),
             "terms": parts,
             "launches": number,
             "launch_ms": launch_ms,

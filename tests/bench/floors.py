@@ -8,16 +8,16 @@ from functools import cache, partial
 from typing import Any
 from unittest.mock import patch
 
-import numpy as np
 import warp as wp
 
 from gpu.renderer import Renderer
+from gpu.settings import RenderSettings
 from gpu.stages import Stages
 from tests.bench.floor_model import floors
 from tests.bench.rates import Rates, byte_rate, fma_rate, launch_rate, ray_rates
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
-from tests.bench.timing import measure_frames
+from tests.bench.timing import Measured, measure_frames
 
 
 @contextmanager
@@ -40,9 +40,13 @@ def launches_counted() -> Iterator[Counter[str]]:
         yield counts
 
 
-def seen_share(words: np.ndarray, used: np.ndarray) -> float:
-    """Mean number of VPL clusters that a cluster in use sees. words: (cluster, word) of bits; used: (cluster,)."""
-    return float(np.bitwise_count(words[used > 0]).sum() / max(1, (used > 0).sum()))
+def amounts(measured: Measured, settings: RenderSettings) -> dict[str, float]:
+    """The counts of a frame that floors are made of."""
+    counts, skips = measured.stats.counts, measured.stats.skips
+    sps = counts["shaded"] if "shaded" in counts else counts["pixels"] - skips["pixels without a surface"]
+    away = sum(count for name, count in skips.items() if "facing" in name)
+    facing = 1.0 - away / max(1, counts["sp_clusters"] * counts["vpl_clusters"])
+    return {**counts, "sps": sps, "facing": facing, "fuzziness": settings.fuzziness}
 
 
 def run(suite: Suite) -> None:
@@ -61,14 +65,10 @@ def run(suite: Suite) -> None:
         with launches_counted() as launches:
             renderer.render(subject.camera)
         measured = measure_frames(renderer, subject.camera, suite.frames)
-        counts: dict[str, float] = {**measured.stats.counts, "fuzziness": settings.fuzziness}
-        counts["sps"] = counts["pixels"] - measured.stats.skips["pixels without a surface"]
-        method = renderer._method
-        words, used = method._visibility.words.numpy(), method._clustering.clusters.used.numpy()
-        counts["seen_pairs"] = counts["sps"] * seen_share(words, used)
+        counts = amounts(measured, settings)
         rates = asdict(Rates(*machine(), *ray_rates(subject.resident, subject.size, settings)))
         # A CPU's launches are threads' slices, side by side.
-        stages = floors(counts, rates, launches if suite.is_cuda else {})
+        stages = floors(measured.stages, counts, rates, launches if suite.is_cuda else {})
         return {
             "scene": name,
             "size": list(subject.size),

@@ -1,5 +1,6 @@
 """Tables of the rows of each part, in Markdown."""
 
+from collections import Counter
 from collections.abc import Iterable
 
 from tests.bench import paper
@@ -18,6 +19,9 @@ from tests.bench.rows import (
     within,
 )
 from tests.bench.store import Row
+
+RATES = {"bytes": "bytes", "fmas": "multiply-adds", "any_hit_rays": "any-hit rays", "primary_rays": "primary rays"}
+RATES["launches"] = "launches"
 
 
 def table(head: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
@@ -104,10 +108,11 @@ def floors_table(rows: list[Row]) -> str:
     lines = []
     for stage in stages:
         own = [row["stages"].get(stage, {}) for row in rows]
-        bound = next((times["terms"][0]["what"] for times in own if "terms" in times), "no model")
+        bounds = Counter(RATES[times["bound"]] for times in own if "bound" in times)
+        bound = bounds.most_common(1)[0][0] if bounds else "no model"
         lines.append([stage, bound, *(_floor_text([times]) for times in own)])
     whole = [_floor_text(list(row["stages"].values())) for row in rows]
-    return table(["stage", "most of the floor", *scenes_of(rows)], [*lines, ["all", "", *whole]])
+    return table(["stage", "bound by", *scenes_of(rows)], [*lines, ["all", "", *whole]])
 
 
 def _floor_text(stages: list[Row]) -> str:
@@ -118,9 +123,8 @@ def _floor_text(stages: list[Row]) -> str:
 
 def terms_table(row: Row) -> str:
     """What the floors of one scene consist of."""
-    rates = {"bytes": "bytes", "fmas": "multiply-adds", "any_hit_rays": "any-hit rays", "primary_rays": "primary rays"}
     lines = [
-        [stage, term["what"], f"{number(term['amount'])} {rates[term['rate']]}", number(term["ms"])]
+        [stage, term["what"], f"{number(term['amount'])} {RATES[term['rate']]}", number(term["ms"])]
         for stage, times in row["stages"].items()
         for term in times.get("terms", ())
     ]

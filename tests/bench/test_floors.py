@@ -11,8 +11,9 @@ from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene import load_scene
 from gpu.settings import Component, RenderSettings
 from tests.bench.floor_model import STAGES, floors
-from tests.bench.floors import launches_counted, seen_share
+from tests.bench.floors import amounts, launches_counted
 from tests.bench.rates import byte_rate, facing_pairs, fma_rate, launch_rate, ray_rates, seconds_of, spread_out
+from tests.bench.timing import measure_frames
 
 RATES = {"bytes": 1e12, "fmas": 1e13, "launches": 1e6, "any_hit_rays": 1e9, "primary_rays": 1e9}
 
@@ -30,7 +31,7 @@ def twice(rates: Mapping[str, float], name: str) -> dict[str, float]:
 
 def test_a_floor_is_its_largest_term_and_its_launches() -> None:
     counts = Ones(rays=2e6, sp_clusters=1000, vpl_clusters=1000)
-    stage = floors(counts, RATES, {"visibility": 500})["visibility"]
+    stage = floors(["visibility"], counts, RATES, {"visibility": 500})["visibility"]
     assert stage["terms"][0]["what"] == "rays between representatives"
     assert stage["terms"][0]["ms"] == pytest.approx(2.0)
     assert stage["launch_ms"] == pytest.approx(0.5)
@@ -38,9 +39,9 @@ def test_a_floor_is_its_largest_term_and_its_launches() -> None:
 
 
 def test_terms_fall_with_the_rates_that_they_name() -> None:
-    before = floors(Ones(), RATES, {})
+    before = floors(STAGES, Ones(), RATES, {})
     for name in ("bytes", "fmas", "any_hit_rays", "primary_rays"):
-        after = floors(Ones(), twice(RATES, name), {})
+        after = floors(STAGES, Ones(), twice(RATES, name), {})
         for stage in STAGES:
             old, new = ({term["what"]: term for term in run[stage]["terms"]} for run in (before, after))
             for what, term in old.items():
@@ -49,7 +50,8 @@ def test_terms_fall_with_the_rates_that_they_name() -> None:
 
 
 def test_no_rate_is_no_floor() -> None:
-    assert floors(Ones(), {**RATES, "any_hit_rays": 0.0}, {})["check"]["terms"][-1]["ms"] == 0.0
+    rates = {**RATES, "any_hit_rays": 0.0}
+    assert floors(["correct"], Ones(), rates, {})["correct"]["terms"][-1]["ms"] == 0.0
 
 
 def test_facing_pairs_are_those_that_both_face() -> None:
@@ -68,17 +70,24 @@ def test_chosen_pixels_have_a_surface_and_are_spread() -> None:
     assert len(spread_out(np.full(64, NO_HIT, np.int32), (8, 8), 8)) == 0
 
 
-def test_clusters_without_members_see_nothing() -> None:
-    words = np.array([[0b1011, 1], [0xFFFFFFFF, 0], [0, 0]], np.uint32)
-    assert seen_share(words, np.array([1, 0, 1])) == 2.0
+def test_terms_of_one_rate_add_up_and_those_of_others_hide() -> None:
+    counts = Ones(sps=1e6, vpl_clusters=1e3, facing=0.5)
+    stage = floors(["shade", "unheard of"], counts, RATES, {})
+    assert set(stage) == {"shade"}
+    terms = stage["shade"]["terms"]
+    assert stage["shade"]["floor_ms"] == pytest.approx(sum(term["ms"] for term in terms if term["rate"] == "fmas"))
+    assert stage["shade"]["bound"] == "fmas"
 
 
-def test_a_frames_launches_are_counted_by_stage() -> None:
+def test_a_frame_has_launches_by_stage_and_amounts() -> None:
     resident = ResidentScene(load_scene("cornell-box"), "cpu")
     settings = RenderSettings(component=Component.INDIRECT, sp_clusters=16, vpl_clusters=8, vpls=64, lambertian=True)
     renderer = Renderer(resident, (16, 12), settings)
     with launches_counted() as launches:
         renderer.render(resident.scene.cameras[0])
+    counts = amounts(measure_frames(renderer, resident.scene.cameras[0], 2, 2), settings)
+    assert 0 < counts["sps"] <= 16 * 12
+    assert 0.0 < counts["facing"] < 1.0
     assert {"gbuffer", "cluster", "visibility", "shade"} <= set(launches)
     assert launches["cluster"] > launches["shade"] >= 1
     assert all(rate > 0.0 for rate in ray_rates(resident, (16, 12), settings))
