@@ -135,7 +135,7 @@ Written by `python -m tests.bench page` of what the suite measured; do not edit.
 give these figures again. Times are medians, with the 5th to 95th percentile in brackets."""
 
 COMMANDS = """\
-    python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # all of this, in ten minutes of an H100
+    python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # all of this, in about ten minutes of an H100
     python -m tests.bench --scenes DIR --references DIR --out RESULTS           # everything of everything: hours
     python -m tests.bench plots page --out RESULTS --page docs/results.md       # this page
 
@@ -161,7 +161,7 @@ def shortfalls(aims: list[Goal], rows: dict[str, list[Row]]) -> str:
     for goal in aims:
         if missed := goal.missed():
             values = (
-                f"{name} {tables.number(value)} ({100.0 * (goal.excess(value) - 1.0):.2g} % off)"
+                f"{name} {tables.number(value)} ({tables.number(100.0 * (goal.excess(value) - 1.0))} % off)"
                 for name, value in missed
             )
             lines.append(f"- {goal.what}: {', '.join(values)}")

@@ -1,4 +1,4 @@
-"""All parts in ten minutes of an H100: what is dear is measured in fewer scenes, what tells most comes first.
+"""All parts in about ten minutes of an H100: what is dear is measured in fewer scenes, what tells most comes first.
 
 Goes on where an earlier run of the same commit stopped, as every part does; with `--seconds` the rest is left for
 another run. A step that fails is told, and the others still run.
@@ -6,6 +6,7 @@ another run. A step that fails is told, and the others still run.
 
 from dataclasses import dataclass, replace
 from importlib import import_module
+from time import perf_counter
 from traceback import print_exc
 
 from gpu.errors import UserError
@@ -49,6 +50,7 @@ def run(suite: Suite) -> None:
     """The part of the command line. Raises UserError when a step failed."""
     failed = []
     for step in STEPS:
+        begun = perf_counter()
         try:
             import_module(f"tests.bench.{step.part}").run(suite_of(suite, step))
         except UserError:
@@ -56,6 +58,8 @@ def run(suite: Suite) -> None:
         except Exception:
             print_exc()
             failed.append(step.part)
+        text = " ".join((step.part, *step.groups))
+        print(f"survey: {text} took {perf_counter() - begun:.0f} of {step.seconds:.0f} s", flush=True)
     if failed:
         raise UserError(f"survey: {', '.join(failed)} failed, see above; the other parts were measured")
 

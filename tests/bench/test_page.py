@@ -1,0 +1,64 @@
+from pathlib import Path
+
+import pytest
+
+from tests.bench import __main__ as command
+from tests.bench.goals import Goal
+from tests.bench.page import SECTIONS, page, shortfalls
+from tests.bench.plots import run as plot
+from tests.bench.suite import Suite
+
+ROOT = Path(__file__).parents[2]
+RESULTS, PAGE = ROOT / "tests/bench/results/h100", ROOT / "docs/results.md"
+MOST_IMAGE_BYTES, MOST_BYTES = 300_000, 4_000_000
+
+
+def committed(tmp_path: Path) -> Suite:
+    return Suite(out=RESULTS, cache=tmp_path, device="cpu", page_file=PAGE)
+
+
+def test_the_committed_page_is_what_the_committed_rows_say(tmp_path: Path) -> None:
+    suite = committed(tmp_path)
+    images = [path.name for path in suite.images_folder.iterdir()]
+    assert PAGE.read_text() == page(suite.measured(), suite.images_folder.name, images)
+
+
+def test_the_committed_page_shows_all_its_images_and_they_are_small() -> None:
+    sizes = {path.name: path.stat().st_size for path in PAGE.with_suffix("").iterdir()}
+    text = PAGE.read_text()
+    assert all(f"(results/{name})" in text for name in sizes)
+    assert max(sizes.values()) < MOST_IMAGE_BYTES
+    assert sum(sizes.values()) < MOST_BYTES
+
+
+def test_the_page_of_nothing_names_all_that_is_missing() -> None:
+    text = page({}, "results", [])
+    assert text.count("**Not measured.**") == len(SECTIONS)
+    assert "| met |" not in text
+
+
+def test_all_that_falls_short_is_listed_worst_first_and_no_more() -> None:
+    aims = [Goal("speed", 6.0, {"hall": 9.0, "room": 12.0, "yard": 1.0}), Goal("error", 1.0, {"hall": 1.0})]
+    lines = shortfalls(aims, {section.part: [{}] for section in SECTIONS}).splitlines()
+    assert lines == ["- speed: room 12 (100 % off), hall 9 (50 % off)"]
+
+
+def test_plots_replace_those_of_an_earlier_run(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    suite = Suite(out=RESULTS, cache=tmp_path, device="cpu", page_file=tmp_path / "page.md")
+    stale = suite.images_folder / "error-time-nowhere.png"
+    stale.parent.mkdir()
+    stale.touch()
+    plot(suite)
+    names = {path.name for path in suite.images_folder.iterdir()}
+    assert stale.name not in names
+    assert {"stages.png", "rest.png", "error-time-cornell-box.png"} <= names
+
+
+def test_the_page_is_written_where_it_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    arguments = ["bench", "page", "--out", str(RESULTS), "--page", str(tmp_path / "docs/page.md"), "--device", "cpu"]
+    monkeypatch.setattr("sys.argv", [*arguments, "--scenes-named", "sponza"])
+    assert command.main() == 0
+    text = (tmp_path / "docs/page.md").read_text()
+    assert "sponza" in text
+    assert "veach-bidir" not in text
