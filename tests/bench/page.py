@@ -135,8 +135,8 @@ Written by `python -m tests.bench page` of what the suite measured; do not edit.
 give these figures again. Times are medians, with the 5th to 95th percentile in brackets."""
 
 COMMANDS = """\
-    python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # all of this, in about ten minutes of an H100
-    python -m tests.bench --scenes DIR --references DIR --out RESULTS           # everything of everything: hours
+    python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # about ten minutes of an H100
+    python -m tests.bench --scenes DIR --references DIR --out RESULTS           # every part, all scenes: hours
     python -m tests.bench plots page --out RESULTS --page docs/results.md       # this page
 
 A folder of scenes has NAME.glb, one of references NAME.npz with path-traced pictures; without them the built-in scenes
