@@ -1,6 +1,7 @@
 """The page of results: what was aimed at and what was reached, then each part's plots and tables.
 
-Every figure is computed from the rows of OUT/*.json; what was not measured is named.
+Every figure is computed from the rows of OUT/*.json; what was not measured is named. OUT/tried.md, where there is one,
+says in words and figures of its own what was tried on the way.
 """
 
 from collections import Counter
@@ -8,7 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.bench import tables
+from tests.bench import floor_tables, tables
 from tests.bench.goals import Goal, goals
 from tests.bench.store import Row
 from tests.bench.suite import Suite
@@ -50,7 +51,7 @@ SECTIONS = (
         "bytes by a large copy, multiply-adds in registers, launches in a graph. Each byte counts once, as if caches "
         "were perfect. Cells are measured / floor (ratio).",
         {"floors": "time of each stage; the solid part is its floor"},
-        (tables.floors_table, tables.rates_table, lambda rows: tables.terms_table(rows[0])),
+        (floor_tables.floors_table, floor_tables.rates_table, lambda rows: floor_tables.terms_table(rows[0])),
     ),
     Section(
         "decompose",
@@ -112,8 +113,11 @@ SECTIONS = (
 )
 
 
-def page(rows: dict[str, list[Row]], folder: str, images: Iterable[str]) -> str:
-    """The page's text. folder: of the images, as links reach it; images: names of the files there."""
+def page(rows: dict[str, list[Row]], folder: str, images: Iterable[str], tried: str = "") -> str:
+    """The page's text. folder: of the images, as links reach it; images: names of the files there.
+
+    tried: what was tried to get there, and what that gave, in Markdown.
+    """
     aims, names = list(goals(rows)), sorted(images)
     parts = ["# Results", HEAD, "## Goals", tables.goals_table(aims), "## What falls short", shortfalls(aims, rows)]
     for section in SECTIONS:
@@ -126,13 +130,19 @@ def page(rows: dict[str, list[Row]], folder: str, images: Iterable[str]) -> str:
         for pattern, caption in section.plots.items():
             found = [name for name in names if Path(Path(name).stem).match(pattern)]
             parts += [f"![{_caption(name, pattern, caption)}]({folder}/{name})" for name in found]
-    parts += ["## Commands", COMMANDS, "## Measured on", measured_on(rows)]
+    parts += ["## What was tried", tried.strip()] if tried else []
+    parts += ["## Elsewhere", ELSEWHERE, "## Commands", COMMANDS, "## Measured on", measured_on(rows)]
     return "\n\n".join(parts) + "\n"
 
 
 HEAD = """\
 Written by `python -m tests.bench page` of what the suite measured; do not edit. The same scenes, settings and commands
 give these figures again. Times are medians, with the 5th to 95th percentile in brackets."""
+
+ELSEWHERE = """\
+Stability (scale and place of a scene, same bits for the same seed, furnaces, leaks, broken meshes, sums in float32) is
+tested by `tests/stability`, errors of small renders, which must not rise, by `python -m tests.bench gate`; `make test`
+runs both. The service under load is measured by `python -m tests.load`; its figures are in the README."""
 
 COMMANDS = """\
     python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # about ten minutes of an H100
@@ -182,5 +192,5 @@ def run(suite: Suite) -> None:
     folder = suite.images_folder
     images = [path.name for path in folder.iterdir()] if folder.is_dir() else []
     suite.page.parent.mkdir(parents=True, exist_ok=True)
-    suite.page.write_text(page(suite.measured(), folder.name, images))
+    suite.page.write_text(page(suite.measured(), folder.name, images, suite.tried()))
     print(f"page: {suite.page}")

@@ -60,6 +60,11 @@ class Suite:
         wanted = {*self.names, HALL} if self.names else None
         return {part: [row for row in own if not wanted or row["scene"] in wanted] for part, own in rows.items()}
 
+    def tried(self) -> str:
+        """What somebody wrote about what was tried; empty where nobody did."""
+        notes = self.out / "tried.md"
+        return notes.read_text() if notes.exists() else ""
+
     @property
     def is_cuda(self) -> bool:
         """Whether this measures a GPU."""

@@ -1,6 +1,5 @@
 """Tables of the rows of each part, in Markdown."""
 
-from collections import Counter
 from collections.abc import Iterable
 
 from tests.bench import paper
@@ -19,9 +18,6 @@ from tests.bench.rows import (
     within,
 )
 from tests.bench.store import Row
-
-RATES = {"bytes": "bytes", "fmas": "multiply-adds", "any_hit_rays": "any-hit rays", "primary_rays": "primary rays"}
-RATES["launches"] = "launches"
 
 
 def table(head: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
@@ -100,47 +96,6 @@ def paper_table(rows: list[Row]) -> str:
 def _time_and_mse(row: Row) -> str:
     mse = row["errors"].get("clustering", {}).get("mse")
     return f"{number(row['frame_ms']['median'])} / {number(mse)}"
-
-
-def floors_table(rows: list[Row]) -> str:
-    """Measured time, floor and their ratio of each stage, a column a scene."""
-    stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
-    lines = []
-    for stage in stages:
-        own = [row["stages"].get(stage, {}) for row in rows]
-        bounds = Counter(RATES[times["bound"]] for times in own if "bound" in times)
-        bound = bounds.most_common(1)[0][0] if bounds else "no model"
-        lines.append([stage, bound, *(_floor_text([times]) for times in own)])
-    whole = [_floor_text(list(row["stages"].values())) for row in rows]
-    return table(["stage", "bound by", *scenes_of(rows)], [*lines, ["all", "", *whole]])
-
-
-def _floor_text(stages: list[Row]) -> str:
-    stages = [times for times in stages if "floor_ms" in times]
-    measured, floor = (sum(times[key] for times in stages) for key in ("median", "floor_ms"))
-    return f"{number(measured)} / {number(floor)} ({measured / floor:.1f}×)" if floor else "–"
-
-
-def terms_table(row: Row) -> str:
-    """What the floors of one scene consist of."""
-    lines = [
-        [stage, term["what"], f"{number(term['amount'])} {RATES[term['rate']]}", number(term["ms"])]
-        for stage, times in row["stages"].items()
-        for term in times.get("terms", ())
-    ]
-    launches = [
-        [stage, "launches", str(times["launches"]), number(times["launch_ms"])]
-        for stage, times in row["stages"].items()
-        if times.get("launches")
-    ]
-    return table(["stage", "what", "amount", "ms"], [*lines, *launches])
-
-
-def rates_table(rows: list[Row]) -> str:
-    """The rates that floors were computed with."""
-    keys = {"any_hit_rays": 1e9, "primary_rays": 1e9, "bytes": 1e12, "fmas": 1e12, "launches": 1e6}
-    head = ["scene", "any-hit rays [G/s]", "primary rays [G/s]", "bytes [T/s]", "multiply-adds [T/s]", "launches [M/s]"]
-    return table(head, ([row["scene"], *(number(row["rates"][k] / unit) for k, unit in keys.items())] for row in rows))
 
 
 def decompose_table(rows: list[Row]) -> str:

@@ -3,9 +3,11 @@ from pathlib import Path
 import pytest
 
 from tests.bench import __main__ as command
+from tests.bench.floor_tables import floors_table
 from tests.bench.goals import Goal
 from tests.bench.page import SECTIONS, page, shortfalls
 from tests.bench.plots import run as plot
+from tests.bench.store import Row
 from tests.bench.suite import Suite
 
 ROOT = Path(__file__).parents[2]
@@ -20,7 +22,7 @@ def committed(tmp_path: Path) -> Suite:
 def test_the_committed_page_is_what_the_committed_rows_say(tmp_path: Path) -> None:
     suite = committed(tmp_path)
     images = [path.name for path in suite.images_folder.iterdir()]
-    assert PAGE.read_text() == page(suite.measured(), suite.images_folder.name, images)
+    assert PAGE.read_text() == page(suite.measured(), suite.images_folder.name, images, suite.tried())
 
 
 def test_the_committed_page_shows_all_its_images_and_they_are_small() -> None:
@@ -35,6 +37,25 @@ def test_the_page_of_nothing_names_all_that_is_missing() -> None:
     text = page({}, "results", [])
     assert text.count("**Not measured.**") == len(SECTIONS)
     assert "| met |" not in text
+
+
+def test_what_was_tried_is_on_the_page_if_somebody_wrote_it_down() -> None:
+    assert "## What was tried\n\n| idea | gain |\n\n## " in page({}, "results", [], "| idea | gain |\n")
+    assert "tried" not in page({}, "results", [])
+
+
+def test_stages_are_in_the_order_of_what_is_left_to_their_floors() -> None:
+    def times(median: float, floor_ms: float) -> Row:
+        return {"median": median, "floor_ms": floor_ms, "bound": "fmas"}
+
+    stages = {"gbuffer": times(2.0, 1.0), "shade": times(4.0, 1.0), "other": {"median": 9.0}}
+    lines = floors_table([{"scene": "room", "stages": stages}]).splitlines()[2:]
+    assert lines == [
+        "| shade | multiply-adds | 3 | 4 / 1 (4.0×) |",
+        "| gbuffer | multiply-adds | 1 | 2 / 1 (2.0×) |",
+        "| other | no model | 0 | – |",
+        "| all |  | 4 | 6 / 2 (3.0×) |",
+    ]
 
 
 def test_all_that_falls_short_is_listed_worst_first_and_no_more() -> None:
