@@ -30,19 +30,19 @@ class Step:
 STEPS = (
     Step("floors", 150.0),
     Step("sweep", 150.0, groups=("default", "paper")),
-    Step("still", 60.0),
+    Step("still", 75.0),
+    Step("walk", 30.0),
     Step("skips", 50.0, ("conference", "sponza", "veach-bidir")),
     Step("pictures", 30.0),
     Step("growth", 70.0, ("living-room",)),
-    Step("temporal", 60.0, PAPER_SCENES),
+    Step("temporal", 45.0, ("conference", "living-room")),
     Step("decompose", 40.0),
     Step("sweep", 50.0, PAPER_SCENES, ("path",)),
     Step("sweep", 60.0, PAPER_SCENES, ("exact", "vpls")),
     Step("sweep", 30.0, ("living-room",), ("sps",)),
     Step("sweep", 40.0, ("cornell-box",), ("vpl-clusters",)),
     Step("sweep", 60.0, ("conference",), ("both",)),
-    Step("sweep", 40.0, ("conference", "cornell-box"), ("fuzziness",)),
-    Step("walk", 40.0),
+    Step("sweep", 30.0, ("conference",), ("fuzziness",)),
 )
 
 
