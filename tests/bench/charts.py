@@ -37,7 +37,9 @@ OTHER_STAGES = ("#c04f7d", "#7f5f3f", "#5f7f5f", "#7a6fb0")
 # Two colours from dark to light for what has an order, such as error.
 SEQUENCE = "magma"
 FEW_DECADES = 1.8
-PLOT_COLOURS, PHOTO_QUALITY = 128, 84
+PLOT_COLOURS = 128
+# A photo has the first of these qualities that makes it small enough for a repository.
+PHOTO_QUALITIES, MOST_PHOTO_BYTES = (85, 75, 65, 50), 280_000
 
 
 def use_style() -> None:
@@ -121,7 +123,11 @@ def save(figure: Figure, folder: Path, name: str, *, photo: bool = False) -> str
     plt.close(figure)
     image = Image.open(file).convert("RGB")
     if photo:
-        image.save(folder / f"{name}.jpg", quality=PHOTO_QUALITY, optimize=True)
-        return f"{name}.jpg"
+        path = folder / f"{name}.jpg"
+        for quality in PHOTO_QUALITIES:
+            image.save(path, quality=quality, optimize=True)
+            if path.stat().st_size < MOST_PHOTO_BYTES:
+                break
+        return path.name
     image.quantize(PLOT_COLOURS, dither=Image.Dither.NONE).save(folder / f"{name}.png", optimize=True)
     return f"{name}.png"

@@ -23,11 +23,12 @@ def error_maps(rows: list[Row], folder: Path) -> Plots:
     for scene in scenes_of(rows):
         own = [row for row in rows if row["scene"] == scene]
         width, height = own[0]["size"]
-        figure, axes = panels(len(own), 4, 3.2, 3.2 * height / width + 0.3)
+        side = 3.2 * min(1.0, width / height) ** 0.5
+        figure, axes = panels(len(own), 4, side, side * height / width + 0.3)
         for number, row in enumerate(own):
             line = axes[4 * number : 4 * number + 4]
             line[0].imshow(decoded(row["render"]))
-            line[0].set_title(counts_text(row["settings"]), fontsize=8)
+            line[0].set_title("VPL clusters,\n".join(counts_text(row["settings"]).split("VPL clusters, ")), fontsize=8)
             line[1].imshow(decoded(row["reference"]))
             line[1].set_title("path tracing", fontsize=8)
             for panel, (key, what) in zip(line[2:], MAPS.items(), strict=True):

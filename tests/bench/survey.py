@@ -43,6 +43,7 @@ STEPS = (
     Step("sweep", 40.0, ("cornell-box",), ("vpl-clusters",)),
     Step("sweep", 60.0, ("conference",), ("both",)),
     Step("sweep", 30.0, ("conference",), ("fuzziness",)),
+    Step("peers", 45.0, PAPER_SCENES),
 )
 
 

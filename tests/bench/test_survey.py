@@ -15,8 +15,8 @@ def suite(tmp_path: Path, **options: object) -> Suite:
     return Suite(**{"out": tmp_path, "cache": tmp_path, "device": "cpu", "quick": True, "size": (24, 16), **options})  # type: ignore[arg-type]
 
 
-def test_the_survey_has_every_section_of_the_page_but_peers() -> None:
-    assert {step.part for step in STEPS} == {section.part for section in SECTIONS} - {"peers"}
+def test_the_survey_has_every_section_of_the_page_and_every_group() -> None:
+    assert {step.part for step in STEPS} == {section.part for section in SECTIONS}
     assert {group for step in STEPS for group in step.groups} == {group for group, _ in groups()}
 
 
