@@ -43,7 +43,7 @@ def launches_counted() -> Iterator[Counter[str]]:
 def amounts(measured: Measured, settings: RenderSettings) -> dict[str, float]:
     """The counts of a frame that floors are made of."""
     counts, skips = measured.stats.counts, measured.stats.skips
-    sps = counts["shaded"] if "shaded" in counts else counts["pixels"] - skips["pixels without a surface"]
+    sps = counts.get("shaded", counts["pixels"])
     away = sum(count for name, count in skips.items() if "facing" in name)
     facing = 1.0 - away / max(1, counts["sp_clusters"] * counts["vpl_clusters"])
     return {**counts, "sps": sps, "facing": facing, "fuzziness": settings.fuzziness}

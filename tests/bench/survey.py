@@ -32,7 +32,7 @@ STEPS = (
     Step("sweep", 150.0, groups=("default", "paper")),
     Step("still", 75.0),
     Step("walk", 30.0),
-    Step("skips", 50.0, ("conference", "sponza", "veach-bidir")),
+    Step("skips", 70.0, ("conference", "sponza", "veach-bidir")),
     Step("pictures", 30.0),
     Step("growth", 70.0, ("living-room",)),
     Step("temporal", 45.0, ("conference", "living-room")),
