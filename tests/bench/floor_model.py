@@ -18,6 +18,7 @@ from tests.bench.store import Row
 # representative of like normal (gpu.grid.separation).
 FACING, TRANSFER, SEPARATION = 9, 11, 12
 CELLS = 27
+REFINED_RAYS = 32
 WORD = 32
 VECTOR, NUMBER = 12, 4
 GBUFFER = sum(wp.types.type_size_in_bytes(variable.type.dtype) for variable in GBuffer.vars.values())
@@ -42,6 +43,9 @@ def _pairs(n: Counts) -> float:
 def _sp_pairs(n: Counts) -> float:
     return n["sps"] * n["vpl_clusters"]
 
+
+# Positions, normals, a guide and the light read, and the light written, three times.
+SMOOTHED = Term("light of SPs smoothed in three steps", "bytes", lambda n: n["sps"] * 3 * 5 * VECTOR)
 
 STAGES: dict[str, tuple[Term, ...]] = {
     "gbuffer": (
@@ -82,15 +86,22 @@ STAGES: dict[str, tuple[Term, ...]] = {
             "fmas",
             lambda n: n["sps"] * CHECKS * WORD * (FACING + n["facing"] * (TRANSFER + n["fuzziness"])),
         ),
+        SMOOTHED,
+    ),
+    "refine": (
+        Term("about 32 rays of each refined SP", "any_hit_rays", lambda n: n["refined"] * REFINED_RAYS),
+        Term(
+            "the light of all their pairs that face each other",
+            "fmas",
+            lambda n: n["refined"] * n["vpl_clusters"] * (FACING + n["facing"] * TRANSFER),
+        ),
     ),
     "near": (
         Term("a ray an SP, as if rays stayed together", "primary_rays", lambda n: n["sps"]),
         Term("rays from where those went to VPLs", "any_hit_rays", lambda n: n["near"]),
+        SMOOTHED,
     ),
-    "interpolate": (
-        Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),
-        Term("corrections smoothed in three steps", "bytes", lambda n: n["sps"] * 3 * 5 * VECTOR),
-    ),
+    "interpolate": (Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),),
     "display": (Term("radiance read, pixels written", "bytes", lambda n: n["pixels"] * (VECTOR + 3)),),
 }
 
@@ -98,13 +109,17 @@ STAGES: dict[str, tuple[Term, ...]] = {
 def floors(stages: Iterable[str], counts: Counts, rates: Mapping[str, float], launches: Mapping[str, int]) -> Floors:
     """Of those `stages` that have a model: the floor [ms], its terms, slowest first, and what launches take.
 
-    counts: of a frame (FrameStats), `sps`, `fuzziness`, and `facing`, the share of pairs that face each other.
+    counts: of a frame (FrameStats), `sps`, `fuzziness`, and `facing`, the share of pairs that face each other. A stage
+    whose amounts a frame does not count has no floor.
     """
     result: Floors = {}
     for stage in STAGES.keys() & {*stages}:
         parts, totals = [], dict.fromkeys(rates, 0.0)
-        for term in STAGES[stage]:
-            amount = float(term.amount(counts))
+        try:
+            amounts = [float(term.amount(counts)) for term in STAGES[stage]]
+        except KeyError:
+            continue
+        for term, amount in zip(STAGES[stage], amounts, strict=True):
             # What could not be measured, such as rays of a scene without VPLs, has no floor.
             ms = 1e3 * amount / rates[term.rate] if rates[term.rate] > 0.0 else 0.0
             totals[term.rate] += ms

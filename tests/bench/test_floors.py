@@ -70,6 +70,11 @@ def test_chosen_pixels_have_a_surface_and_are_spread() -> None:
     assert len(spread_out(np.full(64, NO_HIT, np.int32), (8, 8), 8)) == 0
 
 
+def test_what_a_frame_does_not_count_has_no_floor() -> None:
+    counts = {"pixels": 1e6, "sps": 1e5}
+    assert set(floors(STAGES, counts, RATES, {})) == {"gbuffer", "interpolate", "display"}
+
+
 def test_terms_of_one_rate_add_up_and_those_of_others_hide() -> None:
     counts = Ones(sps=1e6, vpl_clusters=1e3, facing=0.5)
     stage = floors(["shade", "unheard of"], counts, RATES, {})
