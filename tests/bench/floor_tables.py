@@ -26,7 +26,9 @@ def floors_table(rows: list[Row]) -> str:
         lines.append([stage, bound, number(_left(rows, stage)), *(_floor_text([times]) for times in own)])
     whole = [_floor_text(list(row["stages"].values())) for row in rows]
     left = number(sum(_left(rows, stage) for stage in stages))
-    return table(["stage", "bound by", "left, mean [ms]", *scenes_of(rows)], [*lines, ["all with a model", "", left, *whole]])
+    return table(
+        ["stage", "bound by", "left, mean [ms]", *scenes_of(rows)], [*lines, ["all with a model", "", left, *whole]]
+    )
 
 
 def _left(rows: list[Row], stage: str) -> float:

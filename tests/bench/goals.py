@@ -10,6 +10,8 @@ from tests.bench.store import Row
 # Below the paper's clustering error at its own settings, on its conference room.
 PAPER_MSE = tuple(point.mse for point in paper.POINTS["conference"])
 STILL_SECONDS, STILL_ERROR = 1.0, 5e-3
+# Of a walk's frames, so many are within 10 % of a target that is held.
+HELD_SHARE = 0.9
 LEAST = 1e-30
 
 
@@ -64,4 +66,9 @@ def goals(rows: dict[str, list[Row]]) -> Iterator[Goal]:
     yield Goal("energy, mean over the reference's", 1.03, error_values(default, "total", "energy"), low=0.97)
     still = {row["scene"]: point for row in rows.get("still", []) if (point := within(row, STILL_SECONDS))}
     errors = {scene: point["errors"]["rel_mse"] for scene, point in still.items()}
+    targets = rows.get("targets", [])
     yield Goal("relMSE of a view that rests, all light, within 1 s", STILL_ERROR, errors)
+    for unit, what in (("ms", "time"), ("error", "error")):
+        held = {f"{row['scene']} {row['target'][unit]:g}": row["held"] for row in targets if unit in row["target"]}
+        shares = {name: values["within"] for name, values in held.items()}
+        yield Goal(f"share of frames within 10 % of a wanted {what}", 1.0, shares, low=HELD_SHARE)

@@ -84,6 +84,14 @@ SECTIONS = (
         (tables.still_table,),
     ),
     Section(
+        "targets",
+        "Wanted time or error",
+        "Counts of clusters are chosen for a wanted frame time or clustering error (MSE), while the camera looks all "
+        "around. Of errors a few frames are measured, against `exact-vpl` with the same VPLs.",
+        {},
+        (tables.targets_table,),
+    ),
+    Section(
         "peers",
         "Beside path tracers",
         "All light: when path tracing here and by Mitsuba 3 reach the error of each row.",

@@ -32,6 +32,7 @@ STEPS = (
     Step("sweep", 150.0, groups=("default", "paper")),
     Step("still", 75.0),
     Step("walk", 30.0),
+    Step("targets", 60.0, (*PAPER_SCENES, "sponza")),
     Step("skips", 70.0, ("conference", "sponza", "veach-bidir")),
     Step("pictures", 30.0),
     Step("growth", 70.0, ("living-room",)),

@@ -55,6 +55,17 @@ def test_each_of_the_papers_settings_has_its_own_error() -> None:
     assert verdicts == ["met", "not measured", "missed"]
 
 
+def test_a_target_is_held_when_nine_frames_of_ten_are_within_a_tenth_of_it() -> None:
+    rows = [
+        {"scene": "room", "target": {"ms": 6.0}, "held": {"within": 0.95}},
+        {"scene": "room", "target": {"ms": 20.0}, "held": {"within": 0.5}},
+        {"scene": "room", "target": {"error": 1e-3}, "held": {"within": 1.0}},
+    ]
+    found = by_name({"targets": rows})
+    assert found["share of frames within 10 % of a wanted time"].missed() == [("room 20", 0.5)]
+    assert found["share of frames within 10 % of a wanted error"].verdict == "met"
+
+
 def test_a_view_that_rests_is_judged_by_its_last_picture_within_a_second() -> None:
     points = [
         {"seconds": s, "frames": 1, "errors": {"rel_mse": e}} for s, e in ((0.1, 0.1), (0.9, 0.006), (1.1, 0.001))

@@ -9,6 +9,7 @@ from tests.bench.page import SECTIONS, page, shortfalls
 from tests.bench.plots import run as plot
 from tests.bench.store import Row
 from tests.bench.suite import Suite
+from tests.bench.tables import targets_table
 
 ROOT = Path(__file__).parents[2]
 RESULTS, PAGE = ROOT / "tests/bench/results/h100", ROOT / "docs/results.md"
@@ -56,6 +57,12 @@ def test_stages_are_in_the_order_of_what_is_left_to_their_floors() -> None:
         "| other | no model | 0 | – |",
         "| all with a model |  | 4 | 6 / 2 (3.0×) |",
     ]
+
+
+def test_targets_are_shown_as_ratios() -> None:
+    held = {"median": 1.01, "p5": 0.94, "p95": 1.2, "mean": 1.02, "within": 0.875}
+    row = {"scene": "room", "target": {"ms": 6.0}, "frames": 180, "held": held, "changes": 7}
+    assert targets_table([row]).splitlines()[2] == "| room | 6 ms | 180 | 1.01 (0.94–1.2) | 1.02 | 88 % | 7 |"
 
 
 def test_all_that_falls_short_is_listed_worst_first_and_no_more() -> None:
