@@ -159,11 +159,14 @@ def still_table(rows: list[Row]) -> str:
     return table(["scene", "frames", "seconds", "relMSE", "MSE", "HDR-FLIP", "energy"], lines)
 
 
+WANTED = {"ms": "ms", "error": "MSE"}
+
+
 def targets_table(rows: list[Row]) -> str:
     """How the frames of a walk compare with what was wanted, as ratios."""
     lines = []
     for row in rows:
-        wanted = " ".join(f"{number(value)} {unit}" for unit, value in row["target"].items())
+        wanted = ", ".join(f"{number(value)} {WANTED[unit]}" for unit, value in row["target"].items())
         held = row["held"]
         ratios = [spread_text(held), number(held["mean"]), f"{100.0 * held['within']:.0f} %"]
         lines.append([row["scene"], wanted, str(row["frames"]), *ratios, str(row["changes"])])
