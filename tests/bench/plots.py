@@ -31,6 +31,7 @@ def run(suite: Suite) -> None:
         "floors": (floor_plots.floors,),
         "decompose": (quality_plots.error_parts,),
         "temporal": (quality_plots.flicker_bars,),
+        "targets": (quality_plots.targets,),
         "still": (quality_plots.rest,),
         "peers": (sweep_plots.peers_over_time,),
         "growth": (growth_plots.growth,),

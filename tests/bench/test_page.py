@@ -60,9 +60,15 @@ def test_stages_are_in_the_order_of_what_is_left_to_their_floors() -> None:
 
 
 def test_targets_are_shown_as_ratios() -> None:
-    held = {"median": 1.01, "p5": 0.94, "p95": 1.2, "mean": 1.02, "within": 0.875}
-    row = {"scene": "room", "target": {"ms": 6.0}, "frames": 180, "held": held, "changes": 7}
-    assert targets_table([row]).splitlines()[2] == "| room | 6 ms | 180 | 1.01 (0.94–1.2) | 1.02 | 88 % | 7 |"
+    spread = {"median": 1.01, "p5": 0.94, "p95": 1.2}
+    row = {"scene": "room", "frames": 180, "held": {**spread, "mean": 1.02, "within": 0.875}, "changes": 7}
+    row |= {"pairs": spread, "path_ms": [6.0] * 180}
+    lines = targets_table([{**row, "target": {"ms": 6.0}}, {**row, "target": {"error": 1e-3}, "errors": [1e-3]}])
+    rest = "1.01 (0.94–1.2) | 1.02 | 88 %"
+    assert lines.splitlines()[2:] == [
+        f"| room | 6 ms | {rest} | 180 of 180 | 7 | 1.01 (0.94–1.2) |",
+        f"| room | MSE 0.001 | {rest} | 1 of 180 | 7 | 1.01 (0.94–1.2) |",
+    ]
 
 
 def test_all_that_falls_short_is_listed_worst_first_and_no_more() -> None:
