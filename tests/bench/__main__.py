@@ -1,6 +1,6 @@
 """The benchmark suite: times, errors, growth and flicker, as rows in JSON files, and plots of them.
 
-    python -m tests.bench [PART …] --out DIR     all parts but `gate` if none is named
+    python -m tests.bench [PART …] --out DIR     all parts but `survey` and `gate` if none is named
 
 Each part writes OUT/PART.json and goes on where an earlier run of the same commit stopped. Scenes are the built-in
 ones, whose references are path-traced once, or `--scenes DIR` of NAME.glb with `--references DIR` of NAME.npz: arrays
@@ -27,7 +27,10 @@ PARTS = {
     "growth": "time over shading points, VPLs and triangles",
     "pictures": "pictures and error maps",
     "walk": "frames a second",
-    "plots": "plots and tables of the JSON files",
+    "floors": "times of stages beside what bytes, operations and rays would take",
+    "survey": "all of those in about ten minutes of an H100, the dear ones in fewer scenes",
+    "plots": "plots of the JSON files",
+    "page": "the page of results, of the JSON files and plots",
     "gate": "check the small renders that must not get worse; --update stores them anew",
 }
 
@@ -49,6 +52,7 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("parts", nargs="*", metavar="PART", help="one of those above")
     command.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of results (%(default)s)")
     command.add_argument("--cache", type=Path, help="folder of references that were rendered (OUT/cache)")
+    command.add_argument("--page", type=Path, help="the page of results; its plots lie beside it (OUT/results.md)")
     command.add_argument("--scenes", type=Path, help="folder of NAME.glb, instead of the built-in scenes")
     command.add_argument("--references", type=Path, help="folder of NAME.npz with path-traced pictures")
     command.add_argument("--scenes-named", nargs="+", default=[], metavar="NAME", help="only these scenes")
@@ -66,7 +70,7 @@ def main() -> int:
     """Run the parts that were asked for; returns the exit status."""
     command = parser()
     options = command.parse_args()
-    parts = options.parts or [name for name in PARTS if name != "gate"]
+    parts = options.parts or [name for name in PARTS if name not in ("survey", "gate")]
     if unknown := set(parts) - set(PARTS):
         command.error(f"no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
     try:
@@ -84,6 +88,7 @@ def main() -> int:
             groups=tuple(options.groups),
             size=options.size,
             quick=options.quick,
+            page_file=options.page,
             reference_samples=options.reference_samples,
         )
         budget = Budget(options.seconds)

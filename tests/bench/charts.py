@@ -1,6 +1,7 @@
-"""The look of the plots: one colour a method or stage, log axes, and saving as PNG and SVG. Imports matplotlib."""
+"""The look of the plots: one colour a method, stage or scene, log axes, and saving. Imports matplotlib."""
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from PIL import Image
 
 # Okabe and Ito's colours, told apart by all kinds of sight, and greys for what is everywhere.
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW, INK, GREY = (
@@ -23,18 +25,25 @@ STAGES = {
     "shade": ORANGE,
     "check": GREEN,
     "refine": PURPLE,
+    "correct": GREEN,
+    "near": PURPLE,
+    "interpolate": SKY,
     "gather": "#8f3b1b",
     "paths": INK,
     "display": "#c9cdd2",
 }
-OTHER_STAGES = (SKY, "#7f5f3f", "#5f7f5f", "#7a6fb0")
+SCENES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, INK, SKY, "#7f5f3f")
+OTHER_STAGES = ("#c04f7d", "#7f5f3f", "#5f7f5f", "#7a6fb0")
 # Two colours from dark to light for what has an order, such as error.
 SEQUENCE = "magma"
 FEW_DECADES = 1.8
+PLOT_COLOURS = 128
+# A photo has the first of these qualities that makes it small enough for a repository.
+PHOTO_QUALITIES, MOST_PHOTO_BYTES = (85, 75, 65, 50), 280_000
 
 
 def use_style() -> None:
-    """Make figures quiet: light grid, no frame above or to the right, text that an SVG keeps as text."""
+    """Make figures quiet: light grid, no frame above or to the right."""
     mpl.use("Agg")
     mpl.rcParams.update(
         {
@@ -57,8 +66,6 @@ def use_style() -> None:
             "legend.frameon": False,
             "lines.linewidth": 1.6,
             "lines.markersize": 4.5,
-            "svg.fonttype": "none",
-            "svg.hashsalt": "lumenwalk",
             "text.color": INK,
             "xtick.color": INK,
             "ytick.color": INK,
@@ -108,10 +115,19 @@ def stage_colour(stage: str, stages: Sequence[str]) -> str:
     return STAGES[stage] if stage in STAGES else OTHER_STAGES[unknown.index(stage) % len(OTHER_STAGES)]
 
 
-def save(figure: Figure, folder: Path, name: str) -> str:
-    """Write NAME.png and NAME.svg; returns the name."""
+def save(figure: Figure, folder: Path, name: str, *, photo: bool = False) -> str:
+    """Write NAME.png, of few colours, or NAME.jpg of a `photo`; returns the file's name. Both are kept small."""
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / f"{name}.png")
-    figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+    file = BytesIO()
+    figure.savefig(file, format="png")
     plt.close(figure)
-    return name
+    image = Image.open(file).convert("RGB")
+    if photo:
+        path = folder / f"{name}.jpg"
+        for quality in PHOTO_QUALITIES:
+            image.save(path, quality=quality, optimize=True)
+            if path.stat().st_size < MOST_PHOTO_BYTES:
+                break
+        return path.name
+    image.quantize(PLOT_COLOURS, dither=Image.Dither.NONE).save(folder / f"{name}.png", optimize=True)
+    return f"{name}.png"

@@ -11,7 +11,7 @@ from gpu.settings import RenderSettings
 from tests.bench.hall import make_hall
 from tests.bench.store import Row, Task
 from tests.bench.subjects import Size
-from tests.bench.suite import VPLS, Suite
+from tests.bench.suite import HALL, VPLS, Suite
 from tests.bench.timing import light_times, measure_frames
 
 SCENE = "living-room"
@@ -57,7 +57,7 @@ def run(suite: Suite) -> None:
         resident = ResidentScene(hall, suite.device)
         upload_ms = 1e3 * (perf_counter() - begun)
         settings = suite.settings()
-        row = {"axis": "triangles", "x": len(hall.triangles), "scene": "hall", "upload_ms": upload_ms}
+        row = {"axis": "triangles", "x": len(hall.triangles), "scene": HALL, "upload_ms": upload_ms}
         row |= time_frames(resident, fixed, settings)
         return {**row, "light_ms": light_times(resident, settings, min(LIGHT_REPEATS, suite.frames))}
 

@@ -30,6 +30,7 @@ def growth(rows: list[Row], folder: Path) -> Plots:
         log_log(panel, label, "median time [ms]")
         scenes = ", ".join(scenes_of(own))
         panel.set_title(f"Over {label} ({scenes})" if scenes else f"Over {label}")
-        panel.legend(title="slope", loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=2)
+        if own:
+            panel.legend(title="slope", loc="upper left", bbox_to_anchor=(0.0, -0.14), ncols=2)
     figure.suptitle("Growth of time", x=0.01, ha="left", fontweight="bold")
-    yield save(figure, folder, "growth"), "growth of time; slope: the power p of time ∝ xᵖ over the whole range"
+    yield save(figure, folder, "growth")

@@ -7,7 +7,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Patch
 
-from tests.bench.charts import BLUE, GREEN, GREY, ORANGE, SEQUENCE, VERMILION, legend_below, log_log, panels, save
+from tests.bench.charts import BLUE, GREEN, ORANGE, SCENES, SEQUENCE, VERMILION, legend_below, log_log, panels, save
+from tests.bench.goals import STILL_ERROR, STILL_SECONDS
 from tests.bench.pictures import LEAST_DECADE, MOST_DECADE, decoded
 from tests.bench.plots import Plots
 from tests.bench.rows import blend_text, counts_text, scenes_of
@@ -22,28 +23,28 @@ def error_maps(rows: list[Row], folder: Path) -> Plots:
     for scene in scenes_of(rows):
         own = [row for row in rows if row["scene"] == scene]
         width, height = own[0]["size"]
-        figure, axes = panels(len(own), 4, 3.6, 3.6 * height / width + 0.35)
+        side = 3.2 * min(1.0, width / height) ** 0.5
+        figure, axes = panels(len(own), 4, side, side * height / width + 0.3)
         for number, row in enumerate(own):
             line = axes[4 * number : 4 * number + 4]
             line[0].imshow(decoded(row["render"]))
-            line[0].set_title(counts_text(row["settings"]), fontsize=9)
+            line[0].set_title("VPL clusters,\n".join(counts_text(row["settings"]).split("VPL clusters, ")), fontsize=8)
             line[1].imshow(decoded(row["reference"]))
-            line[1].set_title("path tracing", fontsize=9)
+            line[1].set_title("path tracing", fontsize=8)
             for panel, (key, what) in zip(line[2:], MAPS.items(), strict=True):
                 if key in row:
                     decades = decoded(row[key]) / 255.0 * (MOST_DECADE - LEAST_DECADE) + LEAST_DECADE
                     panel.imshow(decades, cmap=SEQUENCE, norm=norm)
-                    panel.set_title(f"error {what}", fontsize=9)
+                    panel.set_title(f"error {what}", fontsize=8)
             for panel in line:
                 panel.set_axis_off()
         ticks = np.arange(LEAST_DECADE, MOST_DECADE + 1.0)
         bar = figure.colorbar(
-            ScalarMappable(norm, SEQUENCE), ax=axes, location="bottom", shrink=0.5, aspect=50, ticks=ticks
+            ScalarMappable(norm, SEQUENCE), ax=axes, location="bottom", shrink=0.4, aspect=60, ticks=ticks, pad=0.02
         )
         bar.ax.set_xticklabels([f"$10^{{{int(tick)}}}$" for tick in ticks])
         bar.set_label("relative squared error")
-        figure.suptitle(f"{scene}, indirect light", x=0.01, ha="left", fontweight="bold")
-        yield save(figure, folder, f"error-maps-{scene}"), f"{scene}: pictures and where they are wrong"
+        yield save(figure, folder, f"pictures-{scene}", photo=True)
 
 
 def error_parts(rows: list[Row], folder: Path) -> Plots:
@@ -67,7 +68,7 @@ def error_parts(rows: list[Row], folder: Path) -> Plots:
     handles += [Patch(color="#555555", label="bias"), Patch(color="#555555", alpha=0.4, label="noise")]
     figure.legend(handles=handles, loc="outside lower center", ncols=5)
     figure.suptitle("Error of indirect light told apart", x=0.01, ha="left", fontweight="bold")
-    yield save(figure, folder, "error-parts"), "bias and noise of VPLs and of clustering"
+    yield save(figure, folder, "error-parts")
 
 
 def flicker_bars(rows: list[Row], folder: Path) -> Plots:
@@ -92,7 +93,7 @@ def flicker_bars(rows: list[Row], folder: Path) -> Plots:
         panel.remove()
     legend_below(figure, axes[:1], 3)
     figure.suptitle("Flicker along a walk", x=0.01, ha="left", fontweight="bold")
-    yield save(figure, folder, "flicker"), "flicker: change between frames beyond the reference's own"
+    yield save(figure, folder, "flicker")
 
 
 def _walk_name(row: Row) -> str:
@@ -102,12 +103,31 @@ def _walk_name(row: Row) -> str:
 
 def rest(rows: list[Row], folder: Path) -> Plots:
     """One figure: relMSE of the whole picture over the time that the view has rested, a curve a scene."""
-    figure, axes = panels(1, 1, 6.4, 4.4)
-    for row in rows:
+    figure, axes = panels(1, 1, 6.8, 4.4)
+    for colour, row in zip(SCENES, rows, strict=False):
         points = [(point["seconds"], point["errors"]["rel_mse"]) for point in row["points"]]
-        axes[0].plot(*zip(*points, strict=True), "o-", label=row["scene"])
+        axes[0].plot(*zip(*points, strict=True), "o-", color=colour, label=row["scene"])
     log_log(axes[0], "seconds of rest", "relMSE")
-    axes[0].axvline(1.0, color=GREY, linestyle=":")
-    legend_below(figure, axes, 3)
+    left, low = axes[0].get_xlim()[0], axes[0].get_ylim()[0]
+    axes[0].fill_between([left, STILL_SECONDS], low, STILL_ERROR, color=GREEN, alpha=0.09, lw=0, label="the goal")
+    axes[0].set(xlim=(left, None), ylim=(low, None))
+    legend_below(figure, axes, 4)
     figure.suptitle("A view that rests, against path tracing over the pixels", x=0.01, ha="left", fontweight="bold")
-    yield save(figure, folder, "rest"), "relMSE of all light over the time that a view has rested"
+    yield save(figure, folder, "rest")
+
+
+def targets(rows: list[Row], folder: Path) -> Plots:
+    """One figure: a panel for each wanted time, with that of every frame of the walk over it, a curve a scene."""
+    wanted = sorted({row["target"]["ms"] for row in rows if "ms" in row["target"]})
+    if not wanted:
+        return
+    figure, axes = panels(1, len(wanted), 5.4, 3.6)
+    for panel, target in zip(axes, wanted, strict=True):
+        own = [row for row in rows if row["target"].get("ms") == target]
+        for colour, row in zip(SCENES, own, strict=False):
+            panel.plot(np.asarray(row["path_ms"]) / target, linewidth=1.0, color=colour, label=row["scene"])
+        panel.axhspan(0.9, 1.1, color=GREEN, alpha=0.12, linewidth=0.0)
+        panel.set(ylim=(0.0, 2.0), title=f"{target:g} ms wanted", xlabel="frame", ylabel="time over what is wanted")
+    legend_below(figure, axes, 6)
+    figure.suptitle("Counts chosen for a time, while the camera turns", x=0.01, ha="left", fontweight="bold")
+    yield save(figure, folder, "targets")

@@ -6,15 +6,46 @@ from tests.bench.figures import slope
 from tests.bench.store import Row
 
 Points = list[tuple[float, float]]
+# Of one quantity, by scene.
+Values = dict[str, float]
 
 GROWTH_AXES = {"sps": "shading points", "vpls": "VPLs", "triangles": "triangles"}
 ONCE = {"tracing virtual point lights": "trace VPLs (once)", "clustering virtual point lights": "cluster VPLs (once)"}
 UPLOAD = "upload and build (once)"
+# Stages that a frame has whether it has indirect light or not.
+COMMON_STAGES = ("gbuffer", "direct", "display")
 
 
 def scenes_of(rows: list[Row]) -> list[str]:
     """The scenes of `rows` in their order."""
     return list(dict.fromkeys(row["scene"] for row in rows))
+
+
+def default_rows(rows: list[Row]) -> list[Row]:
+    """The sweep's rows of `fuzzy-vpl` with the default counts, one a scene."""
+    return [row for row in rows if "default" in row["groups"] and row["settings"]["method"] == "fuzzy-vpl"]
+
+
+def setting_rows(rows: list[Row], sp_clusters: int, vpl_clusters: int) -> list[Row]:
+    """The sweep's rows of one of the paper's settings, one a scene."""
+    wanted = {"sp_clusters": sp_clusters, "vpl_clusters": vpl_clusters}
+    return [row for row in rows if "paper" in row["groups"] and wanted.items() <= row["settings"].items()]
+
+
+def indirect_ms(row: Row) -> float:
+    """Median times of the stages of indirect light, added up."""
+    return sum(times["median"] for stage, times in row["stages"].items() if stage not in COMMON_STAGES)
+
+
+def error_values(rows: list[Row], kind: str, metric: str) -> Values:
+    """An error by scene, of the rows that have it."""
+    return {row["scene"]: row["errors"][kind][metric] for row in rows if kind in row["errors"]}
+
+
+def within(row: Row, seconds: float) -> Row | None:
+    """The last point of a still view that was there after `seconds`."""
+    there = [point for point in row["points"] if point["seconds"] <= seconds]
+    return there[-1] if there else None
 
 
 def points_of(rows: list[Row], error: str, metric: str) -> Points:

@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from tests.bench.charts import BLUE, INK, OTHER_STAGES, VERMILION, legend_below, log_log, panels, save
+from tests.bench.charts import SCENES, legend_below, log_log, panels, save
 from tests.bench.plots import Plots
 from tests.bench.rows import scenes_of
 from tests.bench.store import Row
 
-COLOURS = (BLUE, VERMILION, *OTHER_STAGES, INK)
 STYLES = {"distance": "o-", "average": "s--"}
 
 
@@ -17,7 +16,7 @@ def fuzziness(rows: list[Row], folder: Path) -> Plots:
     if len({row["settings"]["fuzziness"] for row in own}) < 2:
         return
     figure, axes = panels(1, 2)
-    for colour, scene in zip(COLOURS, scenes_of(own), strict=False):
+    for colour, scene in zip(SCENES, scenes_of(own), strict=False):
         for weighting, style in STYLES.items():
             line = sorted(
                 (row["settings"]["fuzziness"], row["errors"]["clustering"]["rel_mse"], row["frame_ms"]["median"])
@@ -32,7 +31,7 @@ def fuzziness(rows: list[Row], folder: Path) -> Plots:
     axes[1].set(title="Time", xlabel="F, clusters of a shading point", ylabel="frame time [ms]", ylim=(0.0, None))
     legend_below(figure, axes[:1], 4)
     figure.suptitle("Fuzziness and weighting", x=0.01, ha="left", fontweight="bold")
-    yield save(figure, folder, "fuzziness"), "clustering error and time over fuzziness"
+    yield save(figure, folder, "fuzziness")
 
 
 def vpls(rows: list[Row], folder: Path) -> Plots:
@@ -41,7 +40,7 @@ def vpls(rows: list[Row], folder: Path) -> Plots:
     if len({row["settings"]["vpls"] for row in own}) < 2:
         return
     figure, axes = panels(1, 3, 4.6)
-    for colour, scene in zip(COLOURS, scenes_of(own), strict=False):
+    for colour, scene in zip(SCENES, scenes_of(own), strict=False):
         line = sorted((row for row in own if row["scene"] == scene), key=lambda row: row["settings"]["vpls"])
         for panel, kind in zip(axes, ("total", "clustering"), strict=False):
             points = [
@@ -55,4 +54,4 @@ def vpls(rows: list[Row], folder: Path) -> Plots:
         panel.set_title(title)
     legend_below(figure, axes[:1], 6)
     figure.suptitle("Number of VPLs", x=0.01, ha="left", fontweight="bold")
-    yield save(figure, folder, "vpls"), "errors and time over the number of VPLs"
+    yield save(figure, folder, "vpls")

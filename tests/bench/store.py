@@ -48,6 +48,10 @@ class Budget:
         """One of `parts` equal shares of what is left."""
         return Budget(None if self._end is None else (self._end - self._clock()) / parts, self._clock)
 
+    def at_most(self, seconds: float) -> "Budget":
+        """So many seconds from now on, or what is left if that is less."""
+        return Budget(seconds if self._end is None else min(seconds, self._end - self._clock()), self._clock)
+
 
 class Results:
     """The rows of one part in a JSON file, each with a `key` of its own, saved whenever one is added.

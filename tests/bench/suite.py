@@ -10,13 +10,15 @@ from numpy.typing import ArrayLike
 from gpu.device import choose_device
 from gpu.settings import Component, RenderSettings
 from tests.bench.errors import ErrorPool, errors_of
-from tests.bench.store import Budget, Results, Row, Task, environment, run_tasks
+from tests.bench.store import Budget, Results, Row, Task, environment, read_rows, run_tasks
 from tests.bench.subjects import Size, Subject, load_subject, reference_size, scene_names
 
 # The default counts of a GPU, also where a CPU is measured; `quick` has so much less of everything.
 CLUSTERS = {"sp_clusters": 8192, "vpl_clusters": 2048}
 VPLS = 98_304
 QUICK_SHARE, LEAST = 32, 8
+# The scene of tests.bench.hall, which goes with all others.
+HALL = "hall"
 
 
 @dataclass
@@ -33,12 +35,35 @@ class Suite:
     size: Size = (1024, 720)
     quick: bool = False
     reference_samples: int | None = None
+    page_file: Path | None = None
     budget: Budget = field(default_factory=lambda: Budget(None))
     _subjects: dict[str, Subject] = field(default_factory=dict)
     _pool: ErrorPool = field(default_factory=ErrorPool)
 
     def __post_init__(self) -> None:
         self._device = choose_device(self.device)
+
+    @property
+    def page(self) -> Path:
+        """The file of the page of results."""
+        return self.page_file or self.out / "results.md"
+
+    @property
+    def images_folder(self) -> Path:
+        """The folder of the page's images, and of nothing else."""
+        return self.page.with_suffix("")
+
+    def measured(self) -> dict[str, list[Row]]:
+        """The rows of each part that was measured, of the scenes that were named if any were."""
+        files = sorted(self.out.glob("*.json"))
+        rows = {file.stem: read_rows(file) for file in files}
+        wanted = {*self.names, HALL} if self.names else None
+        return {part: [row for row in own if not wanted or row["scene"] in wanted] for part, own in rows.items()}
+
+    def tried(self) -> str:
+        """What somebody wrote about what was tried; empty where nobody did."""
+        notes = self.out / "tried.md"
+        return notes.read_text() if notes.exists() else ""
 
     @property
     def is_cuda(self) -> bool:

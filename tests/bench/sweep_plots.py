@@ -55,13 +55,13 @@ def error_over_time(rows: list[Row], folder: Path) -> Plots:
         axes[1].set_title("Total error, against path tracing")
         legend_below(figure, axes, 4)
         figure.suptitle(f"{scene}, indirect light", x=0.01, ha="left", fontweight="bold")
-        yield save(figure, folder, f"error-time-{scene}"), f"{scene}: error over time"
+        yield save(figure, folder, f"error-time-{scene}")
 
 
 def _curves(axes: Axes, rows: list[Row], error: str, metric: str) -> None:
     for group, (label, colour) in CURVES.items():
         points = points_of([row for row in rows if group in row["groups"]], error, metric)
-        if not points:
+        if len(points) < 2:
             continue
         if group == "both":
             axes.plot(*zip(*points, strict=True), "o", color=colour, alpha=0.25, ms=3.5, mew=0)
@@ -110,38 +110,35 @@ def peers_over_time(rows: list[Row], folder: Path) -> Plots:
         panel.remove()
     legend_below(figure, axes[: len(names)], 4)
     figure.suptitle("All light, against path tracing", x=0.01, ha="left", fontweight="bold")
-    yield save(figure, folder, "peers"), "relMSE of all light over time, and of two path tracers"
+    yield save(figure, folder, "peers")
 
 
 def stage_stacks(rows: list[Row], folder: Path) -> Plots:
-    """One figure a scene: the stages' median times of the default, the paper's settings and the ablations."""
-    for scene in scenes_of(rows):
-        own = [row for row in rows if row["scene"] == scene and row.get("stages")]
-        figure, axes = panels(1, 2, 6.2, 4.6)
-        wanted = (("default", "paper", "vpls"), ("sps", "vpl-clusters"))
-        titles = ("SPs and VPLs clustered", "Only one of them clustered")
-        stages = list(dict.fromkeys(name for row in own for name in row["stages"] if name != "paths"))
-        for panel, groups, title in zip(axes, wanted, titles, strict=True):
-            chosen = [row for row in own if {*groups} & {*row["groups"]}]
-            chosen.sort(key=lambda row: (row["settings"]["clustering"], row["frame_ms"]["median"]), reverse=True)
-            left = np.zeros(len(chosen))
-            names = [counts_text(row["settings"]) for row in chosen]
-            for stage in stages:
-                widths = np.array([row["stages"].get(stage, {"median": 0.0})["median"] for row in chosen])
-                if widths.any():
-                    colour = stage_colour(stage, stages)
-                    panel.barh(names, widths, left=left, color=colour, label=stage, height=0.72)
-                    left += widths
-            for place, (row, end) in enumerate(zip(chosen, left, strict=True)):
-                panel.text(end, place, f" {row['frame_ms']['median']:.3g}", va="center", fontsize=8)
-            panel.set_title(title)
-            panel.set_xlabel("median time [ms]")
-            panel.grid(False, axis="y")
-            panel.tick_params(axis="y", length=0)
-            panel.margins(x=0.1)
-        legend_below(figure, axes, 8)
-        figure.suptitle(f"{scene}, indirect light", x=0.01, ha="left", fontweight="bold")
-        yield save(figure, folder, f"stages-{scene}"), f"{scene}: time of each stage"
+    """One figure: a panel a scene with the stages' median times of the default and the paper's settings."""
+    chosen = [row for row in rows if {"default", "paper"} & {*row["groups"]}]
+    names = scenes_of(chosen)
+    stages = list(dict.fromkeys(stage for row in chosen for stage in row["stages"]))
+    columns = min(2, len(names))
+    figure, axes = panels(-(-len(names) // columns), columns, 6.4, 2.2)
+    for panel, scene in zip(axes, names, strict=False):
+        own = [row for row in chosen if row["scene"] == scene]
+        own.sort(key=lambda row: row["frame_ms"]["median"], reverse=True)
+        labels, left = [counts_text(row["settings"]) for row in own], np.zeros(len(own))
+        for stage in stages:
+            widths = np.array([row["stages"].get(stage, {"median": 0.0})["median"] for row in own])
+            panel.barh(labels, widths, left=left, color=stage_colour(stage, stages), label=stage, height=0.72)
+            left += widths
+        for place, (row, end) in enumerate(zip(own, left, strict=True)):
+            panel.text(end, place, f" {row['frame_ms']['median']:.3g}", va="center", fontsize=8)
+        panel.set_title(scene)
+        panel.set_xlabel("median time [ms]")
+        panel.grid(False, axis="y")
+        panel.tick_params(axis="y", length=0)
+        panel.margins(x=0.1)
+    for panel in axes[len(names) :]:
+        panel.remove()
+    legend_below(figure, axes[:1], 8)
+    yield save(figure, folder, "stages")
 
 
 def grids(rows: list[Row], folder: Path) -> Plots:
@@ -149,7 +146,7 @@ def grids(rows: list[Row], folder: Path) -> Plots:
     for scene in scenes_of(rows):
         own = [row for row in rows if row["scene"] == scene and "both" in row["groups"]]
         sps, vpls = (sorted({row["settings"][key] for row in own}) for key in ("sp_clusters", "vpl_clusters"))
-        if len(sps) < 2 or len(vpls) < 2:
+        if len(own) < max(4, len(sps) * len(vpls) // 2):
             continue
         times, errors = np.full((2, len(vpls), len(sps)), np.nan)
         for row in own:
@@ -160,7 +157,7 @@ def grids(rows: list[Row], folder: Path) -> Plots:
         _heat(axes[0], times, sps, vpls, "Frame time [ms]", "{:.3g}")
         _heat(axes[1], errors, sps, vpls, "Clustering MSE", "{:.1e}")
         figure.suptitle(f"{scene}: the grid of Fig. 11", x=0.01, ha="left", fontweight="bold")
-        yield save(figure, folder, f"grid-{scene}"), f"{scene}: time and error over both kinds of clusters"
+        yield save(figure, folder, f"grid-{scene}")
 
 
 def _heat(axes: Axes, values: np.ndarray, sps: list[int], vpls: list[int], title: str, form: str) -> None:

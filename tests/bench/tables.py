@@ -1,23 +1,23 @@
-"""The page of tables: every row in figures, under the plots that show it."""
+"""Tables of the rows of each part, in Markdown."""
 
-from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
+from tests.bench import paper
 from tests.bench.figures import time_to_equal_error
-from tests.bench.rows import GROWTH_AXES, growth_series, method_text, points_of, scenes_of, slopes
+from tests.bench.goals import STILL_SECONDS, Goal
+from tests.bench.rows import (
+    GROWTH_AXES,
+    default_rows,
+    growth_series,
+    indirect_ms,
+    method_text,
+    points_of,
+    scenes_of,
+    setting_rows,
+    slopes,
+    within,
+)
 from tests.bench.store import Row
-
-TITLES = {
-    "sweep": "Indirect light: time and error",
-    "decompose": "Bias and noise",
-    "temporal": "Flicker",
-    "skips": "Switches",
-    "still": "A view that rests: error over time",
-    "peers": "All light: time to equal error",
-    "growth": "Growth",
-    "pictures": "Pictures",
-    "walk": "Frames a second",
-}
 
 
 def table(head: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
@@ -38,25 +38,64 @@ def spread_text(times: dict[str, float]) -> str:
     return f"{number(times['median'])} ({number(times['p5'])}–{number(times['p95'])})"
 
 
-def sweep_table(rows: list[Row]) -> str:
-    """Times, errors against both references, and stages."""
-    stages = list(dict.fromkeys(name for row in rows for name in row.get("stages", ())))
-    head = ["scene", "settings", "frame [ms]", "relMSE", "MSE", "FLIP", "energy", "clustering MSE", "relMSE", "FLIP"]
+def goals_table(goals: list[Goal]) -> str:
+    """Each goal, what is worst, how many reach it, and the verdict."""
     lines = []
-    for row in sorted(rows, key=lambda row: row["scene"]):
+    for goal in goals:
+        wanted = f"{number(goal.low)} to {number(goal.high)}" if goal.low else f"≤ {number(goal.high)}"
+        worst = goal.worst()
+        shown = f"{number(worst[1])} ({worst[0]})" if worst else "–"
+        reached = f"{len(goal.reached())} of {len(goal.values)}" if goal.values else "–"
+        verdict = goal.verdict if goal.verdict == "met" else f"**{goal.verdict}**"
+        lines.append([goal.what, f"{wanted} {goal.unit}".rstrip(), shown, reached, verdict])
+    return table(["goal", "wanted", "worst", "reached by", "verdict"], lines)
+
+
+def default_table(rows: list[Row]) -> str:
+    """Times and errors of the default settings, a line a scene."""
+    head = ["scene", "indirect [ms]", "whole frame [ms]", "relMSE", "MSE", "HDR-FLIP", "energy"]
+    lines = []
+    for row in default_rows(rows):
         total, clustering = row["errors"]["total"], row["errors"].get("clustering", {})
-        lines.append(
-            [
-                row["scene"],
-                method_text(row),
-                spread_text(row["frame_ms"]),
-                *(number(total[metric]) for metric in ("rel_mse", "mse", "flip", "energy")),
-                *(number(clustering.get(metric)) for metric in ("mse", "rel_mse", "flip")),
-                str(sum(errors["nonfinite"] for errors in row["errors"].values())),
-                *(number(row.get("stages", {}).get(stage, {}).get("median")) for stage in stages),
-            ]
-        )
-    return table([*head, "non-finite", *(f"{stage} [ms]" for stage in stages)], lines)
+        times = [number(indirect_ms(row)), spread_text(row["frame_ms"])]
+        errors = [number(total[metric]) for metric in ("rel_mse", "mse", "flip", "energy")]
+        errors += [number(clustering.get(metric)) for metric in ("mse", "rel_mse")]
+        nonfinite = sum(errors["nonfinite"] for errors in row["errors"].values())
+        size = "×".join(map(str, row["size"]))
+        lines.append([f"{row['scene']} {size}", *times, *errors, str(nonfinite), str(row["counts"]["unassigned"])])
+    return table([*head, "clustering MSE", "relMSE", "non-finite", "without a cluster"], lines)
+
+
+def stages_table(rows: list[Row]) -> str:
+    """Median times of the stages of the default settings."""
+    own = default_rows(rows)
+    stages = list(dict.fromkeys(name for row in own for name in row["stages"]))
+    lines = [
+        [
+            row["scene"],
+            *(number(row["stages"].get(stage, {}).get("median")) for stage in stages),
+            number(sum(times["median"] for times in row.get("light_ms", {}).values())),
+        ]
+        for row in own
+    ]
+    return table(["scene", *(f"{stage} [ms]" for stage in stages), "VPLs, once [ms]"], lines)
+
+
+def paper_table(rows: list[Row]) -> str:
+    """The paper's settings: its own time and clustering error, and those here."""
+    points = paper.POINTS["conference"]
+    names = scenes_of([row for row in rows if "paper" in row["groups"]])
+    lines = []
+    for (sps, vpls), point in zip(paper.SETTINGS, points, strict=True):
+        own = {row["scene"]: row for row in setting_rows(rows, sps, vpls)}
+        cells = [_time_and_mse(own[name]) if name in own else "–" for name in names]
+        lines.append([f"{sps:,} × {vpls:,}", f"{number(point.ms)} / {number(point.mse)}", *cells])
+    return table(["SP × VPL clusters", "the paper [ms / MSE]", *names], lines)
+
+
+def _time_and_mse(row: Row) -> str:
+    mse = row["errors"].get("clustering", {}).get("mse")
+    return f"{number(row['frame_ms']['median'])} / {number(mse)}"
 
 
 def decompose_table(rows: list[Row]) -> str:
@@ -113,12 +152,24 @@ def still_table(rows: list[Row]) -> str:
     lines = []
     for row in rows:
         points = row["points"]
-        second = [point for point in points if point["seconds"] <= 1.0] or points[:1]
-        for point in (points[0], second[-1], points[-1]):
+        for point in (points[0], within(row, STILL_SECONDS) or points[0], points[-1]):
             errors = point["errors"]
             values = [number(errors[name]) for name in ("rel_mse", "mse", "flip", "energy")]
             lines.append([row["scene"], str(point["frames"]), f"{point['seconds']:.2f}", *values])
-    return table(["scene", "frames", "seconds", "relMSE", "MSE", "FLIP", "energy"], lines)
+    return table(["scene", "frames", "seconds", "relMSE", "MSE", "HDR-FLIP", "energy"], lines)
+
+
+def targets_table(rows: list[Row]) -> str:
+    """How a walk held its target: over the target, and the share of it that was within 10 %."""
+    head = ["scene", "target", "over target", "mean", "within 10 %", "measured at", "changes", "pairs of clusters"]
+    lines = []
+    for row in rows:
+        (kind, target), compared = next(iter(row["target"].items())), row.get("errors", row["path_ms"])
+        goal, places = f"{target:g} ms" if kind == "ms" else f"MSE {target:g}", f"{len(compared)} of {row['frames']}"
+        held, within = row["held"], f"{100.0 * row['held']['within']:.0f} %"
+        mean, pairs = number(held["mean"]), spread_text(row["pairs"])
+        lines.append([row["scene"], goal, spread_text(held), mean, within, places, str(row["changes"]), pairs])
+    return table(head, lines)
 
 
 def growth_table(rows: list[Row]) -> str:
@@ -141,31 +192,3 @@ def walk_table(rows: list[Row]) -> str:
         for row in rows
     ]
     return table(["scene", "size", "frames a second", "frame [ms]"], lines)
-
-
-TABLES: dict[str, Callable[[list[Row]], str]] = {
-    "sweep": sweep_table,
-    "decompose": decompose_table,
-    "temporal": temporal_table,
-    "skips": skips_table,
-    "still": still_table,
-    "peers": peers_table,
-    "growth": growth_table,
-    "walk": walk_table,
-}
-
-
-def report(rows: dict[str, list[Row]], plots: dict[str, list[tuple[str, str]]]) -> str:
-    """The page: what it was measured on, then each part's plots and table. plots: (name, caption) by part."""
-    surroundings = Counter(tuple(row["environment"].items()) for part in rows.values() for row in part)
-    lines = ["# Benchmark", "", "Times are medians, with the 5th to 95th percentile in brackets. Measured on:", ""]
-    for items, count in surroundings.most_common():
-        lines.append(f"- {count} rows: {', '.join(f'{name} {value}' for name, value in items)}")
-    for part, title in TITLES.items():
-        if not rows[part]:
-            continue
-        lines += ["", f"## {title}", ""]
-        lines += [f"![{caption}](plots/{name}.png)\n" for name, caption in plots.get(part, ())]
-        if part in TABLES:
-            lines += [TABLES[part](rows[part])]
-    return "\n".join(lines) + "\n"

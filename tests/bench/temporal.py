@@ -18,7 +18,7 @@ from tests.bench.suite import CLUSTERS, Suite
 from tests.bench.sweep import title
 from tests.bench.timing import turned
 
-FRAMES, QUICK_FRAMES = 24, 3
+FRAMES, QUICK_FRAMES = 12, 3
 STEP_DEGREES, STEP_LENGTH = 0.5, 1e-3
 SETTINGS: tuple[dict[str, Any], ...] = (
     CLUSTERS,

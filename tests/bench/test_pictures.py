@@ -21,7 +21,8 @@ def test_wide_pictures_shrink_to_their_means() -> None:
     assert shrunk(image[:, :WIDEST]).shape == (10, WIDEST, 3)
 
 
-def test_pixels_survive_their_text() -> None:
-    pixels = displayed(np.random.default_rng(0).random((4, 5, 3)).astype(np.float32), 1.0)
-    assert (decoded(encoded(pixels)) == pixels).all()
+def test_pixels_survive_their_text_but_for_jpegs_rounding() -> None:
+    ramp = np.linspace(0.2, 1.0, 16, dtype=np.float32)
+    pixels = displayed(np.stack([np.add.outer(ramp, ramp) / 2.0] * 3, axis=2), 1.0)
+    assert np.abs(decoded(encoded(pixels)).astype(int) - pixels).max() <= 6
     assert displayed(np.array([[[0.0, 1.0, 2.0]]], np.float32), 1.0).ravel().tolist() == [0, 255, 255]

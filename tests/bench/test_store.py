@@ -108,3 +108,18 @@ def test_another_file_is_not_taken_for_results(tmp_path: Path, content: str) -> 
     path.write_text(content)
     with pytest.raises(UserError, match=r"part\.json"):
         Results(path, HERE)
+
+
+def test_a_step_has_no_more_time_than_is_left() -> None:
+    now = [0.0]
+    whole = Budget(30.0, lambda: now[0])
+    short, long = whole.at_most(10.0), whole.at_most(50.0)
+    now[0] = 10.0
+    assert short.spent()
+    assert not long.spent()
+    now[0] = 30.0
+    assert long.spent()
+    free = Budget(None, lambda: now[0]).at_most(5.0)
+    assert not free.spent()
+    now[0] = 35.0
+    assert free.spent()

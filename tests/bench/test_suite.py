@@ -6,11 +6,11 @@ import pytest
 from tests.bench import __main__ as command
 from tests.bench import growth, sweep, temporal
 from tests.bench.errors import ErrorPool, errors_of
+from tests.bench.page import SECTIONS, page
 from tests.bench.store import Row, read_rows
 from tests.bench.suite import Suite
-from tests.bench.tables import report
 
-PARTS = ("sweep", "decompose", "temporal", "skips", "still", "peers", "growth", "pictures", "walk")
+PARTS = ("sweep", "decompose", "temporal", "skips", "still", "peers", "growth", "pictures", "walk", "floors")
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +47,18 @@ def test_the_sweep_has_times_and_both_errors(measured: dict[str, list[Row]]) -> 
     assert any("exact" in row["groups"] for row in measured["sweep"])
 
 
-def test_the_page_has_a_table_of_every_part(measured: dict[str, list[Row]]) -> None:
-    page = report(measured, {"sweep": [("picture", "a picture")]})
-    assert page.count("\n## ") == len(PARTS)
-    assert "![a picture](plots/picture.png)" in page
-    assert page.count("\n| --- |") == len(PARTS) - 1
+def test_the_page_has_every_part_that_was_measured(measured: dict[str, list[Row]]) -> None:
+    text = page(measured, "results", ["error-time-cornell-box.png", "rest.png", "notes.txt"])
+    assert not any(f"**Not measured.** `python -m tests.bench {part}`" in text for part in PARTS)
+    assert "![cornell-box: error over time" in text
+    assert "](results/rest.png)" in text
+    assert "notes.txt" not in text
+
+
+def test_the_page_names_what_was_not_measured(measured: dict[str, list[Row]]) -> None:
+    text = page({"still": measured["still"]}, "results", [])
+    assert text.count("**Not measured.**") == len(SECTIONS) - 1
+    assert "| clustering MSE | ≤ 0.0005 | – | – | **not measured** |" in text
 
 
 def test_the_sweep_covers_the_papers_settings_first(tmp_path: Path) -> None:

@@ -1,0 +1,137 @@
+"""How fast each stage could be: what it cannot do without, over the rates of the machine. Pure.
+
+A stage's floor is what it must do of one thing, of that which takes longest, as if all else hid behind it; launches,
+which nothing hides, come on top. Each byte counts once, as if caches were perfect; each ray as if rays stayed together.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import warp as wp
+
+from gpu.gbuffer import GBuffer
+from gpu.shade import CHECKS
+from tests.bench.store import Row
+
+# Issued instructions, each as dear as a multiply-add: whether a point's normal and a disk's face each other; then the
+# disk's light there (gpu.transfer.disk_irradiance), where a reciprocal counts four; the stretched distance to a
+# representative of like normal (gpu.grid.separation).
+FACING, TRANSFER, SEPARATION = 9, 11, 12
+CELLS = 27
+REFINED_RAYS = 32
+WORD = 32
+VECTOR, NUMBER = 12, 4
+GBUFFER = sum(wp.types.type_size_in_bytes(variable.type.dtype) for variable in GBuffer.vars.values())
+
+Counts = Mapping[str, float]
+Floors = dict[str, Row]
+
+
+@dataclass(frozen=True)
+class Term:
+    """An `amount` of something by a frame's counts, and the name in tests.bench.rates.Rates of how fast that goes."""
+
+    what: str
+    rate: str
+    amount: Callable[[Counts], float]
+
+
+def _pairs(n: Counts) -> float:
+    return n["sp_clusters"] * n["vpl_clusters"]
+
+
+def _sp_pairs(n: Counts) -> float:
+    return n["sps"] * n["vpl_clusters"]
+
+
+# Positions, normals, a guide and the light read, and the light written, three times.
+SMOOTHED = Term("light of SPs smoothed in three steps", "bytes", lambda n: n["sps"] * 3 * 5 * VECTOR)
+
+STAGES: dict[str, tuple[Term, ...]] = {
+    "gbuffer": (
+        Term("a ray a pixel", "primary_rays", lambda n: n["pixels"]),
+        Term("the G-buffer written", "bytes", lambda n: n["pixels"] * GBUFFER),
+    ),
+    "cluster": (
+        Term(
+            "SPs read, clusters and weights written",
+            "bytes",
+            lambda n: n["sps"] * (2 * VECTOR + 2 * NUMBER + 2 * NUMBER * n["fuzziness"]),
+        ),
+        Term("a distance in each of 27 cells an SP", "fmas", lambda n: n["sps"] * CELLS * SEPARATION),
+    ),
+    "visibility": (
+        Term("rays between representatives", "any_hit_rays", lambda n: n["rays"]),
+        Term("which pairs face each other", "fmas", lambda n: _pairs(n) * FACING),
+        Term("the light of those that do", "fmas", lambda n: _pairs(n) * n["facing"] * TRANSFER),
+        Term("a bit a pair written", "bytes", lambda n: _pairs(n) / 8),
+    ),
+    "shade": (
+        Term("which SPs and VPL clusters face each other", "fmas", lambda n: _sp_pairs(n) * FACING),
+        Term(
+            "the light of those that do, and its visibility",
+            "fmas",
+            lambda n: _sp_pairs(n) * n["facing"] * (TRANSFER + n["fuzziness"]),
+        ),
+        Term(
+            "SPs and bits read, light written",
+            "bytes",
+            lambda n: _pairs(n) / 8 + n["sps"] * (3 * VECTOR + 2 * NUMBER * n["fuzziness"]),
+        ),
+    ),
+    "correct": (
+        Term("rays of each SP", "any_hit_rays", lambda n: n["sps"] * CHECKS),
+        Term(
+            "their targets, each one of 32",
+            "fmas",
+            lambda n: n["sps"] * CHECKS * WORD * (FACING + n["facing"] * (TRANSFER + n["fuzziness"])),
+        ),
+        SMOOTHED,
+    ),
+    "refine": (
+        Term("about 32 rays of each refined SP", "any_hit_rays", lambda n: n["refined"] * REFINED_RAYS),
+        Term(
+            "the light of all their pairs that face each other",
+            "fmas",
+            lambda n: n["refined"] * n["vpl_clusters"] * (FACING + n["facing"] * TRANSFER),
+        ),
+    ),
+    "near": (
+        Term("a ray an SP, as if rays stayed together", "primary_rays", lambda n: n["sps"]),
+        Term("rays from where those went to VPLs", "any_hit_rays", lambda n: n["near"]),
+        SMOOTHED,
+    ),
+    "interpolate": (Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),),
+    "display": (Term("radiance read, pixels written", "bytes", lambda n: n["pixels"] * (VECTOR + 3)),),
+}
+
+
+def floors(stages: Iterable[str], counts: Counts, rates: Mapping[str, float], launches: Mapping[str, int]) -> Floors:
+    """Of those `stages` that have a model: the floor [ms], its terms, slowest first, and what launches take.
+
+    counts: of a frame (FrameStats), `sps`, `fuzziness`, and `facing`, the share of pairs that face each other. A stage
+    whose amounts a frame does not count has no floor.
+    """
+    result: Floors = {}
+    for stage in STAGES.keys() & {*stages}:
+        parts, totals = [], dict.fromkeys(rates, 0.0)
+        try:
+            amounts = [float(term.amount(counts)) for term in STAGES[stage]]
+        except KeyError:
+            continue
+        for term, amount in zip(STAGES[stage], amounts, strict=True):
+            # What could not be measured, such as rays of a scene without VPLs, has no floor.
+            ms = 1e3 * amount / rates[term.rate] if rates[term.rate] > 0.0 else 0.0
+            totals[term.rate] += ms
+            parts.append({"what": term.what, "rate": term.rate, "amount": amount, "ms": ms})
+        parts.sort(key=lambda part: part["ms"], reverse=True)
+        number = launches.get(stage, 0)
+        launch_ms = 1e3 * number / rates["launches"]
+        result[stage] = {
+            "floor_ms": max(totals.values()) + launch_ms,
+            "bound": max(totals, key=lambda rate: totals[rate]),
+            "terms": parts,
+            "launches": number,
+            "launch_ms": launch_ms,
+        }
+    return result
