@@ -36,6 +36,21 @@ class Weighting(StrEnum):
     AVERAGE = "average"
 
 
+class Skips(BaseModel):
+    """Work that is not done because a scene or a frame does not need it; each can be switched off, to see what it gains.
+
+    A frame's statistics count under the same names (gpu.frame.FrameStats).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    facing_away: bool = Field(True, description="no ray between clusters that face away from or lie behind each other")
+    weak_pairs: bool = Field(True, description="one ray for neighbouring VPL clusters that send little light")
+
+
+EVERY_SKIP = Skips()
+
+
 class RenderSettings(BaseModel):
     """Method and quality of a render. A count that is None is chosen for the device (fewer on a CPU)."""
 
@@ -60,3 +75,4 @@ class RenderSettings(BaseModel):
     exposure: float | None = Field(
         None, gt=0.0, le=1e12, description="factor from radiance to display; left empty, chosen for each picture"
     )
+    skip: Skips = Field(EVERY_SKIP, description="work that is not done where it is not needed")

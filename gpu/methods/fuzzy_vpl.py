@@ -38,12 +38,12 @@ class FuzzyVpl:
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
         most = self._vpls.count if self._fixed else quality.vpl_clusters
-        self._visibility = Visibility(self._clustering.count, most, view.device)
+        self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
         refined = int(quality.sp_clusters * REFINED_SHARE)
         self._check = ClusterCheck(view.pixels, view.device)
         self._worst = WorstPoints(view.pixels, refined, LEAST_DISPUTE, view.device)
         self._refinement = Refinement(len(self._worst.pixels), view.device)
-        self._counter = Counter(5, view.device)
+        self._counter = Counter(6, view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, exact where clusters disagree."""
@@ -83,20 +83,21 @@ class FuzzyVpl:
         if not self._has_indirect:
             return counts | {"rays": 0, "refined": 0, "unassigned": 0}, {}
         visibility = self._visibility
-        sps, rays, shared, refined, needs = self._counter.sums(
+        sps, rays, shared, used, refined, needs = self._counter.sums(
             [
                 (self._view.shading_points.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
+                (self._clustering.clusters.used, 0),
                 (self._worst.count, 0),
                 (self._clustering.need, UNASSIGNED_NEED),
             ]
         )
-        pairs = counts["vpl_clusters"] * counts["sp_clusters"]
+        pairs = counts["vpl_clusters"] * used
         unassigned = max(0, needs // UNASSIGNED_NEED - refined)
         skips = {
             "pixels without a surface": self._view.pixels - sps,
-            "pairs facing away": pairs - rays - shared,
-            "weak pairs": shared,
+            "facing_away": pairs - rays - shared,
+            "weak_pairs": shared,
         }
         return counts | {"rays": rays, "refined": refined, "unassigned": unassigned}, skips
