@@ -37,7 +37,7 @@ class Weighting(StrEnum):
 
 
 class Skips(BaseModel):
-    """Work that is not done because a scene or a frame does not need it; each can be switched off, to see what it gains.
+    """Work that is not done since a scene or a frame does not need it; each can be switched off, to see what it gains.
 
     A frame's statistics count under the same names (gpu.frame.FrameStats).
     """

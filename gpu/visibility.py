@@ -108,9 +108,8 @@ def visibility_kernel(see: wp.Function, facing_away: bool, weak_pairs: bool) -> 
         p = sps.position[sp]
         p_normal = sps.geometric[sp]
         light = pair_light(p, p_normal, vpls, vpl)
-        if wp.static(facing_away):
-            if light < 0.0:
-                return
+        if wp.static(facing_away) and light < 0.0:
+            return
         if wp.static(weak_pairs) and light >= 0.0 and light < weak[sp]:
             leader = int(vpl)
             begin = vpl - vpl % GROUP
