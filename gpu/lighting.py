@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from weakref import proxy
 
 from gpu.lights import LightTable, build_light_table
+from gpu.needs import needs_of
 from gpu.resident import ResidentScene
 from gpu.vpl import trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
@@ -34,6 +35,14 @@ class Lighting:
         self._sets: dict[LightingChoice, VplClusters] = {}
         self.table: LightTable = build_light_table(resident)
 
+    def holds(self, choice: LightingChoice) -> bool:
+        """Whether the clusters of `choice` are kept from before."""
+        return choice in self._sets
+
+    def forget(self, choice: LightingChoice) -> None:
+        """Keep the clusters of `choice` no longer; whoever has them may still use them."""
+        self._sets.pop(choice, None)
+
     def clusters(self, choice: LightingChoice, progress: Progress) -> VplClusters:
         """The clusters of `choice`, traced and clustered when they are not kept from before."""
         if choice in self._sets:
@@ -41,7 +50,8 @@ class Lighting:
             return self._sets[choice]
         scene = self._resident.view(lambertian=choice.lambertian)
         progress("tracing virtual point lights", 0.0)
-        vpls = trace_vpls(self._resident, scene, self.table, choice.vpls, choice.bounces, choice.seed)
+        needs = needs_of(self._resident.scene, lambertian=choice.lambertian)
+        vpls = trace_vpls(self._resident, scene, self.table, choice.vpls, choice.bounces, choice.seed, needs)
         progress("clustering virtual point lights", 0.5)
         clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
         progress("clustering virtual point lights", 1.0)

@@ -156,7 +156,7 @@ def connected_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3,
 
 def connection(scene: SceneData) -> wp.Function:
     """The cheaper of `connected` and `connected_solid` that is right for `scene`."""
-    return connected if scene.masked_count > 0 and not scene.ignore_alpha else connected_solid
+    return connected if scene.alpha else connected_solid
 
 
 def free_path(scene: SceneData) -> wp.Function:

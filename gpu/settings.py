@@ -44,8 +44,15 @@ class Skips(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    unchanged_camera: bool = Field(True, description="no frame for the view that the last one was of, but its picture")
+    unchanged_lights: bool = Field(True, description="no new VPLs when those of the same light and choices are kept")
+    empty_pixels: bool = Field(True, description="no work on pixels that see nothing")
     facing_away: bool = Field(True, description="no ray between clusters that face away from or lie behind each other")
     weak_pairs: bool = Field(True, description="one ray for neighbouring VPL clusters that send little light")
+    absent_alpha: bool = Field(True, description="no test of masks in a scene that has none")
+    absent_textures: bool = Field(True, description="no texture code in kernels for a scene that has none")
+    absent_gloss: bool = Field(True, description="no rays of specular lobes in a scene without narrow ones")
+    absent_lights: bool = Field(True, description="no code for kinds of light that a scene has none of")
 
 
 EVERY_SKIP = Skips()

@@ -3,18 +3,19 @@
 from typing import Protocol
 
 from gpu.direct import add_soft_light, trace_direct_light
-from gpu.lighting import LightingChoice, Progress
+from gpu.lighting import Lighting, LightingChoice, Progress
 from gpu.lights import LightTable
 from gpu.quality import Quality
 from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
 from gpu.view import View
+from gpu.vpl_clusters import VplClusters
 
 # Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
 # that the mean forgets the blur.
 SMOOTHED_FRAMES = 4
 
-# What a frame worked on and what it did not have to do: counts by name.
+# What a frame is made of and what it did not have to do: counts by name; see gpu.frame.FrameStats.
 FrameStatistics = tuple[dict[str, int], dict[str, int]]
 
 
@@ -42,6 +43,28 @@ def lighting_choice(settings: RenderSettings, quality: Quality, sample: int = 0)
     return LightingChoice(quality.vpls, quality.vpl_clusters, settings.bounces, seed, settings.lambertian)
 
 
+def take_lights(
+    lighting: Lighting, choice: LightingChoice, settings: RenderSettings, progress: Progress
+) -> tuple[VplClusters, bool]:
+    """The light set of `choice`, and whether it was kept from before, which `settings` may forbid."""
+    if not settings.skip.unchanged_lights:
+        lighting.forget(choice)
+    kept = lighting.holds(choice)
+    return lighting.clusters(choice, progress), kept
+
+
+def view_skips(view: View, settings: RenderSettings, empty: int) -> dict[str, int]:
+    """What primary rays and direct light did not have to do; empty: pixels that see nothing."""
+    needs, direct = view.needs, settings.component is not Component.INDIRECT
+    return {
+        "empty_pixels": empty,
+        "absent_alpha": int(not needs.alpha),
+        "absent_textures": int(not needs.textures),
+        "absent_gloss": int(direct and not needs.gloss),
+        "absent_lights": needs.absent_lights if direct else 0,
+    }
+
+
 def render_direct(
     view: View, settings: RenderSettings, quality: Quality, table: LightTable, stages: Stages, sample: int
 ) -> None:
@@ -53,11 +76,11 @@ def render_direct(
     gbuffer, samples, seed = view.gbuffer, quality.samples, frame_seed(settings.seed, sample)
 
     def direct() -> None:
-        trace_direct_light(
-            view.resident, view.scene, table, gbuffer, view.size, samples, seed, view.radiance, view.soft
-        )
-        if settings.smooth and sample < SMOOTHED_FRAMES:
-            view.smoothing.run(gbuffer, view.soft)
-        add_soft_light(gbuffer, view.soft, view.radiance)
+        out = (view.radiance, view.soft)
+        trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, samples, seed, *out, view.needs)
+        if view.needs.soft:
+            if settings.smooth and sample < SMOOTHED_FRAMES:
+                view.smoothing.run(gbuffer, view.soft)
+            add_soft_light(gbuffer, view.soft, view.radiance)
 
     stages.run("direct", direct, repeats=sample == 0)

@@ -3,9 +3,11 @@
 With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it gathers VPL clusters instead.
 """
 
+from gpu.counting import Counter
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, lighting_choice, render_direct
+from gpu.methods.common import FrameStatistics, lighting_choice, render_direct, take_lights, view_skips
 from gpu.quality import Quality
+from gpu.resident import NO_HIT
 from gpu.settings import Component, Method, RenderSettings
 from gpu.shade import gather
 from gpu.stages import Stages
@@ -24,15 +26,20 @@ class ExactVpl:
         self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
     ) -> None:
         self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
+        self._kept = True
         self._first = self._vpls = self._light(0, progress)
+        self._counter = Counter(1, view.device)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
-        vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
+        choice = lighting_choice(self._settings, self._quality, sample)
+        vpls, self._kept = take_lights(self._lighting, choice, self._settings, progress)
         return unclustered(self._view.resident, vpls) if self._settings.method is Method.EXACT_VPL else vpls
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
-        self._vpls = self._light(sample, progress) if sample else self._first
+        self._vpls, self._kept = self._first, True
+        if sample > 0 or not self._settings.skip.unchanged_lights:
+            self._vpls = self._light(sample, progress)
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
             stages.run("gather", lambda: self._gather(progress), repeats=False)
@@ -49,6 +56,9 @@ class ExactVpl:
         view.add_indirect()
 
     def statistics(self) -> FrameStatistics:
-        """VPLs and VPL clusters that were gathered; nothing is skipped in a reference."""
+        """VPLs and VPL clusters that were gathered; each of them is, in a reference."""
         vpls = self._vpls.members.count if self._vpls.count else 0
-        return {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels, "unassigned": 0}, {}
+        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels, "unassigned": 0}
+        (empty,) = self._counter.sums([], [(self._view.gbuffer.face, int(NO_HIT))])
+        skips = view_skips(self._view, self._settings, empty)
+        return counts, skips | {"unchanged_lights": vpls if self._kept else 0}

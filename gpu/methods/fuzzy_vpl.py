@@ -4,9 +4,10 @@ from gpu.check import ClusterCheck
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, frame_seed, lighting_choice, render_direct
+from gpu.methods.common import FrameStatistics, frame_seed, lighting_choice, render_direct, take_lights, view_skips
 from gpu.quality import Quality
 from gpu.refine import Refinement
+from gpu.resident import NO_HIT
 from gpu.settings import Clustering, Component, RenderSettings
 from gpu.shade import shade
 from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering
@@ -33,6 +34,7 @@ class FuzzyVpl:
         # Captured graphs read the arrays of this set, so it must live as long as they do.
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
+        self._kept = True
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._clustering = SpClustering(
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
@@ -47,14 +49,16 @@ class FuzzyVpl:
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, exact where clusters disagree."""
-        view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
+        view, settings, clustering = self._view, self._settings, self._clustering
         render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if not self._has_indirect:
             return
-        self._vpls = self._first
-        if not (self._fixed or repeats):
-            self._vpls = self._lighting.clusters(lighting_choice(settings, self._quality, sample), progress)
-        vpls = self._vpls
+        unchanged = settings.skip.unchanged_lights and (sample == 0 or self._fixed)
+        if unchanged:
+            self._vpls, self._kept = self._first, True
+        else:
+            stages.run("light", lambda: self._light(sample, progress), repeats=False)
+        vpls, captured = self._vpls, unchanged and sample == 0
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
         sps, gbuffer, clusters = view.shading_points, view.gbuffer, clustering.clusters
 
@@ -70,33 +74,42 @@ class FuzzyVpl:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, view.indirect)
             view.add_indirect()
 
-        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=repeats)
-        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls), repeats=repeats)
-        stages.run("shade", shade_all, repeats=repeats)
-        stages.run("check", check, repeats=repeats)
-        stages.run("refine", refine, repeats=repeats)
+        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=sample == 0)
+        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls), repeats=captured)
+        stages.run("shade", shade_all, repeats=captured)
+        stages.run("check", check, repeats=captured)
+        stages.run("refine", refine, repeats=captured)
+
+    def _light(self, sample: int, progress: Progress) -> None:
+        """Take the light set of frame `sample`."""
+        choice = lighting_choice(self._settings, self._quality, 0 if self._fixed else sample)
+        vpls, self._kept = take_lights(self._lighting, choice, self._settings, progress)
+        self._vpls = unclustered(self._view.resident, vpls) if self._fixed else vpls
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, rays between representatives, SPs with rays of their own, and SPs that nothing serves."""
-        vpls = self._vpls.members.count if self._vpls.count else 0
+        view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
+        seen = [(view.gbuffer.face, int(NO_HIT))]
         if not self._has_indirect:
-            return counts | {"rays": 0, "refined": 0, "unassigned": 0}, {}
+            (empty,) = self._counter.sums([], seen)
+            return counts | {"rays": 0, "refined": 0, "unassigned": 0}, view_skips(view, self._settings, empty)
         visibility = self._visibility
-        sps, rays, shared, used, refined, needs = self._counter.sums(
+        rays, shared, used, refined, needs, empty = self._counter.sums(
             [
-                (self._view.shading_points.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
                 (self._clustering.clusters.used, 0),
                 (self._worst.count, 0),
                 (self._clustering.need, UNASSIGNED_NEED),
-            ]
+            ],
+            seen,
         )
         pairs = counts["vpl_clusters"] * used
         unassigned = max(0, needs // UNASSIGNED_NEED - refined)
         skips = {
-            "pixels without a surface": self._view.pixels - sps,
+            **view_skips(view, self._settings, empty),
+            "unchanged_lights": vpls if self._kept else 0,
             "facing_away": pairs - rays - shared,
             "weak_pairs": shared,
         }
