@@ -44,15 +44,15 @@ class Skips(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    unchanged_camera: bool = Field(True, description="no frame for the view that the last one was of, but its picture")
-    unchanged_lights: bool = Field(True, description="no new VPLs when those of the same light and choices are kept")
+    unchanged_camera: bool = Field(True, description="no frame of the view that the last one was of, but its picture")
+    unchanged_lights: bool = Field(True, description="no new VPLs where those of the same light and choices are kept")
     empty_pixels: bool = Field(True, description="no work on pixels that see nothing")
     facing_away: bool = Field(True, description="no ray between clusters that face away from or lie behind each other")
     weak_pairs: bool = Field(True, description="one ray for neighbouring VPL clusters that send little light")
-    absent_alpha: bool = Field(True, description="no test of masks in a scene that has none")
-    absent_textures: bool = Field(True, description="no texture code in kernels for a scene that has none")
-    absent_gloss: bool = Field(True, description="no rays of specular lobes in a scene without narrow ones")
-    absent_lights: bool = Field(True, description="no code for kinds of light that a scene has none of")
+    absent_lights: bool = Field(True, description="no code in direct light's kernel for kinds of light that are absent")
+    absent_alpha: bool = Field(True, description="no code for alpha masks in kernels where none lets light through")
+    absent_textures: bool = Field(True, description="no code for textures in kernels where there are none")
+    absent_gloss: bool = Field(True, description="no code for rays of specular lobes where none is narrow")
 
 
 EVERY_SKIP = Skips()
@@ -82,4 +82,4 @@ class RenderSettings(BaseModel):
     exposure: float | None = Field(
         None, gt=0.0, le=1e12, description="factor from radiance to display; left empty, chosen for each picture"
     )
-    skip: Skips = Field(EVERY_SKIP, description="work that is not done where it is not needed")
+    skip: Skips = Field(EVERY_SKIP, description="leaving out work that a scene or a frame does not need")
