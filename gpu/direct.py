@@ -127,7 +127,8 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 def direct_light_kernel(needs: Needs) -> wp.Kernel:
     """The kernel for scenes with these `needs`."""
 
-    @wp.kernel(module="unique")
+    # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def kernel(
         first: int,
         scene: SceneData,

@@ -51,16 +51,21 @@ def turned(camera: Camera, degrees: float) -> Camera:
     return replace(camera, to_world=camera.to_world @ turn)
 
 
-def measure_frames(renderer: Renderer, camera: Camera, frames: int = FRAMES, warm_up: int = WARM_UP) -> Measured:
-    """Turn towards `camera` in `frames` steps after `warm_up` others; fewer when that takes LONGEST_SECONDS."""
+def measure_frames(
+    renderer: Renderer, camera: Camera, frames: int = FRAMES, warm_up: int = WARM_UP, step: float = STEP_DEGREES
+) -> Measured:
+    """Turn towards `camera` in `frames` steps after `warm_up` others; fewer when that takes LONGEST_SECONDS.
+
+    step: [degrees]; with 0 all frames are of one view.
+    """
     begun = perf_counter()
     for number in range(warm_up, 0, -1):
-        renderer.render(turned(camera, STEP_DEGREES * (frames + number)))
+        renderer.render(turned(camera, step * (frames + number)))
     runs: list[dict[str, float]] = []
     for number in range(frames - 1, 0, -1):
         if perf_counter() - begun > LONGEST_SECONDS:
             break
-        runs.append(renderer.render(turned(camera, STEP_DEGREES * number)).stats.stage_ms)
+        runs.append(renderer.render(turned(camera, step * number)).stats.stage_ms)
     frame = renderer.render(camera)
     runs.append(frame.stats.stage_ms)
     stages = {name: spread([run[name] for run in runs]) for name in runs[-1]}
