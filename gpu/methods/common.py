@@ -9,7 +9,6 @@ from gpu.quality import Quality
 from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
 from gpu.view import View
-from gpu.vpl_clusters import VplClusters
 
 # Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
 # that the mean forgets the blur.
@@ -43,14 +42,16 @@ def lighting_choice(settings: RenderSettings, quality: Quality, sample: int = 0)
     return LightingChoice(quality.vpls, quality.vpl_clusters, settings.bounces, seed, settings.lambertian)
 
 
-def take_lights(
-    lighting: Lighting, choice: LightingChoice, settings: RenderSettings, progress: Progress
-) -> tuple[VplClusters, bool]:
-    """The light set of `choice`, and whether it was kept from before, which `settings` may forbid."""
-    if not settings.skip.unchanged_lights:
-        lighting.forget(choice)
-    kept = lighting.holds(choice)
-    return lighting.clusters(choice, progress), kept
+def keeps_lights(lighting: Lighting, choice: LightingChoice, settings: RenderSettings, stages: Stages,
+                 progress: Progress, *, held: bool) -> bool:  # fmt: skip
+    """Whether the light set of `choice` is kept from before; else, or where `settings` forbid that, it is made now.
+
+    held: the caller keeps it itself.
+    """
+    kept = settings.skip.unchanged_lights and (held or lighting.holds(choice))
+    if not kept:
+        stages.run("light", lambda: lighting.renew(choice, progress), repeats=False)
+    return kept
 
 
 def view_skips(view: View, settings: RenderSettings, empty: int) -> dict[str, int]:

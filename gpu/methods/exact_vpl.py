@@ -5,7 +5,7 @@ With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it
 
 from gpu.counting import Counter
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, lighting_choice, render_direct, take_lights, view_skips
+from gpu.methods.common import FrameStatistics, keeps_lights, lighting_choice, render_direct, view_skips
 from gpu.quality import Quality
 from gpu.resident import NO_HIT
 from gpu.settings import Component, Method, RenderSettings
@@ -26,20 +26,19 @@ class ExactVpl:
         self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
     ) -> None:
         self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
-        self._kept = True
         self._first = self._vpls = self._light(0, progress)
+        self._kept = True
         self._counter = Counter(1, view.device)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
-        choice = lighting_choice(self._settings, self._quality, sample)
-        vpls, self._kept = take_lights(self._lighting, choice, self._settings, progress)
+        vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
         return unclustered(self._view.resident, vpls) if self._settings.method is Method.EXACT_VPL else vpls
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
-        self._vpls, self._kept = self._first, True
-        if sample > 0 or not self._settings.skip.unchanged_lights:
-            self._vpls = self._light(sample, progress)
+        choice = lighting_choice(self._settings, self._quality, sample)
+        self._kept = keeps_lights(self._lighting, choice, self._settings, stages, progress, held=sample == 0)
+        self._vpls = self._light(sample, progress) if sample else self._first
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
             stages.run("gather", lambda: self._gather(progress), repeats=False)

@@ -4,7 +4,7 @@ from gpu.check import ClusterCheck
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, frame_seed, lighting_choice, render_direct, take_lights, view_skips
+from gpu.methods.common import FrameStatistics, frame_seed, keeps_lights, lighting_choice, render_direct, view_skips
 from gpu.quality import Quality
 from gpu.refine import Refinement
 from gpu.resident import NO_HIT
@@ -49,16 +49,17 @@ class FuzzyVpl:
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, exact where clusters disagree."""
-        view, settings, clustering = self._view, self._settings, self._clustering
+        view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
         render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if not self._has_indirect:
             return
-        unchanged = settings.skip.unchanged_lights and (sample == 0 or self._fixed)
-        if unchanged:
-            self._vpls, self._kept = self._first, True
-        else:
-            stages.run("light", lambda: self._light(sample, progress), repeats=False)
-        vpls, captured = self._vpls, unchanged and sample == 0
+        choice = lighting_choice(settings, self._quality, 0 if self._fixed else sample)
+        first = self._fixed or repeats
+        self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
+        self._vpls = self._first
+        if not first:
+            self._vpls = self._lighting.clusters(choice, progress)
+        vpls = self._vpls
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
         sps, gbuffer, clusters = view.shading_points, view.gbuffer, clustering.clusters
 
@@ -74,23 +75,17 @@ class FuzzyVpl:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, view.indirect)
             view.add_indirect()
 
-        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=sample == 0)
-        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls), repeats=captured)
-        stages.run("shade", shade_all, repeats=captured)
-        stages.run("check", check, repeats=captured)
-        stages.run("refine", refine, repeats=captured)
-
-    def _light(self, sample: int, progress: Progress) -> None:
-        """Take the light set of frame `sample`."""
-        choice = lighting_choice(self._settings, self._quality, 0 if self._fixed else sample)
-        vpls, self._kept = take_lights(self._lighting, choice, self._settings, progress)
-        self._vpls = unclustered(self._view.resident, vpls) if self._fixed else vpls
+        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=repeats)
+        stages.run("visibility", lambda: self._visibility.trace(view.scene, clusters, vpls), repeats=repeats)
+        stages.run("shade", shade_all, repeats=repeats)
+        stages.run("check", check, repeats=repeats)
+        stages.run("refine", refine, repeats=repeats)
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, rays between representatives, SPs with rays of their own, and SPs that nothing serves."""
         view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
-        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         seen = [(view.gbuffer.face, int(NO_HIT))]
+        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         if not self._has_indirect:
             (empty,) = self._counter.sums([], seen)
             return counts | {"rays": 0, "refined": 0, "unassigned": 0}, view_skips(view, self._settings, empty)

@@ -216,7 +216,17 @@ def test_unchanged_lights_are_kept(room: ResidentScene, settings: dict[str, Any]
     usual, always = frames(EVERY_SKIP)[-1], frames(without("unchanged_lights"))[-1]
     assert usual.stats.skips["unchanged_lights"] == usual.stats.counts["vpls"] > 0
     assert always.stats.skips["unchanged_lights"] == 0
+    assert ("light" in usual.stats.stage_ms, "light" in always.stats.stage_ms) == (False, True)
     assert usual.radiance().tobytes() == always.radiance().tobytes()
+
+
+def test_a_set_that_a_renderer_holds_is_not_made_again(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu.lighting.KEPT_VPLS", 1)
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=3))
+    Renderer(room, (8, 8), RenderSettings(**QUALITY, seed=4))
+    stats = renderer.render(CAMERA).stats
+    assert "light" not in stats.stage_ms
+    assert stats.skips["unchanged_lights"] > 0
 
 
 def test_light_sets_of_a_still_view_are_kept_for_the_next(room: ResidentScene) -> None:
