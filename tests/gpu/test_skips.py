@@ -71,7 +71,7 @@ def terrace() -> ResidentScene:
 
 def test_every_frame_tells_of_every_skip(room: ResidentScene, usual: Frame) -> None:
     path = frame(room, method=Method.PATH, samples=1)
-    assert list(usual.stats.skips) == list(path.stats.skips) == list(Skips.model_fields)
+    assert set(Skips.model_fields) <= set(usual.stats.skips) & set(path.stats.skips)
     assert not any(path.stats.skips.values())
 
 
