@@ -21,16 +21,33 @@ def sum_kernel(first: int, values: wp.array[int], least: int, row: int, partials
     partials[row, partial] = total
 
 
+@wp.kernel
+def count_kernel(first: int, values: wp.array[int], value: int, row: int, partials: wp.array2d[int]) -> None:
+    """One thread a partial count over every PARTIALS-th value of those that are `value`."""
+    partial = first + wp.tid()
+    total = int(0)
+    index = int(partial)
+    while index < values.shape[0]:
+        total += wp.where(values[index] == value, 1, 0)
+        index += PARTIALS
+    partials[row, partial] = total
+
+
 class Counter:
-    """Sums `rows` int arrays of a device at a time; its own array is allocated once."""
+    """Sums or counts in `rows` int arrays of a device at a time; its own array is allocated once."""
 
     def __init__(self, rows: int, device: wp.Device) -> None:
         self.device = device
         self._partials = wp.zeros((rows, PARTIALS), dtype=int, device=device)
 
-    def sums(self, arrays: Sequence[tuple[wp.array, int]]) -> list[int]:
-        """For each (values, least): the sum of those non-negative values that are `least` or more. One round trip."""
+    def sums(self, arrays: Sequence[tuple[wp.array, int]], counted: Sequence[tuple[wp.array, int]] = ()) -> list[int]:
+        """For each (values, least) the sum of those non-negative values that are `least` or more. One round trip.
+
+        Then, for each (values, value) of `counted`, how many are `value`.
+        """
         for row, (values, least) in enumerate(arrays):
             launch(sum_kernel, PARTIALS, [values, least, row, self._partials], self.device)
+        for row, (values, value) in enumerate(counted, start=len(arrays)):
+            launch(count_kernel, PARTIALS, [values, value, row, self._partials], self.device)
         totals = self._partials.numpy().sum(axis=1, dtype="int64")
-        return [int(total) for total in totals[: len(arrays)]]
+        return [int(total) for total in totals[: len(arrays) + len(counted)]]

@@ -67,6 +67,13 @@ def allocate(struct: Any, count: int, device: wp.Device) -> Any:
     return instance
 
 
+def overwrite(struct: Any, target: Any, source: Any) -> None:
+    """Copy the arrays of an instance of the Warp struct type `struct` into those of another, which are as long."""
+    for name, variable in struct.vars.items():
+        if hasattr(variable.type, "dtype"):
+            wp.copy(getattr(target, name), getattr(source, name))
+
+
 def duplicate(struct: Any, instance: Any) -> Any:
     """A copy of an instance of the Warp struct type `struct` that shares its arrays."""
     result = struct()

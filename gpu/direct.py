@@ -5,6 +5,8 @@ Resampling for Global Illumination, 2005), so that its shadow ray is spent where
 the specular lobe shares the work by the balance heuristic (Veach 1997, 9.2).
 """
 
+from functools import cache
+
 import warp as wp
 
 from gpu.brdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
@@ -12,6 +14,7 @@ from gpu.device import launch
 from gpu.gbuffer import RAY_LENGTH, GBuffer
 from gpu.light_samples import LightSample, light_met, punctual_sample, sample_light
 from gpu.lights import LightTable
+from gpu.needs import EVERYTHING, Needs
 from gpu.rays import closest_hit, connected, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
 from gpu.sampling import sobol_pair, z_order
@@ -105,7 +108,7 @@ def soft_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
     """
     light = wp.vec3(0.0, 0.0, 0.0)
     if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or largest(surface.f0) > 0.0):
-        glossy = largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
+        glossy = scene.glossy and largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
         for index in range(first, first + samples):
             estimate = resampled_light(scene, table, surface, view, index, seed, glossy)
             if glossy:
@@ -120,31 +123,62 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
     return wp.max(gbuffer.diffuse[pixel] + gbuffer.f0[pixel], wp.vec3(0.01, 0.01, 0.01))
 
 
-@wp.kernel
-def direct_light_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, width: int, samples: int,
-                        seed: int, out: wp.array[wp.vec3], soft: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a pixel: what the camera sees of emitters and hard light (out), and its SP's soft light (soft).
+@cache
+def direct_light_kernel(needs: Needs) -> wp.Kernel:
+    """The kernel for scenes with these `needs`."""
 
-    Pixels take their samples from one sequence in the order of a space-filling curve, so that neighbours complement
-    each other and the noise is blue (Ahmed and Wonka, Screen-Space Blue-Noise Diffusion, 2020).
-    """
-    pixel = first + wp.tid()
-    out[pixel] = gbuffer.shown[pixel]
-    soft[pixel] = wp.vec3(0.0, 0.0, 0.0)
-    if gbuffer.face[pixel] == NO_HIT:
-        return
-    surface = Surface()
-    surface.position = gbuffer.position[pixel]
-    surface.geometric = gbuffer.geometric[pixel]
-    surface.normal = gbuffer.normal[pixel]
-    surface.diffuse = gbuffer.diffuse[pixel]
-    surface.f0 = gbuffer.f0[pixel]
-    surface.roughness = gbuffer.roughness[pixel]
-    view = gbuffer.view[pixel]
-    out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], hard_light(scene, table, surface, view))
-    number = z_order(pixel % width, pixel // width) * samples
-    light = soft_light(scene, table, surface, view, number, samples, seed)
-    soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
+    # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    def kernel(
+        first: int,
+        scene: SceneData,
+        table: LightTable,
+        gbuffer: GBuffer,
+        width: int,
+        samples: int,
+        seed: int,
+        out: wp.array[wp.vec3],
+        soft: wp.array[wp.vec3],
+    ) -> None:
+        """One thread a pixel: what the camera sees of emitters and hard light (out), and its SP's soft light (soft).
+
+        Pixels take their samples from one sequence in the order of a space-filling curve, so that neighbours complement
+        each other and the noise is blue (Ahmed and Wonka, Screen-Space Blue-Noise Diffusion, 2020).
+        """
+        pixel = first + wp.tid()
+        out[pixel] = gbuffer.shown[pixel]
+        soft[pixel] = wp.vec3(0.0, 0.0, 0.0)
+        if gbuffer.face[pixel] == NO_HIT:
+            return
+        if wp.static(not needs.alpha):
+            scene.ignore_alpha = True
+        if wp.static(not needs.textures):
+            scene.textured = False
+        if wp.static(not needs.gloss):
+            scene.glossy = False
+        if wp.static(not needs.triangles):
+            table.triangle_count = 0
+        if wp.static(not needs.sky):
+            table.sky_count = 0
+        if wp.static(not needs.lights):
+            table.light_count = 0
+            table.visited_count = 0
+        if wp.static(not needs.soft):
+            table.sampled.count = 0
+        surface = Surface()
+        surface.position = gbuffer.position[pixel]
+        surface.geometric = gbuffer.geometric[pixel]
+        surface.normal = gbuffer.normal[pixel]
+        surface.diffuse = gbuffer.diffuse[pixel]
+        surface.f0 = gbuffer.f0[pixel]
+        surface.roughness = gbuffer.roughness[pixel]
+        view = gbuffer.view[pixel]
+        out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], hard_light(scene, table, surface, view))
+        number = z_order(pixel % width, pixel // width) * samples
+        light = soft_light(scene, table, surface, view, number, samples, seed)
+        soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
+
+    return kernel
 
 
 @wp.kernel
@@ -158,15 +192,16 @@ def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: 
 
 def trace_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
                        size: tuple[int, int], samples: int, seed: int, out: wp.array,
-                       soft: wp.array) -> None:  # fmt: skip
+                       soft: wp.array, needs: Needs = EVERYTHING) -> None:  # fmt: skip
     """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
 
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
-    gpu.smooth and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights.
+    gpu.smooth and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights; needs: of
+    the scene.
     """
     width, height = size
     inputs = [scene, table, gbuffer, width, samples, seed, out, soft]
-    launch(direct_light_kernel, width * height, inputs, resident.device)
+    launch(direct_light_kernel(needs), width * height, inputs, resident.device)
 
 
 def add_soft_light(gbuffer: GBuffer, soft: wp.array, out: wp.array) -> None:

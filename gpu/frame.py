@@ -10,7 +10,15 @@ from gpu.scene.types import Bytes, Floats
 
 @dataclass(frozen=True)
 class FrameStats:
-    """Times of the stages [ms] in their order, counts of what was worked on, and what was skipped, each by name."""
+    """Times of the stages [ms] in their order, counts of what the picture is made of, and what was skipped, by name.
+
+    skips has the names of gpu.settings.Skips; each counts what was not done, so 0 where there was nothing to skip or
+    the switch is off: pixels that were not rendered again (unchanged_camera) or see nothing (empty_pixels) or
+    take their light from those around them (interpolated), VPLs that
+    were not traced again (unchanged_lights), pairs of clusters without a ray (facing_away, weak_pairs), kinds of light
+    that kernels know nothing of (absent_lights), and 1 for masks, textures or narrow specular lobes that they know
+    nothing of (absent_alpha, absent_textures, absent_gloss).
+    """
 
     stage_ms: dict[str, float] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)

@@ -12,6 +12,8 @@ from gpu.lights import (
     Shares,
     choose_emitter,
     emitter_of,
+    is_light,
+    is_triangle,
     point_on,
     share_of,
     sky_radiance,
@@ -122,12 +124,12 @@ def sample_light(scene: SceneData, table: LightTable, shares: Shares, position: 
                  place: Pair) -> LightSample:  # fmt: skip
     """A sample of the light that reaches `position` from the emitters of `shares`, visibility left to the caller."""
     choice = choose_emitter(shares, pick)
-    if choice.index >= table.triangle_count + table.sky_count:
+    if is_light(table, choice.index):
         sample = punctual_sample(table.lights[choice.index - table.triangle_count - table.sky_count], position)
         sample.irradiance = sample.irradiance / choice.probability
         return sample
     sample = LightSample()
-    if choice.index < table.triangle_count:
+    if is_triangle(table, choice.index):
         face = table.faces[choice.index]
         corners = corners_from(scene, face, position)
         solid_angle = solid_angle_from(scene, face, position, corners)

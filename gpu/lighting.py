@@ -4,10 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from weakref import proxy
 
+from gpu.device import overwrite
 from gpu.lights import LightTable, build_light_table
+from gpu.needs import needs_of
 from gpu.radiosity import RadiosityMap, radiosity_map
 from gpu.resident import ResidentScene
-from gpu.vpl import trace_vpls
+from gpu.vpl import Vpls, trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 Progress = Callable[[str, float], None]
@@ -41,17 +43,36 @@ class Lighting:
         if choice in self._sets:
             self._sets[choice] = self._sets.pop(choice)
             return self._sets[choice]
-        scene = self._resident.view(lambertian=choice.lambertian)
-        progress("tracing virtual point lights", 0.0)
-        vpls = trace_vpls(self._resident, scene, self.table, choice.vpls, choice.bounces, choice.seed)
-        progress("clustering virtual point lights", 0.5)
-        clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
-        progress("clustering virtual point lights", 1.0)
+        clusters = self._make(choice, progress)
         while self._sets and sum(kept.vpls for kept in self._sets) + choice.vpls > KEPT_VPLS:
             oldest = next(iter(self._sets))
             del self._sets[oldest]
             self._radiosity.pop(oldest, None)
         self._sets[choice] = clusters
+        return clusters
+
+    def holds(self, choice: LightingChoice) -> bool:
+        """Whether the clusters of `choice` are kept from before."""
+        return choice in self._sets
+
+    def renew(self, choice: LightingChoice, progress: Progress) -> None:
+        """Make the clusters of `choice` anew, into the arrays that are kept: whoever reads those need not know."""
+        if not self.holds(choice):
+            self.clusters(choice, progress)
+            return
+        kept, made = self._sets[choice], self._make(choice, progress)
+        if kept.count:
+            overwrite(VplClusters, kept, made)
+            overwrite(Vpls, kept.members, made.members)
+
+    def _make(self, choice: LightingChoice, progress: Progress) -> VplClusters:
+        scene = self._resident.view(lambertian=choice.lambertian)
+        needs = needs_of(self._resident.scene, lambertian=choice.lambertian)
+        progress("tracing virtual point lights", 0.0)
+        vpls = trace_vpls(self._resident, scene, self.table, choice.vpls, choice.bounces, choice.seed, needs)
+        progress("clustering virtual point lights", 0.5)
+        clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
+        progress("clustering virtual point lights", 1.0)
         return clusters
 
     def radiosity(self, choice: LightingChoice, progress: Progress) -> RadiosityMap:

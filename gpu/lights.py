@@ -53,14 +53,16 @@ class Shares:
 class LightTable:
     """Emitters: `triangle_count` emissive triangles, then the sky (`sky_count` is 0 or 1), then punctual lights.
 
-    everything: shares of all emitters; sampled: of those that direct light chooses from; the first `visited_count`
-    punctual lights it visits one by one instead. faces (triangle,) ascending; areas (triangle,); lights (light,);
-    count: of all emitters, 0 when none has power; radius: of the scene's bounding sphere about the origin.
+    light_count: of the last; everything: shares of all emitters; sampled: of those that direct light chooses from; the
+    first `visited_count` punctual lights it visits one by one instead. faces (triangle,) ascending; areas (triangle,);
+    lights (light,); count: of all emitters, 0 when none has power; radius: of the scene's bounding sphere about the
+    origin.
     """
 
     count: int
     triangle_count: int
     sky_count: int
+    light_count: int
     visited_count: int
     everything: Shares
     sampled: Shares
@@ -132,6 +134,20 @@ def share_of(shares: Shares, emitter: int) -> float:
 
 
 @wp.func
+def is_triangle(table: LightTable, emitter: int) -> bool:
+    """Whether an emitter is a triangle."""
+    return table.triangle_count > 0 and (table.sky_count + table.light_count == 0 or emitter < table.triangle_count)
+
+
+@wp.func
+def is_light(table: LightTable, emitter: int) -> bool:
+    """Whether an emitter is a punctual light."""
+    return table.light_count > 0 and (
+        table.triangle_count + table.sky_count == 0 or emitter >= table.triangle_count + table.sky_count
+    )
+
+
+@wp.func
 def emitter_of(table: LightTable, face: int) -> int:
     """The emitter that triangle `face` is, or NOT_AN_EMITTER."""
     low = int(0)
@@ -163,7 +179,7 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, place: Pair, way:
     """A light particle whose expected flux is all the scene's light; Jensen 1996, light particles by power."""
     choice = choose_emitter(table.everything, pick)
     particle = Particle()
-    if choice.index < table.triangle_count:
+    if is_triangle(table, choice.index):
         face = table.faces[choice.index]
         uv = triangle_barycentrics(place.x, place.y)
         particle.origin = point_on(scene, face, uv)
@@ -172,7 +188,7 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, place: Pair, way:
         power = PI * table.areas[choice.index] / choice.probability
         particle.flux = emission_at(scene, face, uv[0], uv[1]) * power
         return particle
-    if choice.index < table.triangle_count + table.sky_count:
+    if not is_light(table, choice.index):
         disk = on_disk(place.x, place.y) * table.radius
         particle.direction = -sky_direction(way.x, way.y)
         particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
@@ -258,6 +274,7 @@ def build_light_table(resident: ResidentScene) -> LightTable:
     table = LightTable()
     table.radius = float(np.linalg.norm(np.abs(scene.vertices).max(axis=0)))
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
+    table.light_count = len(scene.lights)
     table.faces = faces
     table.areas = wp.zeros(len(faces), dtype=float, device=device)
     powers = wp.zeros(len(faces), dtype=float, device=device)

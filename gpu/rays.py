@@ -122,6 +122,20 @@ def in_front(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3) -> bool:
 
 
 @wp.func
+def unblocked(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """Whether nothing stands between two surface points, whichever way they face."""
+    segment = segment_between(p, p_normal, q, q_normal)
+    return segment.length == 0.0 or not occluded(scene, segment.origin, segment.direction, segment.length)
+
+
+@wp.func
+def unblocked_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """As `unblocked` for a scene whose masks are ignored or that has none."""
+    segment = segment_between(p, p_normal, q, q_normal)
+    return segment.length == 0.0 or not occluded_solid(scene, segment.origin, segment.direction, segment.length)
+
+
+@wp.func
 def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
     """Whether two surface points, given with the geometric normals of their sides, see each other's sides.
 
@@ -129,8 +143,7 @@ def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_nor
     """
     if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
         return False
-    segment = segment_between(p, p_normal, q, q_normal)
-    return segment.length == 0.0 or not occluded(scene, segment.origin, segment.direction, segment.length)
+    return unblocked(scene, p, p_normal, q, q_normal)
 
 
 @wp.func
@@ -138,10 +151,14 @@ def connected_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3,
     """As `connected` for a scene whose masks are ignored or that has none."""
     if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
         return False
-    segment = segment_between(p, p_normal, q, q_normal)
-    return segment.length == 0.0 or not occluded_solid(scene, segment.origin, segment.direction, segment.length)
+    return unblocked_solid(scene, p, p_normal, q, q_normal)
 
 
 def connection(scene: SceneData) -> wp.Function:
     """The cheaper of `connected` and `connected_solid` that is right for `scene`."""
-    return connected if scene.masked_count > 0 and not scene.ignore_alpha else connected_solid
+    return connected if scene.alpha else connected_solid
+
+
+def free_path(scene: SceneData) -> wp.Function:
+    """The cheaper of `unblocked` and `unblocked_solid` that is right for `scene`."""
+    return unblocked if connection(scene) is connected else unblocked_solid

@@ -1,5 +1,7 @@
 """A renderer: one image size and one choice of settings of a resident scene, one frame after the other."""
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.accumulate import Accumulation, pixel_place
@@ -7,19 +9,29 @@ from gpu.errors import UserError
 from gpu.frame import Frame, FrameStats
 from gpu.interpolate import STRIDE
 from gpu.lighting import Progress, lighting_of
-from gpu.methods.common import RenderMethod
+from gpu.methods.common import FrameStatistics, RenderMethod
 from gpu.methods.exact_vpl import ExactVpl
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.path import PathTracing
 from gpu.quality import quality_of
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
-from gpu.settings import Clustering, Method, RenderSettings
+from gpu.settings import Clustering, Method, RenderSettings, Skips
 from gpu.stages import Stages
 from gpu.tonemap import Tonemap
 from gpu.view import View
 
 MAX_SIDE = 16_384
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """What a frame is of: the camera, and the number of the frame among those of a still view."""
+
+    to_world: bytes
+    half_height: float
+    orthographic: bool
+    sample: int
 
 
 def _silent(what: str, fraction: float) -> None:
@@ -44,11 +56,14 @@ class Renderer:
             raise UserError(f"size: each side must be 1 to {MAX_SIDE} pixels, got {size[0]}x{size[1]}")
         self._progress = progress or _silent
         self._settings = settings
-        stride = STRIDE if settings.interpolate and self._is_fuzzy() else 1
-        self._view = View(resident, size, lambertian=settings.lambertian, stride=stride)
+        stride = STRIDE if settings.skip.interpolated and self._is_fuzzy() else 1
+        self._view = View(resident, size, lambertian=settings.lambertian, skip=settings.skip, stride=stride)
         self._stages = Stages(resident.device)
         self._tonemap = Tonemap(self._view.pixels, resident.device)
         self._method = self._make_method(resident)
+        # What the last picture is of, and what it was made of: none when there is no sound one.
+        self._shown: _Sight | None = None
+        self._statistics: FrameStatistics = {}, {}
 
     def _is_fuzzy(self) -> bool:
         return self._settings.method is Method.FUZZY_VPL and self._settings.clustering is not Clustering.VPLS
@@ -67,16 +82,26 @@ class Renderer:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
         sample = accumulation.samples if accumulation else 0
         self._stages.start_frame()
-        view.look(camera, pixel_place(sample))
-        self._method.render(self._stages, sample, self._progress)
+        sight = _Sight(camera.to_world.tobytes(), camera.half_height, camera.orthographic, sample)
+        kept = self._settings.skip.unchanged_camera and sight == self._shown
+        if not kept:
+            self._shown = None
+            view.look(camera, pixel_place(sample))
+            self._method.render(self._stages, sample, self._progress)
         radiance = view.radiance
         if accumulation:
             accumulation.add(radiance)
             radiance = accumulation.mean
         self._stages.run("display", lambda: tonemap.run(radiance, exposure), repeats=accumulation is None)
         wp.synchronize_device(view.device)
-        counts, skips = self._method.statistics()
+        if not kept:
+            self._statistics = self._method.statistics()
+            self._shown = sight
+        counts, skips = self._statistics
+        if kept:
+            skips = {"unchanged_camera": view.pixels}
         nonfinite = int(tonemap.nonfinite.numpy()[0])
         counts = {"pixels": view.pixels, "frames": sample + 1, **counts, "nonfinite": nonfinite}
+        skips = dict.fromkeys(Skips.model_fields, 0) | skips
         stats = FrameStats(self._stages.milliseconds(), counts, skips)
         return Frame(view.size, radiance, tonemap.pixels, stats)

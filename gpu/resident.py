@@ -9,6 +9,7 @@ import warp as wp
 
 from gpu.device import choose_device, duplicate
 from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
+from gpu.settings import EVERY_SKIP, Skips
 
 if TYPE_CHECKING:
     from gpu.lighting import Lighting
@@ -77,7 +78,8 @@ class SceneData:
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
-    linear. lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through.
+    linear. alpha: rays must look at masks; textured, glossy: whether any texture, any narrow specular lobe may be met;
+    lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through.
     """
 
     opaque: wp.uint64
@@ -96,6 +98,9 @@ class SceneData:
     texels: wp.array[wp.uint32]
     decode: wp.array[float]
     sky: wp.vec3
+    alpha: bool
+    textured: bool
+    glossy: bool
     lambertian: bool
     ignore_alpha: bool
 
@@ -182,6 +187,7 @@ class ResidentScene:
         data.decode = self._upload(_srgb_decode(), wp.float32)
         data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
         data.opaque_count, data.masked_count = opaque_count, len(triangles) - opaque_count
+        data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
         self._meshes = [self._mesh(data.vertices, part) for part in np.split(triangles, [opaque_count]) if len(part)]
         if data.opaque_count:
             data.opaque = self._meshes[0].id
@@ -198,11 +204,12 @@ class ResidentScene:
             return wp.Mesh(vertices, indices, bvh_constructor="cubql", bvh_leaf_size=2)
         return wp.Mesh(vertices, indices, bvh_constructor="sah", bvh_leaf_size=2)
 
-    def view(self, *, lambertian: bool) -> SceneData:
+    def view(self, *, lambertian: bool, skip: Skips = EVERY_SKIP) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
 
         Then surfaces are opaque and Lambertian with their geometric normals, without alpha or normal maps.
         """
         data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
+        data.alpha = (data.masked_count > 0 and not lambertian) or not skip.absent_alpha
         return data

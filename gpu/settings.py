@@ -36,6 +36,29 @@ class Weighting(StrEnum):
     AVERAGE = "average"
 
 
+class Skips(BaseModel):
+    """Work that is not done since a scene or a frame does not need it; each can be switched off, to see what it gains.
+
+    A frame's statistics count under the same names (gpu.frame.FrameStats).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    unchanged_camera: bool = Field(True, description="no frame of the view that the last one was of, but its picture")
+    unchanged_lights: bool = Field(True, description="no new VPLs where those of the same light and choices are kept")
+    empty_pixels: bool = Field(True, description="no work on pixels that see nothing")
+    interpolated: bool = Field(True, description="no shading of pixels whose neighbours tell their indirect light")
+    facing_away: bool = Field(True, description="no ray between clusters that face away from or lie behind each other")
+    weak_pairs: bool = Field(True, description="one ray for neighbouring VPL clusters that send little light")
+    absent_lights: bool = Field(True, description="no code in direct light's kernel for kinds of light that are absent")
+    absent_alpha: bool = Field(True, description="no code for alpha masks in kernels where none lets light through")
+    absent_textures: bool = Field(True, description="no code for textures in kernels where there are none")
+    absent_gloss: bool = Field(True, description="no code for rays of specular lobes where none is narrow")
+
+
+EVERY_SKIP = Skips()
+
+
 class RenderSettings(BaseModel):
     """Method and quality of a render. A count that is None is chosen for the device (fewer on a CPU)."""
 
@@ -54,7 +77,6 @@ class RenderSettings(BaseModel):
     frames: int | None = Field(
         None, ge=1, le=4096, description="frames averaged when still, each with its own light paths and pixel positions"
     )
-    interpolate: bool = Field(True, description="shade fewer pixels where those around them tell their indirect light")
     correct: bool = Field(True, description="check what clusters believe of visibility by rays of the pixels shaded")
     near_field: bool = Field(
         True, description="give back light that VPLs lose near corners, by a ray of each pixel shaded"
@@ -65,3 +87,4 @@ class RenderSettings(BaseModel):
     exposure: float | None = Field(
         None, gt=0.0, le=1e12, description="factor from radiance to display; left empty, chosen for each picture"
     )
+    skip: Skips = Field(EVERY_SKIP, description="leaving out work that a scene or a frame does not need")

@@ -41,7 +41,7 @@ def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3) -> wp.vec3:
     """The interpolated `normal` bent by the material's normal map, if it has one."""
     material = scene.materials[scene.triangle_material[hit.face]]
     slot = material.normal_slot
-    if slot.texture == NO_TEXTURE:
+    if not scene.textured or slot.texture == NO_TEXTURE:
         return normal
     corner = scene.triangles[hit.face]
     p0 = scene.vertices[corner[0]]

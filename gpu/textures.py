@@ -76,7 +76,7 @@ def interpolated_uv(scene: SceneData, uv_set: int, face: int, u: float, v: float
 @wp.func
 def sample_slot(scene: SceneData, slot: SlotData, face: int, u: float, v: float) -> wp.vec4:
     """The texture of `slot` at a triangle's barycentrics as linear RGBA; white where the slot is empty."""
-    if slot.texture == NO_TEXTURE:
+    if not scene.textured or slot.texture == NO_TEXTURE:
         return wp.vec4(1.0, 1.0, 1.0, 1.0)
     return sample_texture(scene, slot, interpolated_uv(scene, slot.uv_set, face, u, v))
 

@@ -4,8 +4,10 @@ import warp as wp
 
 from gpu.device import allocate
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
+from gpu.needs import needs_of
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
+from gpu.settings import EVERY_SKIP, Skips
 from gpu.shade import allocate_indirect
 from gpu.shading_points import ShadingPoints
 from gpu.smooth import Smoothing
@@ -15,13 +17,23 @@ class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
     `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
-    stride: of the pixels that are shaded (gpu.interpolate).
+    `needs` is what kernels must know of the scene. stride: of the pixels that are shaded (gpu.interpolate).
     """
 
-    def __init__(self, resident: ResidentScene, size: tuple[int, int], *, lambertian: bool, stride: int = 1) -> None:
+    def __init__(
+        self,
+        resident: ResidentScene,
+        size: tuple[int, int],
+        *,
+        lambertian: bool,
+        skip: Skips = EVERY_SKIP,
+        stride: int = 1,
+    ) -> None:
         self.resident, self.size, self.device = resident, size, resident.device
         self.pixels = size[0] * size[1]
-        self.scene = resident.view(lambertian=lambertian)
+        self.scene = resident.view(lambertian=lambertian, skip=skip)
+        self._backdrop = not skip.empty_pixels
+        self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
         self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
@@ -37,7 +49,9 @@ class View:
 
     def find_shading_points(self) -> None:
         """Trace the primary rays and list the pixels that meet a surface."""
-        trace_primary_rays(self.resident, self.scene, self.camera, self.size, self.gbuffer)
+        trace_primary_rays(
+            self.resident, self.scene, self.camera, self.size, self.gbuffer, self.needs, backdrop=self._backdrop
+        )
         self.shading_points.find(self.gbuffer)
 
     def add_indirect(self) -> None:

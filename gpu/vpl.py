@@ -1,5 +1,7 @@
 """Virtual point lights: light particles traced from the emitters. Step 1 of the 2022 paper (A. Keller, 1997)."""
 
+from functools import cache
+
 import warp as wp
 from warp.utils import radix_sort_pairs
 
@@ -7,6 +9,7 @@ from gpu.device import allocate, launch
 from gpu.grouping import iota_kernel
 from gpu.kmeans import Points
 from gpu.lights import LightTable, emit
+from gpu.needs import EVERYTHING, Needs
 from gpu.order import EMPTY_KEY, order_key
 from gpu.rays import closest_hit, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
@@ -39,38 +42,46 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
     return vpls
 
 
-@wp.kernel
-def light_path_kernel(first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int,
-                      out: Vpls) -> None:  # fmt: skip
-    """One thread a light path: a VPL at each of its first `bounces` hits, at path · bounces + hit; flux 0 where none.
+@cache
+def light_path_kernel(texels: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
 
-    Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
-    """
-    path = first + wp.tid()
-    for bounce in range(bounces):
-        out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
-    pick = sobol_pair(path, 0, seed)
-    particle = emit(scene, table, pick.a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
-    flux = particle.flux / float(paths)
-    origin = offset_origin(particle.origin, particle.normal, particle.direction)
-    direction = particle.direction
-    for bounce in range(bounces):
-        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
-        if hit.face == NO_HIT:
-            return
-        surface = surface_at(scene, hit, direction)
-        flux = wp.cw_mul(flux, surface.albedo)
-        slot = path * bounces + bounce
-        out.position[slot] = surface.position
-        out.normal[slot] = surface.geometric
-        out.flux[slot] = flux
-        survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
-        if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
-            return
-        flux = flux / survival
-        way = sobol_pair(path, 3 + 2 * bounce, seed)
-        direction = cosine_direction(surface.geometric, way.x, way.y)
-        origin = offset_origin(surface.position, surface.geometric, direction)
+    @wp.kernel(module="unique")
+    def kernel(first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int, out: Vpls) -> None:
+        """One thread a light path: a VPL at each of its `bounces` first hits, at path · bounces + hit; flux 0 if none.
+
+        Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
+        """
+        path = first + wp.tid()
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        for bounce in range(bounces):
+            out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
+        pick = sobol_pair(path, 0, seed)
+        particle = emit(scene, table, pick.a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
+        flux = particle.flux / float(paths)
+        origin = offset_origin(particle.origin, particle.normal, particle.direction)
+        direction = particle.direction
+        for bounce in range(bounces):
+            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+            if hit.face == NO_HIT:
+                return
+            surface = surface_at(scene, hit, direction)
+            flux = wp.cw_mul(flux, surface.albedo)
+            slot = path * bounces + bounce
+            out.position[slot] = surface.position
+            out.normal[slot] = surface.geometric
+            out.flux[slot] = flux
+            survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
+            if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
+                return
+            flux = flux / survival
+            way = sobol_pair(path, 3 + 2 * bounce, seed)
+            direction = cosine_direction(surface.geometric, way.x, way.y)
+            origin = offset_origin(surface.position, surface.geometric, direction)
+
+    return kernel
 
 
 @wp.kernel
@@ -94,12 +105,13 @@ def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> No
 
 
 def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
-                      seed: int) -> Vpls:  # fmt: skip
+                      seed: int, needs: Needs = EVERYTHING) -> Vpls:  # fmt: skip
     """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
     device = resident.device
     slots = paths * bounces
     raw = allocate_vpls(slots, device)
-    launch(light_path_kernel, paths, [scene, table, paths, bounces, seed, raw], device)
+    inputs = [scene, table, paths, bounces, seed, raw]
+    launch(light_path_kernel(needs.texels), paths, inputs, device)
     keys = wp.zeros(2 * slots, dtype=int, device=device)
     order = wp.zeros(2 * slots, dtype=int, device=device)
     launch(order_key_kernel, slots, [raw, keys], device)
@@ -112,14 +124,14 @@ def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTab
 
 
 def trace_vpls(resident: ResidentScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
-               seed: int) -> Vpls:  # fmt: skip
+               seed: int, needs: Needs = EVERYTHING) -> Vpls:  # fmt: skip
     """About `wanted` VPLs: a pilot run tells how many a light path leaves; none when no light reaches a surface."""
     if table.count == 0:
         return allocate_vpls(0, resident.device)
-    pilot = trace_light_paths(resident, scene, table, PILOT_PATHS, bounces, seed)
+    pilot = trace_light_paths(resident, scene, table, PILOT_PATHS, bounces, seed, needs)
     per_path = max(pilot.count / PILOT_PATHS, 1.0 / MAX_PATHS_PER_VPL)
     paths = max(1, round(wanted / per_path))
-    return trace_light_paths(resident, scene, table, paths, bounces, seed)
+    return trace_light_paths(resident, scene, table, paths, bounces, seed, needs)
 
 
 @wp.kernel

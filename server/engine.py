@@ -325,9 +325,10 @@ class Engine:
     def _heartbeat(self) -> Render:
         if self._has_proof():
             assert self._proven is not None
-            return replace(self._proven, viewer=HEARTBEAT, size=(1, 1), output="none", sample=None)
+            proven = replace(self._proven, viewer=HEARTBEAT, size=(1, 1), output="none", sample=None)
+            return _rendered_anew(proven)
         scene = self.scenes[-1] if self.scenes else self._start.scene
-        return Render(HEARTBEAT, scene, SceneCamera(0), (1, 1), RenderSettings(), "none")
+        return _rendered_anew(Render(HEARTBEAT, scene, SceneCamera(0), (1, 1), RenderSettings(), "none"))
 
     def _has_proof(self) -> bool:
         return self._proven is not None and self._proven.scene in self.scenes
@@ -387,3 +388,9 @@ class Engine:
 
 def _is_heartbeat(running: _Running) -> bool:
     return running.place.client == HEARTBEAT
+
+
+def _rendered_anew(job: Render) -> Render:
+    """`job` without the skip that would show a picture kept from before, which says nothing of the device."""
+    skip = job.settings.skip.model_copy(update={"unchanged_camera": False})
+    return replace(job, settings=job.settings.model_copy(update={"skip": skip}))

@@ -1,6 +1,6 @@
 """Command-line options made from pydantic models, so that names, limits and help are written once, in the model."""
 
-from argparse import SUPPRESS, ArgumentParser, BooleanOptionalAction, Namespace
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, BooleanOptionalAction, Namespace, _ArgumentGroup
 from enum import Enum
 from types import NoneType
 from typing import Any, TypeVar, get_args
@@ -17,7 +17,8 @@ def add_options(parser: ArgumentParser, model: type[BaseModel], title: str) -> N
     """Add one option per field of `model` under the heading `title`: field `sp_clusters` becomes --sp-clusters.
 
     Texts stay as they are until the model validates them. An option that is not given is not in the namespace, so that
-    the model's own defaults (or environment, or file) count. Nested models get no options.
+    the model's own defaults (or environment, or file) count. A model of switches within `model` gets one option, which
+    takes the names of those to switch off: field `skip` becomes --no-skip. Other models within get none.
     """
     group = parser.add_argument_group(title)
     for name, field in model.model_fields.items():
@@ -26,12 +27,27 @@ def add_options(parser: ArgumentParser, model: type[BaseModel], title: str) -> N
         if kind is bool:
             details["action"] = BooleanOptionalAction
         elif isinstance(kind, type) and issubclass(kind, BaseModel):
+            if all(inner.annotation is bool for inner in kind.model_fields.values()):
+                _add_switches(group, name, field.description or "", list(kind.model_fields))
             continue
         elif isinstance(kind, type) and issubclass(kind, Enum):
             details["choices"] = [member.value for member in kind]
         else:
             details["metavar"] = {int: "N", float: "X"}.get(kind, "TEXT")
         group.add_argument(_flag(name), **details)
+
+
+def _add_switches(group: _ArgumentGroup, name: str, description: str, switches: list[str]) -> None:
+    def off(text: str) -> dict[str, bool]:
+        names = text.split(",")
+        if wrong := [name for name in names if name not in switches]:
+            raise ArgumentTypeError(f"{wrong[0]!r} is none of {', '.join(switches)}")
+        return dict.fromkeys(names, False)
+
+    words = f"without {description}: {', '.join(switches)}; comma-separated"
+    group.add_argument(
+        "--no-" + name.replace("_", "-"), dest=name, default=SUPPRESS, type=off, metavar="NAME,…", help=words
+    )
 
 
 def given_options(options: Namespace, model: type[BaseModel]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from gpu.direct import add_soft_light, trace_direct_light
-from gpu.lighting import LightingChoice, Progress
+from gpu.lighting import Lighting, LightingChoice, Progress
 from gpu.lights import LightTable
 from gpu.near_field import NearField
 from gpu.quality import Quality
@@ -17,7 +17,7 @@ from gpu.vpl_clusters import VplClusters
 # that the mean forgets the blur.
 SMOOTHED_FRAMES = 4
 
-# What a frame worked on and what it did not have to do: counts by name.
+# What a frame is made of and what it did not have to do: counts by name; see gpu.frame.FrameStats.
 FrameStatistics = tuple[dict[str, int], dict[str, int]]
 
 
@@ -45,6 +45,30 @@ def lighting_choice(settings: RenderSettings, quality: Quality, sample: int = 0)
     return LightingChoice(quality.vpls, quality.vpl_clusters, settings.bounces, seed, settings.lambertian)
 
 
+def keeps_lights(lighting: Lighting, choice: LightingChoice, settings: RenderSettings, stages: Stages,
+                 progress: Progress, *, held: bool) -> bool:  # fmt: skip
+    """Whether the light set of `choice` is kept from before; else, or where `settings` forbid that, it is made now.
+
+    held: the caller keeps it itself.
+    """
+    kept = settings.skip.unchanged_lights and (held or lighting.holds(choice))
+    if not kept:
+        stages.run("light", lambda: lighting.renew(choice, progress), repeats=False)
+    return kept
+
+
+def view_skips(view: View, settings: RenderSettings, empty: int) -> dict[str, int]:
+    """What primary rays and direct light did not have to do; empty: pixels that see nothing."""
+    needs, direct = view.needs, settings.component is not Component.INDIRECT
+    return {
+        "empty_pixels": empty,
+        "absent_alpha": int(not needs.alpha),
+        "absent_textures": int(not needs.textures),
+        "absent_gloss": int(direct and not needs.gloss),
+        "absent_lights": needs.absent_lights if direct else 0,
+    }
+
+
 def is_smoothed(settings: RenderSettings, sample: int) -> bool:
     """Whether frame `sample` of a still view shares light between neighbouring pixels."""
     return settings.smooth and sample < SMOOTHED_FRAMES
@@ -61,12 +85,12 @@ def render_direct(
     gbuffer, samples, seed = view.gbuffer, quality.samples, frame_seed(settings.seed, sample)
 
     def direct() -> None:
-        trace_direct_light(
-            view.resident, view.scene, table, gbuffer, view.size, samples, seed, view.radiance, view.soft
-        )
-        if is_smoothed(settings, sample):
-            view.smoothing.run(gbuffer, view.soft)
-        add_soft_light(gbuffer, view.soft, view.radiance)
+        out = (view.radiance, view.soft)
+        trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, samples, seed, *out, view.needs)
+        if view.needs.soft:
+            if is_smoothed(settings, sample):
+                view.smoothing.run(gbuffer, view.soft)
+            add_soft_light(gbuffer, view.soft, view.radiance)
 
     stages.run("direct", direct, repeats=sample == 0)
 

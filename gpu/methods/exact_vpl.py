@@ -5,9 +5,17 @@ With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it
 
 from gpu.counting import Counter
 from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, add_indirect, lighting_choice, render_direct
+from gpu.methods.common import (
+    FrameStatistics,
+    add_indirect,
+    keeps_lights,
+    lighting_choice,
+    render_direct,
+    view_skips,
+)
 from gpu.near_field import NearField
 from gpu.quality import Quality
+from gpu.resident import NO_HIT
 from gpu.settings import Component, Method, RenderSettings
 from gpu.shade import gather
 from gpu.stages import Stages
@@ -28,7 +36,7 @@ class ExactVpl:
         self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
         self._first = self._vpls = self._light(0, progress)
         self._near_field = NearField(view.pixels, view.device)
-        self._counter = Counter(1, view.device)
+        self._counter = Counter(2, view.device)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
         vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
@@ -36,6 +44,8 @@ class ExactVpl:
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
+        choice = lighting_choice(self._settings, self._quality, sample)
+        self._kept = keeps_lights(self._lighting, choice, self._settings, stages, progress, held=sample == 0)
         self._vpls = self._light(sample, progress) if sample else self._first
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
@@ -55,8 +65,9 @@ class ExactVpl:
             progress("gathering virtual point lights", end / self._vpls.count)
 
     def statistics(self) -> FrameStatistics:
-        """VPLs and VPL clusters that were gathered, and rays that found near-field light; a reference skips nothing."""
+        """VPLs and VPL clusters that were gathered, each of them, and rays that found near-field light."""
         vpls = self._vpls.members.count if self._vpls.count else 0
-        (near,) = self._counter.sums([(self._near_field.found, 0)])
+        near, empty = self._counter.sums([(self._near_field.found, 0)], [(self._view.gbuffer.face, int(NO_HIT))])
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels}
-        return counts | {"near": near, "unassigned": 0}, {}
+        skips = view_skips(self._view, self._settings, empty)
+        return counts | {"near": near, "unassigned": 0}, skips | {"unchanged_lights": vpls if self._kept else 0}

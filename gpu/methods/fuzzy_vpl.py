@@ -9,12 +9,15 @@ from gpu.methods.common import (
     add_indirect,
     frame_seed,
     is_smoothed,
+    keeps_lights,
     lighting_choice,
     render_direct,
+    view_skips,
 )
 from gpu.near_field import NearField
 from gpu.quality import Quality
 from gpu.refine import Refinement
+from gpu.resident import NO_HIT
 from gpu.settings import Clustering, Component, RenderSettings
 from gpu.shade import shade
 from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering
@@ -41,17 +44,18 @@ class FuzzyVpl:
         # Captured graphs read the arrays of this set, so it must live as long as they do.
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
+        self._kept = True
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._clustering = SpClustering(
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
         most = self._vpls.count if self._fixed else quality.vpl_clusters
-        self._visibility = Visibility(self._clustering.count, most, view.device)
+        self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
         self._correction = Correction(view.pixels, view.device)
         self._worst = WorstPoints(view.pixels, int(quality.sp_clusters * REFINED_SHARE), LEAST_DISPUTE, view.device)
         self._refinement = Refinement(len(self._worst.pixels), view.device)
         self._near_field = NearField(view.pixels, view.device)
-        self._counter = Counter(5, view.device)
+        self._counter = Counter(7, view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
@@ -60,8 +64,10 @@ class FuzzyVpl:
         if not self._has_indirect:
             return
         choice = lighting_choice(settings, self._quality, 0 if self._fixed else sample)
+        first = self._fixed or repeats
+        self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
         self._vpls = self._first
-        if not (self._fixed or repeats):
+        if not first:
             self._vpls = self._lighting.clusters(choice, progress)
         vpls, visibility = self._vpls, self._visibility
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
@@ -97,25 +103,32 @@ class FuzzyVpl:
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, SPs, rays between representatives and to near surfaces, and SPs that nothing serves."""
-        vpls = self._vpls.members.count if self._vpls.count else 0
+        view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
+        seen = [(view.gbuffer.face, int(NO_HIT))]
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         if not self._has_indirect:
-            return counts | {"shaded": 0, "rays": 0, "near": 0, "unassigned": 0}, {}
+            (empty,) = self._counter.sums([], seen)
+            counts |= {"shaded": 0, "rays": 0, "near": 0, "unassigned": 0}
+            return counts, view_skips(view, self._settings, empty)
         visibility = self._visibility
-        shaded, rays, shared, near, needs = self._counter.sums(
+        shaded, rays, shared, used, near, needs, empty = self._counter.sums(
             [
-                (self._view.shading_points.count, 0),
+                (view.shading_points.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
+                (self._clustering.clusters.used, 0),
                 (self._near_field.found, 0),
                 (self._clustering.need, UNASSIGNED_NEED),
-            ]
+            ],
+            seen,
         )
-        pairs = counts["vpl_clusters"] * counts["sp_clusters"]
+        pairs = counts["vpl_clusters"] * used
         unassigned = needs // UNASSIGNED_NEED
         skips = {
-            "pixels that are not shaded": self._view.pixels - shaded,
-            "pairs facing away": pairs - rays - shared,
-            "weak pairs": shared,
+            **view_skips(view, self._settings, empty),
+            "interpolated": view.pixels - shaded - empty,
+            "unchanged_lights": vpls if self._kept else 0,
+            "facing_away": pairs - rays - shared,
+            "weak_pairs": shared,
         }
         return counts | {"shaded": shaded, "rays": rays, "near": near, "unassigned": unassigned}, skips

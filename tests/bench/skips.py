@@ -13,10 +13,12 @@ from gpu.renderer import Renderer
 from gpu.settings import Component, RenderSettings
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
-from tests.bench.timing import Measured, measure_frames
+from tests.bench.timing import STEP_DEGREES, Measured, measure_frames
 
 # Yes-or-nos that say what is rendered, not how.
 NOT_SWITCHES = ("lambertian",)
+# What gains nothing while the camera turns.
+FOR_STILL_VIEWS = ("skip.unchanged_camera",)
 
 
 def switches(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
@@ -42,21 +44,23 @@ def flipped(settings: RenderSettings, switch: str) -> RenderSettings:
 def run(suite: Suite) -> None:
     """The part of the command line."""
     settings = suite.settings(component=Component.FULL)
-    usual: dict[str, Measured] = {}
+    usual: dict[tuple[str, float], Measured] = {}
 
-    def measured(name: str, choice: RenderSettings) -> Measured:
+    def measured(name: str, choice: RenderSettings, step: float) -> Measured:
         subject = suite.subject(name)
-        return measure_frames(Renderer(subject.resident, subject.size, choice), subject.camera, suite.frames)
+        renderer = Renderer(subject.resident, subject.size, choice)
+        return measure_frames(renderer, subject.camera, suite.frames, step=step)
 
-    def usual_of(name: str) -> Measured:
-        if name not in usual:
-            usual[name] = measured(name, settings)
-        return usual[name]
+    def usual_of(name: str, step: float) -> Measured:
+        if (name, step) not in usual:
+            usual[name, step] = measured(name, settings, step)
+        return usual[name, step]
 
     def measure_row(name: str, switch: str) -> Row:
         subject = suite.subject(name)
         reference = subject.reference(Component.FULL).image
-        here, other = usual_of(name), measured(name, flipped(settings, switch))
+        step = 0.0 if switch in FOR_STILL_VIEWS else STEP_DEGREES
+        here, other = usual_of(name, step), measured(name, flipped(settings, switch), step)
         return {
             "scene": name,
             "size": list(subject.size),

@@ -2,7 +2,7 @@ import pytest
 from pydantic import BaseModel
 
 from gpu.settings import RenderSettings
-from tests.bench.skips import flipped, switches
+from tests.bench.skips import FOR_STILL_VIEWS, flipped, switches
 
 
 class Inner(BaseModel):
@@ -19,6 +19,10 @@ class Outer(BaseModel):
 
 def test_switches_are_the_yes_or_nos_also_of_models_within() -> None:
     assert list(switches(Outer)) == ["smooth", "skip.facing"]
+
+
+def test_switches_of_still_views_are_switches() -> None:
+    assert set(FOR_STILL_VIEWS) <= set(switches(RenderSettings))
 
 
 @pytest.mark.parametrize("switch", list(switches(RenderSettings)))

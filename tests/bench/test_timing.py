@@ -32,6 +32,13 @@ def test_the_measured_frame_is_the_cameras_own(resident: ResidentScene) -> None:
     assert set(measured.stages) == set(alone.stats.stage_ms)
 
 
+def test_frames_of_one_view_keep_its_picture(resident: ResidentScene) -> None:
+    camera = resident.scene.cameras[0]
+    measured = measure_frames(Renderer(resident, (16, 12), SETTINGS), camera, frames=4, warm_up=2, step=0.0)
+    assert measured.stats.skips["unchanged_camera"] == 16 * 12
+    assert set(measured.stages) == {"display"}
+
+
 def test_light_is_made_anew_each_time(resident: ResidentScene) -> None:
     before = resident.lighting
     times = light_times(resident, SETTINGS, 2)

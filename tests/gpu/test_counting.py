@@ -14,3 +14,9 @@ def test_sums_only_values_of_at_least_the_threshold() -> None:
         values[values >= 100].sum(),
         0,
     ]
+
+
+def test_counts_values_beside_sums() -> None:
+    values = column(np.tile([-1, 0, 5], PARTIALS), wp.int32)
+    counter = Counter(3, wp.get_device("cpu"))
+    assert counter.sums([(values, 1)], [(values, -1), (values, 5)]) == [5 * PARTIALS, PARTIALS, PARTIALS]

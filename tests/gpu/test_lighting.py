@@ -38,6 +38,21 @@ def test_a_light_set_is_made_once_and_its_making_is_told(resident: ResidentScene
     assert told == []
 
 
+def test_a_set_is_renewed_in_its_own_arrays(resident: ResidentScene) -> None:
+    lighting = Lighting(resident)
+    assert not lighting.holds(CHOICE)
+    lighting.renew(CHOICE, silent)
+    assert lighting.holds(CHOICE)
+    made = lighting.clusters(CHOICE, silent)
+    positions, fluxes = made.position.numpy(), made.members.flux.numpy()
+    made.position.zero_()
+    made.members.flux.zero_()
+    lighting.renew(CHOICE, silent)
+    assert lighting.clusters(CHOICE, silent) is made
+    assert made.position.numpy().tobytes() == positions.tobytes()
+    assert made.members.flux.numpy().tobytes() == fluxes.tobytes()
+
+
 @pytest.mark.parametrize("change", [{"vpls": 500}, {"vpl_clusters": 20}, {"bounces": 3}, {"seed": 1}])
 def test_another_choice_is_another_set(resident: ResidentScene, change: dict[str, int]) -> None:
     lighting = Lighting(resident)

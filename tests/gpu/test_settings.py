@@ -1,7 +1,7 @@
 import pytest
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
-from gpu.settings import Method, RenderSettings
+from gpu.settings import EVERY_SKIP, Method, RenderSettings, Skips
 
 
 def test_defaults_leave_counts_to_the_device() -> None:
@@ -48,5 +48,15 @@ def test_settings_tell_settings_apart() -> None:
     assert len({RenderSettings(), RenderSettings(seed=0), RenderSettings(seed=1)}) == 2
 
 
-def test_every_field_says_what_it_is() -> None:
-    assert all(field.description for field in RenderSettings.model_fields.values())
+@pytest.mark.parametrize("model", [RenderSettings, Skips])
+def test_every_field_says_what_it_is(model: type[BaseModel]) -> None:
+    assert all(field.description for field in model.model_fields.values())
+
+
+def test_skips_are_all_on_and_each_can_be_off() -> None:
+    assert all(EVERY_SKIP.model_dump().values())
+    settings = RenderSettings.model_validate({"skip": {"weak_pairs": False}})
+    assert settings.skip == Skips(weak_pairs=False)
+    assert len({settings, RenderSettings()}) == 2
+    with pytest.raises(ValidationError, match="strong_pairs"):
+        RenderSettings.model_validate({"skip": {"strong_pairs": False}})

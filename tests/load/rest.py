@@ -27,9 +27,9 @@ class Stills:
 
     @property
     def body(self) -> dict[str, Any]:
-        """Of the request."""
+        """Of the request, for a picture that is rendered each time: all are of one view."""
         scene = {} if self.scene is None else {"scene": self.scene}
-        return {"size": self.size, "settings": dict(self.settings)} | scene
+        return {"size": self.size, "settings": {"skip": {"unchanged_camera": False}, **self.settings}} | scene
 
 
 @dataclass

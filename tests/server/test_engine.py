@@ -364,6 +364,17 @@ def test_heartbeats_leave_a_healthy_worker_alone(monkeypatch: pytest.MonkeyPatch
     check(scenario)
 
 
+def test_heartbeats_render_anew_and_show_nothing_kept() -> None:
+    async def scenario(engine: Engine) -> None:
+        await until(lambda: engine.ready)
+        assert not engine._heartbeat().settings.skip.unchanged_camera
+        await result(engine, job(seed=1))
+        beat = engine._heartbeat().settings
+        assert (beat.seed, beat.skip.unchanged_camera) == (1, False)
+
+    check(scenario)
+
+
 def test_pauses_grow_only_while_no_worker_becomes_ready(monkeypatch: pytest.MonkeyPatch) -> None:
     pauses: list[float] = []
     sleep = asyncio.sleep

@@ -1,4 +1,4 @@
-from argparse import ArgumentParser
+from argparse import ArgumentError, ArgumentParser
 from enum import StrEnum
 
 import pytest
@@ -18,12 +18,18 @@ class Inner(BaseModel):
     depth: int = 1
 
 
+class Switches(BaseModel):
+    one: bool = True
+    other: bool = True
+
+
 class Example(BaseModel):
     light_count: int = Field(4, ge=1, le=8, description="how many")
     share: float | None = Field(None, gt=0.0, description="100 % or less")
     colour: Colour = Field(Colour.RED, description="which")
     loud: bool = False
     inner: Inner = Inner()
+    leave_out: Switches = Field(Switches(), description="what is left out")
 
 
 def parser(model: type[BaseModel]) -> ArgumentParser:
@@ -51,6 +57,16 @@ def test_help_says_limits_choices_and_defaults() -> None:
     assert "--inner" not in text
 
 
+def test_switches_are_named_to_be_off() -> None:
+    options = parser(Example).parse_args(["--no-leave-out", "other"])
+    assert model_from(options, Example).leave_out == Switches(other=False)
+    options = parser(Example).parse_args(["--no-leave-out", "one,other"])
+    assert model_from(options, Example).leave_out == Switches(one=False, other=False)
+    assert "without what is left out: one, other; comma-separated" in " ".join(parser(Example).format_help().split())
+    with pytest.raises(ArgumentError, match="'none' is none of one, other"):
+        parser(Example).parse_args(["--no-leave-out", "one,none"])
+
+
 @pytest.mark.parametrize("words", [["--light-count", "9"], ["--light-count", "many"], ["--share", "0"]])
 def test_a_wrong_value_is_named(words: list[str]) -> None:
     with pytest.raises(UserError, match=f"^{words[0]}: .*{words[1]}"):
@@ -59,4 +75,5 @@ def test_a_wrong_value_is_named(words: list[str]) -> None:
 
 def test_every_render_setting_is_an_option() -> None:
     text = parser(RenderSettings).format_help()
-    assert all("--" + name.replace("_", "-") in text for name in RenderSettings.model_fields)
+    names = [name.replace("_", "-") for name in RenderSettings.model_fields]
+    assert all(f"--{name}" in text or f"--no-{name}" in text for name in names)

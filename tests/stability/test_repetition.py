@@ -8,7 +8,7 @@ from gpu.camera import look_at
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
-from gpu.settings import Method, RenderSettings
+from gpu.settings import Method, RenderSettings, Skips
 
 TIMES = 20
 SIZE = (40, 30)
@@ -33,7 +33,8 @@ def scene() -> Scene:
 
 @pytest.mark.parametrize("method", list(Method))
 def test_the_same_seed_gives_the_same_bits(device: str, scene: Scene, method: Method) -> None:
-    settings = RenderSettings(method=method, samples=2, sp_clusters=150, vpls=1000, vpl_clusters=80, seed=5)
+    counts = {"samples": 2, "sp_clusters": 150, "vpls": 1000, "vpl_clusters": 80}
+    settings = RenderSettings(method=method, **counts, seed=5, skip=Skips(unchanged_camera=False))
     pictures = set()
     for _ in range(TIMES):
         renderer = Renderer(ResidentScene(scene, device), SIZE, settings)
