@@ -14,6 +14,7 @@ from functools import cache
 import warp as wp
 
 from gpu.device import launch
+from gpu.grouping import running_total
 from gpu.rays import connection, free_path
 from gpu.resident import SceneData
 from gpu.settings import EVERY_SKIP, Skips
@@ -22,14 +23,16 @@ from gpu.transfer import brightness, disk_irradiance
 from gpu.vpl_clusters import VplClusters
 
 WORD_BITS = 32
-# VPL clusters are taken in runs, so that the unpacked answers stay within the cache's reach and bounded memory.
-MAX_UNPACKED_BYTES = 64 << 20
-# An answer's byte: whether a ray was traced, whether it arrived, or else whose answer of its group counts.
-TRACED = wp.constant(1)
-SEEN = wp.constant(2)
-SHARED = wp.constant(4)
-LEADER_SHIFT = wp.constant(4)
 GROUP = wp.constant(8)
+GROUPS_A_WORD = WORD_BITS // int(GROUP)
+# VPL clusters are taken in runs, so that what is planned for their pairs stays within bounded memory.
+MAX_PAIRS = 1 << 25
+# A group's plan: a bit for each pair with a ray, then one for each that takes the leader's answer, then the leader.
+ALL = wp.constant(255)
+SHARED_SHIFT = wp.constant(8)
+LEADER_SHIFT = wp.constant(16)
+# Threads that trace: each takes every so-manieth ray, since only the device knows how many there are.
+TRACING_THREADS = 1 << 20
 # Of all light that a representative gets if nothing hides any: a VPL cluster that sends less is weak.
 WEAK_SHARE = wp.constant(1.0 / 512.0)
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
@@ -78,11 +81,71 @@ def weak_kernel(first: int, parts: wp.array[float], sp_count: int, weak: wp.arra
 
 
 @cache
-def visibility_kernel(see: wp.Function, facing_away: bool, weak_pairs: bool) -> wp.Kernel:
-    """The kernel that traces with `see` of gpu.rays; facing_away, weak_pairs: whether these have no rays of their own.
+def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
+    """The kernel that plans the rays; facing_away, weak_pairs: whether such pairs have no rays of their own."""
 
-    see: one of connected and connected_solid with `facing_away`, else of unblocked and unblocked_solid.
-    """
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        sps: SpClusters,
+        sp_count: int,
+        vpls: VplClusters,
+        first_vpl: int,
+        weak: wp.array[float],
+        plans: wp.array[int],
+        numbers: wp.array[int],
+    ) -> None:
+        """One thread a group of VPL clusters at one SP cluster, neighbouring threads on neighbouring SP clusters.
+
+        plans, numbers: (group, place in the SP clusters' order), flattened: what pairs get rays, and how many do.
+        """
+        index = first + wp.tid()
+        sp = sps.order[index % sp_count]
+        begin = first_vpl + GROUP * (index // sp_count)
+        traced = int(0)
+        shared = int(0)
+        leader = int(0)
+        brightest = float(NO_LIGHT)
+        number = int(0)
+        if sps.used[sp] == 1:
+            p = sps.position[sp]
+            p_normal = sps.geometric[sp]
+            for place in range(wp.min(int(GROUP), vpls.count - begin)):
+                light = pair_light(p, p_normal, vpls, begin + place)
+                if wp.static(weak_pairs) and light >= 0.0 and light < weak[sp]:
+                    shared = shared | (1 << place)
+                    if light > brightest:
+                        brightest = light
+                        leader = place
+                elif light >= 0.0 or not wp.static(facing_away):
+                    traced = traced | (1 << place)
+                    number += 1
+        if shared != 0:
+            traced = traced | (1 << leader)
+            shared = shared & ~(1 << leader)
+            number += 1
+        plans[index] = traced | (shared << SHARED_SHIFT) | (leader << LEADER_SHIFT)
+        numbers[index] = number
+
+    return kernel
+
+
+@wp.kernel
+def list_kernel(first: int, plans: wp.array[int], totals: wp.array[int], pairs: wp.array[int]) -> None:
+    """One thread a group at an SP cluster: lists its rays, as GROUP · index + place, where those before it end."""
+    index = first + wp.tid()
+    ray = int(0)
+    if index > 0:
+        ray = totals[index - 1]
+    for place in range(GROUP):
+        if ((plans[index] >> place) & 1) == 1:
+            pairs[ray] = GROUP * index + place
+            ray += 1
+
+
+@cache
+def trace_kernel(see: wp.Function) -> wp.Kernel:
+    """The kernel that traces with `see`, one of gpu.rays.connected, unblocked and those of solid scenes."""
 
     @wp.kernel(module="unique")
     def kernel(
@@ -92,47 +155,30 @@ def visibility_kernel(see: wp.Function, facing_away: bool, weak_pairs: bool) -> 
         sp_count: int,
         vpls: VplClusters,
         first_vpl: int,
-        weak: wp.array[float],
-        answers: wp.array[wp.uint8],
+        totals: wp.array[int],
+        groups: int,
+        threads: int,
+        pairs: wp.array[int],
     ) -> None:
-        """One thread a pair, neighbouring threads on neighbouring SP clusters: whether they see each other.
-
-        answers: (vpl cluster − first_vpl, place in the SP clusters' order), flattened: a byte of the flags above.
-        """
-        pair = first + wp.tid()
-        sp = sps.order[pair % sp_count]
-        vpl = first_vpl + pair // sp_count
-        answers[pair] = wp.uint8(0)
-        if vpl >= vpls.count or sps.used[sp] == 0:
-            return
-        p = sps.position[sp]
-        p_normal = sps.geometric[sp]
-        light = pair_light(p, p_normal, vpls, vpl)
-        if wp.static(facing_away) and light < 0.0:
-            return
-        if wp.static(weak_pairs) and light >= 0.0 and light < weak[sp]:
-            leader = int(vpl)
-            begin = vpl - vpl % GROUP
-            brightest = float(NO_LIGHT)
-            for other in range(begin, wp.min(begin + GROUP, vpls.count)):
-                other_light = pair_light(p, p_normal, vpls, other)
-                if other_light < weak[sp] and other_light > brightest:
-                    brightest = other_light
-                    leader = other
-            if leader != vpl:
-                answers[pair] = wp.uint8(SHARED | ((leader - begin) << LEADER_SHIFT))
-                return
-        answer = TRACED
-        if see(scene, p, p_normal, vpls.position[vpl], vpls.normal[vpl]):
-            answer = TRACED | SEEN
-        answers[pair] = wp.uint8(answer)
+        """One thread every threads-th ray of the list: its pair becomes 1 if it arrives, else 0."""
+        ray = first + wp.tid()
+        while ray < totals[groups - 1]:
+            index = pairs[ray] // GROUP
+            sp = sps.order[index % sp_count]
+            vpl = first_vpl + GROUP * (index // sp_count) + pairs[ray] % GROUP
+            seen = int(0)
+            if see(scene, sps.position[sp], sps.geometric[sp], vpls.position[vpl], vpls.normal[vpl]):
+                seen = 1
+            pairs[ray] = seen
+            ray += threads
 
     return kernel
 
 
 @wp.kernel
-def pack_kernel(first: int, answers: wp.array[wp.uint8], sp_count: int, first_word: int, order: wp.array[int],
-                words: wp.array2d[wp.uint32], rays: wp.array[int], shared: wp.array[int]) -> None:  # fmt: skip
+def pack_kernel(first: int, plans: wp.array[int], totals: wp.array[int], answers: wp.array[int], sp_count: int,
+                first_word: int, order: wp.array[int], words: wp.array2d[wp.uint32], rays: wp.array[int],
+                shared: wp.array[int]) -> None:  # fmt: skip
     """One thread a word: packs 32 VPL clusters' answers for one SP cluster, and counts them.
 
     words: (sp cluster, word); rays, shared: how many were traced and how many took another's, flattened word by word.
@@ -143,14 +189,22 @@ def pack_kernel(first: int, answers: wp.array[wp.uint8], sp_count: int, first_wo
     bits = wp.uint32(0)
     traced = int(0)
     borrowed = int(0)
-    for bit in range(32):
-        answer = int(answers[(word * 32 + bit) * sp_count + place])
-        if (answer & SHARED) != 0:
-            borrowed += 1
-            leader = bit - bit % GROUP + (answer >> LEADER_SHIFT)
-            answer = int(answers[(word * 32 + leader) * sp_count + place]) & SEEN
-        traced += answer & TRACED
-        bits |= wp.uint32((answer & SEEN) // SEEN) << wp.uint32(bit)
+    for group in range(GROUPS_A_WORD):
+        at = (word * GROUPS_A_WORD + group) * sp_count + place
+        plan = plans[at]
+        ray = int(0)
+        if at > 0:
+            ray = totals[at - 1]
+        seen = int(0)
+        for pair in range(GROUP):
+            if ((plan >> pair) & 1) == 1:
+                seen = seen | (answers[ray] << pair)
+                ray += 1
+                traced += 1
+            borrowed += (plan >> (pair + SHARED_SHIFT)) & 1
+        if ((seen >> (plan >> LEADER_SHIFT)) & 1) == 1:
+            seen = seen | ((plan >> SHARED_SHIFT) & ALL)
+        bits |= wp.uint32(seen) << wp.uint32(GROUP * group)
     words[order[place], first_word + word] = bits
     rays[first_word * sp_count + index] = traced
     shared[first_word * sp_count + index] = borrowed
@@ -166,8 +220,12 @@ class Visibility:
         self.device, self._skip = device, skip
         self._sp_count = sp_count
         self._word_count = max(1, -(-vpl_count // WORD_BITS))
-        self._run = min(self._word_count, max(1, MAX_UNPACKED_BYTES // (WORD_BITS * sp_count)))
-        self._answers = wp.zeros(self._run * WORD_BITS * sp_count, dtype=wp.uint8, device=device)
+        self._run = min(self._word_count, max(1, MAX_PAIRS // (WORD_BITS * sp_count)))
+        groups = self._run * GROUPS_A_WORD * sp_count
+        self._plans = wp.zeros(groups, dtype=int, device=device)
+        self._numbers = wp.zeros(groups, dtype=int, device=device)
+        self._totals = wp.zeros(groups, dtype=int, device=device)
+        self._pairs = wp.zeros(groups * int(GROUP), dtype=int, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
         self.rays = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
@@ -177,14 +235,20 @@ class Visibility:
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find which representatives see each other."""
         count, device, skip = self._sp_count, self.device, self._skip
+        plans, totals, pairs = self._plans, self._totals, self._pairs
         if skip.weak_pairs:
             launch(part_kernel, len(self._parts), [sps, count, vpls, self._parts], device)
             launch(weak_kernel, count, [self._parts, count, self._weak], device)
-        see = connection(scene) if skip.facing_away else free_path(scene)
-        kernel = visibility_kernel(see, skip.facing_away, skip.weak_pairs)
+        plan = plan_kernel(skip.facing_away, skip.weak_pairs)
+        trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
         for first_word in range(0, self._word_count, self._run):
             words = min(self._run, self._word_count - first_word)
-            inputs = [scene, sps, count, vpls, first_word * WORD_BITS, self._weak, self._answers]
-            launch(kernel, words * WORD_BITS * count, inputs, device)
-            inputs = [self._answers, count, first_word, sps.order, self.words, self.rays, self.shared]
+            groups, first_vpl = words * GROUPS_A_WORD * count, first_word * WORD_BITS
+            launch(plan, groups, [sps, count, vpls, first_vpl, self._weak, plans, self._numbers], device)
+            running_total(self._numbers, totals)
+            launch(list_kernel, groups, [plans, totals, pairs], device)
+            threads = min(TRACING_THREADS, groups * int(GROUP))
+            inputs = [scene, sps, count, vpls, first_vpl, totals, groups, threads, pairs]
+            launch(trace, threads, inputs, device)
+            inputs = [plans, totals, pairs, count, first_word, sps.order, self.words, self.rays, self.shared]
             launch(pack_kernel, words * count, inputs, device)
