@@ -15,7 +15,7 @@ from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.shade import CHECKS, Indirect, doubt
+from gpu.shade import CHECKS, HIDDEN_CHECK, Indirect, doubt
 from gpu.shading_points import ShadingPoints
 from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_unfolded
 from gpu.vpl_clusters import VplClusters
@@ -120,7 +120,10 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         seen = float(0.0)
         if connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
             seen = 1.0
-        checks.share[index] = checks.share[index] * (seen - believed) / doubt(believed)
+        wrong = seen - believed
+        if index // sps.shape[0] != HIDDEN_CHECK:
+            wrong = wrong / doubt(believed)
+        checks.share[index] = checks.share[index] * wrong
 
     return kernel
 
@@ -137,9 +140,12 @@ def correction_kernel(first: int, sps: wp.array[int], count: wp.array[int], vpls
         index = check * sps.shape[0] + sp
         vpl = checks.vpl[index]
         if vpl >= 0:
+            whole = indirect.doubted[sp] / float(CHECKS - 1)
+            if check == HIDDEN_CHECK:
+                whole = indirect.hidden[sp]
             flux = vpls.members.flux[vpl]
-            total += flux * (checks.share[index] / brightness(flux))
-    correction[sps[sp]] = total * (indirect.doubted[sp] / float(CHECKS))
+            total += flux * (checks.share[index] * whole / brightness(flux))
+    correction[sps[sp]] = total
 
 
 class Correction:

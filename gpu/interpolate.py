@@ -14,6 +14,8 @@ from gpu.resident import NO_HIT
 STRIDE = 2
 # A pixel whose anchors have less of a share in it than this, of 1 for those of one plane, is shaded itself.
 LEAST_SHARE = wp.constant(0.97)
+# How far off its plane a pixel still shows a surface, in its spacings a step: a lamp lies deeper than its frame.
+PLANE_TOLERANCE = wp.constant(0.1)
 
 
 @wp.struct
@@ -38,7 +40,7 @@ def corner_of(gbuffer: GBuffer, pixel: int, number: int, width: int, height: int
     down = 1.0 - wp.abs(float(y - row)) / float(stride)
     corner.pixel = row * width + column
     if across * down > 0.0:
-        corner.share = across * down * kinship(gbuffer, pixel, corner.pixel, stride)
+        corner.share = across * down * kinship(gbuffer, pixel, corner.pixel, stride, PLANE_TOLERANCE)
     return corner
 
 

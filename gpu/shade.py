@@ -19,12 +19,12 @@ from gpu.vpl_clusters import VplClusters, out_of_reach
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
 CHECKS = 4
+# The last of them goes to light that none of the SP's clusters sees, the others to what some of them see.
+HIDDEN_CHECK = wp.constant(CHECKS - 1)
 Floats = wp.types.vector(length=CHECKS, dtype=float)
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 # How wrong clusters may be that all agree.
 LEAST_DOUBT = wp.constant(0.25)
-# Of words that none of an SP's clusters sees, one in so many is looked at, and counts as many times.
-HIDDEN_WORDS = wp.constant(wp.uint32(1))
 SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
 
 
@@ -34,7 +34,8 @@ class Indirect:
 
     irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
     gpu.sums.Sum; target (CHECKS, sp): VPL clusters, each drawn in proportion to its light that is in doubt, −1 for
-    none; believed (CHECKS, sp): the share of the SP's clusters that see it; doubted (sp,): all light in doubt.
+    none; believed (CHECKS, sp): the share of the SP's clusters that see it; doubted, hidden (sp,): all light in doubt
+    that some of them see, and all light that none sees.
     """
 
     irradiance: wp.array[wp.vec3]
@@ -42,6 +43,7 @@ class Indirect:
     target: wp.array2d[int]
     believed: wp.array2d[float]
     doubted: wp.array[float]
+    hidden: wp.array[float]
 
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
@@ -52,6 +54,7 @@ def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     indirect.target = wp.zeros((CHECKS, pixels), dtype=int, device=device)
     indirect.believed = wp.zeros((CHECKS, pixels), dtype=float, device=device)
     indirect.doubted = wp.zeros(pixels, dtype=float, device=device)
+    indirect.hidden = wp.zeros(pixels, dtype=float, device=device)
     return indirect
 
 
@@ -89,8 +92,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         weights = floats_type()
         for f in range(wp.static(fuzziness)):
             weights[f] = clusters.weight[f, sp]
-        key = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
-        state = wp.uint32(key)
+        state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
         irradiance = Sum()
         # A check's target stays while the sum grows with the probability that the old sum has in the new one, so the sum
         # at which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
@@ -99,6 +101,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         following = Floats()
         next_change = float(0.0)
         doubted = float(0.0)
+        hidden = float(0.0)
         for check in range(wp.static(CHECKS)):
             target[check] = -1
             following[check] = 0.0
@@ -106,16 +109,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             if out_of_reach(position, normal, vpls, word):
                 continue
             words = words_type()
-            seen = wp.uint32(0)
             for f in range(wp.static(fuzziness)):
                 words[f] = visibility[clusters.cluster[f, sp], word]
-                if weights[f] > 0.0:
-                    seen |= words[f]
-            times = float(1.0)
-            if seen == wp.uint32(0):
-                if (hashed(key + wp.uint32(word))) % HIDDEN_WORDS != wp.uint32(0):
-                    continue
-                times = float(HIDDEN_WORDS)
             light = wp.vec3(0.0, 0.0, 0.0)
             for vpl in range(32 * word, wp.min(32 * word + 32, vpls.count)):
                 whole = unoccluded(position, normal, vpls, vpl)
@@ -125,19 +120,28 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                     for f in range(wp.static(fuzziness)):
                         share += weights[f] * float((words[f] >> wp.uint32(vpl - 32 * word)) & wp.uint32(1))
                     light += whole * share
-                    doubted += amount * doubt(share) * times
-                    if doubted >= next_change:
-                        next_change = FAR_AWAY
-                        for check in range(wp.static(CHECKS)):
-                            if doubted >= following[check]:
-                                state = hashed(state)
-                                target[check] = vpl
-                                believed[check] = share
-                                following[check] = doubted / ((float(state) + 1.0) * TO_UNIT)
-                            next_change = wp.min(next_change, following[check])
+                    if share > 0.0:
+                        doubted += amount * doubt(share)
+                        if doubted >= next_change:
+                            next_change = FAR_AWAY
+                            for check in range(wp.static(CHECKS - 1)):
+                                if doubted >= following[check]:
+                                    state = hashed(state)
+                                    target[check] = vpl
+                                    believed[check] = share
+                                    following[check] = doubted / ((float(state) + 1.0) * TO_UNIT)
+                                next_change = wp.min(next_change, following[check])
+                    else:
+                        hidden += amount
+                        if hidden >= following[HIDDEN_CHECK]:
+                            state = hashed(state)
+                            target[HIDDEN_CHECK] = vpl
+                            believed[HIDDEN_CHECK] = 0.0
+                            following[HIDDEN_CHECK] = hidden / ((float(state) + 1.0) * TO_UNIT)
             irradiance = added(irradiance, light)
         out.irradiance[pixel] = irradiance.total
         out.doubted[sp] = doubted
+        out.hidden[sp] = hidden
         for check in range(wp.static(CHECKS)):
             out.target[check, sp] = target[check]
             out.believed[check, sp] = believed[check]

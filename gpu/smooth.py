@@ -14,6 +14,8 @@ from gpu.shading_points import ShadingPoints
 from gpu.transfer import brightness
 
 STEPS = (1, 2, 4)
+# How far off its plane a pixel still shows a surface, in its spacings a step.
+PLANE_TOLERANCE = wp.constant(1.0)
 # Light that differs by this many deviations is taken for other light, not for noise.
 LIGHT_TOLERANCE = wp.constant(3.0)
 # Guiding light may differ by this much, relatively.
@@ -38,7 +40,7 @@ def deviation_kernel(first: int, gbuffer: GBuffer, width: int, height: int, ligh
         y = row + neighbour // 3 - 1
         if x >= 0 and x < width and y >= 0 and y < height:
             other = y * width + x
-            weight = kinship(gbuffer, pixel, other, 1)
+            weight = kinship(gbuffer, pixel, other, 1, PLANE_TOLERANCE)
             value = brightness(light[other])
             total += weight
             mean += weight * value
@@ -69,7 +71,7 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
         if neighbour != 4 and x >= 0 and x < width and y >= 0 and y < height:
             other = y * width + x
             share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-            weight = share * kinship(gbuffer, pixel, other, step)
+            weight = share * kinship(gbuffer, pixel, other, step, PLANE_TOLERANCE)
             weight *= wp.exp(-wp.abs(brightness(light[other]) - own) / tolerance)
             total += weight
             mixed += light[other] * weight
@@ -102,7 +104,7 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
             other = row * width + column
             if other != pixel:
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-                weight = share * kinship(gbuffer, pixel, other, step * stride)
+                weight = share * kinship(gbuffer, pixel, other, step * stride, PLANE_TOLERANCE)
                 weight *= wp.exp(-wp.abs(brightness(guide[other]) - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
                 total += weight
                 mixed += light[other] * weight
