@@ -94,8 +94,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             weights[f] = clusters.weight[f, sp]
         state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
         irradiance = Sum()
-        # A check's target stays while the sum grows with the probability that the old sum has in the new one, so the sum
-        # at which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
+        # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
+        # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()
         believed = Floats()
         following = Floats()

@@ -8,6 +8,10 @@ from gpu.vpl_clusters import VplClusters
 
 # A cluster whose disk has more area than this times the squared distance is shaded member by member.
 UNFOLD_SHARE = wp.constant(0.7)
+# A uniform disk of radius R has the deviation R/2 along any line in it, as an even spread of ± R·√3/2; R² = A/π.
+EVEN_RADIUS_SQUARED = wp.constant(0.75 / 3.141592653589793)
+# The deviation of members' normals over the widest of them.
+CONE_SHARE = wp.constant(0.5)
 
 
 @wp.func
@@ -31,10 +35,35 @@ def disk_transfer(way: wp.vec3, normal: wp.vec3, disk_normal: wp.vec3, area: flo
 
 
 @wp.func
+def positive_mean(value: float, spread: float) -> float:
+    """Mean of the positive part of what is spread evenly by ± `spread` around `value`."""
+    if value >= spread:
+        return value
+    if value <= -spread:
+        return 0.0
+    return (value + spread) * (value + spread) / (4.0 * spread)
+
+
+@wp.func
 def disk_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
-    """Irradiance at a point from a VPL cluster's one disk, if nothing hides it [W/m²]."""
+    """Irradiance at a point from a VPL cluster's one disk, if nothing hides it [W/m²].
+
+    A part of a disk may be above a surface's horizon when its representative is not, and light what that faces away
+    from: cosines are means over the disk and over the cone of its members' normals.
+    """
     way = vpls.position[cluster] - position
-    return vpls.flux[cluster] * disk_transfer(way, normal, vpls.normal[cluster], vpls.area[cluster])
+    disk_normal = vpls.normal[cluster]
+    area = vpls.area[cluster]
+    squared = wp.length_sq(way)
+    tilt = wp.dot(normal, disk_normal)
+    cone = vpls.cone[cluster]
+    rise = wp.sqrt(EVEN_RADIUS_SQUARED * area * wp.max(1.0 - tilt * tilt, 0.0))
+    turn = CONE_SHARE * wp.sqrt(squared * wp.max(1.0 - cone * cone, 0.0))
+    facing = positive_mean(wp.dot(way, normal), rise)
+    leaving = positive_mean(-wp.dot(way, disk_normal), turn)
+    if facing <= 0.0 or leaving <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    return vpls.flux[cluster] * (facing * leaving / (squared * (PI * squared + area)))
 
 
 @wp.func

@@ -4,17 +4,29 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import warp as wp
+from scenes import results
 
+from gpu.gbuffer import GBuffer
 from gpu.lights import build_light_table
 from gpu.resident import ResidentScene
-from gpu.scene.types import Camera, Doubles
+from gpu.scene.types import Camera, Doubles, Ints
 from gpu.settings import Weighting
 from gpu.shade import allocate_indirect, gather, shade
 from gpu.sp_clusters import SpClustering
+from gpu.transfer import unoccluded
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import trace_vpls
-from gpu.vpl_clusters import VplClusters, cluster_vpls
+from gpu.vpl_clusters import VplClusters, cluster_vpls, unclustered
+
+
+@wp.kernel
+def light_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters,
+                 out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pair: what a VPL cluster sends an SP if nothing hides it."""
+    pair = first + wp.tid()
+    pixel = pixels[pair // vpls.count]
+    out[pair] = unoccluded(gbuffer.position[pixel], gbuffer.normal[pixel], vpls, pair % vpls.count)
 
 
 @dataclass
@@ -52,27 +64,58 @@ class Pipeline:
         return int(self.view.shading_points.count.numpy()[0])
 
     @property
-    def pixels(self) -> Doubles:
+    def pixels(self) -> Ints:
         """The pixels of the SPs, (sp,)."""
         return np.asarray(self.view.shading_points.pixels.numpy()[: self.sp_count])
 
-    def shade(self) -> None:
+    def shade(self, seed: int = 0) -> None:
         """Shade anew with the clusters and visibility as they are now."""
-        sps, view = self.view.shading_points, self.view
-        view.indirect.radiance.zero_()
-        shade(self.fuzziness, view.gbuffer, sps.pixels, sps.count, self.clustering.clusters, self.visibility,
-              self.lights, view.indirect)  # fmt: skip
+        view = self.view
+        shade(self.fuzziness, view.gbuffer, view.shading_points, self.clustering.clusters, self.visibility,
+              self.lights, seed, view.indirect)  # fmt: skip
 
-    def radiance(self) -> Doubles:
-        """The fuzzy picture, (pixel, 3)."""
-        return np.asarray(self.view.indirect.radiance.numpy(), np.float64)
+    def believe(self, seen: Doubles) -> None:
+        """Have the clusters believe `seen` (sp cluster, VPL cluster), 0 or 1, and shade anew."""
+        padded = np.zeros((len(seen), 32 * self.visibility.words.shape[1]), np.uint8)
+        padded[:, : self.lights.count] = seen
+        self.visibility.words.assign(np.packbits(padded, axis=1, bitorder="little").view("<u4"))
+        self.shade()
 
-    def exact(self, begin: int = 0, end: int | None = None) -> Doubles:
-        """The picture with a ray to each of VPL clusters begin … end − 1 from every SP, (pixel, 3)."""
-        out = allocate_indirect(self.view.pixels, wp.get_device("cpu"))
-        end = self.lights.count if end is None else end
-        gather(self.view.scene, self.view.gbuffer, self.view.shading_points, self.lights, begin, end, out)
-        return np.asarray(out.radiance.numpy(), np.float64)
+    def beliefs(self) -> Doubles:
+        """What the clusters believe, (sp cluster, VPL cluster), 0 or 1."""
+        words = self.visibility.words.numpy().astype("<u4").view(np.uint8)
+        return np.unpackbits(words, axis=1, bitorder="little")[:, : self.lights.count].astype(np.float64)
+
+    def shares(self) -> Doubles:
+        """The share of each SP's clusters, by weight, that believes to see each VPL cluster, (sp, VPL cluster)."""
+        clusters, count = self.clustering.clusters, self.sp_count
+        weights = clusters.weight.numpy()[:, :count].astype(np.float64)
+        return np.einsum("fs,fsv->sv", weights, self.beliefs()[clusters.cluster.numpy()[:, :count]])
+
+    def unoccluded(self) -> Doubles:
+        """What each VPL cluster sends each SP if nothing hides it, (sp, VPL cluster, 3)."""
+        count, lights = self.sp_count, self.lights
+        inputs = [self.view.gbuffer, self.view.shading_points.pixels, lights]
+        return results(light_kernel, count * lights.count, inputs, wp.vec3).reshape(count, lights.count, 3)
+
+    def irradiance(self) -> Doubles:
+        """Fuzzy irradiance, (pixel, 3)."""
+        return np.asarray(self.view.indirect.irradiance.numpy(), np.float64)
+
+    def gathered(self, vpls: VplClusters, begin: int = 0, end: int | None = None) -> Doubles:
+        """Irradiance with a ray to each of `vpls` begin … end − 1 from every SP, (pixel, 3)."""
+        out = allocate_indirect(self.view.pixels, self.view.device)
+        end = vpls.count if end is None else end
+        gather(self.view.scene, self.view.gbuffer, self.view.shading_points, vpls, begin, end, out)
+        return np.asarray(out.irradiance.numpy(), np.float64)
+
+    def exact(self) -> Doubles:
+        """Irradiance with a ray to the representative of each VPL cluster from every SP, (pixel, 3)."""
+        return self.gathered(self.lights)
+
+    def of_all_vpls(self) -> Doubles:
+        """Irradiance with a ray to each VPL from every SP, (pixel, 3)."""
+        return self.gathered(unclustered(self.resident, self.lights))
 
 
 def relative_error(picture: Doubles, reference: Doubles) -> float:
