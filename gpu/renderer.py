@@ -76,7 +76,7 @@ class Renderer:
     def _make_method(self, resident: ResidentScene) -> RenderMethod:
         settings = self._settings
         quality, lighting = quality_of(settings, resident.device), lighting_of(resident)
-        if settings.target_ms or settings.target_error:
+        if settings.has_target:
             self._targeted = TargetedVpl(self._view, settings, quality, lighting, self._progress)
             return self._targeted
         method = PathTracing if settings.method is Method.PATH else FuzzyVpl if self._is_fuzzy() else ExactVpl

@@ -116,3 +116,8 @@ class RenderSettings(BaseModel):
         if value is not None and wrong:
             raise PydanticCustomError("target", "needs {wrong}", {"wrong": " and ".join(wrong)})
         return value
+
+    @property
+    def has_target(self) -> bool:
+        """Whether counts of clusters follow a target."""
+        return self.target_ms is not None or self.target_error is not None

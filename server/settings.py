@@ -139,12 +139,11 @@ class ServerSettings(BaseSettings):
             raise UserError(
                 f"size: {width}×{height} is {width * height} pixels; this server renders up to {max_pixels}"
             )
-        has_target = settings.target_ms is not None or settings.target_error is not None
         for name in ("samples", "vpls", "vpl_clusters", "sp_clusters"):
             wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
             if wanted is not None and wanted > limit:
                 raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")
-            if has_target and getattr(MOST, name, 0) > limit:
+            if settings.has_target and getattr(MOST, name, 0) > limit:
                 raise UserError(
                     f"settings: a target may take up to {getattr(MOST, name)} {name}, more than this server's limit of "
                     f"{limit}; ask for counts instead"

@@ -12,7 +12,7 @@ from gpu.target import ErrorModel, Governor, Level, Model, TimeModel, ladder
 from gpu.view import View
 
 # Levels that are kept, each with arrays of its clusters and captured graphs: a walk goes to and fro between a few.
-KEPT_LEVELS = 6
+KEPT_LEVELS = 4
 
 
 class TargetedVpl:
