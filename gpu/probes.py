@@ -159,7 +159,7 @@ class Probes:
         self._truths: deque[Floats] = deque(maxlen=WHITE_FRAMES)
 
     def run(self, vpls: VplClusters) -> None:
-        """Gather the light of `vpls` at new probes, before the view's indirect light gets anything that is not theirs."""
+        """Gather the light of `vpls` at new probes, before the view's indirect light gets what is not theirs."""
         view, device, count = self._view, self._view.device, len(self._pixels)
         launch(turn_kernel, 1, [self._frame], device)
         launch(place_kernel, count, [view.pixels, self._frame, self._pixels], device)

@@ -1,4 +1,4 @@
-"""How well counts chosen for a wanted frame time or error hold it: a camera that looks all around, once a target.
+"""How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
 
 Times are device times of frames as they come, with no frame left out but those before the first picture. Errors are
 measured where the walk pauses: against `exact-vpl` with the same VPLs, and without near-field light, which the estimate
@@ -6,6 +6,7 @@ that they are chosen by leaves out too.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
 from time import perf_counter
@@ -15,7 +16,7 @@ import numpy as np
 
 from gpu.metrics import mse
 from gpu.renderer import Renderer
-from gpu.scene.types import Floats
+from gpu.scene.types import Camera, Floats
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench import paper
 from tests.bench.figures import spread
@@ -26,11 +27,11 @@ from tests.bench.timing import turned
 
 MILLISECONDS, CPU_MILLISECONDS = (6.0, 10.0, 20.0), (1000.0,)
 ERRORS = (1e-3, 2e-4)
-# All around for times; errors are pooled over frames, so these turn as a visitor does who looks at what is there.
-STEP_DEGREES, ERROR_STEP_DEGREES = 2.0, 0.5
-FRAMES, QUICK_FRAMES = 180, 8
+# A sway: so far to either side, so far ahead as a share of the scene's extent, and frames until it is back.
+DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
+FRAMES, QUICK_FRAMES = 192, 8
 # Frames of a walk for an error, and how many of them are compared with `exact-vpl`, which takes a second or so each.
-ERROR_FRAMES, PAUSES, QUICK_PAUSES = 96, 4, 1
+ERROR_FRAMES, PAUSES, QUICK_PAUSES = 120, 5, 1
 WITHIN = 0.1
 
 
@@ -46,10 +47,22 @@ def changes(levels: Sequence[tuple[int, int]]) -> int:
     return sum(before != after for before, after in pairwise(levels))
 
 
+def swayed(camera: Camera, extent: float, frame: int) -> Camera:
+    """`camera` at a frame of the walk: it turns to its left, to its right and back while it steps ahead and back."""
+    angle = 2.0 * np.pi * frame / PERIOD
+    ahead = camera.to_world.copy()
+    ahead[:3, 3] -= camera.to_world[:3, 2] * (AHEAD * extent * (1.0 - np.cos(angle)) / 2.0)
+    return turned(replace(camera, to_world=ahead), DEGREES * float(np.sin(angle)))
+
+
 def run(suite: Suite) -> None:
     """The part of the command line."""
     base: dict[str, Any] = {"component": Component.INDIRECT, "lambertian": True}
     times = MILLISECONDS if suite.is_cuda else CPU_MILLISECONDS
+
+    def view(name: str, frame: int) -> Camera:
+        subject = suite.subject(name)
+        return swayed(subject.camera, 1.0 / subject.resident.scene.placement.scale, frame)
 
     def measure_times(name: str, target: float) -> Row:
         subject = suite.subject(name)
@@ -59,7 +72,7 @@ def run(suite: Suite) -> None:
         stats, wall = [], []
         for number in range(1, 1 + (QUICK_FRAMES if suite.quick else FRAMES)):
             begun = perf_counter()
-            stats.append(renderer.render(turned(subject.camera, STEP_DEGREES * number)).stats)
+            stats.append(renderer.render(view(name, number)).stats)
             wall.append(1e3 * (perf_counter() - begun))
         frame_ms = [sum(frame.stage_ms.values()) for frame in stats]
         levels = [(frame.counts["sp_clusters"], frame.counts["vpl_clusters"]) for frame in stats]
@@ -84,8 +97,7 @@ def run(suite: Suite) -> None:
     def exact(name: str, number: int) -> Floats:
         subject = suite.subject(name)
         settings = RenderSettings(**base_error, method=Method.EXACT_VPL, vpl_clusters=min(EXACT_CLUSTERS, vpls))
-        camera = turned(subject.camera, ERROR_STEP_DEGREES * number)
-        return Renderer(subject.resident, subject.size, settings).render(camera).radiance()
+        return Renderer(subject.resident, subject.size, settings).render(view(name, number)).radiance()
 
     def measure_error(name: str, target: float) -> Row:
         subject = suite.subject(name)
@@ -93,7 +105,7 @@ def run(suite: Suite) -> None:
         renderer = Renderer(subject.resident, subject.size, settings)
         errors, estimates, levels, frame_ms = [], [], [], []
         for number in range(1, 1 + frames):
-            frame = renderer.render(turned(subject.camera, ERROR_STEP_DEGREES * number))
+            frame = renderer.render(view(name, number))
             stats = frame.stats
             levels.append((stats.counts["sp_clusters"], stats.counts["vpl_clusters"]))
             frame_ms.append(sum(stats.stage_ms.values()))

@@ -1,6 +1,8 @@
+import numpy as np
 import pytest
 
-from tests.bench.targets import changes, held
+from gpu.camera import look_at
+from tests.bench.targets import AHEAD, PERIOD, changes, held, swayed
 
 
 def test_what_is_within_a_tenth_of_its_target_is_held() -> None:
@@ -13,3 +15,13 @@ def test_what_is_within_a_tenth_of_its_target_is_held() -> None:
 def test_changes_of_counts_are_counted() -> None:
     assert changes([(1, 2), (1, 2), (1, 3), (1, 2)]) == 2
     assert changes([(1, 2)]) == 0
+
+
+def test_a_walk_sways_and_comes_back() -> None:
+    camera = look_at((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    eyes = [swayed(camera, 10.0, frame).to_world[:3, 3] for frame in range(PERIOD + 1)]
+    assert np.allclose(eyes[PERIOD // 2], (0.0, 0.0, 3.0 - 10.0 * AHEAD))
+    assert np.allclose(swayed(camera, 10.0, PERIOD).to_world, camera.to_world)
+    left, right = (swayed(camera, 10.0, PERIOD * quarter // 4).to_world[:3, :3] @ (0, 0, -1) for quarter in (1, 3))
+    assert left[0] == pytest.approx(-right[0])
+    assert left[0] < -0.2
