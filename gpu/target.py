@@ -48,17 +48,19 @@ class Level:
 MOST = Level(round(sqrt(MOST_WORK * SPS_PER_VPL)), round(sqrt(MOST_WORK / SPS_PER_VPL)))
 
 
-def ladder(pixels: int) -> tuple[Level, ...]:
-    """The levels for an image of so many pixels, from the least work to the most."""
+def ladder(pixels: int, vpls: int | None = None) -> tuple[Level, ...]:
+    """The levels for an image of so many pixels and so many VPLs, or as many as need be; from the least work on."""
     halves = range(21)
     numbers = sorted({WORD * max(1, round(MOST.vpl_clusters * 2.0 ** (-half / 2.0) / WORD)) for half in halves})
+    if vpls is not None:
+        numbers = [number for number in numbers if number * LEAST_MEMBERS <= vpls] or numbers[:1]
     levels: list[Level] = []
     steps = int(log(MOST_WORK / LEAST_WORK) / log(STEP)) + 1
     for step in range(steps):
         work = min(LEAST_WORK * STEP**step, MOST_WORK)
         wanted = max(sqrt(work / SPS_PER_VPL), work / pixels)
-        vpls = min(numbers, key=lambda number: abs(log(number / wanted)))
-        level = Level(min(round(work / vpls), pixels, MOST.sp_clusters), vpls)
+        clusters = min(numbers, key=lambda number: abs(log(number / wanted)))
+        level = Level(min(round(work / clusters), pixels, MOST.sp_clusters), clusters)
         if not levels or level.work > levels[-1].work:
             levels.append(level)
     return tuple(levels)

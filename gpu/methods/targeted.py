@@ -29,7 +29,7 @@ class TargetedVpl:
         model: Model = ErrorModel() if settings.target_error else TimeModel()
         self._target = settings.target_error or settings.target_ms or 0.0
         work = float(quality.sp_clusters * quality.vpl_clusters)
-        self._governor = Governor(ladder(view.pixels), model, self._target, work)
+        self._governor = Governor(ladder(view.pixels, settings.vpls), model, self._target, work)
         self._level = self._governor.level
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
         self._kept = {self._level: self._method}  # in the order of their last use

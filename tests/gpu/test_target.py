@@ -58,6 +58,13 @@ def test_small_images_have_no_more_clusters_than_pixels(pixels: int) -> None:
     assert all(below.work < above.work for below, above in pairwise(levels))
 
 
+def test_wanted_vpls_are_not_split_into_clusters_of_few() -> None:
+    levels = ladder(PIXELS, 8000)
+    assert max(level.vpls for level in levels) <= 8000
+    assert max(level.sp_clusters for level in levels) == MOST.sp_clusters
+    assert {level.vpl_clusters for level in ladder(PIXELS, 1)} == {32}
+
+
 @pytest.mark.parametrize("target", [4.0, 6.0, 9.0, 30.0, 100.0])
 def test_a_time_is_met_within_few_frames_and_held(target: float) -> None:
     times, works = walk(target, lambda _, work: milliseconds(work), 60)
