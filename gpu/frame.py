@@ -18,11 +18,14 @@ class FrameStats:
     were not traced again (unchanged_lights), pairs of clusters without a ray (facing_away, weak_pairs), kinds of light
     that kernels know nothing of (absent_lights), and 1 for masks, textures or narrow specular lobes that they know
     nothing of (absent_alpha, absent_textures, absent_gloss).
+
+    estimates: of a frame with a target, the target and what was expected of the frame's counts (gpu.target), by name.
     """
 
     stage_ms: dict[str, float] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     skips: dict[str, int] = field(default_factory=dict)
+    estimates: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -55,6 +55,21 @@ def is_shaded(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int
     return total < LEAST_SHARE
 
 
+@wp.func
+def irradiance_at(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int,
+                  irradiance: wp.array[wp.vec3]) -> wp.vec3:  # fmt: skip
+    """Irradiance of a pixel with a surface: its own, or that of its anchors. irradiance (pixel,): of those with SPs."""
+    if is_shaded(gbuffer, pixel, width, height, stride):
+        return irradiance[pixel]
+    total = float(0.0)
+    light = wp.vec3(0.0, 0.0, 0.0)
+    for number in range(4):
+        corner = corner_of(gbuffer, pixel, number, width, height, stride)
+        total += corner.share
+        light += irradiance[corner.pixel] * corner.share
+    return light / total
+
+
 @wp.kernel
 def reflect_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, irradiance: wp.array[wp.vec3],
                    radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
@@ -63,15 +78,6 @@ def reflect_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride
     irradiance (pixel,): of those with SPs [W/m²]; radiance (pixel,): towards the camera [W/m²/sr].
     """
     pixel = first + wp.tid()
-    if gbuffer.face[pixel] == NO_HIT:
-        return
-    light = irradiance[pixel]
-    if not is_shaded(gbuffer, pixel, width, height, stride):
-        total = float(0.0)
-        light = wp.vec3(0.0, 0.0, 0.0)
-        for number in range(4):
-            corner = corner_of(gbuffer, pixel, number, width, height, stride)
-            total += corner.share
-            light += irradiance[corner.pixel] * corner.share
-        light = light / total
-    radiance[pixel] += wp.cw_mul(reflectance(gbuffer, pixel), light)
+    if gbuffer.face[pixel] != NO_HIT:
+        light = irradiance_at(gbuffer, pixel, width, height, stride, irradiance)
+        radiance[pixel] += wp.cw_mul(reflectance(gbuffer, pixel), light)

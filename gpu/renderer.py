@@ -13,6 +13,7 @@ from gpu.methods.common import FrameStatistics, RenderMethod
 from gpu.methods.exact_vpl import ExactVpl
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.path import PathTracing
+from gpu.methods.targeted import TargetedVpl
 from gpu.quality import quality_of
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
@@ -22,6 +23,8 @@ from gpu.tonemap import Tonemap
 from gpu.view import View
 
 MAX_SIDE = 16_384
+# Frames that nobody sees, until the counts of the first picture meet its target.
+SETTLING_FRAMES = 16
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,8 @@ class Renderer:
         self._view = View(resident, size, lambertian=settings.lambertian, skip=settings.skip, stride=stride)
         self._stages = Stages(resident.device)
         self._tonemap = Tonemap(self._view.pixels, resident.device)
+        self._targeted: TargetedVpl | None = None
+        self._settled = False
         self._method = self._make_method(resident)
         # What the last picture is of, and what it was made of: none when there is no sound one.
         self._shown: _Sight | None = None
@@ -70,15 +75,33 @@ class Renderer:
 
     def _make_method(self, resident: ResidentScene) -> RenderMethod:
         settings = self._settings
+        quality, lighting = quality_of(settings, resident.device), lighting_of(resident)
+        if settings.has_target:
+            self._targeted = TargetedVpl(self._view, settings, quality, lighting, self._progress)
+            return self._targeted
         method = PathTracing if settings.method is Method.PATH else FuzzyVpl if self._is_fuzzy() else ExactVpl
-        quality = quality_of(settings, resident.device)
-        return method(self._view, settings, quality, lighting_of(resident), self._progress)
+        return method(self._view, settings, quality, lighting, self._progress)
 
     def render(self, camera: Camera, accumulation: Accumulation | None = None) -> Frame:
         """The picture from `camera`, ready when the call returns.
 
         With an `accumulation`, of this camera's earlier frames and as many pixels: the mean of those and one more.
         """
+        if self._targeted is None:
+            return self._render(camera, accumulation)
+        for number in range(0 if self._settled else SETTLING_FRAMES):
+            self._shown = None  # one more of the same
+            self._render(camera, None)
+            self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
+            if self._targeted.learn(self._stages):
+                break
+        self._settled = True
+        frame = self._render(camera, accumulation)
+        if frame.stats.counts["frames"] == 1 and not frame.stats.skips["unchanged_camera"]:
+            self._targeted.learn(self._stages)
+        return frame
+
+    def _render(self, camera: Camera, accumulation: Accumulation | None) -> Frame:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
         sample = accumulation.samples if accumulation else 0
         self._stages.start_frame()
@@ -103,5 +126,6 @@ class Renderer:
         nonfinite = int(tonemap.nonfinite.numpy()[0])
         counts = {"pixels": view.pixels, "frames": sample + 1, **counts, "nonfinite": nonfinite}
         skips = dict.fromkeys(Skips.model_fields, 0) | skips
-        stats = FrameStats(self._stages.milliseconds(), counts, skips)
+        estimates = self._targeted.estimates() if self._targeted else {}
+        stats = FrameStats(self._stages.milliseconds(), counts, skips, estimates)
         return Frame(view.size, radiance, tonemap.pixels, stats)

@@ -2,7 +2,8 @@
 
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 
 class Method(StrEnum):
@@ -69,9 +70,18 @@ class RenderSettings(BaseModel):
     sp_clusters: int | None = Field(None, ge=1, le=262_144, description="clusters of shading points (SPs)")
     vpls: int | None = Field(None, ge=1, le=4_194_304, description="virtual point lights (VPLs), about")
     vpl_clusters: int | None = Field(None, ge=1, le=65_536, description="clusters of VPLs")
+    clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
+    target_ms: float | None = Field(
+        None, gt=0.0, le=10_000.0, description="device time of a frame [ms] that counts of clusters are chosen for"
+    )
+    target_error: float | None = Field(
+        None,
+        ge=1e-6,
+        le=1.0,
+        description="or MSE of indirect light, against exact-vpl with the same VPLs, that they are chosen for",
+    )
     fuzziness: int = Field(6, ge=1, le=8, description="clusters that each shading point belongs to (F)")
     weighting: Weighting = Field(Weighting.DISTANCE, description="weights of the F clusters")
-    clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
     bounces: int = Field(4, ge=1, le=16, description="indirect bounces")
     samples: int | None = Field(None, ge=1, le=65_536, description="light samples a pixel; for path: paths a pixel")
     frames: int | None = Field(
@@ -88,3 +98,26 @@ class RenderSettings(BaseModel):
         None, gt=0.0, le=1e12, description="factor from radiance to display; left empty, chosen for each picture"
     )
     skip: Skips = Field(EVERY_SKIP, description="leaving out work that a scene or a frame does not need")
+
+    @field_validator("target_ms", "target_error")
+    @classmethod
+    def _is_met_by_clusters(cls, value: float | None, info: ValidationInfo) -> float | None:
+        """A target needs indirect light of clusters whose counts are free; of two targets, one is enough."""
+        needed = {
+            "method": Method.FUZZY_VPL,
+            "clustering": Clustering.BOTH,
+            "sp_clusters": None,
+            "vpl_clusters": None,
+            "target_ms": None,
+        }
+        wrong = [f"{name} {of or 'left out'}" for name, of in needed.items() if info.data.get(name, of) != of]
+        if info.data.get("component") is Component.DIRECT:
+            wrong.append("component full or indirect")
+        if value is not None and wrong:
+            raise PydanticCustomError("target", "needs {wrong}", {"wrong": " and ".join(wrong)})
+        return value
+
+    @property
+    def has_target(self) -> bool:
+        """Whether counts of clusters follow a target."""
+        return self.target_ms is not None or self.target_error is not None

@@ -5,6 +5,7 @@ the normal. SPs that are served badly or not at all get representatives of their
 back for them, spread in proportion to need. What is then still unserved takes the nearest cluster of all.
 """
 
+from copy import copy
 from functools import cache
 from typing import Any
 
@@ -192,18 +193,30 @@ class SpClustering:
     def __init__(
         self, capacity: int, cluster_count: int, fuzziness: int, weighting: Weighting, device: wp.Device
     ) -> None:
-        self.device = device
-        self.count = min(cluster_count, capacity)
-        self._extra = int(self.count * EXTRA_SHARE) if self.count > 1 else 0
-        self._base = self.count - self._extra
-        self._samples = SampledPoints(min(capacity, SAMPLES_PER_CLUSTER * self._base), device)
-        self._kmeans = KMeans(self._samples.capacity, self._base, device, extra=self._extra)
-        self._pixels = wp.zeros(self.count, dtype=int, device=device)
+        self.device, self._capacity = device, capacity
         self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
         self.need = wp.zeros(capacity, dtype=int, device=device)
         self._needs = wp.zeros(capacity, dtype=int, device=device)
-        self._order_keys = wp.zeros(2 * self.count, dtype=int, device=device)
-        self.clusters = allocate_sp_clusters(self.count, fuzziness, capacity, device)
+        self.clusters = allocate_sp_clusters(0, fuzziness, capacity, device)
+        self._allocate(cluster_count)
+
+    def resized(self, cluster_count: int) -> "SpClustering":
+        """Another number of clusters. It shares the arrays of SPs, so these hold the result of whichever ran last."""
+        other = copy(self)
+        other._allocate(cluster_count)
+        return other
+
+    def _allocate(self, cluster_count: int) -> None:
+        self.count = min(cluster_count, self._capacity)
+        self._extra = int(self.count * EXTRA_SHARE) if self.count > 1 else 0
+        self._base = self.count - self._extra
+        self._samples = SampledPoints(min(self._capacity, SAMPLES_PER_CLUSTER * self._base), self.device)
+        self._kmeans = KMeans(self._samples.capacity, self._base, self.device, extra=self._extra)
+        self._pixels = wp.zeros(self.count, dtype=int, device=self.device)
+        self._order_keys = wp.zeros(2 * self.count, dtype=int, device=self.device)
+        members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
+        self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
+        self.clusters.cluster, self.clusters.weight = members.cluster, members.weight
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of `sps`, then the F nearest clusters of every SP."""

@@ -1,38 +1,46 @@
 """A frame's stages: run by name, timed, and on CUDA replayed as graphs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from time import perf_counter
 
 import warp as wp
-
-# A stage's first run loads its kernels and its second is captured; from the third on the graph is replayed.
-CAPTURED_RUN = 1
 
 
 class Stages:
     """Runs and times the named stages of one renderer's frames.
 
     On CUDA a stage is captured as a graph, so that its many small launches cost the host nothing: what it launches must
-    be the same every frame, and what differs must come through arrays. Times are device events there, wall clock on
-    the CPU.
+    be the same every frame of one `variant`, and what differs must come through arrays. Times are device events there,
+    wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame does.
     """
 
     def __init__(self, device: wp.Device) -> None:
         self._device = device
         self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
-        self._graphs: dict[str, wp.Graph] = {}
-        self._runs: dict[str, int] = {}
+        self._graphs: dict[tuple[str, Hashable], wp.Graph] = {}
+        self._loaded: set[tuple[str, bool]] = set()
         self._order: list[str] = []
         self._seconds: dict[str, float] = {}
+        self.variant: Hashable = None
+        self.steady = False
 
     def start_frame(self) -> None:
         """Forget the last frame's times."""
         self._order.clear()
         self._seconds.clear()
+        self.steady = True
+
+    def forget(self, variant: Hashable) -> None:
+        """Free the graphs of a variant, whose arrays go too."""
+        self._graphs = {key: graph for key, graph in self._graphs.items() if key[1] != variant}
 
     def run(self, name: str, work: Callable[[], None], *, repeats: bool = True) -> None:
         """Run the stage `name`, once a frame. repeats: `work` launches the same every frame, so it may be captured."""
         self._order.append(name)
+        # A stage's first run loads its kernels, whatever the variant; later ones can be captured.
+        loaded = (name, repeats) in self._loaded
+        self._loaded.add((name, repeats))
+        self.steady &= loaded
         if not self._device.is_cuda:
             begun = perf_counter()
             work()
@@ -41,19 +49,18 @@ class Stages:
         if name not in self._events:
             pair = wp.Event(self._device, enable_timing=True), wp.Event(self._device, enable_timing=True)
             self._events[name] = pair
-        if repeats:
-            runs = self._runs.get(name, 0)
-            self._runs[name] = runs + 1
-            if runs == CAPTURED_RUN:
-                with wp.ScopedCapture(self._device) as capture:
-                    work()
-                self._graphs[name] = capture.graph
+        graph = self._graphs.get((name, self.variant)) if repeats else None
+        if repeats and loaded and graph is None:
+            with wp.ScopedCapture(self._device) as capture:
+                work()
+            graph = self._graphs[name, self.variant] = capture.graph
+            self.steady = False  # a graph's first launch takes longer
         stream = wp.get_stream(self._device)
         stream.record_event(self._events[name][0])
-        if repeats and name in self._graphs:
-            wp.capture_launch(self._graphs[name])
-        else:
+        if graph is None:
             work()
+        else:
+            wp.capture_launch(graph)
         stream.record_event(self._events[name][1])
 
     def milliseconds(self) -> dict[str, float]:

@@ -202,7 +202,7 @@ class GpuBackend:
         elif job.output != "none":
             pixels = frame.pixels()
         samples, target = frame.stats.counts["frames"], quality_of(job.settings, self._device).frames
-        stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips)
+        stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips, frame.stats.estimates)
         return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
 
 

@@ -65,7 +65,7 @@ def _parser() -> ArgumentParser:
     render.add_argument("--size", default="960x540", metavar="WxH", help="of the picture in pixels (default 960x540)")
     render.add_argument("--camera", default="0", metavar="CAMERA", help=CAMERA_HELP)
     render.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
-    render.add_argument("--json", action="store_true", help="print stage times, counts and skips as JSON")
+    render.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
     add_options(render, RenderSettings, "light and quality")
     render.set_defaults(command=_render)
 

@@ -198,6 +198,7 @@ class Done:
     stage_ms: dict[str, float]
     counts: dict[str, int]
     skips: dict[str, int]
+    estimates: dict[str, float] = field(default_factory=dict)
     kind: Literal["done"] = "done"
 
 

@@ -48,6 +48,7 @@ async def render(
         "Stage-Ms": json.dumps({name: round(ms, 3) for name, ms in done.stage_ms.items()}),
         "Counts": json.dumps(done.counts),
         "Skips": json.dumps(done.skips),
+        "Estimates": json.dumps(done.estimates),
         "Render-Ms": f"{done.render_ms:.3f}",
         "Encode-Ms": f"{done.encode_ms:.3f}",
         "Queue-Ms": f"{max(total_ms - done.render_ms - done.encode_ms, 0.0):.3f}",

@@ -170,7 +170,9 @@ class Session:
             render = replace(render, settings=self._settings.model_copy(update={"samples": PATHS_A_FRAME}))
         if urgency is Urgency.MOVING:
             self._fresh = False
-            size = self._pace.size(self._still_size, self._stream.motion_scale)
+            # A target is met by counts of clusters; fewer pixels would only let them grow.
+            locked = self._stream.motion_scale or (1.0 if self._settings.has_target else None)
+            size = self._pace.size(self._still_size, locked)
             render = replace(render, size=size, quality=self._qualities.moving)
             return self._order(render, self._changed_at, None), render
         rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()

@@ -22,6 +22,7 @@ from pydantic_settings.exceptions import SettingsError
 from gpu.errors import UserError
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
+from gpu.target import MOST
 from server.protocol import MAX_SIDE, describe
 
 MIN_TOKEN_CHARACTERS = 16
@@ -142,6 +143,11 @@ class ServerSettings(BaseSettings):
             wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
             if wanted is not None and wanted > limit:
                 raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")
+            if settings.has_target and getattr(MOST, name, 0) > limit:
+                raise UserError(
+                    f"settings: a target may take up to {getattr(MOST, name)} {name}, more than this server's limit of "
+                    f"{limit}; ask for counts instead"
+                )
 
 
 def load_settings(file: Path | None = None, flags: Mapping[str, Any] | None = None) -> ServerSettings:

@@ -67,6 +67,7 @@ def render_file(
             "stage_ms": stats.stage_ms,
             "counts": stats.counts,
             "skips": stats.skips,
+            "estimates": stats.estimates,
         }
         print(json.dumps(report, indent=2))
 

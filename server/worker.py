@@ -10,7 +10,7 @@ import signal
 import socket
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from queue import SimpleQueue
 from threading import Lock, Thread
 from time import perf_counter
@@ -73,6 +73,7 @@ class Picture:
     stage_ms: dict[str, float]
     counts: dict[str, int]
     skips: dict[str, int]
+    estimates: dict[str, float] = field(default_factory=dict)
 
 
 class Backend(Protocol):
@@ -191,7 +192,7 @@ class Worker:
             if image is None:
                 image = encode(picture.pixels, picture.radiance, job.output, job.quality)
             encode_ms = picture.encode_ms + 1e3 * (perf_counter() - began)
-            stats = (picture.stage_ms, picture.counts, picture.skips)
+            stats = (picture.stage_ms, picture.counts, picture.skips, picture.estimates)
             self._send(
                 Done(job.request, job.size, render_ms, encode_ms, picture.samples, picture.target, *stats), image
             )

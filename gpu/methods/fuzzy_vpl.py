@@ -1,5 +1,7 @@
 """`fuzzy-vpl`: clustered VPLs and SPs with fuzzy visibility, the 2022 paper's method."""
 
+from copy import copy
+
 from gpu.correct import Correction
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
@@ -15,6 +17,7 @@ from gpu.methods.common import (
     view_skips,
 )
 from gpu.near_field import NearField
+from gpu.probes import Probes
 from gpu.quality import Quality
 from gpu.refine import Refinement
 from gpu.resident import NO_HIT
@@ -37,25 +40,38 @@ class FuzzyVpl:
     def __init__(
         self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
     ) -> None:
-        self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
-        vpls = lighting.clusters(lighting_choice(settings, quality), progress)
+        self._view, self._settings, self._lighting = view, settings, lighting
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
+        self._clustering = SpClustering(
+            view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
+        )
+        self._correction = Correction(view.pixels, view.device)
+        self._near_field = NearField(view.pixels, view.device)
+        self._counter = Counter(7, view.device)
+        self.probes = Probes(view) if settings.target_error else None
+        self._take_light(quality, progress)
+
+    def resized(self, quality: Quality, progress: Progress) -> "FuzzyVpl":
+        """The method with other counts. Both share the arrays of the image's size: render with one after the other."""
+        other = copy(self)
+        other._clustering = self._clustering.resized(quality.sp_clusters)
+        other._take_light(quality, progress)
+        return other
+
+    def _take_light(self, quality: Quality, progress: Progress) -> None:
+        settings, view = self._settings, self._view
+        self._quality = quality
+        vpls = self._lighting.clusters(lighting_choice(settings, quality), progress)
         # Captured graphs read the arrays of this set, so it must live as long as they do.
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
         self._kept = True
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
-        self._clustering = SpClustering(
-            view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
-        )
         most = self._vpls.count if self._fixed else quality.vpl_clusters
         self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
-        self._correction = Correction(view.pixels, view.device)
         self._worst = WorstPoints(view.pixels, int(quality.sp_clusters * REFINED_SHARE), LEAST_DISPUTE, view.device)
         self._refinement = Refinement(len(self._worst.pixels), view.device)
-        self._near_field = NearField(view.pixels, view.device)
-        self._counter = Counter(7, view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
@@ -73,7 +89,7 @@ class FuzzyVpl:
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
 
-        correction, smooth = self._correction, is_smoothed(settings, sample)
+        correction, probes, smooth = self._correction, self.probes, is_smoothed(settings, sample)
 
         def correct() -> None:
             correction.trace(view.scene, gbuffer, sps, vpls, seed, indirect)
@@ -98,6 +114,8 @@ class FuzzyVpl:
             stages.run("correct", correct, repeats=repeats)
             if smooth:
                 stages.run("refine", refine, repeats=repeats)
+        if probes and repeats:
+            stages.run("probe", lambda: probes.run(vpls))
         lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
         add_indirect(view, self._near_field, vpls, lit, settings, stages, sample)
 

@@ -21,6 +21,7 @@ PARTS = {
     "sweep": "times and errors of indirect light over clusters, VPLs, fuzziness and weighting",
     "decompose": "bias and noise of VPLs and of clustering",
     "temporal": "flicker along a walk",
+    "targets": "how well a wanted time or error is held along a walk",
     "skips": "gain and error of each switch",
     "still": "error over time of a view that rests",
     "peers": "error over time of path tracing, here and by Mitsuba 3",

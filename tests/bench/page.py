@@ -86,9 +86,9 @@ SECTIONS = (
     Section(
         "targets",
         "Wanted time or error",
-        "Counts of clusters are chosen for a wanted frame time or clustering error (MSE), while the camera looks all "
-        "around. Of errors a few frames are measured, against `exact-vpl` with the same VPLs.",
-        {"targets": "time of frames over the wanted time, while the camera turns; green: within 10 %"},
+        "Counts of clusters are chosen for a wanted frame time or clustering error (MSE), while the camera sways to "
+        "and fro. Of errors a few frames are measured, against `exact-vpl` with the same VPLs.",
+        {"targets": "time of frames over the wanted time, while the camera sways; green: within 10 %"},
         (tables.targets_table,),
     ),
     Section(

@@ -129,5 +129,5 @@ def targets(rows: list[Row], folder: Path) -> Plots:
         panel.axhspan(0.9, 1.1, color=GREEN, alpha=0.12, linewidth=0.0)
         panel.set(ylim=(0.0, 2.0), title=f"{target:g} ms wanted", xlabel="frame", ylabel="time over what is wanted")
     legend_below(figure, axes, 6)
-    figure.suptitle("Counts chosen for a time, while the camera turns", x=0.01, ha="left", fontweight="bold")
+    figure.suptitle("Counts chosen for a time, while the camera sways", x=0.01, ha="left", fontweight="bold")
     yield save(figure, folder, "targets")

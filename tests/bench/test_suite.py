@@ -10,7 +10,7 @@ from tests.bench.page import SECTIONS, page
 from tests.bench.store import Row, read_rows
 from tests.bench.suite import Suite
 
-PARTS = ("sweep", "decompose", "temporal", "skips", "still", "peers", "growth", "pictures", "walk", "floors")
+PARTS = ("sweep", "decompose", "temporal", "targets", "skips", "still", "peers", "growth", "pictures", "walk", "floors")
 
 
 @pytest.fixture(scope="module")

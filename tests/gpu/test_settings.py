@@ -21,6 +21,8 @@ def test_defaults_leave_counts_to_the_device() -> None:
         ("fuzziness", [1, 8], [0, 9]),
         ("bounces", [1, 16], [0, 17]),
         ("samples", [1, 65_536], [0, 65_537]),
+        ("target_ms", [0.1, 10_000.0, None], [0.0, -1.0, 10_001.0, float("nan")]),
+        ("target_error", [1e-6, 1.0, None], [0.0, 1.1, float("nan")]),
         ("seed", [0, 2**31 - 1], [-1, 2**31]),
         ("exposure", [1e-6, 1e12, None], [0.0, -1.0, 1e13, float("nan"), float("inf")]),
         ("method", ["path", "exact-vpl"], ["raster"]),
@@ -60,3 +62,27 @@ def test_skips_are_all_on_and_each_can_be_off() -> None:
     assert len({settings, RenderSettings()}) == 2
     with pytest.raises(ValidationError, match="strong_pairs"):
         RenderSettings.model_validate({"skip": {"strong_pairs": False}})
+
+
+@pytest.mark.parametrize("target", [{"target_ms": 10.0}, {"target_error": 1e-3}])
+@pytest.mark.parametrize(
+    ("other", "needed"),
+    [
+        ({"method": "path"}, "needs method fuzzy-vpl"),
+        ({"clustering": "sps"}, "needs clustering both"),
+        ({"component": "direct"}, "needs component full or indirect"),
+        ({"sp_clusters": 100}, "needs sp_clusters left out"),
+        ({"vpl_clusters": 100, "sp_clusters": 9}, "needs sp_clusters left out and vpl_clusters left out"),
+    ],
+)
+def test_a_target_needs_clusters_whose_counts_are_free(
+    target: dict[str, float], other: dict[str, object], needed: str
+) -> None:
+    assert RenderSettings(**target, component="indirect", vpls=500)
+    with pytest.raises(ValidationError, match=f"{next(iter(target))}\n  {needed}"):
+        RenderSettings(**target, **other)
+
+
+def test_two_targets_are_one_too_many() -> None:
+    with pytest.raises(ValidationError, match="target_error\n  needs target_ms left out"):
+        RenderSettings(target_ms=10.0, target_error=1e-3)

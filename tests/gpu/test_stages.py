@@ -1,5 +1,8 @@
+import pytest
 import warp as wp
 
+from gpu.device import launch
+from gpu.probes import turn_kernel
 from gpu.stages import Stages
 
 
@@ -15,3 +18,42 @@ def test_stages_run_in_order_and_are_timed_anew_each_frame() -> None:
     assert all(0.0 <= ms < 1000.0 for ms in times.values())
     stages.start_frame()
     assert stages.milliseconds() == {}
+
+
+def test_a_frame_is_steady_when_each_stage_has_run_before() -> None:
+    stages = Stages(wp.get_device("cpu"))
+
+    def frame(*names: str, repeats: bool = True) -> bool:
+        stages.start_frame()
+        for name in names:
+            stages.run(name, lambda: None, repeats=repeats)
+        return stages.steady
+
+    assert [frame("one"), frame("one"), frame("one", "two"), frame("one", "two")] == [False, True, False, True]
+    assert [frame("one", repeats=False), frame("one", repeats=False)] == [False, True]
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")
+def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
+    device = wp.get_device("cuda:0")
+    stages, works = Stages(device), []
+    values = {size: wp.zeros(size, dtype=int, device=device) for size in (10, 20)}
+
+    def frame(size: int) -> bool:
+        def work() -> None:
+            works.append(size)
+            launch(turn_kernel, size, [values[size]], device)
+
+        stages.start_frame()
+        stages.variant = size
+        stages.run("turn", work)
+        stages.milliseconds()
+        return stages.steady
+
+    assert [frame(size) for size in (10, 10, 10, 20, 20, 10)] == [False, False, True, False, True, True]
+    assert works == [10, 10, 20]
+    assert [int(array.numpy()[-1]) for array in values.values()] == [4, 2]
+    stages.forget(20)
+    frame(20)
+    assert works == [10, 10, 20, 20]
+    assert int(values[20].numpy()[0]) == 3

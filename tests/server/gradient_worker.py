@@ -94,7 +94,8 @@ class GradientBackend:
         radiance[..., 0] = np.linspace(0.0, 1.0, width)
         radiance[..., 1] = np.clip(x, 0.0, 1.0)
         radiance[..., 2] = job.viewer / 255.0
-        stats = ({"gbuffer": 0.5, "shade": 1.5, "extra": 2.0}, {"pixels": width * height}, {"specular": 1})
+        counts, skips, estimates = {"pixels": width * height}, {"specular": 1}, {"target_ms": 4.0}
+        stats = ({"gbuffer": 0.5, "shade": 1.5, "extra": 2.0}, counts, skips, estimates)
         samples = 1
         if job.sample is not None:
             samples = self._averaged.get(job.viewer, 0) + 1 if job.sample else 1

@@ -50,6 +50,11 @@ def test_light_commands_do_not_import_warp(pair: tuple[str, str]) -> None:
         (["render", "cornell-box", "out.png", "--size", "big"], "--size"),
         (["render", "cornell-box", "out.png", "--vpls", "0"], "--vpls"),
         (["render", "cornell-box", "out.png", "--method", "magic"], "--method"),
+        (
+            ["render", "cornell-box", "out.png", "--target-ms", "9", "--sp-clusters", "9"],
+            "--target-ms: needs sp_clusters",
+        ),
+        (["render", "cornell-box", "out.png", "--target-ms", "9", "--target-error", "0.1"], "--target-error: needs"),
         (["render", "no-such.glb", "out.png"], "no-such.glb"),
         (["serve", "--port", "99999"], "port"),
         (["serve", "--config", "no-such.toml"], "no-such.toml"),

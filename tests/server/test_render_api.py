@@ -35,6 +35,7 @@ def test_statistics_are_in_the_headers(running: Running) -> None:
     assert json.loads(headers["X-Lumenwalk-Stage-Ms"]) == {"gbuffer": 0.5, "shade": 1.5, "extra": 2.0}
     assert json.loads(headers["X-Lumenwalk-Counts"]) == {"pixels": 32 * 18}
     assert json.loads(headers["X-Lumenwalk-Skips"]) == {"specular": 1}
+    assert json.loads(headers["X-Lumenwalk-Estimates"]) == {"target_ms": 4.0}
     for name in ("Render", "Encode", "Queue"):
         assert float(headers[f"X-Lumenwalk-{name}-Ms"]) >= 0.0
 

@@ -117,6 +117,24 @@ def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk:
     assert desk.session.due is None
 
 
+@pytest.mark.parametrize("target", [{"target_ms": 9.0}, {"target_error": 1e-3}])
+def test_moving_frames_with_a_target_are_whole_unless_the_viewer_locks_their_size(
+    desk: Desk, target: dict[str, float]
+) -> None:
+    desk.render_ms = 900.0
+    sizes = []
+    for number, settings in enumerate((RenderSettings(**target), RenderSettings()), 1):
+        desk.session.change(number, settings=settings)
+        for step in range(6):
+            desk.session.pose(pose(10 * number + step))
+            sizes.append(desk.serve()[1].size)
+    assert sizes[:6] == [FULL] * 6
+    assert sizes[-1] < FULL
+    desk.session.change(3, settings=RenderSettings(**target), stream=Stream(motion_scale=0.5))
+    desk.session.pose(pose(30))
+    assert desk.serve()[1].size == (320, 180)
+
+
 def test_motion_ends_refinement_and_refinement_begins_anew(desk: Desk) -> None:
     desk.session.pose(pose(1))
     desk.serve()

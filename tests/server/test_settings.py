@@ -87,3 +87,13 @@ def test_a_token_that_is_weak_or_cannot_be_sent_is_refused_without_being_shown(t
 def test_an_empty_variable_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LUMENWALK_TOKEN", "")
     assert load_settings().token is None
+
+
+@pytest.mark.parametrize("target", [{"target_ms": 10.0}, {"target_error": 1e-3}])
+def test_a_target_is_refused_where_it_could_take_more_clusters_than_allowed(target: dict[str, float]) -> None:
+    settings = RenderSettings(**target)
+    ServerSettings().check_render((8, 8), settings, 64)
+    with pytest.raises(UserError, match="65536 sp_clusters, more than this server's limit of 1000; ask for counts"):
+        ServerSettings(max_sp_clusters=1000).check_render((8, 8), settings, 64)
+    with pytest.raises(UserError, match="more than this server's limit of 9999"):
+        ServerSettings(max_vpls=9999).check_render((8, 8), settings, 64)

@@ -1,0 +1,133 @@
+"""How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
+
+Times are device times of frames as they come, with no frame left out but those before the first picture. Errors are
+measured where the walk pauses: against `exact-vpl` with the same VPLs, and without near-field light, which the estimate
+that they are chosen by leaves out too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from gpu.metrics import mse
+from gpu.renderer import Renderer
+from gpu.scene.types import Camera, Floats
+from gpu.settings import Component, Method, RenderSettings
+from tests.bench.figures import spread
+from tests.bench.store import Row, Task
+from tests.bench.suite import VPLS, Suite
+from tests.bench.timing import turned
+
+MILLISECONDS, CPU_MILLISECONDS = (6.0, 12.0), (1000.0,)
+ERRORS = (1e-3, 2e-4)
+# A sway: so far to either side, so far ahead as a share of the scene's extent, and frames until it is back.
+DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
+FRAMES, QUICK_FRAMES = 144, 8
+# Frames of a walk for an error, and how many of them are compared with `exact-vpl`, which takes a second or so each.
+ERROR_FRAMES, PAUSES, QUICK_PAUSES = 96, 3, 1
+# Few enough for `exact-vpl`, enough for a thousand clusters of them.
+ERROR_VPLS = 16_000
+WITHIN = 0.1
+
+
+def held(values: Sequence[float], target: float) -> dict[str, float]:
+    """The spread of `values` over `target`, their mean, and the share of them that is within 10 % of it."""
+    within = np.abs(np.asarray(values) - target) <= WITHIN * target
+    ratios = np.asarray(values) / target
+    return {**spread(ratios), "mean": float(ratios.mean()), "within": float(within.mean())}
+
+
+def changes(levels: Sequence[tuple[int, int]]) -> int:
+    """How often counts changed."""
+    return sum(before != after for before, after in pairwise(levels))
+
+
+def swayed(camera: Camera, extent: float, frame: int) -> Camera:
+    """`camera` at a frame of the walk: it turns to its left, to its right and back while it steps ahead and back."""
+    angle = 2.0 * np.pi * frame / PERIOD
+    ahead = camera.to_world.copy()
+    ahead[:3, 3] -= camera.to_world[:3, 2] * (AHEAD * extent * (1.0 - np.cos(angle)) / 2.0)
+    return turned(replace(camera, to_world=ahead), DEGREES * float(np.sin(angle)))
+
+
+def run(suite: Suite) -> None:
+    """The part of the command line."""
+    base: dict[str, Any] = {"component": Component.INDIRECT, "lambertian": True}
+    times = MILLISECONDS if suite.is_cuda else CPU_MILLISECONDS
+
+    def view(name: str, frame: int) -> Camera:
+        subject = suite.subject(name)
+        return swayed(subject.camera, 1.0 / subject.resident.scene.placement.scale, frame)
+
+    def measure_times(name: str, target: float) -> Row:
+        subject = suite.subject(name)
+        settings = RenderSettings(**base, vpls=suite.count(VPLS), target_ms=target)
+        renderer = Renderer(subject.resident, subject.size, settings)
+        renderer.render(subject.camera)
+        stats, wall = [], []
+        for number in range(1, 1 + (QUICK_FRAMES if suite.quick else FRAMES)):
+            begun = perf_counter()
+            stats.append(renderer.render(view(name, number)).stats)
+            wall.append(1e3 * (perf_counter() - begun))
+        frame_ms = [sum(frame.stage_ms.values()) for frame in stats]
+        levels = [(frame.counts["sp_clusters"], frame.counts["vpl_clusters"]) for frame in stats]
+        return {
+            "scene": name,
+            "size": list(subject.size),
+            "settings": settings.model_dump(mode="json"),
+            "target": {"ms": target},
+            "frames": len(stats),
+            "held": held(frame_ms, target),
+            "wall_ms": spread(wall),
+            "changes": changes(levels),
+            "pairs": spread([float(sps * vpls) for sps, vpls in levels]),
+            "path_ms": [round(ms, 3) for ms in frame_ms],
+        }
+
+    vpls = suite.count(ERROR_VPLS)
+    frames, pauses = (QUICK_FRAMES, QUICK_PAUSES) if suite.quick else (ERROR_FRAMES, PAUSES)
+    base_error = {**base, "vpls": vpls, "near_field": False}
+
+    def exact(name: str, number: int, clusters: int) -> Floats:
+        """By disks as large as the frame's own clusters make them."""
+        subject = suite.subject(name)
+        settings = RenderSettings(**base_error, method=Method.EXACT_VPL, vpl_clusters=clusters)
+        return Renderer(subject.resident, subject.size, settings).render(view(name, number)).radiance()
+
+    def measure_error(name: str, target: float) -> Row:
+        subject = suite.subject(name)
+        settings = RenderSettings(**base_error, target_error=target)
+        renderer = Renderer(subject.resident, subject.size, settings)
+        errors, estimates, levels, frame_ms = [], [], [], []
+        for number in range(1, 1 + frames):
+            frame = renderer.render(view(name, number))
+            stats = frame.stats
+            levels.append((stats.counts["sp_clusters"], stats.counts["vpl_clusters"]))
+            frame_ms.append(sum(stats.stage_ms.values()))
+            if number % (frames // pauses) == 0:
+                errors.append(mse(frame.radiance(), exact(name, number, levels[-1][1])))
+                estimates.append(stats.estimates["expected_error"])
+        return {
+            "scene": name,
+            "size": list(subject.size),
+            "settings": settings.model_dump(mode="json"),
+            "target": {"error": target},
+            "frames": len(levels),
+            "held": held(errors, target),
+            "estimated": held(estimates, target),
+            "errors": errors,
+            "changes": changes(levels),
+            "pairs": spread([float(sps * vpls) for sps, vpls in levels]),
+            "path_ms": [round(ms, 3) for ms in frame_ms],
+        }
+
+    for name in suite.scene_names():
+        label = suite.label(name)
+        tasks = [Task(f"{label} {target:g} ms", partial(measure_times, name, target)) for target in times]
+        tasks += [Task(f"{label} MSE {target:g}", partial(measure_error, name, target)) for target in ERRORS]
+        suite.run("targets", tasks)

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from scenes import box, grey, quad, resident_of
+
+from gpu.accumulate import Accumulation
+from gpu.camera import look_at
+from gpu.methods.targeted import KEPT_LEVELS
+from gpu.renderer import Renderer
+from gpu.resident import ResidentScene
+from gpu.settings import Component, RenderSettings
+from gpu.stages import Stages
+
+SIZE = (64, 48)
+CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
+INDIRECT = {"component": Component.INDIRECT, "vpls": 2000, "skip": {"unchanged_camera": False}}
+RATE = 1e-4  # simulated milliseconds a pair of clusters
+
+
+@pytest.fixture(scope="module")
+def room() -> ResidentScene:
+    """A closed box with a lamp below its ceiling."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
+
+
+@pytest.fixture
+def simulated_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames take what their pairs of clusters say, whatever this machine does meanwhile."""
+
+    def milliseconds(stages: Stages) -> dict[str, float]:
+        return {"fixed": 5.0, "pairs": RATE * getattr(stages.variant, "work", 0.0)}
+
+    monkeypatch.setattr(Stages, "milliseconds", milliseconds)
+
+
+@pytest.mark.parametrize("target", [10.0, 40.0])
+def test_the_first_picture_has_the_counts_that_meet_the_time(
+    room: ResidentScene, simulated_times: None, target: float
+) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
+    for _ in range(2):
+        stats = renderer.render(CAMERA).stats
+        assert sum(stats.stage_ms.values()) == pytest.approx(target, rel=0.1)
+        assert stats.counts["sp_clusters"] > 0
+        assert stats.estimates["target_ms"] == target
+        assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
+
+
+def test_levels_come_and_go_without_a_trace_in_the_picture(room: ResidentScene, simulated_times: None) -> None:
+    """Counts shared among levels, graphs and arrays: a level met again gives the same bits, also when made anew."""
+    targets = [6.0, 40.0]
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=40.0))
+    pictures: dict[tuple[int, int], list[bytes]] = {}
+    assert renderer._targeted is not None
+    governor = renderer._targeted._governor
+    for number in range(60):
+        governor._target = targets[number // 15 % 2]
+        frame = renderer.render(CAMERA)
+        counts = frame.stats.counts["sp_clusters"], frame.stats.counts["vpl_clusters"]
+        pictures.setdefault(counts, []).append(frame.radiance().tobytes())
+        assert len(renderer._targeted._kept) <= KEPT_LEVELS
+    assert len(pictures) > 2
+    assert any(len(same) > 15 for same in pictures.values())
+    assert all(len(set(same)) == 1 for same in pictures.values())
+    for sp_clusters, vpl_clusters in list(pictures)[:3]:
+        choice = {**INDIRECT, "sp_clusters": sp_clusters, "vpl_clusters": vpl_clusters}
+        alone = Renderer(room, SIZE, RenderSettings(**choice)).render(CAMERA).radiance()
+        assert alone.tobytes() == pictures[sp_clusters, vpl_clusters][0]
+
+
+def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: ResidentScene, simulated_times: None) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
+    accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
+    first = renderer.render(CAMERA, accumulation).stats.counts
+    assert renderer._targeted is not None
+    governor = renderer._targeted._governor
+    governor._target = 6.0
+    later = [renderer.render(CAMERA, accumulation).stats.counts["sp_clusters"] for _ in range(3)]
+    assert set(later) == {first["sp_clusters"]}
+    assert accumulation.samples == 4
+    counts = [renderer.render(CAMERA).stats.counts["sp_clusters"] for _ in range(4)]
+    assert counts[-1] < counts[0]
+
+
+def test_an_error_is_met_by_more_clusters_for_less_of_it(room: ResidentScene) -> None:
+    def work(target: float) -> float:
+        renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=target))
+        stats = [renderer.render(CAMERA).stats for _ in range(10)][-1]
+        assert stats.estimates["target_error"] == target
+        assert stats.estimates["expected_error"] > 0.0
+        return float(stats.counts["sp_clusters"] * stats.counts["vpl_clusters"])
+
+    assert work(3e-3) < work(1e-4)
+
+
+def test_a_scene_without_indirect_light_meets_any_error() -> None:
+    dark = resident_of(box(), [grey(0.7)])
+    frame = Renderer(dark, SIZE, RenderSettings(**INDIRECT, target_error=1e-3)).render(CAMERA)
+    assert np.all(frame.radiance() == 0.0)
