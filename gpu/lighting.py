@@ -79,7 +79,9 @@ class Lighting:
         """The radiosity around the VPLs of `choice`, of which there must be one; kept as long as they are."""
         clusters = self.clusters(choice, progress)
         if choice not in self._radiosity:
-            self._radiosity[choice] = radiosity_map(self._resident, clusters)
+            self._radiosity[choice] = radiosity_map(
+                self._resident, self._resident.view(lambertian=choice.lambertian), clusters
+            )
         return self._radiosity[choice]
 
 

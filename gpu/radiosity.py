@@ -9,8 +9,10 @@ import warp as wp
 from gpu.device import launch
 from gpu.grid import NORMAL_THRESHOLD, Grid, Representatives, cells_per_unit, level_of
 from gpu.nearest import nearest_search
-from gpu.resident import ResidentScene
-from gpu.sampling import PI
+from gpu.rays import closest_hit, occluded
+from gpu.resident import NO_HIT, ResidentScene, SceneData
+from gpu.sampling import PI, TO_UNIT, hashed, orthonormal
+from gpu.surface import triangle_normal
 from gpu.vpl_clusters import VplClusters
 
 # VPLs in one estimate, itself among them. The last only bounds the disk: the mean over a surface is unbiased with that.
@@ -18,6 +20,11 @@ NEIGHBOURS = 12
 # VPLs off the plane by more than this share of the disk's radius are of another surface. They bound the disk all the
 # same, which is so no wider than slats are apart.
 PLANE_SHARE = wp.constant(0.3)
+# Places around a VPL where its surface is looked for, at this share of its disk's radius: half of the area is nearer.
+PLACES = wp.constant(8)
+MIDDLE = wp.constant(0.70710678)
+# Fewer than these are not believed.
+LEAST_COVERED = wp.constant(3)
 # A VPL answers for points within this many of its radii, stretched along the normals (gpu.grid).
 REACH = wp.constant(2.0)
 # Levels, each with cells twice as wide, that are searched.
@@ -80,8 +87,43 @@ def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3],
     radiosity[vpl] = total / (PI * disk * disk)
 
 
-def radiosity_map(resident: ResidentScene, clusters: VplClusters) -> RadiosityMap:
-    """The radiosity at the members of `clusters`, of which there is one or more."""
+@wp.kernel
+def coverage_kernel(first: int, scene: SceneData, vpls: Representatives, radius: wp.array[float],
+                    covered: wp.array[int]) -> None:  # fmt: skip
+    """One thread a place around a VPL, in the middle of its disk's area: 1 where its surface goes on, else 0.
+
+    covered: (vpl, place), flattened. The surface ends at its edge, and where something stands on it.
+    """
+    index = first + wp.tid()
+    vpl = index // PLACES
+    covered[index] = 0
+    normal = vpls.normal[vpl]
+    disk = radius[vpl]
+    turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
+    frame = orthonormal(normal)
+    direction = frame * wp.vec3(wp.cos(turn), wp.sin(turn), 0.0)
+    height = PLANE_SHARE * disk
+    origin = vpls.position[vpl] + normal * height
+    way = MIDDLE * disk
+    if disk <= 0.0 or occluded(scene, origin, direction, way):
+        return
+    hit = closest_hit(scene, origin + direction * way, -normal, 2.0 * height)
+    if hit.face != NO_HIT and wp.abs(wp.dot(triangle_normal(scene, hit.face), normal)) > NORMAL_THRESHOLD:
+        covered[index] = 1
+
+
+@wp.kernel
+def cover_kernel(first: int, covered: wp.array[int], radiosity: wp.array[wp.vec3]) -> None:
+    """One thread a VPL: its radiosity is that of the part of its disk that is surface."""
+    vpl = first + wp.tid()
+    number = int(0)
+    for place in range(PLACES):
+        number += covered[vpl * PLACES + place]
+    radiosity[vpl] = radiosity[vpl] * float(PLACES) / float(wp.max(number, LEAST_COVERED))
+
+
+def radiosity_map(resident: ResidentScene, scene: SceneData, clusters: VplClusters) -> RadiosityMap:
+    """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`."""
     members, device = clusters.members, resident.device
     grid = Grid(members.count, device)
     vpls = grid.data
@@ -92,6 +134,9 @@ def radiosity_map(resident: ResidentScene, clusters: VplClusters) -> RadiosityMa
     result = RadiosityMap()
     result.radiosity = wp.zeros(members.count, dtype=wp.vec3, device=device)
     launch(radiosity_kernel, members.count, [vpls, members.flux, radius, result.radiosity], device)
+    covered = wp.zeros(int(PLACES) * members.count, dtype=int, device=device)
+    launch(coverage_kernel, int(PLACES) * members.count, [scene, vpls, radius, covered], device)
+    launch(cover_kernel, members.count, [covered, result.radiosity], device)
     vpls.spacing = radius
     grid.build()
     result.vpls = vpls
