@@ -15,13 +15,12 @@ from gpu.vpl import Vpls, allocate_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls, unclustered
 
 COUNT = 100_000
-ALBEDO = 0.6
 
 
 @pytest.fixture(scope="module")
 def view(device: str) -> View:
     """A floor seen from above, two dozen SPs."""
-    resident = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(ALBEDO)], device=device)
+    resident = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(0.6)], device=device)
     view = View(resident, (6, 4), lambertian=True)
     view.look(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
     view.find_shading_points()
@@ -46,15 +45,14 @@ def cluster(view: View, vpls: Vpls) -> VplClusters:
 
 
 def expected(view: View, cluster: VplClusters, weight: Doubles | float = 1.0) -> Doubles:
-    """The radiance of each pixel in float64, each VPL with a `weight` (vpl,) of its own."""
+    """The irradiance of each pixel in float64, each VPL with a `weight` (vpl,) of its own."""
     members = cluster.members
     place = view.gbuffer.position.numpy().astype(np.float64)
     ways = members.position.numpy().astype(np.float64)[None] - place[:, None]
     squared = (ways**2).sum(axis=2)
     area = float(cluster.area.numpy()[0]) / COUNT
     share = weight * ways[..., 1] ** 2 / (squared * (np.pi * squared + area))
-    albedo = view.gbuffer.albedo.numpy().astype(np.float64)
-    return np.asarray(albedo / np.pi * (share @ members.flux.numpy().astype(np.float64)))
+    return np.asarray(share @ members.flux.numpy().astype(np.float64))
 
 
 def error(picture: Floats, reference: Doubles) -> float:
@@ -69,18 +67,16 @@ def test_the_flux_of_a_cluster(vpls: Vpls, cluster: VplClusters) -> None:
 def test_rays_to_every_vpl(view: View, cluster: VplClusters) -> None:
     singles = unclustered(view.resident, cluster)
     for run in (COUNT, 7):
-        view.indirect.radiance.zero_()
         for begin in range(0, COUNT, run):
             gather(
                 view.scene, view.gbuffer, view.shading_points, singles, begin, min(begin + run, COUNT), view.indirect
             )
-        assert error(view.indirect.radiance.numpy(), expected(view, cluster)) < 1e-6
+        assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-6
 
 
 def test_the_members_of_a_cluster_that_is_near(view: View, cluster: VplClusters) -> None:
-    view.indirect.radiance.zero_()
     gather(view.scene, view.gbuffer, view.shading_points, cluster, 0, 1, view.indirect)
-    assert error(view.indirect.radiance.numpy(), expected(view, cluster)) < 1e-6
+    assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-6
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
@@ -94,6 +90,6 @@ def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster:
     clusters = allocate_sp_clusters(2, 2, view.pixels, view.device)
     clusters.cluster.assign(np.tile([[0], [1]], (1, view.pixels)).astype(np.int32))
     clusters.weight.assign(np.tile([[share], [1.0 - share]], (1, view.pixels)).astype(np.float32))
-    shade(2, view.gbuffer, sps.pixels, sps.count, clusters, visibility, singles, view.indirect)
+    shade(2, view.gbuffer, sps, clusters, visibility, singles, 0, view.indirect)
     weight = np.where(np.arange(COUNT) % 2 == 0, 1.0, share)
-    assert error(view.indirect.radiance.numpy(), expected(view, cluster, weight)) < 1e-6
+    assert error(view.indirect.irradiance.numpy(), expected(view, cluster, weight)) < 1e-6
