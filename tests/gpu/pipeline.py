@@ -8,7 +8,8 @@ from scenes import results
 
 from gpu.gbuffer import GBuffer
 from gpu.lights import build_light_table
-from gpu.resident import ResidentScene
+from gpu.rays import connected_solid
+from gpu.resident import ResidentScene, SceneData
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.settings import Weighting
 from gpu.shade import allocate_indirect, gather, shade
@@ -27,6 +28,17 @@ def light_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplC
     pair = first + wp.tid()
     pixel = pixels[pair // vpls.count]
     out[pair] = unoccluded(gbuffer.position[pixel], gbuffer.normal[pixel], vpls, pair % vpls.count)
+
+
+@wp.kernel
+def seen_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters,
+                out: wp.array[int]) -> None:  # fmt: skip
+    """One thread a pair: whether an SP sees a VPL cluster's representative."""
+    pair = first + wp.tid()
+    pixel = pixels[pair // vpls.count]
+    vpl = pair % vpls.count
+    out[pair] = int(connected_solid(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], vpls.position[vpl],
+                                    vpls.normal[vpl]))  # fmt: skip
 
 
 @dataclass
@@ -92,11 +104,26 @@ class Pipeline:
         weights = clusters.weight.numpy()[:, :count].astype(np.float64)
         return np.einsum("fs,fsv->sv", weights, self.beliefs()[clusters.cluster.numpy()[:, :count]])
 
-    def unoccluded(self) -> Doubles:
+    def unhidden(self) -> Doubles:
         """What each VPL cluster sends each SP if nothing hides it, (sp, VPL cluster, 3)."""
         count, lights = self.sp_count, self.lights
         inputs = [self.view.gbuffer, self.view.shading_points.pixels, lights]
         return results(light_kernel, count * lights.count, inputs, wp.vec3).reshape(count, lights.count, 3)
+
+    def seen(self) -> Doubles:
+        """Whether each SP sees each VPL cluster's representative, (sp, VPL cluster), 0 or 1."""
+        count, lights, view = self.sp_count, self.lights, self.view
+        inputs = [view.scene, view.gbuffer, view.shading_points.pixels, lights]
+        return results(seen_kernel, count * lights.count, inputs, wp.int32).reshape(count, lights.count)
+
+    def know_the_truth(self) -> None:
+        """Make each SP a cluster of its own that sees what the SP sees, and shade anew; wants a fuzziness of 1."""
+        capacity, count, device = self.view.pixels, self.sp_count, self.view.device
+        clusters = self.clustering.clusters
+        clusters.cluster = wp.array(np.arange(capacity)[None] % count, dtype=int, device=device)
+        clusters.weight = wp.ones((1, capacity), dtype=float, device=device)
+        self.visibility.words = wp.zeros((count, self.visibility.words.shape[1]), dtype=wp.uint32, device=device)
+        self.believe(self.seen())
 
     def irradiance(self) -> Doubles:
         """Fuzzy irradiance, (pixel, 3)."""

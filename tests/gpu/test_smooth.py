@@ -1,45 +1,42 @@
 import numpy as np
 import pytest
-import warp as wp
 from numpy.typing import NDArray
-from scenes import column
+from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
-from gpu.device import allocate
 from gpu.gbuffer import GBuffer
+from gpu.shading_points import ShadingPoints
 from gpu.smooth import Smoothing
 
-WIDTH, HEIGHT = 48, 40
-CPU = wp.get_device("cpu")
-
-
-def wall(normals: NDArray | None = None, depth: NDArray | None = None, seen: NDArray | None = None) -> GBuffer:
-    """A G-buffer of a wall that faces the camera, one unit a pixel; all arguments (height, width, …)."""
-    count = WIDTH * HEIGHT
-    y, x = np.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
-    z = np.zeros((HEIGHT, WIDTH)) if depth is None else depth
-    up = np.zeros((HEIGHT, WIDTH, 3))
-    up[..., 2] = 1.0
-    up = up if normals is None else normals
-    gbuffer = allocate(GBuffer, count, CPU)
-    gbuffer.position.assign(np.stack([x, -y, z], axis=2).reshape(count, 3).astype(np.float32))
-    gbuffer.normal.assign(up.reshape(count, 3).astype(np.float32))
-    gbuffer.geometric.assign(up.reshape(count, 3).astype(np.float32))
-    gbuffer.spacing.assign(np.ones(count, np.float32))
-    visible = np.ones((HEIGHT, WIDTH), bool) if seen is None else seen
-    gbuffer.face.assign(np.where(visible.ravel(), 0, -1).astype(np.int32))
-    return gbuffer
+SPLITS = ["normals", "depth", "nothing"]
 
 
 def smoothed(gbuffer: GBuffer, light: NDArray) -> NDArray:
     """`light` (height, width) after smoothing."""
-    values = column(np.repeat(light.reshape(-1, 1), 3, axis=1), wp.vec3)
+    values = grey_values(light)
     Smoothing((WIDTH, HEIGHT), CPU).run(gbuffer, values)
-    return values.numpy()[:, 0].reshape(HEIGHT, WIDTH)
+    return numbers(values)
+
+
+def shared(gbuffer: GBuffer, light: NDArray, guide: NDArray, stride: int = 1) -> tuple[NDArray, NDArray]:
+    """`light` (height, width) after sharing it between SPs by a `guide`, and which pixels have SPs."""
+    sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
+    sps.find(gbuffer)
+    chosen = np.zeros(WIDTH * HEIGHT, bool)
+    chosen[sps.pixels.numpy()[: sps.count.numpy()[0]]] = True
+    values = grey_values(light)
+    result = Smoothing((WIDTH, HEIGHT), CPU).share(gbuffer, sps, grey_values(guide), values)
+    assert np.array_equal(numbers(values), light.astype(np.float32))  # other stages still need it
+    return numbers(result), chosen.reshape(HEIGHT, WIDTH)
 
 
 def noise(seed: int = 0) -> NDArray:
     """What one shadow ray a pixel gives in a penumbra."""
     return np.random.default_rng(seed).integers(0, 2, (HEIGHT, WIDTH)).astype(float)
+
+
+def rare(seed: int = 0) -> NDArray:
+    """What a ray a pixel finds of what few rays find: now and then far too much, of mean 1."""
+    return np.where(np.random.default_rng(seed).uniform(size=(HEIGHT, WIDTH)) < 0.05, 20.0, 0.0)
 
 
 def test_even_light_stays_as_it_is() -> None:
@@ -61,17 +58,56 @@ def test_a_sharp_shadow_without_noise_stays_sharp() -> None:
     assert np.array_equal(np.delete(result, [WIDTH // 2 - 1, WIDTH // 2], axis=1), np.delete(light, [23, 24], axis=1))
 
 
-def test_nothing_crosses_the_edges_of_surfaces() -> None:
-    left = np.arange(WIDTH)[None, :] < WIDTH // 2
-    left = np.repeat(left, HEIGHT, axis=0)
-    normals = np.where(left[..., None], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
-    for gbuffer in (wall(normals=normals), wall(depth=np.where(left, 0.0, 50.0)), wall(seen=left)):
-        light = np.where(left, noise(), 100.0 + noise(1))
-        result = smoothed(gbuffer, light)
-        assert result[left].max() <= 1.0
-        assert result[~left].min() >= 100.0
+@pytest.mark.parametrize("kind", SPLITS)
+def test_nothing_crosses_the_edges_of_surfaces(kind: str) -> None:
+    result = smoothed(split_walls()[kind], np.where(LEFT, noise(), 100.0 + noise(1)))
+    assert result[LEFT].max() <= 1.0
+    assert result[~LEFT].min() >= 100.0
 
 
 def test_pixels_without_a_surface_keep_their_light() -> None:
     light = noise()
     assert np.array_equal(smoothed(wall(seen=np.zeros((HEIGHT, WIDTH), bool)), light), light)
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+def test_rare_light_is_spread_evenly_over_a_plane_and_keeps_its_mean(stride: int) -> None:
+    before, after = [], []
+    for seed in range(20):
+        light = rare(seed)
+        result, sps = shared(wall(), light, np.ones((HEIGHT, WIDTH)), stride)
+        anchors = light[::stride, ::stride]
+        # Every SP takes from the anchors around it, which so all count the same but near the image's edges.
+        before.append(anchors.mean())
+        after.append(result[sps].mean())
+        assert result[sps].var() < anchors.var() / 20.0
+    assert np.mean(after) == pytest.approx(np.mean(before), rel=0.03)
+
+
+def test_only_anchors_share_their_light() -> None:
+    light = rare()
+    light[::2, ::2] = 0.0
+    result, _ = shared(wall(), light, np.ones((HEIGHT, WIDTH)), 2)
+    assert (result[::2, ::2] == 0.0).all()
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+@pytest.mark.parametrize("kind", SPLITS)
+def test_no_light_is_shared_across_the_edges_of_surfaces(kind: str, stride: int) -> None:
+    light = np.where(LEFT, rare(), 1000.0 + rare(1))
+    result, sps = shared(split_walls()[kind], light, np.ones((HEIGHT, WIDTH)), stride)
+    assert result[LEFT & sps].max() <= 20.0
+    if kind != "nothing":
+        assert result[~LEFT & sps].min() >= 1000.0
+
+
+def test_less_is_shared_where_the_guide_has_other_light() -> None:
+    light, alike = np.where(LEFT, 0.0, 1.0), np.ones((HEIGHT, WIDTH))
+    leaked = [shared(wall(), light, guide)[0][LEFT].sum() for guide in (alike, np.where(LEFT, 1.0, 50.0))]
+    assert leaked[0] > 10.0
+    assert leaked[1] < 1e-3 * leaked[0]
+
+
+def test_what_is_black_in_the_guide_shares_with_its_like() -> None:
+    result, _ = shared(wall(), rare(), np.zeros((HEIGHT, WIDTH)))
+    assert result.var() < rare().var() / 20.0

@@ -39,8 +39,22 @@ def test_lambertian_views_see_the_scene_as_the_references_do() -> None:
 
 def test_indirect_light_is_added_to_what_is_there() -> None:
     view = View(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
-    direct, indirect = np.random.default_rng(0).uniform(size=(2, 96, 3)).astype(np.float32)
+    view.look(look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0)))
+    view.find_shading_points()
+    direct, irradiance = np.random.default_rng(0).uniform(size=(2, 96, 3)).astype(np.float32)
     view.radiance.assign(column(direct, wp.vec3))
-    view.indirect.radiance.assign(column(indirect, wp.vec3))
+    view.indirect.irradiance.assign(column(irradiance, wp.vec3))
     view.add_indirect()
-    assert np.allclose(view.radiance.numpy(), direct + indirect)
+    assert np.allclose(view.radiance.numpy(), direct + 0.5 / np.pi * irradiance)
+
+
+def test_a_view_with_a_stride_shades_fewer_points() -> None:
+    resident = resident_of(box(), [grey(0.5)])
+    counts = []
+    for stride in (1, 2):
+        view = View(resident, SIZE, lambertian=True, stride=stride)
+        view.look(look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0)))
+        view.find_shading_points()
+        counts.append(int(view.shading_points.count.numpy()[0]))
+    assert counts[0] == 96
+    assert 24 <= counts[1] < 96
