@@ -48,7 +48,7 @@ class FuzzyVpl:
         )
         self._correction = Correction(view.pixels, view.device)
         self._near_field = NearField(view.pixels, view.device)
-        self._counter = Counter(7, view.device)
+        self._counter = Counter(8, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
@@ -66,7 +66,7 @@ class FuzzyVpl:
         # Captured graphs read the arrays of this set, so it must live as long as they do.
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
-        self._kept = True
+        self._kept, self._refines = True, False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         most = self._vpls.count if self._fixed else quality.vpl_clusters
         self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
@@ -90,6 +90,7 @@ class FuzzyVpl:
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
 
         correction, probes, smooth = self._correction, self.probes, is_smoothed(settings, sample)
+        self._refines = settings.correct and smooth
 
         def correct() -> None:
             correction.trace(view.scene, gbuffer, sps, vpls, seed, indirect)
@@ -112,7 +113,7 @@ class FuzzyVpl:
         )
         if settings.correct:
             stages.run("correct", correct, repeats=repeats)
-            if smooth:
+            if self._refines:
                 stages.run("refine", refine, repeats=repeats)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
@@ -120,18 +121,19 @@ class FuzzyVpl:
         add_indirect(view, self._near_field, vpls, lit, settings, stages, sample)
 
     def statistics(self) -> FrameStatistics:
-        """VPLs, clusters, SPs, rays between representatives and to near surfaces, and SPs that nothing serves."""
+        """VPLs, clusters, SPs, those refined, rays between representatives and to near surfaces, and SPs unserved."""
         view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
         seen = [(view.gbuffer.face, int(NO_HIT))]
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         if not self._has_indirect:
             (empty,) = self._counter.sums([], seen)
-            counts |= {"shaded": 0, "rays": 0, "near": 0, "unassigned": 0}
+            counts |= {"shaded": 0, "refined": 0, "rays": 0, "near": 0, "unassigned": 0}
             return counts, view_skips(view, self._settings, empty)
         visibility = self._visibility
-        shaded, rays, shared, used, near, needs, empty = self._counter.sums(
+        shaded, refined, rays, shared, used, near, needs, empty = self._counter.sums(
             [
                 (view.shading_points.count, 0),
+                (self._worst.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
                 (self._clustering.clusters.used, 0),
@@ -149,4 +151,5 @@ class FuzzyVpl:
             "facing_away": pairs - rays - shared,
             "weak_pairs": shared,
         }
-        return counts | {"shaded": shaded, "rays": rays, "near": near, "unassigned": unassigned}, skips
+        counts |= {"shaded": shaded, "refined": refined if self._refines else 0, "rays": rays, "near": near}
+        return counts | {"unassigned": unassigned}, skips

@@ -90,10 +90,12 @@ def test_a_frame_has_launches_by_stage_and_amounts() -> None:
     renderer = Renderer(resident, (16, 12), settings)
     with launches_counted() as launches:
         renderer.render(resident.scene.cameras[0])
-    counts = amounts(measure_frames(renderer, resident.scene.cameras[0], 2, 2), settings)
+    measured = measure_frames(renderer, resident.scene.cameras[0], 2, 2)
+    counts = amounts(measured, settings)
     assert 0 < counts["sps"] <= 16 * 12
     assert 0.0 < counts["facing"] < 1.0
     assert {"gbuffer", "cluster", "visibility", "shade"} <= set(launches)
+    assert set(floors(measured.stages, counts, RATES, launches)) == set(STAGES) == set(measured.stages)
     assert launches["cluster"] > launches["shade"] >= 1
     assert all(rate > 0.0 for rate in ray_rates(resident, (16, 12), settings))
 

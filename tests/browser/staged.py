@@ -12,7 +12,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from gpu.settings import RenderSettings
 from server.images import encode_image
-from server.protocol import Codec, FrameHeader, Phase
+from server.protocol import STAGES, Codec, FrameHeader, Phase
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 FRONT = {"name": "front", "matrix": IDENTITY, "yfov": 1.0, "aspect": 1.6, "orthographic": False}
@@ -69,9 +69,8 @@ class Stage:
         """Answers the hello."""
         self.hear("hello")
         limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
-        stages = ["gbuffer", "direct", "cluster", "visibility", "shade", "check", "refine", "other"]
         schema = RenderSettings.model_json_schema()
-        words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "stages": stages, "codecs": ["jpeg", "png"]}
+        words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "stages": STAGES, "codecs": ["jpeg", "png"]}
         self.say("welcome", protocol=1, limits=limits, **words)
 
     def scene(self, id_: str = "cornell-box") -> None:
@@ -105,7 +104,7 @@ class Stage:
         samples: tuple[int, int] = (1, 1),
         codec: Codec = Codec.JPEG,
         frame: int | None = None,
-        stages: tuple[float, ...] = (0.5, 2.0, 1.0, 3.0, 1.5, 0.0, 0.0, 0.2),
+        stages: tuple[float, ...] = (0.5, 2.0, 1.0, 3.0, 1.5, 0.0, 0.0, 0.0, 0.0, 0.2),
     ) -> int:
         """Sends a frame of the newest pose and settings: a colour, or pixels (height, width, 3); returns its id."""
         pixels = np.empty((size[1], size[0], 3), np.uint8) if isinstance(picture, tuple) else picture

@@ -4,6 +4,10 @@ import math
 import pytest
 
 from gpu.errors import UserError
+from gpu.renderer import Renderer
+from gpu.resident import ResidentScene
+from gpu.scene import load_scene
+from gpu.settings import RenderSettings
 from server.protocol import (
     HEADER_BYTES,
     STAGES,
@@ -20,18 +24,18 @@ IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 
 
 def test_a_header_survives_the_wire_and_keeps_the_image_aligned() -> None:
-    header = FrameHeader(640, 360, 7, 2**32 - 1, 3, 0.5, 12.25, 1.5, (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5))
+    header = FrameHeader(640, 360, 7, 2**32 - 1, 3, 0.5, 12.25, 1.5, (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0, 9.0))
     message = header.pack() + b"image"
     assert unpack_frame(message) == (header, b"image")
-    assert HEADER_BYTES == 72
+    assert HEADER_BYTES == 80
 
 
 def test_the_header_has_the_documented_layout() -> None:
     packed = FrameHeader(0x0102, 0x0304, 5, 6, 7, 0.0, 0.0, 0.0, (0.0,) * len(STAGES)).pack()
-    assert packed[:20] == bytes([1, 1, 72, 0, 2, 1, 4, 3, 5, 0, 0, 0, 6, 0, 0, 0, 7, 0, 0, 0])
+    assert packed[:20] == bytes([1, 1, 80, 0, 2, 1, 4, 3, 5, 0, 0, 0, 6, 0, 0, 0, 7, 0, 0, 0])
 
 
-@pytest.mark.parametrize("message", [b"", b"\x01" * 63, b"\x02" + bytes(80)])
+@pytest.mark.parametrize("message", [b"", b"\x01" * 79, b"\x02" + bytes(88)])
 def test_what_is_not_a_frame_is_refused(message: bytes) -> None:
     with pytest.raises(UserError, match="not a frame"):
         unpack_frame(message)
@@ -44,6 +48,13 @@ def test_stages_without_a_slot_are_summed_in_the_last_one() -> None:
         "shade": 2,
         "other": 1.5,
     }
+
+
+def test_every_stage_of_a_frame_in_motion_but_display_has_a_slot() -> None:
+    resident = ResidentScene(load_scene("cornell-box"), "cpu")
+    settings = RenderSettings(sp_clusters=16, vpl_clusters=8, vpls=64)
+    stages = Renderer(resident, (16, 12), settings).render(resident.scene.cameras[0]).stats.stage_ms
+    assert [*stages] == [*STAGES[:-1], "display"]
 
 
 def test_messages_are_typed() -> None:
