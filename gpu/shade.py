@@ -61,7 +61,7 @@ def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
 @wp.func
 def doubt(share: float) -> float:
     """How far what an SP's clusters believe of a VPL cluster's visibility may be from the truth: its deviation."""
-    return wp.max(wp.sqrt(share * wp.max(1.0 - share, 0.0)), LEAST_DOUBT)
+    return LEAST_DOUBT * (1.0 + share)
 
 
 @cache

@@ -1,24 +1,12 @@
 import numpy as np
 import pytest
-import warp as wp
-from numpy.typing import NDArray
 from pipeline import Pipeline, relative_error
-from scenes import results, slats
+from scenes import slats
 
-from gpu.gbuffer import GBuffer
 from gpu.scene.types import Doubles
-from gpu.shade import CHECKS, Indirect
-from gpu.transfer import unoccluded
-from gpu.vpl_clusters import VplClusters
+from gpu.shade import CHECKS, HIDDEN_CHECK, LEAST_DOUBT
 
-
-@wp.kernel
-def light_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters,
-                 out: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a pair: what a VPL cluster sends an SP if nothing hides it."""
-    pair = first + wp.tid()
-    pixel = pixels[pair // vpls.count]
-    out[pair] = unoccluded(gbuffer.position[pixel], gbuffer.normal[pixel], vpls, pair % vpls.count)
+SEEDS = 300
 
 
 @pytest.fixture(scope="module")
@@ -27,78 +15,108 @@ def fuzzy() -> Pipeline:
     return Pipeline(resident, camera, size, sp_clusters=60)
 
 
-def bits_of(fuzzy: Pipeline) -> NDArray[np.uint8]:
-    """Visibility as (sp cluster, VPL cluster)."""
-    words = fuzzy.visibility.words.numpy().astype("<u4").view(np.uint8)
-    return np.unpackbits(words, axis=1, bitorder="little")[:, : fuzzy.lights.count]
+def drawn(fuzzy: Pipeline) -> Doubles:
+    """The targets of every SP by SEEDS seeds, (seed, check, sp)."""
+    targets = []
+    for seed in range(SEEDS):
+        fuzzy.shade(seed)
+        targets.append(fuzzy.view.indirect.target.numpy()[:, : fuzzy.sp_count])
+    fuzzy.shade()
+    return np.stack(targets)
 
 
-def twin(fuzzy: Pipeline) -> tuple[Doubles, Doubles, Doubles]:
-    """Equation 9 in NumPy: radiance (sp, 3), and the least and most brightness that one cluster alone would give."""
-    count, lights = fuzzy.sp_count, fuzzy.lights.count
-    sps = fuzzy.view.shading_points.pixels
-    light = results(light_kernel, count * lights, [fuzzy.view.gbuffer, sps, fuzzy.lights], wp.vec3)
-    light = light.reshape(count, lights, 3)
-    clusters = fuzzy.clustering.clusters
-    members, weights = clusters.cluster.numpy()[:, :count], clusters.weight.numpy()[:, :count].astype(np.float64)
-    seen = bits_of(fuzzy)[members].astype(np.float64)  # (F, sp, VPL cluster)
-    albedo = fuzzy.view.gbuffer.albedo.numpy()[fuzzy.pixels]
-    alone = np.einsum("fsv,svc->fsc", seen, light) * albedo / np.pi
-    brightness = np.where(weights > 0.0, alone.mean(axis=2), np.nan)
-    return (alone * weights[..., None]).sum(axis=0), np.nanmin(brightness, axis=0), np.nanmax(brightness, axis=0)
+def deviations_of_chi_squared(targets: Doubles, weights: Doubles) -> float:
+    """How far Pearson's χ², summed over SPs, is from its mean, in its deviations.
+
+    targets (draw, sp) of the distribution of weights (sp, target); few-fold targets of an SP count as one.
+    """
+    total, freedom, variance = 0.0, 0, 0.0
+    for sp in np.flatnonzero(weights.sum(axis=1) > 0.0):
+        expected = len(targets) * weights[sp] / weights[sp].sum()
+        counts = np.bincount(targets[:, sp], minlength=len(expected))
+        often = expected >= 5.0
+        rest = expected[~often].sum()
+        values, numbers = expected[often], counts[often]
+        if rest >= 5.0:
+            values, numbers = np.append(values, rest), np.append(numbers, counts[~often].sum())
+        total += float(((numbers - values) ** 2 / values).sum())
+        freedom += len(values) - (1 if rest >= 5.0 or rest == 0.0 else 0)
+        variance += 2.0 * len(values)
+    return (total - freedom) / np.sqrt(variance)
 
 
-def test_radiance_is_the_weighted_sum_over_the_clusters_of_an_sp(fuzzy: Pipeline) -> None:
-    expected, low, high = twin(fuzzy)
+def test_irradiance_is_the_weighted_sum_over_the_clusters_of_an_sp(fuzzy: Pipeline) -> None:
+    shares = fuzzy.shares()
+    expected = np.einsum("sv,svc->sc", shares, fuzzy.unhidden())
     assert expected.max() > 0.0
-    assert np.allclose(fuzzy.radiance()[fuzzy.pixels], expected, rtol=1e-3, atol=1e-6 * expected.max())
-    indirect: Indirect = fuzzy.view.indirect
-    assert np.allclose(indirect.low.numpy()[: fuzzy.sp_count], low, rtol=1e-3, atol=1e-6 * high.max())
-    assert np.allclose(indirect.high.numpy()[: fuzzy.sp_count], high, rtol=1e-3, atol=1e-6 * high.max())
-    assert (high > 1.05 * low).any()  # some clusters disagree, or the above says little
+    assert np.allclose(fuzzy.irradiance()[fuzzy.pixels], expected, rtol=1e-3, atol=1e-6 * expected.max())
+    assert ((shares > 0.01) & (shares < 0.99)).any()  # some clusters disagree, or the above says little
 
 
-def test_words_are_drawn_in_proportion_to_their_light(fuzzy: Pipeline) -> None:
-    words = fuzzy.view.indirect.word.numpy()[:, : fuzzy.sp_count]
-    assert words.shape[0] == CHECKS
-    count, lights = fuzzy.sp_count, fuzzy.lights.count
-    light = results(light_kernel, count * lights, [fuzzy.view.gbuffer, fuzzy.view.shading_points.pixels, fuzzy.lights],
-                    wp.vec3).reshape(count, lights, 3).mean(axis=2)  # fmt: skip
-    clusters = fuzzy.clustering.clusters
-    share = np.einsum("fs,fsv->sv", clusters.weight.numpy()[:, :count],
-                      bits_of(fuzzy)[clusters.cluster.numpy()[:, :count]])  # fmt: skip
-    amount = light * share
-    starts = np.arange(0, lights, 32)
-    amount = np.add.reduceat(amount, starts, axis=1)
-    lit = amount.sum(axis=1) > 0.0
-    expected = (amount[lit] / amount[lit].sum(axis=1, keepdims=True)).mean(axis=0)
-    drawn = np.bincount(words[:, lit].ravel(), minlength=len(starts)) / words[:, lit].size
-    assert np.allclose(drawn, expected, atol=0.05)
-    assert len(expected) > 1
+def in_doubt(fuzzy: Pipeline) -> tuple[Doubles, Doubles]:
+    """Light of each VPL cluster at each SP that is in doubt, and that is hidden by all beliefs, (sp, VPL cluster)."""
+    amount, shares = fuzzy.unhidden().mean(axis=2), fuzzy.shares()
+    doubt = np.maximum(np.sqrt(shares * np.maximum(1.0 - shares, 0.0)), float(LEAST_DOUBT))
+    return amount * doubt * (shares > 0.0), amount * (shares == 0.0)
+
+
+def test_the_light_in_doubt_and_the_hidden_light_are_told(fuzzy: Pipeline) -> None:
+    for told, expected in zip((fuzzy.view.indirect.doubted, fuzzy.view.indirect.hidden), in_doubt(fuzzy), strict=True):
+        assert (expected.sum(axis=1) > 0.0).any()
+        assert told.numpy()[: fuzzy.sp_count] == pytest.approx(expected.sum(axis=1), rel=1e-3)
+
+
+def test_targets_are_drawn_in_proportion_to_their_light_in_doubt(fuzzy: Pipeline) -> None:
+    targets, (doubted, hidden) = drawn(fuzzy), in_doubt(fuzzy)
+    assert targets.shape[1] == CHECKS > 1
+    some = targets[:, :HIDDEN_CHECK]
+    assert ((some >= 0) == (doubted.sum(axis=1) > 0.0)).all()
+    assert ((targets[:, HIDDEN_CHECK] >= 0) == (hidden.sum(axis=1) > 0.0)).all()
+    assert abs(deviations_of_chi_squared(some.reshape(-1, fuzzy.sp_count), doubted)) < 4.0
+    assert abs(deviations_of_chi_squared(targets[:, HIDDEN_CHECK], hidden)) < 4.0
+    # The test is sharp enough to tell other weights: those without the doubt.
+    wrong = fuzzy.unhidden().mean(axis=2) * (doubted > 0.0)
+    assert deviations_of_chi_squared(some.reshape(-1, fuzzy.sp_count), wrong) > 10.0
+
+
+def test_checks_of_an_sp_are_drawn_independently(fuzzy: Pipeline) -> None:
+    targets, (doubted, _) = drawn(fuzzy)[:, :2], in_doubt(fuzzy)[:2]
+    lit = doubted.sum(axis=1) > 0.0
+    chances = doubted[lit] / doubted[lit].sum(axis=1, keepdims=True)
+    expected = (chances**2).sum(axis=1)
+    same = (targets[:, 0] == targets[:, 1])[:, lit]
+    error = np.sqrt((expected * (1.0 - expected)).sum() / SEEDS)
+    assert abs((same.mean(axis=0) - expected).sum()) < 4.0 * error
+
+
+def test_targets_know_what_the_clusters_believe_of_them(fuzzy: Pipeline) -> None:
+    indirect, count = fuzzy.view.indirect, fuzzy.sp_count
+    target, believed = indirect.target.numpy()[:, :count], indirect.believed.numpy()[:, :count]
+    expected = fuzzy.shares()[np.arange(count)[None], target]
+    drawn = target >= 0
+    assert believed[drawn] == pytest.approx(expected[drawn], abs=1e-5)
 
 
 def test_gather_and_shade_agree_when_every_sp_is_a_cluster_of_its_own(fuzzy: Pipeline) -> None:
     own = Pipeline(fuzzy.resident, fuzzy.camera, fuzzy.size, sp_clusters=60, fuzziness=1)
-    # Answers of rays from the SPs themselves, put where the clusters' answers stand.
     exact = own.exact()
-    assert relative_error(own.radiance(), exact) > 1e-3
-    count, view = own.sp_count, own.view
-    each = np.stack([own.exact(vpl, vpl + 1) for vpl in range(own.lights.count)])
-    seen = (each.mean(axis=2) > 0.0)[:, own.pixels].T
-    padded = np.zeros((count, 32 * -(-own.lights.count // 32)), np.uint8)
-    padded[:, : own.lights.count] = seen
-    words = np.packbits(padded, axis=1, bitorder="little").view("<u4")
-    own.visibility.words = wp.array(words, dtype=wp.uint32, device="cpu")
-    clusters = own.clustering.clusters
-    clusters.cluster = wp.array(np.arange(view.pixels)[None] % count, dtype=int, device="cpu")
-    clusters.weight = wp.ones((1, view.pixels), dtype=float, device="cpu")
-    own.shade()
-    assert np.allclose(own.radiance(), exact, rtol=1e-3, atol=1e-5 * exact.max())
+    assert relative_error(own.irradiance(), exact) > 1e-3
+    own.know_the_truth()
+    assert np.allclose(own.irradiance(), exact, rtol=1e-3, atol=1e-5 * exact.max())
 
 
 def test_runs_of_vpl_clusters_add_up(fuzzy: Pipeline) -> None:
     middle = fuzzy.lights.count // 2
-    one, other = fuzzy.exact(0, middle), fuzzy.exact(middle)
+    one, other = fuzzy.gathered(fuzzy.lights, 0, middle), fuzzy.gathered(fuzzy.lights, middle)
     assert one.sum() > 0.0
     assert other.sum() > 0.0
     assert np.allclose(one + other, fuzzy.exact(), rtol=1e-5)
+
+
+def test_light_of_what_no_cluster_sees_is_all_hidden(fuzzy: Pipeline) -> None:
+    blind = Pipeline(fuzzy.resident, fuzzy.camera, (16, 12), sp_clusters=20)
+    blind.believe(np.zeros((blind.clustering.count, blind.lights.count)))
+    assert (blind.irradiance() == 0.0).all()
+    assert (blind.view.indirect.doubted.numpy() == 0.0).all()
+    amount = blind.unhidden().mean(axis=2).sum(axis=1)
+    assert blind.view.indirect.hidden.numpy()[: blind.sp_count] == pytest.approx(amount, rel=1e-3)
