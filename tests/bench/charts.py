@@ -23,17 +23,16 @@ STAGES = {
     "cluster": BLUE,
     "visibility": VERMILION,
     "shade": ORANGE,
-    "check": GREEN,
-    "refine": PURPLE,
     "correct": GREEN,
-    "near": PURPLE,
+    "refine": PURPLE,
+    "near": "#7f5f3f",
     "interpolate": SKY,
     "gather": "#8f3b1b",
     "paths": INK,
     "display": "#c9cdd2",
 }
 SCENES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, INK, SKY, "#7f5f3f")
-OTHER_STAGES = ("#c04f7d", "#7f5f3f", "#5f7f5f", "#7a6fb0")
+OTHER_STAGES = ("#c04f7d", "#5f7f5f", "#7a6fb0")
 # Two colours from dark to light for what has an order, such as error.
 SEQUENCE = "magma"
 FEW_DECADES = 1.8
