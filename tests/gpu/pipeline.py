@@ -4,21 +4,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import warp as wp
-from scenes import results
+from scenes import column, results
 
+from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.lights import build_light_table
 from gpu.rays import connected_solid
 from gpu.resident import ResidentScene, SceneData
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.settings import Weighting
-from gpu.shade import allocate_indirect, gather, shade
+from gpu.shade import allocate_indirect, doubt, gather, shade
 from gpu.sp_clusters import SpClustering
-from gpu.transfer import unoccluded
+from gpu.sums import Sum, added
+from gpu.transfer import disk_area, disk_transfer, unoccluded
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import trace_vpls
-from gpu.vpl_clusters import VplClusters, cluster_vpls, unclustered
+from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 
 @wp.kernel
@@ -39,6 +41,32 @@ def seen_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array
     vpl = pair % vpls.count
     out[pair] = int(connected_solid(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], vpls.position[vpl],
                                     vpls.normal[vpl]))  # fmt: skip
+
+
+@wp.kernel
+def member_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters,
+                  out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: its light of all members, each a disk as large as its cluster's are at that distance."""
+    pixel = pixels[first + wp.tid()]
+    position = gbuffer.position[pixel]
+    total = Sum()
+    for vpl in range(vpls.count):
+        area = disk_area(vpls, vpl, wp.length_sq(vpls.position[vpl] - position))
+        for member in range(vpls.starts[vpl], vpls.starts[vpl + 1]):
+            way = vpls.members.position[member] - position
+            normal = vpls.members.normal[member]
+            share = disk_transfer(way, gbuffer.normal[pixel], normal, area)
+            there = vpls.members.position[member]
+            if share > 0.0 and connected_solid(scene, position, gbuffer.geometric[pixel], there, normal):
+                total = added(total, vpls.members.flux[member] * share)
+    out[pixel] = total.total
+
+
+@wp.kernel
+def doubt_kernel(first: int, shares: wp.array[float], out: wp.array[float]) -> None:
+    """One thread a share of an SP's clusters that sees a VPL cluster: the doubt about it."""
+    index = first + wp.tid()
+    out[index] = doubt(shares[index])
 
 
 @dataclass
@@ -110,6 +138,11 @@ class Pipeline:
         inputs = [self.view.gbuffer, self.view.shading_points.pixels, lights]
         return results(light_kernel, count * lights.count, inputs, wp.vec3).reshape(count, lights.count, 3)
 
+    def doubts(self) -> Doubles:
+        """The doubt about what the clusters believe, (sp, VPL cluster)."""
+        shares = self.shares()
+        return results(doubt_kernel, shares.size, [column(shares.ravel(), float)], float).reshape(shares.shape)
+
     def seen(self) -> Doubles:
         """Whether each SP sees each VPL cluster's representative, (sp, VPL cluster), 0 or 1."""
         count, lights, view = self.sp_count, self.lights, self.view
@@ -140,9 +173,13 @@ class Pipeline:
         """Irradiance with a ray to the representative of each VPL cluster from every SP, (pixel, 3)."""
         return self.gathered(self.lights)
 
-    def of_all_vpls(self) -> Doubles:
-        """Irradiance with a ray to each VPL from every SP, (pixel, 3)."""
-        return self.gathered(unclustered(self.resident, self.lights))
+    def of_members(self) -> Doubles:
+        """Irradiance with a ray to each member of the VPL clusters from every SP, (pixel, 3)."""
+        out = wp.zeros(self.view.pixels, dtype=wp.vec3, device=self.view.device)
+        sps = self.view.shading_points
+        inputs = [self.view.scene, self.view.gbuffer, sps.pixels, self.lights, out]
+        launch(member_kernel, self.sp_count, inputs, self.view.device)
+        return np.asarray(out.numpy(), np.float64)
 
 
 def relative_error(picture: Doubles, reference: Doubles) -> float:

@@ -4,7 +4,7 @@ from pipeline import Pipeline, relative_error
 from scenes import slats
 
 from gpu.scene.types import Doubles
-from gpu.shade import CHECKS, HIDDEN_CHECK, LEAST_DOUBT
+from gpu.shade import CHECKS, HIDDEN_CHECK
 
 SEEDS = 300
 
@@ -20,7 +20,7 @@ def drawn(fuzzy: Pipeline) -> Doubles:
     targets = []
     for seed in range(SEEDS):
         fuzzy.shade(seed)
-        targets.append(fuzzy.view.indirect.target.numpy()[:, : fuzzy.sp_count])
+        targets.append(fuzzy.view.indirect.target.numpy()[:, : fuzzy.sp_count].copy())
     fuzzy.shade()
     return np.stack(targets)
 
@@ -56,8 +56,7 @@ def test_irradiance_is_the_weighted_sum_over_the_clusters_of_an_sp(fuzzy: Pipeli
 def in_doubt(fuzzy: Pipeline) -> tuple[Doubles, Doubles]:
     """Light of each VPL cluster at each SP that is in doubt, and that is hidden by all beliefs, (sp, VPL cluster)."""
     amount, shares = fuzzy.unhidden().mean(axis=2), fuzzy.shares()
-    doubt = np.maximum(np.sqrt(shares * np.maximum(1.0 - shares, 0.0)), float(LEAST_DOUBT))
-    return amount * doubt * (shares > 0.0), amount * (shares == 0.0)
+    return amount * fuzzy.doubts() * (shares > 0.0), amount * (shares == 0.0)
 
 
 def test_the_light_in_doubt_and_the_hidden_light_are_told(fuzzy: Pipeline) -> None:
