@@ -7,13 +7,20 @@ from stress import render
 from trimesh.creation import icosphere
 
 from gpu.camera import look_at
+from gpu.quality import ON_CPU
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Light, LightKind
 from gpu.settings import Method
 
 SIZE = (24, 18)
 # As many bounces as there can be: what comes after is 0.7¹⁸, two parts in a thousand.
-COUNTS = {"bounces": 16, "samples": 16, "vpls": 4000}
+COUNTS = {
+    "bounces": 16,
+    "samples": 16,
+    "vpls": ON_CPU.vpls,
+    "vpl_clusters": ON_CPU.vpl_clusters,
+    "sp_clusters": ON_CPU.sp_clusters,
+}
 
 
 @pytest.mark.parametrize("method", list(Method))

@@ -15,7 +15,7 @@ from gpu.sp_clusters import allocate_sp_clusters
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import allocate_vpls
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import VplClusters, bound
 
 SIZE = (24, 18)
 CAMERA = look_at((0.1, 0.05, 0.42), (-0.05, -0.1, -0.5), yfov_degrees=75.0)
@@ -106,7 +106,9 @@ def singles_at(view: View, height: float, normal: float) -> VplClusters:
     vpls.members.flux = vpls.flux = column(np.ones((count, 3)), wp.vec3, str(view.device))
     vpls.area = wp.zeros(count, dtype=float, device=view.device)
     vpls.cone = wp.full(count, 1.0, dtype=float, device=view.device)
+    vpls.extent = wp.zeros(count, dtype=float, device=view.device)
     vpls.starts = wp.array(np.arange(count + 1), dtype=int, device=view.device)
+    bound(vpls, view.device)
     return vpls
 
 
@@ -117,17 +119,16 @@ def test_vpls_on_shading_points_and_a_millionth_above(floor: View, height: float
     vpls = singles_at(floor, height, normal)
     vpls.area.fill_(area)
     gather(floor.scene, floor.gbuffer, floor.shading_points, vpls, 0, vpls.count, floor.indirect)
-    exact = floor.indirect.radiance.numpy()
+    exact = floor.indirect.irradiance.numpy()
     visibility = Visibility(1, vpls.count, floor.device)
     visibility.words.fill_(wp.uint32((1 << vpls.count) - 1))
     clusters = allocate_sp_clusters(1, 1, floor.pixels, floor.device)
     clusters.weight.fill_(1.0)
-    sps = floor.shading_points
-    shade(1, floor.gbuffer, sps.pixels, sps.count, clusters, visibility, vpls, floor.indirect)
-    for radiance in (exact, floor.indirect.radiance.numpy()):
-        assert np.isfinite(radiance).all()
+    shade(1, floor.gbuffer, floor.shading_points, clusters, visibility, vpls, 0, floor.indirect)
+    for irradiance in (exact, floor.indirect.irradiance.numpy()):
+        assert np.isfinite(irradiance).all()
         if height == 0.0 or normal > 0.0:
-            assert not radiance.any()
+            assert not irradiance.any()
         elif area > 0.0:
-            assert (radiance <= 0.6 / np.pi / area * 1.001).all()
-            assert (radiance > 0.0).all()
+            assert (irradiance <= 1.001 / area).all()
+            assert (irradiance > 0.0).all()
