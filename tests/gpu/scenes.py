@@ -12,6 +12,7 @@ from gpu.gbuffer import CameraData, camera_data
 from gpu.resident import ResidentScene
 from gpu.scene.assemble import MeshPart, assemble
 from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
+from gpu.vpl import Vpls, allocate_vpls
 
 
 def quad(corner: Sequence[float], edge_u: Sequence[float], edge_v: Sequence[float], material: int = 0) -> MeshPart:
@@ -82,6 +83,20 @@ def rectangle_over(half_x: float, half_z: float, height: float) -> float:
     a, b = half_x / height, half_z / height
     ra, rb = np.hypot(1.0, a), np.hypot(1.0, b)
     return float(2.0 / np.pi * (a / ra * np.arctan(b / ra) + b / rb * np.arctan(a / rb)))
+
+
+def square_of_vpls(count: int, height: float = 0.0, flux: float = 1.0, *, seed: int | None = None) -> Vpls:
+    """About `count` VPLs of a mean `flux` over a square of area 0.36 that faces up, in a grid or strewn by a seed."""
+    side = int(count**0.5)
+    grid = (np.arange(side) + 0.5) / side * 0.6 - 0.3
+    x, z = np.meshgrid(grid, grid)
+    if seed is not None:
+        x, z = np.random.default_rng(seed).uniform(-0.3, 0.3, (2, side, side))
+    vpls = allocate_vpls(side * side, wp.get_device("cpu"))
+    vpls.position = column(np.stack([x.ravel(), np.full(side * side, height), z.ravel()], axis=1), wp.vec3)
+    vpls.normal = column(np.tile([0.0, 1.0, 0.0], (side * side, 1)), wp.vec3)
+    vpls.flux = column(flux * np.random.default_rng(0).uniform(0.5, 1.5, (side * side, 3)), wp.vec3)
+    return vpls
 
 
 def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[ResidentScene, Camera, tuple[int, int]]:

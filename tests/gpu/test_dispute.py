@@ -3,8 +3,9 @@ import pytest
 import warp as wp
 from scenes import column
 
-from gpu.dispute import BLOCK, WorstPoints
-from gpu.shade import Indirect, allocate_indirect
+from gpu.device import allocate
+from gpu.dispute import WorstPoints
+from gpu.gbuffer import GBuffer
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import UNSERVED_NEED
 
@@ -15,27 +16,30 @@ COUNT = 300  # of the pixels, so many have an SP
 
 def sps_backwards() -> ShadingPoints:
     """SP k lies at pixel 399 − k."""
-    sps = ShadingPoints((20, 20), CPU)
+    sps = ShadingPoints((20, 20), 1, CPU)
     sps.pixels = column(PIXELS - 1 - np.arange(PIXELS), wp.int32)
     sps.count = column([COUNT], wp.int32)
     return sps
 
 
-def light(low: np.ndarray, high: np.ndarray) -> Indirect:
-    indirect = allocate_indirect(PIXELS, CPU)
-    indirect.low, indirect.high = column(low, float), column(high, float)
-    return indirect
+def by_pixel(values: np.ndarray) -> wp.array:
+    """Grey values of SPs as an array of pixels."""
+    return column(np.repeat(values[::-1, None], 3, axis=1), wp.vec3)
 
 
 def worst(capacity: int, low: np.ndarray, high: np.ndarray, *, need: dict[int, int] | None = None,
-          stopped: dict[int, float] | None = None) -> list[int]:  # fmt: skip
-    """The SPs that are listed, in the list's order."""
-    needs, shares = np.zeros(PIXELS), np.zeros(PIXELS)
-    for values, chosen in ((needs, need), (shares, stopped)):
-        for sp, value in (chosen or {}).items():
-            values[sp] = value
+          albedo: np.ndarray | None = None) -> list[int]:  # fmt: skip
+    """The SPs that are listed, in the list's order, where their own rays say `low` and their neighbours' `high`."""
+    needs = np.zeros(PIXELS)
+    for sp, value in (need or {}).items():
+        needs[sp] = value
+    gbuffer: GBuffer = allocate(GBuffer, PIXELS, CPU)
+    gbuffer.albedo = by_pixel(np.full(PIXELS, np.pi) if albedo is None else albedo * np.pi)
+    gbuffer.throughput.fill_(1.0)
+    irradiance = 0.5 * (np.maximum(low, 0.0) + high)
     points = WorstPoints(PIXELS, capacity, 0.25, CPU)
-    points.find(sps_backwards(), column(needs, wp.int32), light(low, high), column(shares, float))
+    points.find(gbuffer, sps_backwards(), column(needs, wp.int32), by_pixel(irradiance), by_pixel(low - irradiance),
+                by_pixel(high - irradiance))  # fmt: skip
     return [PIXELS - 1 - int(pixel) for pixel in points.pixels.numpy()[: points.count.numpy()[0]]]
 
 
@@ -45,6 +49,12 @@ def test_those_in_dispute_are_listed_in_the_order_of_the_sps() -> None:
     high[40] = 1.1  # too little to matter
     high[350] = 9.0  # no SP
     assert worst(50, low, high) == [17, 120, 200]
+
+
+def test_what_is_too_dark_is_left_alone() -> None:
+    low, high = np.ones(PIXELS), np.ones(PIXELS)
+    low[:100] = 5.0
+    assert worst(50, low, high) == []
 
 
 def test_the_worst_come_first_where_the_list_is_short() -> None:
@@ -61,19 +71,22 @@ def test_a_list_may_be_empty_or_exactly_full(listed: int) -> None:
     assert worst(20, low, high) == list(range(min(listed, 20)))
 
 
+def test_a_list_may_hold_every_sp() -> None:
+    assert worst(PIXELS, np.ones(PIXELS), np.full(PIXELS, 3.0)) == list(range(COUNT))
+
+
 def test_sps_without_a_cluster_come_before_all_others() -> None:
     low, high = np.ones(PIXELS), np.ones(PIXELS)
     high[:30] = 1000.0
     assert worst(2, low, high, need={250: int(UNSERVED_NEED), 90: int(UNSERVED_NEED), 5: 255}) == [90, 250]
 
 
-def test_stopped_rays_list_an_sp_and_its_neighbours() -> None:
-    flat = np.ones(PIXELS)
-    listed = worst(100, flat, flat, stopped={33: 1.0})
-    assert listed == [33]
-    block = int(BLOCK)
-    listed = worst(100, flat, flat, stopped=dict.fromkeys(range(2 * block, 2 * block + block // 2), 1.0))
-    assert listed == list(range(2 * block, 3 * block))
+@pytest.mark.parametrize("lows", [(-100.0, 0.0), (0.0, -100.0)])
+def test_rays_that_find_less_than_nothing_find_nothing(lows: tuple[float, float]) -> None:
+    low, high = np.ones(PIXELS), np.ones(PIXELS)
+    low[[3, 70]], high[[3, 70]] = lows, 2.0
+    # Both are as bad, so that where there is room for one it is the first.
+    assert worst(1, low, high) == [3]
 
 
 def test_nothing_is_worth_a_ray_in_the_dark() -> None:
@@ -81,3 +94,10 @@ def test_nothing_is_worth_a_ray_in_the_dark() -> None:
     low[:150], high[:150] = 10.0, 10.0
     assert worst(100, low, high) == []
     assert worst(100, np.zeros(PIXELS), np.zeros(PIXELS)) == []
+
+
+def test_what_reflects_hardly_any_light_is_in_the_dark() -> None:
+    low, high, albedo = np.ones(PIXELS), np.ones(PIXELS), np.ones(PIXELS)
+    high[[20, 30]] = 2.0
+    albedo[20] = 1e-3
+    assert worst(50, low, high, albedo=albedo) == [30]

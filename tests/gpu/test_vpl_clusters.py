@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 import warp as wp
-from scenes import box, column, grey, resident_of
+from scenes import box, column, grey, resident_of, results, square_of_vpls
 
 from gpu.resident import ResidentScene
+from gpu.transfer import brightness, disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
-from gpu.vpl_clusters import cluster_vpls, unclustered
+from gpu.vpl_clusters import VplClusters, cluster_of, cluster_vpls, out_of_reach, unclustered
 
 
 @pytest.fixture(scope="module")
@@ -13,16 +14,57 @@ def resident() -> ResidentScene:
     return resident_of(box(), [grey(0.5, 1.0)])
 
 
-def square_of_vpls(count: int) -> Vpls:
-    """VPLs spread evenly over a square of area 0.36 that faces up."""
-    side = int(count**0.5)
-    grid = (np.arange(side) + 0.5) / side * 0.6 - 0.3
-    x, z = np.meshgrid(grid, grid)
-    vpls = allocate_vpls(side * side, wp.get_device("cpu"))
-    vpls.position = column(np.stack([x.ravel(), np.zeros(side * side), z.ravel()], axis=1), wp.vec3)
-    vpls.normal = column(np.tile([0.0, 1.0, 0.0], (side * side, 1)), wp.vec3)
-    rng = np.random.default_rng(0)
-    vpls.flux = column(rng.uniform(0.5, 1.5, (side * side, 3)), wp.vec3)
+@wp.kernel
+def reach_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], clusters: VplClusters,
+                 out: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point at a word of clusters: 1 where those are out of its reach."""
+    index = first + wp.tid()
+    words = (clusters.count + 31) // 32
+    point = index // words
+    out[index] = int(out_of_reach(position[point], normal[point], clusters, index % words))
+
+
+@wp.kernel
+def light_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], clusters: VplClusters,
+                 out: wp.array[float]) -> None:  # fmt: skip
+    """One thread a point at a member: its light there, were nothing in between."""
+    index = first + wp.tid()
+    count = clusters.members.count
+    point = index // count
+    member = index % count
+    way = clusters.members.position[member] - position[point]
+    out[index] = disk_transfer(way, normal[point], clusters.members.normal[member], 1.0)
+
+
+@wp.kernel
+def cluster_light_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], clusters: VplClusters,
+                         out: wp.array[float]) -> None:  # fmt: skip
+    """One thread a point at a cluster: its light there, were nothing in between."""
+    index = first + wp.tid()
+    point = index // clusters.count
+    out[index] = brightness(unoccluded(position[point], normal[point], clusters, index % clusters.count))
+
+
+@wp.kernel
+def cluster_kernel(first: int, clusters: VplClusters, out: wp.array[int]) -> None:
+    """One thread a member: its cluster."""
+    member = first + wp.tid()
+    out[member] = cluster_of(clusters, member)
+
+
+def strewn_vpls(count: int, tilt: float, seed: int) -> Vpls:
+    """VPLs on patches here and there, of normals that stray by about `tilt` from those of their patch."""
+    rng = np.random.default_rng(seed)
+    patches, patch = 40, rng.integers(0, 40, count)
+    centre, axis = rng.uniform(-0.5, 0.5, (patches, 3)), rng.normal(size=(patches, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    offset = rng.normal(0.0, 0.05, (count, 3))
+    offset -= (offset * axis[patch]).sum(axis=1, keepdims=True) * axis[patch]
+    normal = axis[patch] + rng.normal(0.0, tilt, (count, 3))
+    vpls = allocate_vpls(count, wp.get_device("cpu"))
+    vpls.position = column(centre[patch] + offset, wp.vec3)
+    vpls.normal = column(normal / np.linalg.norm(normal, axis=1, keepdims=True), wp.vec3)
+    vpls.flux = column(rng.uniform(0.1, 3.0, (count, 3)), wp.vec3)
     return vpls
 
 
@@ -74,3 +116,45 @@ def test_more_clusters_than_vpls_and_none_at_all(resident: ResidentScene) -> Non
     empty = cluster_vpls(resident, allocate_vpls(0, wp.get_device("cpu")), 100, 0)
     for none in (empty, unclustered(resident, empty)):
         assert (none.count, type(none.count)) == (0, int)  # of the struct's own kind it could not be told as JSON
+
+
+def test_extents_reach_the_farthest_members(resident: ResidentScene) -> None:
+    clusters = cluster_vpls(resident, strewn_vpls(900, 0.1, 5), 30, 0)
+    starts, members = clusters.starts.numpy(), clusters.members.position.numpy()
+    for c in range(clusters.count):
+        distances = np.linalg.norm(members[starts[c] : starts[c + 1]] - clusters.position.numpy()[c], axis=1)
+        assert clusters.extent.numpy()[c] == pytest.approx(distances.max(), abs=1e-6)
+
+
+def test_every_member_is_found_in_its_cluster(resident: ResidentScene) -> None:
+    clusters = cluster_vpls(resident, strewn_vpls(900, 0.1, 6), 30, 0)
+    expected = np.repeat(np.arange(clusters.count), np.diff(clusters.starts.numpy()))
+    assert np.array_equal(results(cluster_kernel, 900, [clusters], wp.int32), expected)
+    singles = unclustered(resident, clusters)
+    assert np.array_equal(results(cluster_kernel, 900, [singles], wp.int32), np.arange(900))
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.1, 1.0])
+@pytest.mark.parametrize("single", [False, True])
+def test_nothing_that_lights_a_point_is_out_of_its_reach(resident: ResidentScene, tilt: float, single: bool) -> None:
+    rng = np.random.default_rng(8)
+    normals = rng.normal(size=(600, 3))
+    # Some points lie among the VPLs, some far away.
+    points = rng.uniform(-1.0, 1.0, (600, 3)) * rng.choice([0.5, 3.0], (600, 1))
+    inputs = [column(points, wp.vec3), column(normals / np.linalg.norm(normals, axis=1, keepdims=True), wp.vec3)]
+    clusters = cluster_vpls(resident, strewn_vpls(1000, tilt, 7), 300, 0)
+    if single:
+        clusters = unclustered(resident, clusters)
+    words = -(-clusters.count // 32)
+    culled = results(reach_kernel, 600 * words, [*inputs, clusters], wp.int32).reshape(600, words).astype(bool)
+    light = results(light_kernel, 600 * 1000, [*inputs, clusters], float).reshape(600, 1000)
+    first = clusters.starts.numpy()[np.minimum(32 * np.arange(words), clusters.count)]
+    lit = np.add.reduceat(light, first, axis=1) > 0.0
+    assert not (culled & lit).any()
+    # Neither is any light that clusters are given, but for what disks reach beyond their members.
+    count = clusters.count
+    given = results(cluster_light_kernel, 600 * count, [*inputs, clusters], float).reshape(600, count)
+    given = np.add.reduceat(given, 32 * np.arange(words), axis=1)
+    assert (given * culled).sum() <= 1e-4 * given.sum()
+    # Most of what could be left out is, where normals of neighbours are alike.
+    assert culled.sum() > (0.05 if tilt == 1.0 else 0.5) * (~lit).sum()
