@@ -5,7 +5,7 @@ from scenes import column, slats
 
 from gpu.correct import Correction
 from gpu.dispute import WorstPoints
-from gpu.refine import PARTS, Refinement
+from gpu.refine import CONFIRMED, PARTS, Refinement
 from gpu.scene.types import Doubles
 
 SEEDS = 200
@@ -24,14 +24,16 @@ def everyone(fuzzy: Pipeline) -> WorstPoints:
     return points
 
 
-def refine(fuzzy: Pipeline, points: WorstPoints, seeds: int = 1) -> Doubles:
-    """Irradiance after refining `points` by each seed, (seed, pixel, 3)."""
-    view = fuzzy.view
+def refine(fuzzy: Pipeline, points: WorstPoints, seeds: int = 1, believed: float | None = None) -> Doubles:
+    """Irradiance after refining `points` by each seed, (seed, pixel, 3); believed: before, all over."""
+    view, irradiance = fuzzy.view, fuzzy.view.indirect.irradiance
     refinement = Refinement(len(points.pixels), view.device)
     found = []
     for seed in range(seeds):
         fuzzy.shade()
-        refinement.run(view.scene, view.gbuffer, points, fuzzy.lights, seed, view.indirect.irradiance)
+        if believed is not None:
+            irradiance.fill_(believed)
+        refinement.run(view.scene, view.gbuffer, points, fuzzy.lights, seed, irradiance)
         found.append(fuzzy.irradiance())
     fuzzy.shade()
     return np.stack(found)
@@ -42,9 +44,8 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
     # Every VPL a cluster of its own: then light of members and of clusters is the same.
     points = Pipeline(fuzzy.resident, fuzzy.camera, (16, 12), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
     assert (points.lights.count > 32 * PARTS) == (vpls == 1500)
-    points.believe(np.zeros((points.clustering.count, points.lights.count)))  # which does not count
     exact = points.exact()[points.pixels]
-    found = refine(points, everyone(points), SEEDS)[:, points.pixels]
+    found = refine(points, everyone(points), SEEDS, believed=1e6)[:, points.pixels]
     whole = found.sum(axis=1)
     error = whole.std(axis=0, ddof=1) / np.sqrt(SEEDS)
     assert (np.abs(whole.mean(axis=0) - exact.sum(axis=0)) < 4.0 * error).all()
@@ -56,7 +57,7 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
 
 def test_rays_to_members_of_clusters_come_near_the_light_of_all_members(fuzzy: Pipeline) -> None:
     exact = fuzzy.of_members()
-    mean = refine(fuzzy, everyone(fuzzy), 50).mean(axis=0)
+    mean = refine(fuzzy, everyone(fuzzy), 50, believed=1e6).mean(axis=0)
     assert mean.mean() == pytest.approx(exact.mean(), rel=0.02)
     assert relative_error(mean, exact) < 0.3 * relative_error(fuzzy.irradiance(), exact)
 
@@ -72,14 +73,26 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     points.find(view.gbuffer, view.shading_points, many.clustering.need, irradiance, correction.own, shared)
     refined = points.pixels.numpy()[: points.count.numpy()[0]]
     assert len(refined) > 100
-    (after,) = refine(many, points)
+    smoothed = np.maximum(before + shared.numpy(), 0.0)
+    irradiance.assign(smoothed.astype(np.float32))
+    Refinement(len(points.pixels), view.device).run(view.scene, view.gbuffer, points, many.lights, 0, irradiance)
+    after = many.irradiance()
     # The mean of the whole picture is what dark means, so those that were refined are compared inside it.
     floor = 0.01 * exact.mean() ** 2
-    error = [np.mean((x[refined] - exact[refined]) ** 2 / (exact[refined] ** 2 + floor))
-             for x in (np.maximum(before + shared.numpy(), 0.0), after)]  # fmt: skip
+    error = [np.mean((x[refined] - exact[refined]) ** 2 / (exact[refined] ** 2 + floor)) for x in (smoothed, after)]
     assert error[1] < 0.5 * error[0]
     others = np.setdiff1d(np.arange(view.pixels), refined)
-    assert np.array_equal(after[others], before[others])
+    assert np.allclose(after[others], smoothed[others])
+
+
+def test_only_much_less_light_is_taken_for_more_than_chance(fuzzy: Pipeline) -> None:
+    said = refine(fuzzy, everyone(fuzzy), believed=1e6)[0]
+    assert (said[fuzzy.pixels] < 1e5).all()
+    believed = float(2.0 * np.median(said))
+    after = refine(fuzzy, everyone(fuzzy), believed=believed)[0]
+    less = said.mean(axis=1) < float(CONFIRMED) * believed
+    assert 0.2 < less.mean() < 0.8
+    assert np.allclose(after, np.where(less[:, None], said, believed))
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(fuzzy: Pipeline) -> None:

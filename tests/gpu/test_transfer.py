@@ -3,9 +3,9 @@ import pytest
 import warp as wp
 from scenes import column, results
 
-from gpu.transfer import disk_transfer, unoccluded
+from gpu.transfer import UNFOLD_SHARE, disk_area, disk_irradiance, disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import CONE_SHARE, EVEN_RADIUS_SQUARED, VplClusters
 
 
 @wp.kernel
@@ -40,8 +40,22 @@ def test_transfer_is_bounded_and_one_sided() -> None:
     assert (transferred[ways[:, 2] <= 0.0] == 0.0).all()
 
 
-def cluster_above(height: float, area: float) -> VplClusters:
-    """A cluster of four VPLs around (0, 0, height) that face down."""
+@wp.kernel
+def area_kernel(first: int, vpls: VplClusters, squared: wp.array[float], out: wp.array[float]) -> None:
+    """One thread a squared distance: the area of the disks of cluster 0 there."""
+    index = first + wp.tid()
+    out[index] = disk_area(vpls, 0, squared[index])
+
+
+@wp.kernel
+def tilted_kernel(first: int, vpls: VplClusters, normals: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:
+    """One thread a normal: the irradiance from cluster 0 at the origin with that normal."""
+    index = first + wp.tid()
+    out[index] = disk_irradiance(wp.vec3(0.0, 0.0, 0.0), normals[index], vpls, 0)
+
+
+def cluster_above(height: float, area: float, cone: float = 1.0) -> VplClusters:
+    """A cluster of four VPLs around (0, 0, height) that face down, of a cone of normals given by its cosine."""
     members: Vpls = allocate_vpls(4, wp.get_device("cpu"))
     members.position = column([[x, y, height] for x in (-0.1, 0.1) for y in (-0.1, 0.1)], wp.vec3)
     members.normal = column([[0.0, 0.0, -1.0]] * 4, wp.vec3)
@@ -50,7 +64,9 @@ def cluster_above(height: float, area: float) -> VplClusters:
     clusters.count, clusters.members = 1, members
     clusters.position, clusters.normal = column([[0.0, 0.0, height]], wp.vec3), column([[0.0, 0.0, -1.0]], wp.vec3)
     clusters.flux, clusters.area = column([[10.0, 8.0, 12.0]], wp.vec3), column([area], float)
-    clusters.cone, clusters.starts = column([1.0], float), column([0, 4], wp.int32)
+    clusters.cone, clusters.starts = column([cone], float), column([0, 4], wp.int32)
+    clusters.reach = column([float(np.sqrt(EVEN_RADIUS_SQUARED * area))], float)
+    clusters.turn = column([float(CONE_SHARE * np.sqrt(1.0 - cone**2))], float)
     return clusters
 
 
@@ -65,3 +81,40 @@ def test_near_by_its_members_count_one_by_one() -> None:
     squared = 0.02 + height**2
     each = height * height / (squared * (np.pi * squared + area / 4))
     assert light == pytest.approx(np.array([10.0, 8.0, 12.0]) * each, rel=1e-4)
+
+
+def test_disks_near_by_are_those_of_the_members() -> None:
+    area = 0.4
+    limit = area / float(UNFOLD_SHARE)
+    areas = results(area_kernel, 3, [cluster_above(1.0, area), column([1.01 * limit, 0.99 * limit, 0.0], float)], float)
+    assert areas == pytest.approx([area, area / 4.0, area / 4.0])
+
+
+def mean_of_disk(height: float, area: float, tilt: float, samples: int = 200_000) -> float:
+    """Mean of max(cosθ, 0)·d over an even disk at a height, for a receiver that is tilted from facing it."""
+    rng = np.random.default_rng(0)
+    radius, angle = np.sqrt(rng.uniform(0.0, area / np.pi, samples)), rng.uniform(0.0, 2.0 * np.pi, samples)
+    facing = height * np.cos(tilt) + radius * np.cos(angle) * np.sin(tilt)
+    return float(np.maximum(facing, 0.0).mean())
+
+
+@pytest.mark.parametrize("degrees", [0.0, 40.0, 75.0, 85.0, 90.0, 95.0, 120.0])
+def test_a_disk_on_the_horizon_lights_with_what_is_above_it(degrees: float) -> None:
+    height, area, tilt = 1.0, 0.3, np.radians(degrees)
+    normal = column([[np.sin(tilt), 0.0, np.cos(tilt)]], wp.vec3)
+    light = results(tilted_kernel, 1, [cluster_above(height, area), normal], wp.vec3).reshape(3)
+    expected = mean_of_disk(height, area, tilt) * height / (height**2 * (np.pi * height**2 + area))
+    # An even spread stands for the disk's.
+    assert light == pytest.approx(np.array([10.0, 8.0, 12.0]) * expected, rel=0.02, abs=0.002)
+    assert (light[0] > 0.0) == (degrees <= 95.0)
+
+
+def test_members_whose_normals_stray_light_what_their_cluster_faces_away_from() -> None:
+    up = column([[0.0, 0.0, 1.0]], wp.vec3)
+    for turn, reaches in ((0.0, False), (0.3, False), (0.8, True)):
+        cluster = cluster_above(1.0, 0.0, cone=np.cos(turn))
+        # It leans away from the origin, by 100° from the way there.
+        away = np.radians(100.0)
+        cluster.normal = column([[np.sin(away), 0.0, -np.cos(away)]], wp.vec3)
+        light = results(tilted_kernel, 1, [cluster, up], wp.vec3)
+        assert (light.sum() > 0.0) == reaches
