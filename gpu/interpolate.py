@@ -13,7 +13,7 @@ from gpu.resident import NO_HIT
 
 STRIDE = 2
 # A pixel whose anchors have less of a share in it than this, of 1 for those of one plane, is shaded itself.
-LEAST_SHARE = wp.constant(0.97)
+LEAST_SHARE = wp.constant(0.75)
 # How far off its plane a pixel still shows a surface, in its spacings a step: a lamp lies deeper than its frame.
 PLANE_TOLERANCE = wp.constant(0.1)
 

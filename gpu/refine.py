@@ -1,7 +1,8 @@
 """More rays for the shading points that neighbours must not speak for. Beyond the 2022 paper.
 
 gpu.dispute tells which. Their light is taken in parts of neighbouring VPL clusters, each of which gets a few rays, in
-proportion to what its clusters would send were nothing between; what clusters of SPs believe does not count.
+proportion to what its clusters would send were nothing between; what clusters of SPs believe does not count. Only SPs
+that these rays, too, find to be much darker take what they say.
 """
 
 from functools import cache
@@ -21,6 +22,8 @@ from gpu.vpl_clusters import VplClusters, out_of_reach
 
 PARTS = 16
 RAYS = 2  # of each part
+# Where more rays find more than this share of what was believed, that has less noise than they.
+CONFIRMED = wp.constant(0.5)
 REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 Ints = wp.types.vector(length=RAYS, dtype=int)
 Floats = wp.types.vector(length=RAYS, dtype=float)
@@ -117,7 +120,7 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
 @wp.kernel
 def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, rays: Rays,
                irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a refined SP: its irradiance becomes what arrived."""
+    """One thread a refined SP: its irradiance becomes what arrived, if that is so much less that it was not chance."""
     place = first + wp.tid()
     if place >= count[0]:
         return
@@ -131,7 +134,8 @@ def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: Vp
                 flux = vpls.members.flux[rays.vpl[index]]
                 arrived += flux * (rays.light[index] / brightness(flux))
         total += arrived * (rays.whole[part * capacity + place] / float(RAYS))
-    irradiance[pixels[place]] = total
+    if brightness(total) < CONFIRMED * brightness(irradiance[pixels[place]]):
+        irradiance[pixels[place]] = total
 
 
 class Refinement:
@@ -146,7 +150,7 @@ class Refinement:
 
     def run(self, scene: SceneData, gbuffer: GBuffer, points: WorstPoints, vpls: VplClusters, seed: int,
             irradiance: wp.array) -> None:  # fmt: skip
-        """Overwrite the irradiance (pixel,) of `points` by what rays of their own say."""
+        """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
         rays, capacity, device = self._rays, self._capacity, self.device
         inputs = [gbuffer, points.pixels, points.count, vpls, seed, rays]
         launch(draw_kernel, PARTS * capacity, inputs, device)

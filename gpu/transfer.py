@@ -8,10 +8,6 @@ from gpu.vpl_clusters import VplClusters
 
 # A cluster whose disk has more area than this times the squared distance is shaded member by member.
 UNFOLD_SHARE = wp.constant(0.7)
-# A uniform disk of radius R has the deviation R/2 along any line in it, as an even spread of ± R·√3/2; R² = A/π.
-EVEN_RADIUS_SQUARED = wp.constant(0.75 / 3.141592653589793)
-# The deviation of members' normals over the widest of them.
-CONE_SHARE = wp.constant(0.5)
 
 
 @wp.func
@@ -51,19 +47,25 @@ def disk_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, clust
     A part of a disk may be above a surface's horizon when its representative is not, and light what that faces away
     from: cosines are means over the disk and over the cone of its members' normals.
     """
+    nothing = wp.vec3(0.0, 0.0, 0.0)
     way = vpls.position[cluster] - position
+    reach = vpls.reach[cluster]
+    facing = wp.dot(way, normal)
+    if facing <= -reach:
+        return nothing
     disk_normal = vpls.normal[cluster]
-    area = vpls.area[cluster]
+    leaving = -wp.dot(way, disk_normal)
     squared = wp.length_sq(way)
-    tilt = wp.dot(normal, disk_normal)
-    cone = vpls.cone[cluster]
-    rise = wp.sqrt(EVEN_RADIUS_SQUARED * area * wp.max(1.0 - tilt * tilt, 0.0))
-    turn = CONE_SHARE * wp.sqrt(squared * wp.max(1.0 - cone * cone, 0.0))
-    facing = positive_mean(wp.dot(way, normal), rise)
-    leaving = positive_mean(-wp.dot(way, disk_normal), turn)
-    if facing <= 0.0 or leaving <= 0.0:
-        return wp.vec3(0.0, 0.0, 0.0)
-    return vpls.flux[cluster] * (facing * leaving / (squared * (PI * squared + area)))
+    turn = vpls.turn[cluster]
+    if leaving <= 0.0 and leaving * leaving >= turn * turn * squared:
+        return nothing
+    # Square roots are for those that are near a horizon.
+    if facing < reach:
+        tilt = wp.dot(normal, disk_normal)
+        facing = positive_mean(facing, reach * wp.sqrt(wp.max(1.0 - tilt * tilt, 0.0)))
+    if leaving * leaving < turn * turn * squared:
+        leaving = positive_mean(leaving, turn * wp.sqrt(squared))
+    return vpls.flux[cluster] * (facing * leaving / (squared * (PI * squared + vpls.area[cluster])))
 
 
 @wp.func

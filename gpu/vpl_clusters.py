@@ -11,6 +11,10 @@ from gpu.sums import Sum, added
 from gpu.vpl import Vpls, allocate_vpls, gather_kernel, vpl_points
 
 ITERATIONS = 10
+# A uniform disk of radius R has the deviation R/2 along any line in it, as an even spread of ± R·√3/2; R² = A/π.
+EVEN_RADIUS_SQUARED = wp.constant(0.75 / 3.141592653589793)
+# The deviation of members' normals over the widest of them.
+CONE_SHARE = wp.constant(0.5)
 # Bounds are this much wider than what they hold, against rounding.
 WIDER = wp.constant(1.0001)
 
@@ -21,7 +25,8 @@ class VplClusters:
 
     position, normal: (cluster,) of the representative, a member; flux: summed over members [W], per channel;
     area: of the disk that spreads as the members do, unit space; cone: cosine of the widest angle between the
-    representative's normal and a member's; extent: farthest member's distance. Cluster c's members are starts[c] …
+    representative's normal and a member's; extent: farthest member's distance; reach: ± what members are spread by along
+    any line in the disk; turn: ± what their normals' cosines are. Cluster c's members are starts[c] …
     starts[c + 1] − 1 of `members`.
     centre, radius, axis, spread (word,): a sphere that holds all members of 32 neighbouring clusters, and a cone, given
     by its axis and its angle's cosine, that holds their normals.
@@ -34,6 +39,8 @@ class VplClusters:
     area: wp.array[float]
     cone: wp.array[float]
     extent: wp.array[float]
+    reach: wp.array[float]
+    turn: wp.array[float]
     centre: wp.array[wp.vec3]
     radius: wp.array[float]
     axis: wp.array[wp.vec3]
@@ -86,6 +93,8 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
     out.area[cluster] = 2.0 * PI * wp.max(square / total - wp.length_sq(mean), 0.0)
     out.cone[cluster] = cone
     out.extent[cluster] = extent
+    out.reach[cluster] = wp.sqrt(EVEN_RADIUS_SQUARED * out.area[cluster])
+    out.turn[cluster] = CONE_SHARE * wp.sqrt(wp.max(1.0 - cone * cone, 0.0))
 
 
 @wp.kernel
@@ -182,7 +191,8 @@ def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
     singles.position, singles.normal, singles.flux = members.position, members.normal, members.flux
     singles.area = wp.zeros(members.count, dtype=float, device=resident.device)
     singles.cone = wp.full(members.count, 1.0, dtype=float, device=resident.device)
-    singles.extent = wp.zeros(members.count, dtype=float, device=resident.device)
+    for name in ("extent", "reach", "turn"):
+        setattr(singles, name, wp.zeros(members.count, dtype=float, device=resident.device))
     singles.starts = wp.array(np.arange(members.count + 1), dtype=int, device=resident.device)
     singles.members = members
     launch(member_area_kernel, clusters.count, [clusters, singles.area], resident.device)
