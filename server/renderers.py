@@ -9,13 +9,15 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.lighting import Progress
+from gpu.quality import quality_of
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.settings import RenderSettings
 from server.messages import SceneRef
 
-# Device memory of a renderer, nearly all in arrays of its pixels' size [bytes a pixel]; 316 with default settings.
-BYTES_A_PIXEL = 400
+# Device memory of a renderer, nearly all in arrays of its pixels and of pairs of clusters [bytes]; 419 and 6 measured.
+BYTES_A_PIXEL = 450
+BYTES_A_PAIR = 7
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
 SHARE = 0.25
 CPU_BYTES = 2 << 30
@@ -33,8 +35,8 @@ class Renderers:
     """The renderers of one device, by what they render."""
 
     def __init__(self, device: wp.Device) -> None:
-        budget = SHARE * device.total_memory if device.is_cuda else CPU_BYTES
-        self._most_pixels = int(budget / BYTES_A_PIXEL)
+        self._device = device
+        self._most_bytes = int(SHARE * device.total_memory) if device.is_cuda else CPU_BYTES
         self._kept: dict[_Key, Renderer] = {}  # in the order of their last use
 
     def get(
@@ -49,7 +51,7 @@ class Renderers:
         key = _Key(scene, size, settings.model_copy(update={"frames": None}))
         renderer = self._kept.pop(key, None)
         if renderer is None:
-            self._make_room(size[0] * size[1])
+            self._make_room(key)
             renderer = Renderer(resident, size, key.settings, progress)
             # Warp compiles a kernel at its first launch, and says nothing meanwhile.
             progress("compiling kernels, which the first time takes a minute", 0.0)
@@ -67,8 +69,12 @@ class Renderers:
     def __len__(self) -> int:
         return len(self._kept)
 
-    def _make_room(self, pixels: int) -> None:
+    def _bytes_of(self, key: _Key) -> int:
+        quality = quality_of(key.settings, self._device)
+        return BYTES_A_PIXEL * key.size[0] * key.size[1] + BYTES_A_PAIR * quality.sp_clusters * quality.vpl_clusters
+
+    def _make_room(self, new: _Key) -> None:
         while self._kept and (
-            len(self._kept) >= MOST or pixels + sum(key.size[0] * key.size[1] for key in self._kept) > self._most_pixels
+            len(self._kept) >= MOST or sum(map(self._bytes_of, [new, *self._kept])) > self._most_bytes
         ):
             del self._kept[next(iter(self._kept))]

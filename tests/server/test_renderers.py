@@ -8,7 +8,7 @@ from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
 from server.messages import SceneRef
-from server.renderers import BYTES_A_PIXEL, Renderers
+from server.renderers import BYTES_A_PAIR, BYTES_A_PIXEL, Renderers
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
 SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
@@ -49,3 +49,12 @@ def test_the_one_used_longest_ago_makes_room(resident: ResidentScene, monkeypatc
     assert kept.get(BOX, resident, (10, 10), SETTINGS, silent) is first
     kept.get(BOX, resident, (30, 30), SETTINGS, silent)  # larger than all that may be kept: alone
     assert len(kept) == 1
+
+
+def test_pairs_of_clusters_take_room_too(resident: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server.renderers, "CPU_BYTES", 3 * 64 * BYTES_A_PIXEL + 2 * 1000 * BYTES_A_PAIR)
+    kept = Renderers(wp.get_device("cpu"))
+    many = SETTINGS.model_copy(update={"sp_clusters": 50, "vpl_clusters": 20})
+    for seed in range(3):
+        kept.get(BOX, resident, (8, 8), many.model_copy(update={"seed": seed}), silent)
+    assert len(kept) == 2
