@@ -27,8 +27,9 @@ MIDDLE = wp.constant(0.70710678)
 LEAST_COVERED = wp.constant(3)
 # A VPL answers for points within this many of its radii, stretched along the normals (gpu.grid).
 REACH = wp.constant(2.0)
-# Levels, each with cells twice as wide, that are searched.
-SEARCHES = 10
+# Levels beside each other are held alike (gpu.grid), so every second one is searched.
+LEVEL_STEP = wp.constant(2)
+SEARCHES = 5
 
 nearest = nearest_search(1, cells=1)
 
@@ -153,5 +154,5 @@ def vpl_around(lit: RadiosityMap, position: wp.vec3, normal: wp.vec3, scale: flo
             found = nearest(lit.vpls, position, normal, level, NORMAL_THRESHOLD)
             if found.cluster[0] >= 0 and found.distance[0] < REACH * lit.vpls.spacing[found.cluster[0]]:
                 vpl = found.cluster[0]
-            level += 1
+            level += LEVEL_STEP
     return vpl

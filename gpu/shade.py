@@ -18,7 +18,7 @@ from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters, out_of_reach
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
-CHECKS = 4
+CHECKS = 5
 # The last of them goes to light that none of the SP's clusters sees, the others to what some of them see.
 HIDDEN_CHECK = wp.constant(CHECKS - 1)
 Floats = wp.types.vector(length=CHECKS, dtype=float)

@@ -19,7 +19,7 @@ PLANE_TOLERANCE = wp.constant(1.0)
 # Light that differs by this many deviations is taken for other light, not for noise.
 LIGHT_TOLERANCE = wp.constant(3.0)
 # Guiding light may differ by this much, relatively.
-GUIDE_TOLERANCE = wp.constant(3.0)
+GUIDE_TOLERANCE = wp.constant(1.0)
 
 
 @wp.kernel
