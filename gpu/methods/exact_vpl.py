@@ -15,6 +15,7 @@ from gpu.methods.common import (
 )
 from gpu.near_field import NearField
 from gpu.quality import Quality
+from gpu.radiosity import RadiosityMap
 from gpu.resident import NO_HIT
 from gpu.settings import Component, Method, RenderSettings
 from gpu.shade import gather
@@ -35,6 +36,9 @@ class ExactVpl:
     ) -> None:
         self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
         self._first = self._vpls = self._light(0, progress)
+        self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
+        # Captured graphs read it, so it must live as long as they do.
+        self._first_lit = self._lit(0, progress) if self._has_indirect else None
         self._near_field = NearField(view.pixels, view.device)
         self._counter = Counter(2, view.device)
 
@@ -42,16 +46,20 @@ class ExactVpl:
         vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
         return unclustered(self._view.resident, vpls) if self._settings.method is Method.EXACT_VPL else vpls
 
+    def _lit(self, sample: int, progress: Progress) -> "RadiosityMap | None":
+        if not self._settings.near_field:
+            return None
+        return self._lighting.radiosity(lighting_choice(self._settings, self._quality, sample), progress)
+
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
         choice = lighting_choice(self._settings, self._quality, sample)
         self._kept = keeps_lights(self._lighting, choice, self._settings, stages, progress, held=sample == 0)
         self._vpls = self._light(sample, progress) if sample else self._first
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
-        if self._settings.component is not Component.DIRECT and self._vpls.count > 0:
+        if self._has_indirect:
             stages.run("gather", lambda: self._gather(progress), repeats=False)
-            choice = lighting_choice(self._settings, self._quality, sample)
-            lit = self._lighting.radiosity(choice, progress) if self._settings.near_field else None
+            lit = self._lit(sample, progress) if sample else self._first_lit
             add_indirect(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
 
     def _gather(self, progress: Progress) -> None:

@@ -68,6 +68,9 @@ class FuzzyVpl:
         self._vpls = self._first
         self._kept, self._refines = True, False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
+        self._first_lit = None
+        if self._has_indirect and settings.near_field:
+            self._first_lit = self._lighting.radiosity(lighting_choice(settings, quality), progress)
         most = self._vpls.count if self._fixed else quality.vpl_clusters
         self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
         self._worst = WorstPoints(view.pixels, int(quality.sp_clusters * REFINED_SHARE), LEAST_DISPUTE, view.device)
@@ -82,9 +85,10 @@ class FuzzyVpl:
         choice = lighting_choice(settings, self._quality, 0 if self._fixed else sample)
         first = self._fixed or repeats
         self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
-        self._vpls = self._first
+        self._vpls, lit = self._first, self._first_lit
         if not first:
             self._vpls = self._lighting.clusters(choice, progress)
+            lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
         vpls, visibility = self._vpls, self._visibility
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
@@ -117,7 +121,6 @@ class FuzzyVpl:
                 stages.run("refine", refine, repeats=repeats)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
-        lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
         add_indirect(view, self._near_field, vpls, lit, settings, stages, sample)
 
     def statistics(self) -> FrameStatistics:
