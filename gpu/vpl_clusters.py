@@ -25,8 +25,8 @@ class VplClusters:
 
     position, normal: (cluster,) of the representative, a member; flux: summed over members [W], per channel;
     area: of the disk that spreads as the members do, unit space; cone: cosine of the widest angle between the
-    representative's normal and a member's; extent: farthest member's distance; reach: ± what members are spread by along
-    any line in the disk; turn: ± what their normals' cosines are. Cluster c's members are starts[c] …
+    representative's normal and a member's; extent: farthest member's distance; reach: ± what members are spread by
+    along any line in the disk; turn: ± what their normals' cosines are. Cluster c's members are starts[c] …
     starts[c + 1] − 1 of `members`.
     centre, radius, axis, spread (word,): a sphere that holds all members of 32 neighbouring clusters, and a cone, given
     by its axis and its angle's cosine, that holds their normals.
