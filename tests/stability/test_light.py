@@ -15,7 +15,7 @@ from gpu.sp_clusters import allocate_sp_clusters
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import allocate_vpls
-from gpu.vpl_clusters import VplClusters, bound
+from gpu.vpl_clusters import VplClusters, unclustered
 
 SIZE = (24, 18)
 CAMERA = look_at((0.1, 0.05, 0.42), (-0.05, -0.1, -0.5), yfov_degrees=75.0)
@@ -95,29 +95,25 @@ def floor(device: str) -> View:
     return view
 
 
-def singles_at(view: View, height: float, normal: float) -> VplClusters:
-    """A VPL of flux 1 W and no area at `height` over each SP, that faces up (1) or down (−1)."""
+def singles_at(view: View, height: float, normal: float, area: float) -> VplClusters:
+    """A VPL of flux 1 W and an `area` at `height` over each SP, that faces up (1) or down (−1)."""
     vpls = VplClusters()
     count = vpls.count = view.pixels
     places = view.gbuffer.position.numpy() + np.array([0.0, height, 0.0], np.float32)
     vpls.members = allocate_vpls(count, view.device)
-    vpls.members.position = vpls.position = column(places, wp.vec3, str(view.device))
-    vpls.members.normal = vpls.normal = column([[0.0, normal, 0.0]] * count, wp.vec3, str(view.device))
-    vpls.members.flux = vpls.flux = column(np.ones((count, 3)), wp.vec3, str(view.device))
-    vpls.area = wp.zeros(count, dtype=float, device=view.device)
-    vpls.cone = wp.full(count, 1.0, dtype=float, device=view.device)
-    vpls.extent = wp.zeros(count, dtype=float, device=view.device)
+    vpls.members.position = column(places, wp.vec3, str(view.device))
+    vpls.members.normal = column([[0.0, normal, 0.0]] * count, wp.vec3, str(view.device))
+    vpls.members.flux = column(np.ones((count, 3)), wp.vec3, str(view.device))
+    vpls.area = wp.full(count, area, dtype=float, device=view.device)
     vpls.starts = wp.array(np.arange(count + 1), dtype=int, device=view.device)
-    bound(vpls, view.device)
-    return vpls
+    return unclustered(view.resident, vpls)
 
 
 @pytest.mark.parametrize("area", [0.0, 1e-4])
 @pytest.mark.parametrize(("height", "normal"), [(0.0, 1.0), (0.0, -1.0), (1e-6, 1.0), (1e-6, -1.0)])
 def test_vpls_on_shading_points_and_a_millionth_above(floor: View, height: float, normal: float, area: float) -> None:
     """Gathered exactly and through clusters: finite, nothing from one's own plane, and no more than a disk sends."""
-    vpls = singles_at(floor, height, normal)
-    vpls.area.fill_(area)
+    vpls = singles_at(floor, height, normal, area)
     gather(floor.scene, floor.gbuffer, floor.shading_points, vpls, 0, vpls.count, floor.indirect)
     exact = floor.indirect.irradiance.numpy()
     visibility = Visibility(1, vpls.count, floor.device)
