@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
 from gpu.gbuffer import GBuffer
+from gpu.interpolate import STRIDE
 from gpu.shading_points import ShadingPoints
 
 ROWS, COLUMNS = np.mgrid[0:HEIGHT, 0:WIDTH]
@@ -29,14 +30,10 @@ def reflected(gbuffer: GBuffer, stride: int, irradiance: NDArray) -> NDArray:
     return numbers(radiance)
 
 
-def anchors(stride: int) -> NDArray:
-    return (ROWS % stride == 0) & (COLUMNS % stride == 0)
-
-
-@pytest.mark.parametrize("stride", [2, 4])
-def test_on_a_plane_only_anchors_and_pixels_beyond_the_last_of_them_are_shaded(stride: int) -> None:
-    beyond = (ROWS + stride > HEIGHT) | (COLUMNS + stride > WIDTH)
-    assert np.array_equal(shaded(wall(), stride), anchors(stride) | beyond)
+def test_on_a_plane_only_anchors_and_pixels_beyond_the_last_of_them_are_shaded() -> None:
+    anchors = (ROWS % STRIDE == 0) & (COLUMNS % STRIDE == 0)
+    beyond = (ROWS + STRIDE > HEIGHT) | (COLUMNS + STRIDE > WIDTH)
+    assert np.array_equal(shaded(wall(), STRIDE), anchors | beyond)
 
 
 def test_with_a_stride_of_one_every_pixel_with_a_surface_is_shaded() -> None:
@@ -44,7 +41,7 @@ def test_with_a_stride_of_one_every_pixel_with_a_surface_is_shaded() -> None:
     assert np.array_equal(shaded(wall(seen=seen), 1), seen)
 
 
-@pytest.mark.parametrize("stride", [1, 2, 4])
+@pytest.mark.parametrize("stride", [1, STRIDE])
 def test_a_slope_of_light_on_a_plane_is_reproduced(stride: int) -> None:
     assert reflected(wall(), stride, SLOPE) == pytest.approx(SLOPE / np.pi, rel=1e-5)
 
@@ -54,12 +51,12 @@ def test_every_pixel_reflects_by_its_own_albedo() -> None:
     albedo = np.random.default_rng(1).uniform(0.1, 0.9, (HEIGHT, WIDTH))
     gbuffer.albedo = grey_values(albedo)
     gbuffer.throughput.fill_(0.5)
-    assert reflected(gbuffer, 2, SLOPE) == pytest.approx(0.5 * albedo * SLOPE / np.pi, rel=1e-5)
+    assert reflected(gbuffer, STRIDE, SLOPE) == pytest.approx(0.5 * albedo * SLOPE / np.pi, rel=1e-5)
 
 
 def test_light_is_added_and_pixels_without_a_surface_stay_as_they_are() -> None:
     radiance = wp.full(WIDTH * HEIGHT, wp.vec3(7.0, 7.0, 7.0), dtype=wp.vec3, device=CPU)
-    ShadingPoints((WIDTH, HEIGHT), 2, CPU).reflect(wall(seen=LEFT), grey_values(SLOPE), radiance)
+    ShadingPoints((WIDTH, HEIGHT), STRIDE, CPU).reflect(wall(seen=LEFT), grey_values(SLOPE), radiance)
     assert numbers(radiance) == pytest.approx(np.where(LEFT, 7.0 + SLOPE / np.pi, 7.0), rel=1e-5)
 
 
@@ -67,9 +64,9 @@ def test_light_is_added_and_pixels_without_a_surface_stay_as_they_are() -> None:
 def test_pixels_beside_another_surface_are_shaded_and_take_none_of_its_light(kind: str) -> None:
     gbuffer = split_walls()[kind]
     # Columns 22 and 24 have anchors, on either side: column 23 cannot be told by them.
-    assert shaded(gbuffer, 2)[:, 23].all()
+    assert shaded(gbuffer, STRIDE)[:, 23].all()
     light = np.where(LEFT, 1.0, 1000.0)
-    radiance = reflected(gbuffer, 2, light)
+    radiance = reflected(gbuffer, STRIDE, light)
     assert radiance[LEFT] == pytest.approx(1.0 / np.pi)
     if kind != "nothing":
         assert radiance[~LEFT] == pytest.approx(1000.0 / np.pi)
@@ -83,17 +80,17 @@ def test_what_only_one_pixel_shows_is_shaded(kind: str) -> None:
         if kind == "normals"
         else wall(depth=np.where(odd, 1.0, 0.0))
     )
-    assert np.array_equal(shaded(gbuffer, 2), shaded(wall(), 2) | odd)
+    assert np.array_equal(shaded(gbuffer, STRIDE), shaded(wall(), STRIDE) | odd)
 
 
 def test_a_slanted_plane_and_a_gentle_curve_are_interpolated() -> None:
     slant = np.array([-0.6, 0.0, 0.8])
     gbuffer = wall(normals=np.broadcast_to(slant, (HEIGHT, WIDTH, 3)), depth=0.75 * COLUMNS)
-    assert np.array_equal(shaded(gbuffer, 2), shaded(wall(), 2))
+    assert np.array_equal(shaded(gbuffer, STRIDE), shaded(wall(), STRIDE))
     turn = 0.01 * COLUMNS
     curve = np.stack([np.sin(turn), np.zeros_like(turn), np.cos(turn)], axis=2)
     # A cylinder that is 100 pixels wide in radius, seen from its side.
     gbuffer = wall(normals=curve, depth=100.0 * np.cos(turn))
     gbuffer.position.assign(np.stack([100.0 * np.sin(turn), -ROWS.astype(float), 100.0 * np.cos(turn)], axis=2)
                             .reshape(-1, 3).astype(np.float32))  # fmt: skip
-    assert np.array_equal(shaded(gbuffer, 2), shaded(wall(), 2))
+    assert np.array_equal(shaded(gbuffer, STRIDE), shaded(wall(), STRIDE))

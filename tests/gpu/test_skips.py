@@ -154,6 +154,24 @@ def test_where_every_pixel_sees_something_there_are_no_empty_ones(room: Resident
     assert_same(frame(room, without("empty_pixels")), usual, room)
 
 
+def test_indirect_light_of_most_pixels_is_interpolated(room: ResidentScene, usual: Frame) -> None:
+    other = frame(room, without("interpolated"))
+    pixels = SIZE[0] * SIZE[1]
+    assert usual.stats.skips["interpolated"] + usual.stats.counts["shaded"] == pixels
+    assert usual.stats.skips["interpolated"] > 0.4 * pixels
+    assert (other.stats.skips["interpolated"], other.stats.counts["shaded"]) == (0, pixels)
+    exact = frame(room, method=Method.EXACT_VPL)
+    assert relative_error(usual, other) < 5e-3
+    assert relative_error(usual, exact) < 1.5 * relative_error(other, exact) + 1e-3
+
+
+def test_empty_pixels_are_not_counted_as_interpolated(terrace: ResidentScene) -> None:
+    for skip in (EVERY_SKIP, without("interpolated"), without("empty_pixels")):
+        stats = frame(terrace, skip).stats
+        done = stats.counts["shaded"] + stats.skips["interpolated"] + stats.skips["empty_pixels"]
+        assert done == SIZE[0] * SIZE[1]
+
+
 @pytest.mark.parametrize("method", list(Method))
 def test_an_unchanged_view_is_not_rendered_again(room: ResidentScene, method: Method) -> None:
     settings = RenderSettings(**QUALITY, method=method, samples=1)
