@@ -25,6 +25,9 @@ Floats = wp.types.vector(length=CHECKS, dtype=float)
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 # How wrong clusters may be that all agree.
 LEAST_DOUBT = wp.constant(0.25)
+# Of words that none of an SP's clusters sees, one in so many is looked at, and counts as many times.
+HIDDEN_WORDS = wp.constant(wp.uint32(4))
+WARP = wp.constant(32)
 SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
 
 
@@ -92,7 +95,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         weights = floats_type()
         for f in range(wp.static(fuzziness)):
             weights[f] = clusters.weight[f, sp]
-        state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
+        key = hashed(SHADE_KEY + wp.uint32(seed))
+        state = hashed(wp.uint32(pixel) ^ key)
         irradiance = Sum()
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
@@ -109,8 +113,17 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             if out_of_reach(position, normal, vpls, word):
                 continue
             words = words_type()
+            seen = wp.uint32(0)
             for f in range(wp.static(fuzziness)):
                 words[f] = visibility[clusters.cluster[f, sp], word]
+                if weights[f] > 0.0:
+                    seen |= words[f]
+            # Neighbours leave the same words out, so that a warp's threads do.
+            times = float(1.0)
+            if seen == wp.uint32(0):
+                if hashed(wp.uint32(sp // WARP) ^ hashed(key + wp.uint32(word))) % HIDDEN_WORDS != wp.uint32(0):
+                    continue
+                times = float(HIDDEN_WORDS)
             light = wp.vec3(0.0, 0.0, 0.0)
             for vpl in range(32 * word, wp.min(32 * word + 32, vpls.count)):
                 whole = unoccluded(position, normal, vpls, vpl)
@@ -132,7 +145,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                                     following[check] = doubted / ((float(state) + 1.0) * TO_UNIT)
                                 next_change = wp.min(next_change, following[check])
                     else:
-                        hidden += amount
+                        hidden += amount * times
                         if hidden >= following[HIDDEN_CHECK]:
                             state = hashed(state)
                             target[HIDDEN_CHECK] = vpl
