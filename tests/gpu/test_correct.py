@@ -5,7 +5,7 @@ from scenes import slats
 
 from gpu.correct import Correction
 from gpu.scene.types import Doubles
-from gpu.shade import CHECKS
+from gpu.shade import CHECKS, HIDDEN_WORDS
 
 SEEDS = 400
 SIZE = (16, 12)
@@ -38,13 +38,19 @@ def clustered() -> Pipeline:
 
 def variance_of(fuzzy: Pipeline) -> Doubles:
     """Of the brightness that the rays of each SP correct by its one seed, (sp,), from what they are drawn by."""
-    indirect, count = fuzzy.view.indirect, fuzzy.sp_count
     amount, shares, seen = fuzzy.unhidden().mean(axis=2), fuzzy.shares(), fuzzy.seen()
-    doubted, hidden = (told.numpy()[:count, None] for told in (indirect.doubted, indirect.hidden))
     found = amount * (seen - shares) * (shares > 0.0)
+    doubted = (amount * fuzzy.doubts() * (shares > 0.0)).sum(axis=1, keepdims=True)
     some = (doubted * found * (seen - shares) / fuzzy.doubts()).sum(axis=1) - found.sum(axis=1) ** 2
-    found = amount * seen * (shares == 0.0)
-    return some / (CHECKS - 1) + (hidden * found).sum(axis=1) - found.sum(axis=1) ** 2
+    hidden = amount * (shares == 0.0)
+    found = hidden * seen
+    other = hidden.sum(axis=1) * found.sum(axis=1) - found.sum(axis=1) ** 2
+    # Some words of which nothing is seen stand for the others.
+    words = np.arange(0, fuzzy.lights.count, 32)
+    unseen = np.add.reduceat(shares, words, axis=1) == 0.0
+    product = np.add.reduceat(hidden, words, axis=1) * np.add.reduceat(found, words, axis=1)
+    other += (int(HIDDEN_WORDS) - 1) * (product * unseen).sum(axis=1)
+    return np.maximum(some / (CHECKS - 1) + other, 0.0)
 
 
 @pytest.mark.parametrize("beliefs", ["traced", "nonsense", "nothing", "everything"])
@@ -56,15 +62,17 @@ def test_the_mean_of_corrections_is_what_clusters_are_wrong_by(beliefs: str) -> 
     elif beliefs != "traced":
         fuzzy.believe(np.full(shape, int(beliefs == "everything")))
     wrong = (fuzzy.exact() - fuzzy.irradiance())[fuzzy.pixels].mean(axis=1)
-    off = corrections(fuzzy, SEEDS)[:, fuzzy.pixels].mean(axis=(0, 2)) - wrong
+    found = corrections(fuzzy, SEEDS)[:, fuzzy.pixels].mean(axis=2)
+    off = found.mean(axis=0) - wrong
     error = np.sqrt(variance_of(fuzzy) / SEEDS)
-    whole = np.sqrt((error**2).sum())
+    whole = found.sum(axis=1).std(ddof=1) / np.sqrt(SEEDS)
     # What is found is much more than noise, or nothing would be tested; by SPs, and by the whole picture.
     assert np.abs(wrong).sum() > 10.0 * whole
     assert abs(off.sum()) < 4.0 * whole
     exact = error <= 1e-6 * error.max()
     assert np.abs(off[exact]).max(initial=0.0) < 1e-3 * error.max()
-    assert 0.5 < np.mean((off[~exact] / error[~exact]) ** 2) < 1.5
+    # The mean over SPs would be 1, but neighbours leave the same words out: of 4000 seeds, tenths gave 0.6 … 1.6.
+    assert 0.4 < np.mean((off[~exact] / error[~exact]) ** 2) < 2.0
 
 
 def test_where_clusters_tell_the_truth_nothing_is_corrected() -> None:

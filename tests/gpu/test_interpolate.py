@@ -94,3 +94,11 @@ def test_a_slanted_plane_and_a_gentle_curve_are_interpolated() -> None:
     gbuffer.position.assign(np.stack([100.0 * np.sin(turn), -ROWS.astype(float), 100.0 * np.cos(turn)], axis=2)
                             .reshape(-1, 3).astype(np.float32))  # fmt: skip
     assert np.array_equal(shaded(gbuffer, STRIDE), shaded(wall(), STRIDE))
+
+
+def test_what_three_of_four_anchors_tell_is_their_light_alone() -> None:
+    odd = (ROWS == 10) & (COLUMNS == 16)
+    assert odd[::STRIDE, ::STRIDE].any()
+    gbuffer = wall(normals=np.where(odd[..., None], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    radiance = reflected(gbuffer, STRIDE, np.where(odd, 1000.0, 1.0))
+    assert radiance == pytest.approx(np.where(odd, 1000.0, 1.0) / np.pi, rel=1e-5)
