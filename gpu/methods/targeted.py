@@ -68,5 +68,7 @@ class TargetedVpl:
         return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected})
 
     def _quality(self, level: Level) -> Quality:
-        vpls = self._settings.vpls or max(self._usual.vpls, level.vpls)
+        # Clusters of more members than usual would be shaded member by member from afar: fewer would take longer.
+        usual = self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters
+        vpls = self._settings.vpls or max(usual, level.vpls)
         return replace(self._usual, sp_clusters=level.sp_clusters, vpl_clusters=level.vpl_clusters, vpls=vpls)

@@ -178,15 +178,17 @@ def shortfalls(aims: list[Goal], rows: dict[str, list[Row]]) -> str:
     lines = []
     for goal in aims:
         if missed := goal.missed():
-            values = (
-                f"{name} {tables.number(value)} ({tables.number(100.0 * (goal.excess(value) - 1.0))} % off)"
-                for name, value in missed
-            )
+            values = (f"{name} {tables.number(value)}{_distance(goal, value)}" for name, value in missed)
             lines.append(f"- {goal.what}: {', '.join(values)}")
         elif not goal.values:
             lines.append(f"- {goal.what}: not measured")
     lines += [f"- {section.title}: not measured" for section in SECTIONS if not rows.get(section.part)]
     return "\n".join(lines) or "Nothing that was measured."
+
+
+def _distance(goal: Goal, value: float) -> str:
+    """How far a value is from good enough, unless it is nothing at all."""
+    return f" ({tables.number(100.0 * (goal.excess(value) - 1.0))} % off)" if value > 0.0 else ""
 
 
 def _caption(name: str, pattern: str, caption: str) -> str:
