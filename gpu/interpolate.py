@@ -65,8 +65,9 @@ def irradiance_at(gbuffer: GBuffer, pixel: int, width: int, height: int, stride:
     light = wp.vec3(0.0, 0.0, 0.0)
     for number in range(4):
         corner = corner_of(gbuffer, pixel, number, width, height, stride)
-        total += corner.share
-        light += irradiance[corner.pixel] * corner.share
+        if corner.share > 0.0:
+            total += corner.share
+            light += irradiance[corner.pixel] * corner.share
     return light / total
 
 
