@@ -21,7 +21,7 @@ from gpu.transfer import brightness, unoccluded
 from gpu.vpl_clusters import VplClusters, out_of_reach
 
 PARTS = 16
-RAYS = 2  # of each part
+RAYS = 4  # of each part
 # Where more rays find more than this share of what was believed, that has less noise than they.
 CONFIRMED = wp.constant(0.5)
 REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
@@ -58,7 +58,6 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
     state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(part) + wp.uint32(PARTS) * wp.uint32(seed)))
-    words = (vpls.count + 31) // 32
     target = Ints()
     following = Floats()
     next_change = float(0.0)
@@ -66,10 +65,12 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     for ray in range(wp.static(RAYS)):
         target[ray] = -1
         following[ray] = 0.0
-    for word in range(part * words // PARTS, (part + 1) * words // PARTS):
+    begin = int(wp.int64(part) * wp.int64(vpls.count) / wp.int64(PARTS))
+    end = int(wp.int64(part + 1) * wp.int64(vpls.count) / wp.int64(PARTS))
+    for word in range(begin // 32, (end + 31) // 32):
         if out_of_reach(position, normal, vpls, word):
             continue
-        for vpl in range(32 * word, wp.min(32 * word + 32, vpls.count)):
+        for vpl in range(wp.max(32 * word, begin), wp.min(32 * word + 32, end)):
             light = brightness(unoccluded(position, normal, vpls, vpl))
             if light > 0.0:
                 whole += light

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.gbuffer import GBuffer
+from gpu.refine import PARTS, RAYS
 from gpu.shade import CHECKS
 from tests.bench.store import Row
 
@@ -18,7 +19,7 @@ from tests.bench.store import Row
 # representative of like normal (gpu.grid.separation).
 FACING, TRANSFER, SEPARATION = 9, 11, 12
 CELLS = 27
-REFINED_RAYS = 32
+REFINED_RAYS = PARTS * RAYS
 WORD = 32
 VECTOR, NUMBER = 12, 4
 GBUFFER = sum(wp.types.type_size_in_bytes(variable.type.dtype) for variable in GBuffer.vars.values())
@@ -89,7 +90,7 @@ STAGES: dict[str, tuple[Term, ...]] = {
         SMOOTHED,
     ),
     "refine": (
-        Term("about 32 rays of each refined SP", "any_hit_rays", lambda n: n["refined"] * REFINED_RAYS),
+        Term("rays of each refined SP", "any_hit_rays", lambda n: n["refined"] * REFINED_RAYS),
         Term(
             "the light of all their pairs that face each other",
             "fmas",
