@@ -7,17 +7,21 @@ end at members of VPL clusters, so that what clustering VPLs does to penumbrae i
 """
 
 from functools import cache
+from typing import Any
 
 import warp as wp
 
-from gpu.device import launch
+from gpu.device import allocate, launch
+from gpu.far_light import PARTS, FarLight, doubt, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.shade import CHECKS, HIDDEN_CHECK, Indirect, doubt
+from gpu.shade import CHECKS, Indirect, guides_of
 from gpu.shading_points import ShadingPoints
+from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_unfolded
+from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
@@ -66,31 +70,107 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
 
 @wp.struct
 class Checks:
-    """Rays of SPs, (check, sp) flattened: the VPL that each goes to, −1 for none, and its share.
+    """Rays of SPs, (check, sp) flattened: the VPL that each goes to, −1 for none, what is believed of it, and its share.
 
-    share: the VPL's light over what its cluster lets expect, and, once traced, by how much the SP's clusters are wrong,
-    in units of the light in doubt.
+    believed: the share of the SP's clusters that see it; share: its light over its density [W/m²], and, once traced,
+    times what the SP's clusters are wrong by.
     """
 
     vpl: wp.array[int]
+    believed: wp.array[float]
     share: wp.array[float]
 
 
-@wp.kernel
-def draw_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int], vpls: VplClusters, seed: int,
-                indirect: Indirect, checks: Checks) -> None:  # fmt: skip
-    """One thread a ray: draws to which member of its VPL cluster it goes."""
-    index = first + wp.tid()
-    sp = index % sps.shape[0]
-    check = index // sps.shape[0]
-    checks.vpl[index] = -1
-    if sp >= count[0] or indirect.target[check, sp] < 0:
-        return
-    pixel = sps[sp]
-    state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * wp.uint32(seed)))
-    target = member_of(gbuffer.position[pixel], gbuffer.normal[pixel], vpls, indirect.target[check, sp], state)
-    checks.vpl[index] = target.vpl
-    checks.share[index] = target.share
+@cache
+def draw_kernel(fuzziness: int) -> wp.Kernel:
+    """The kernel that draws rays of SPs of F = `fuzziness` clusters each."""
+    guides = guides_of(fuzziness)
+
+    @wp.kernel(module="unique", module_options={"fast_math": True})
+    def kernel(
+        first: int,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        count: wp.array[int],
+        clusters: SpClusters,
+        visibility: wp.array2d[wp.uint32],
+        vpls: VplClusters,
+        far: FarLight,
+        seed: int,
+        indirect: Indirect,
+        checks: Checks,
+    ) -> None:
+        """One thread a ray: draws to which member of which VPL cluster it goes."""
+        index = first + wp.tid()
+        sp = index % sps.shape[0]
+        check = index // sps.shape[0]
+        checks.vpl[index] = -1
+        if sp >= count[0]:
+            return
+        whole = indirect.near[sp] + indirect.far[sp]
+        if whole <= 0.0:
+            return
+        pixel = sps[sp]
+        position = gbuffer.position[pixel]
+        normal = gbuffer.normal[pixel]
+        state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * wp.uint32(seed)))
+        pick = float(state) * TO_UNIT * whole - indirect.near[sp]
+        drawn = indirect.target[check, sp]
+        believed = indirect.believed[check, sp]
+        if pick >= 0.0 or drawn < 0:
+            pick = wp.max(pick, 0.0)
+            # One of the SP's clusters, one of its parts, one of that one's groups.
+            weights = guides(clusters, sp, position, normal)
+            cluster = int(-1)
+            for f in range(wp.static(fuzziness)):
+                if weights[f] > 0.0 and (cluster < 0 or pick >= 0.0):
+                    cluster = clusters.cluster[f, sp]
+                    mass = weights[f] * far.whole[cluster]
+                    if pick < mass:
+                        pick = pick / weights[f]
+                        break
+                    pick -= mass
+            part = int(0)
+            while part < wp.static(PARTS) - 1 and pick >= far.part_mass[part, cluster]:
+                pick -= far.part_mass[part, cluster]
+                part += 1
+            begin = part * groups_a_part(vpls)
+            end = wp.min(begin + groups_a_part(vpls), vpls.groups)
+            group = int(begin)
+            while group < end - 1 and pick >= far.mass[group, cluster]:
+                pick -= far.mass[group, cluster]
+                group += 1
+            expected = float(0.0)
+            for f in range(wp.static(fuzziness)):
+                if weights[f] > 0.0:
+                    other = clusters.cluster[f, sp]
+                    if ((far.near[part, other] >> wp.uint32(group - begin)) & wp.uint32(1)) == wp.uint32(1):
+                        return
+                    expected += weights[f] * far.mass[group, other]
+            total = float(0.0)
+            drawn = int(-1)
+            for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
+                amount = brightness(disk_irradiance(position, normal, vpls, vpl))
+                if amount > 0.0:
+                    share = float(0.0)
+                    for f in range(wp.static(fuzziness)):
+                        bits = visibility[clusters.cluster[f, sp], vpl // 32] >> wp.uint32(vpl % 32)
+                        share += weights[f] * float(bits & wp.uint32(1))
+                    amount *= doubt(share)
+                    total += amount
+                    state = hashed(state)
+                    if float(state) * TO_UNIT * total < amount:
+                        drawn = vpl
+                        believed = share
+            if drawn < 0 or expected <= 0.0:
+                return
+            whole *= wp.min(total / expected, MOST_SHARE)
+        target = member_of(position, normal, vpls, drawn, hashed(state))
+        checks.vpl[index] = target.vpl
+        checks.believed[index] = believed
+        checks.share[index] = target.share * whole / doubt(believed)
+
+    return kernel
 
 
 @cache
@@ -104,7 +184,6 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         gbuffer: GBuffer,
         sps: wp.array[int],
         vpls: VplClusters,
-        indirect: Indirect,
         checks: Checks,
     ) -> None:
         """One thread a ray: by how much the SP's clusters are wrong about what it finds, over its density."""
@@ -116,21 +195,17 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         pixel = sps[sp]
         position = vpls.members.position[vpl]
         normal = vpls.members.normal[vpl]
-        believed = indirect.believed[index // sps.shape[0], sp]
         seen = float(0.0)
         if connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
             seen = 1.0
-        wrong = seen - believed
-        if index // sps.shape[0] != HIDDEN_CHECK:
-            wrong = wrong / doubt(believed)
-        checks.share[index] = checks.share[index] * wrong
+        checks.share[index] = checks.share[index] * (seen - checks.believed[index])
 
     return kernel
 
 
 @wp.kernel
 def correction_kernel(first: int, sps: wp.array[int], count: wp.array[int], vpls: VplClusters, checks: Checks,
-                      indirect: Indirect, correction: wp.array[wp.vec3]) -> None:  # fmt: skip
+                      correction: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: the mean over its rays of what is to be added to its irradiance, in correction (pixel,)."""
     sp = first + wp.tid()
     if sp >= count[0]:
@@ -140,12 +215,9 @@ def correction_kernel(first: int, sps: wp.array[int], count: wp.array[int], vpls
         index = check * sps.shape[0] + sp
         vpl = checks.vpl[index]
         if vpl >= 0:
-            whole = indirect.doubted[sp] / float(CHECKS - 1)
-            if check == HIDDEN_CHECK:
-                whole = indirect.hidden[sp]
             flux = vpls.members.flux[vpl]
-            total += flux * (checks.share[index] * whole / brightness(flux))
-    correction[sps[sp]] = total
+            total += flux * (checks.share[index] / brightness(flux))
+    correction[sps[sp]] = total / float(CHECKS)
 
 
 class Correction:
@@ -157,17 +229,13 @@ class Correction:
     def __init__(self, capacity: int, device: wp.Device) -> None:
         self.device = device
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
-        self._checks = Checks()
-        self._checks.vpl = wp.zeros(CHECKS * capacity, dtype=int, device=device)
-        self._checks.share = wp.zeros(CHECKS * capacity, dtype=float, device=device)
+        self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
 
-    def trace(
-        self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, seed: int, indirect: Indirect
-    ) -> None:
-        """Check the light of `sps`."""
-        points, rays = [gbuffer, sps.pixels], CHECKS * sps.capacity
-        inputs = [*points, sps.count, vpls, seed, indirect, self._checks]
-        launch(draw_kernel, rays, inputs, self.device)
-        launch(check_kernel(connection(scene)), rays, [scene, *points, vpls, indirect, self._checks], self.device)
-        inputs = [sps.pixels, sps.count, vpls, self._checks, indirect, self.own]
-        launch(correction_kernel, sps.capacity, inputs, self.device)
+    def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters,
+              visibility: Visibility, vpls: VplClusters, far: FarLight, seed: int, indirect: Indirect) -> None:  # fmt: skip
+        """Check the light of `sps`, which were shaded by all these."""
+        rays, checks = CHECKS * sps.capacity, self._checks
+        inputs: list[Any] = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, far, seed, indirect, checks]
+        launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
+        launch(check_kernel(connection(scene)), rays, [scene, gbuffer, sps.pixels, vpls, checks], self.device)
+        launch(correction_kernel, sps.capacity, [sps.pixels, sps.count, vpls, checks, self.own], self.device)

@@ -58,12 +58,13 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
         slice_.result()
 
 
-def allocate(struct: Any, count: int, device: wp.Device) -> Any:
-    """An instance of the Warp struct type `struct` whose arrays, all of one dimension, have `count` zero elements."""
+def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:
+    """An instance of the Warp struct type `struct` whose arrays have `count` zero elements, tables `rows` such rows."""
     instance = struct()
     for name, variable in struct.vars.items():
         if hasattr(variable.type, "dtype"):
-            setattr(instance, name, wp.zeros(count, dtype=variable.type.dtype, device=device))
+            shape = (rows, count) if variable.type.ndim == 2 else count
+            setattr(instance, name, wp.zeros(shape, dtype=variable.type.dtype, device=device))
     return instance
 
 

@@ -67,10 +67,11 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
         following[ray] = 0.0
     begin = int(wp.int64(part) * wp.int64(vpls.count) / wp.int64(PARTS))
     end = int(wp.int64(part + 1) * wp.int64(vpls.count) / wp.int64(PARTS))
-    for word in range(begin // 32, (end + 31) // 32):
-        if out_of_reach(position, normal, vpls, word):
+    per_group = vpls.per_group
+    for group in range(begin // per_group, (end + per_group - 1) // per_group):
+        if out_of_reach(position, normal, vpls, group):
             continue
-        for vpl in range(wp.max(32 * word, begin), wp.min(32 * word + 32, end)):
+        for vpl in range(wp.max(per_group * group, begin), wp.min(per_group * (group + 1), end)):
             light = brightness(unoccluded(position, normal, vpls, vpl))
             if light > 0.0:
                 whole += light

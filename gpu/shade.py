@@ -4,7 +4,8 @@ from functools import cache
 
 import warp as wp
 
-from gpu.device import launch
+from gpu.device import allocate, launch
+from gpu.far_light import PARTS, FarLight, doubt, far_irradiance, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
 from gpu.rays import connection
@@ -19,15 +20,11 @@ from gpu.vpl_clusters import VplClusters, out_of_reach
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
 CHECKS = 5
-# The last of them goes to light that none of the SP's clusters sees, the others to what some of them see.
-HIDDEN_CHECK = wp.constant(CHECKS - 1)
-Floats = wp.types.vector(length=CHECKS, dtype=float)
 Ints = wp.types.vector(length=CHECKS, dtype=int)
-# How wrong clusters may be that all agree.
-LEAST_DOUBT = wp.constant(0.25)
-# Of words that none of an SP's clusters sees, one in so many is looked at, and counts as many times.
-HIDDEN_WORDS = wp.constant(wp.uint32(4))
-WARP = wp.constant(32)
+Floats = wp.types.vector(length=CHECKS, dtype=float)
+# A representative farther than this many of its spacings, or turned away more than this, knows little of an SP's light.
+FARTHEST = wp.constant(3.0)
+LIKE_NORMAL = wp.constant(0.8)
 SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
 
 
@@ -36,35 +33,52 @@ class Indirect:
     """Indirect light at the SPs.
 
     irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
-    gpu.sums.Sum; target (CHECKS, sp): VPL clusters, each drawn in proportion to its light that is in doubt, −1 for
-    none; believed (CHECKS, sp): the share of the SP's clusters that see it; doubted, hidden (sp,): all light in doubt
-    that some of them see, and all light that none sees.
+    gpu.sums.Sum; target (CHECKS, sp): near VPL clusters, each drawn in proportion to its light in doubt, −1 for none;
+    believed (CHECKS, sp): the share of the SP's clusters that see it; near, far (sp,): all light in doubt of near VPL
+    clusters, and of the others; pairs (sp,): how many VPL clusters are near.
     """
 
     irradiance: wp.array[wp.vec3]
     lost: wp.array[wp.vec3]
     target: wp.array2d[int]
     believed: wp.array2d[float]
-    doubted: wp.array[float]
-    hidden: wp.array[float]
+    near: wp.array[float]
+    far: wp.array[float]
+    pairs: wp.array[int]
 
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
-    indirect = Indirect()
-    indirect.irradiance = wp.zeros(pixels, dtype=wp.vec3, device=device)
-    indirect.lost = wp.zeros(pixels, dtype=wp.vec3, device=device)
-    indirect.target = wp.zeros((CHECKS, pixels), dtype=int, device=device)
-    indirect.believed = wp.zeros((CHECKS, pixels), dtype=float, device=device)
-    indirect.doubted = wp.zeros(pixels, dtype=float, device=device)
-    indirect.hidden = wp.zeros(pixels, dtype=float, device=device)
+    indirect: Indirect = allocate(Indirect, pixels, device, CHECKS)
     return indirect
 
 
-@wp.func
-def doubt(share: float) -> float:
-    """How far what an SP's clusters believe of a VPL cluster's visibility may be from the truth: its deviation."""
-    return LEAST_DOUBT * (1.0 + share)
+@cache
+def guides_of(fuzziness: int) -> wp.Function:
+    """The function that finds the weights of an SP's F = `fuzziness` clusters.
+
+    guides(clusters, sp, position, normal) are those of its clusters that know of its far light, or all 0.
+    """
+    floats_type = wp.types.vector(length=fuzziness, dtype=float)
+
+    @wp.func
+    def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> floats_type:
+        weights = floats_type()
+        total = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            cluster = clusters.cluster[f, sp]
+            weights[f] = clusters.weight[f, sp]
+            off = wp.length(clusters.position[cluster] - position)
+            alike = wp.dot(clusters.normal[cluster], normal)
+            if off > FARTHEST * clusters.spacing[cluster] or alike < LIKE_NORMAL:
+                weights[f] = 0.0
+            total += weights[f]
+        if total > 0.0:
+            for f in range(wp.static(fuzziness)):
+                weights[f] = weights[f] / total
+        return weights
+
+    return guides
 
 
 @cache
@@ -72,6 +86,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that shades SPs of F = `fuzziness` clusters each."""
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
     floats_type = wp.types.vector(length=fuzziness, dtype=float)
+    ints_type = wp.types.vector(length=fuzziness, dtype=int)
+    guides = guides_of(fuzziness)
 
     @wp.kernel(module="unique", module_options={"fast_math": True})
     def kernel(
@@ -82,79 +98,103 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         clusters: SpClusters,
         visibility: wp.array2d[wp.uint32],
         vpls: VplClusters,
+        far: FarLight,
         seed: int,
         out: Indirect,
     ) -> None:
         """One thread an SP: its light from all VPL clusters, with visibility averaged over its SP clusters."""
         sp = first + wp.tid()
         if sp >= sp_count[0]:
+            out.pairs[sp] = 0
             return
         pixel = sps[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        weights = floats_type()
-        for f in range(wp.static(fuzziness)):
-            weights[f] = clusters.weight[f, sp]
-        key = hashed(SHADE_KEY + wp.uint32(seed))
-        state = hashed(wp.uint32(pixel) ^ key)
+        state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
+        weights = guides(clusters, sp, position, normal)
+        near_weights = floats_type()
+        cluster = ints_type()
         irradiance = Sum()
+        far_mass = float(0.0)
+        alone = bool(True)
+        for f in range(wp.static(fuzziness)):
+            cluster[f] = clusters.cluster[f, sp]
+            if weights[f] > 0.0:
+                alone = False
+                light = far_irradiance(far, clusters, cluster[f], position, normal)
+                irradiance = added(irradiance, light * weights[f])
+                far_mass += weights[f] * far.whole[cluster[f]]
+        if alone:
+            for f in range(wp.static(fuzziness)):
+                weights[f] = clusters.weight[f, sp]
+                near_weights[f] = weights[f]
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()
         believed = Floats()
         following = Floats()
         next_change = float(0.0)
-        doubted = float(0.0)
-        hidden = float(0.0)
+        mass = float(0.0)
+        pairs = int(0)
         for check in range(wp.static(CHECKS)):
             target[check] = -1
             following[check] = 0.0
-        for word in range((vpls.count + 31) // 32):
-            if out_of_reach(position, normal, vpls, word):
-                continue
-            words = words_type()
-            seen = wp.uint32(0)
+        masks = words_type()
+        octets = words_type()
+        for part in range(wp.static(PARTS)):
+            near = wp.uint32(0)
             for f in range(wp.static(fuzziness)):
-                words[f] = visibility[clusters.cluster[f, sp], word]
+                masks[f] = wp.uint32(0)
                 if weights[f] > 0.0:
-                    seen |= words[f]
-            # Neighbours leave the same words out, so that a warp's threads do.
-            times = float(1.0)
-            if seen == wp.uint32(0):
-                if hashed(wp.uint32(sp // WARP) ^ hashed(key + wp.uint32(word))) % HIDDEN_WORDS != wp.uint32(0):
+                    masks[f] = far.near[part, cluster[f]]
+                near |= masks[f]
+            if alone:
+                near = ~wp.uint32(0)
+            if near == wp.uint32(0):
+                continue
+            begin = part * groups_a_part(vpls)
+            for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
+                bit = wp.uint32(group - begin)
+                if ((near >> bit) & wp.uint32(1)) == wp.uint32(0):
                     continue
-                times = float(HIDDEN_WORDS)
-            light = wp.vec3(0.0, 0.0, 0.0)
-            for vpl in range(32 * word, wp.min(32 * word + 32, vpls.count)):
-                whole = unoccluded(position, normal, vpls, vpl)
-                amount = brightness(whole)
-                if amount > 0.0:
-                    share = float(0.0)
+                begin_vpl = vpls.per_group * group
+                end_vpl = wp.min(begin_vpl + vpls.per_group, vpls.count)
+                pairs += end_vpl - begin_vpl
+                if out_of_reach(position, normal, vpls, group):
+                    continue
+                if not alone:
                     for f in range(wp.static(fuzziness)):
-                        share += weights[f] * float((words[f] >> wp.uint32(vpl - 32 * word)) & wp.uint32(1))
-                    light += whole * share
-                    if share > 0.0:
-                        doubted += amount * doubt(share)
-                        if doubted >= next_change:
+                        near_weights[f] = weights[f] * float((masks[f] >> bit) & wp.uint32(1))
+                light = wp.vec3(0.0, 0.0, 0.0)
+                for vpl in range(begin_vpl, end_vpl):
+                    if vpl % 8 == 0:
+                        for f in range(wp.static(fuzziness)):
+                            octets[f] = visibility[cluster[f], vpl // 32] >> wp.uint32(vpl % 32)
+                    whole = unoccluded(position, normal, vpls, vpl)
+                    amount = brightness(whole)
+                    if amount > 0.0:
+                        share = float(0.0)
+                        near_share = float(0.0)
+                        for f in range(wp.static(fuzziness)):
+                            seen = float((octets[f] >> wp.uint32(vpl % 8)) & wp.uint32(1))
+                            share += weights[f] * seen
+                            near_share += near_weights[f] * seen
+                        light += whole * near_share
+                        mass += amount * doubt(share)
+                        if mass >= next_change:
                             next_change = FAR_AWAY
-                            for check in range(wp.static(CHECKS - 1)):
-                                if doubted >= following[check]:
+                            for check in range(wp.static(CHECKS)):
+                                if mass >= following[check]:
                                     state = hashed(state)
                                     target[check] = vpl
                                     believed[check] = share
-                                    following[check] = doubted / ((float(state) + 1.0) * TO_UNIT)
+                                    following[check] = mass / ((float(state) + 1.0) * TO_UNIT)
                                 next_change = wp.min(next_change, following[check])
-                    else:
-                        hidden += amount * times
-                        if hidden >= following[HIDDEN_CHECK]:
-                            state = hashed(state)
-                            target[HIDDEN_CHECK] = vpl
-                            believed[HIDDEN_CHECK] = 0.0
-                            following[HIDDEN_CHECK] = hidden / ((float(state) + 1.0) * TO_UNIT)
-            irradiance = added(irradiance, light)
+                irradiance = added(irradiance, light)
         out.irradiance[pixel] = irradiance.total
-        out.doubted[sp] = doubted
-        out.hidden[sp] = hidden
+        out.near[sp] = mass
+        out.far[sp] = far_mass
+        out.pairs[sp] = pairs
         for check in range(wp.static(CHECKS)):
             out.target[check, sp] = target[check]
             out.believed[check, sp] = believed[check]
@@ -163,12 +203,13 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
 
 
 def shade(fuzziness: int, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, visibility: Visibility,
-          vpls: VplClusters, seed: int, out: Indirect) -> None:  # fmt: skip
+          vpls: VplClusters, far: FarLight, seed: int, out: Indirect) -> None:  # fmt: skip
     """Write the indirect light of `sps` into `out`, which draws what to check by `seed`.
 
-    Visibility is interpolated over the SPs' `clusters`, to F = `fuzziness` of which each belongs.
+    Visibility is interpolated over the SPs' `clusters`, to F = `fuzziness` of which each belongs; what these know of
+    `far` light, too.
     """
-    inputs = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, seed, out]
+    inputs = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, far, seed, out]
     launch(shade_kernel(fuzziness), sps.capacity, inputs, sps.device)
 
 

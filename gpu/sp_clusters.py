@@ -43,13 +43,16 @@ MATCH = wp.constant(1.0e-3)
 class SpClusters:
     """Clusters' representatives as rays need them, and each SP's clusters.
 
-    position, geometric (cluster,): where rays start; used (cluster,): 0 for a cluster without members; order
-    (cluster,): the clusters so that neighbours in space follow each other, for rays that stay together;
+    position, geometric (cluster,): where rays start; normal (cluster,): for shading; spacing (cluster,): distance to
+    neighbours; used (cluster,): 0 for a cluster without members; order (cluster,): the clusters so that neighbours in
+    space follow each other, for rays that stay together;
     cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
     """
 
     position: wp.array[wp.vec3]
     geometric: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    spacing: wp.array[float]
     used: wp.array[int]
     order: wp.array[int]
     cluster: wp.array2d[int]
@@ -61,6 +64,8 @@ def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device
     clusters = SpClusters()
     clusters.position = wp.zeros(count, dtype=wp.vec3, device=device)
     clusters.geometric = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.normal = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.spacing = wp.zeros(count, dtype=float, device=device)
     clusters.used = wp.zeros(count, dtype=int, device=device)
     clusters.order = wp.zeros(2 * count, dtype=int, device=device)
     clusters.cluster = wp.zeros((fuzziness, sps), dtype=int, device=device)
@@ -87,6 +92,8 @@ def representative_kernel(first: int, gbuffer: GBuffer, representatives: Represe
     pixel = pixels[cluster]
     out.position[cluster] = gbuffer.position[pixel]
     out.geometric[cluster] = gbuffer.geometric[pixel]
+    out.normal[cluster] = gbuffer.normal[pixel]
+    out.spacing[cluster] = representatives.spacing[cluster]
     keys[cluster] = order_key(gbuffer.position[pixel], gbuffer.geometric[pixel])
 
 

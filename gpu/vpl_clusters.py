@@ -17,6 +17,9 @@ EVEN_RADIUS_SQUARED = wp.constant(0.75 / 3.141592653589793)
 CONE_SHARE = wp.constant(0.5)
 # Bounds are this much wider than what they hold, against rounding.
 WIDER = wp.constant(1.0001)
+# A group's clusters fill bytes of visibility bits; tables with an entry a group and SP cluster stay small.
+LEAST_PER_GROUP = 8
+MOST_GROUPS = 512
 
 
 @wp.struct
@@ -28,11 +31,14 @@ class VplClusters:
     representative's normal and a member's; extent: farthest member's distance; reach: ± what members are spread by
     along any line in the disk; turn: ± what their normals' cosines are. Cluster c's members are starts[c] …
     starts[c + 1] − 1 of `members`.
-    centre, radius, axis, spread (word,): a sphere that holds all members of 32 neighbouring clusters, and a cone, given
-    by its axis and its angle's cosine, that holds their normals.
+    Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis, spread
+    (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that holds
+    their normals.
     """
 
     count: int
+    per_group: int
+    groups: int
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     flux: wp.array[wp.vec3]
@@ -99,10 +105,10 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
 
 @wp.kernel
 def bound_kernel(first: int, out: VplClusters) -> None:
-    """One thread a word of 32 clusters: the bounds of their members and of their normals."""
-    word = first + wp.tid()
-    begin = 32 * word
-    end = wp.min(begin + 32, out.count)
+    """One thread a group of clusters: the bounds of their members and of their normals."""
+    group = first + wp.tid()
+    begin = out.per_group * group
+    end = wp.min(begin + out.per_group, out.count)
     centre = wp.vec3(0.0, 0.0, 0.0)
     axis = wp.vec3(0.0, 0.0, 0.0)
     for cluster in range(begin, end):
@@ -115,32 +121,35 @@ def bound_kernel(first: int, out: VplClusters) -> None:
         radius = wp.max(radius, wp.length(out.position[cluster] - centre) + out.extent[cluster])
         off = wp.acos(wp.clamp(wp.dot(axis, out.normal[cluster]), -1.0, 1.0))
         widest = wp.max(widest, off + wp.acos(wp.clamp(out.cone[cluster], -1.0, 1.0)))
-    out.centre[word] = centre
-    out.radius[word] = radius * WIDER
-    out.axis[word] = axis
-    out.spread[word] = wp.cos(wp.min(widest * WIDER, PI))
+    out.centre[group] = centre
+    out.radius[group] = radius * WIDER
+    out.axis[group] = axis
+    out.spread[group] = wp.cos(wp.min(widest * WIDER, PI))
 
 
-def bound(clusters: VplClusters, device: wp.Device) -> None:
-    """Fill in the bounds of the words of `clusters`, of which there is one or more."""
-    words = -(-clusters.count // 32)
+def set_groups(clusters: VplClusters, device: wp.Device) -> None:
+    """Form groups of `clusters`, of which there is one or more, and fill in their bounds."""
+    clusters.per_group = LEAST_PER_GROUP
+    while clusters.per_group * MOST_GROUPS < clusters.count:
+        clusters.per_group *= 2
+    clusters.groups = -(-clusters.count // clusters.per_group)
     for name in ("centre", "axis"):
-        setattr(clusters, name, wp.zeros(words, dtype=wp.vec3, device=device))
+        setattr(clusters, name, wp.zeros(clusters.groups, dtype=wp.vec3, device=device))
     for name in ("radius", "spread"):
-        setattr(clusters, name, wp.zeros(words, dtype=float, device=device))
-    launch(bound_kernel, words, [clusters], device)
+        setattr(clusters, name, wp.zeros(clusters.groups, dtype=float, device=device))
+    launch(bound_kernel, clusters.groups, [clusters], device)
 
 
 @wp.func
-def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, word: int) -> bool:
-    """Whether no member of 32 clusters can light a point: all lie behind its surface, or it behind all of theirs."""
-    way = position - clusters.centre[word]
-    radius = clusters.radius[word]
+def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, group: int) -> bool:
+    """Whether no member of a group can light a point: all lie behind its surface, or it behind all of theirs."""
+    way = position - clusters.centre[group]
+    radius = clusters.radius[group]
     if wp.dot(way, normal) >= radius:
         return True
     distance = wp.length(way)
-    across = wp.dot(way, clusters.axis[word])
-    spread = clusters.spread[word]
+    across = wp.dot(way, clusters.axis[group])
+    spread = clusters.spread[group]
     if across >= distance * spread or distance <= radius:
         return False
     # cos(θ − α), of the normal that is nearest to the direction of the point.
@@ -152,7 +161,7 @@ def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) ->
     """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
     device = resident.device
     clusters = VplClusters()
-    clusters.count = 0  # an int, which the struct's own zero is not
+    clusters.count = clusters.groups = 0  # ints, which the struct's own zeros are not
     if vpls.count == 0:
         return clusters
     kmeans = KMeans(vpls.count, min(wanted, vpls.count), device, exhaustive=True)
@@ -166,7 +175,7 @@ def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) ->
     launch(gather_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
     launch(summarise_kernel, clusters.count, [vpls, medoids, clusters], device)
-    bound(clusters, device)
+    set_groups(clusters, device)
     return clusters
 
 
@@ -184,7 +193,7 @@ def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
     """Every VPL of `clusters` as a disk light of its own: what `exact-vpl` shades, and the ablation of SPs alone."""
     members = clusters.members
     singles = VplClusters()
-    singles.count = 0
+    singles.count = singles.groups = 0
     if clusters.count == 0:
         return singles
     singles.count = members.count
@@ -196,5 +205,5 @@ def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
     singles.starts = wp.array(np.arange(members.count + 1), dtype=int, device=resident.device)
     singles.members = members
     launch(member_area_kernel, clusters.count, [clusters, singles.area], resident.device)
-    bound(singles, resident.device)
+    set_groups(singles, resident.device)
     return singles

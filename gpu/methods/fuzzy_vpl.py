@@ -5,6 +5,7 @@ from copy import copy
 from gpu.correct import Correction
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
+from gpu.far_light import FarSums
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
     FrameStatistics,
@@ -48,7 +49,7 @@ class FuzzyVpl:
         )
         self._correction = Correction(view.pixels, view.device)
         self._near_field = NearField(view.pixels, view.device)
-        self._counter = Counter(8, view.device)
+        self._counter = Counter(9, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
@@ -73,6 +74,7 @@ class FuzzyVpl:
             self._first_lit = self._lighting.radiosity(lighting_choice(settings, quality), progress)
         most = self._vpls.count if self._fixed else quality.vpl_clusters
         self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
+        self._far = FarSums(self._clustering.count, most, view.device, enabled=settings.skip.far_pairs)
         self._worst = WorstPoints(view.pixels, int(quality.sp_clusters * REFINED_SHARE), LEAST_DISPUTE, view.device)
         self._refinement = Refinement(len(self._worst.pixels), view.device)
 
@@ -93,11 +95,11 @@ class FuzzyVpl:
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
 
-        correction, probes, smooth = self._correction, self.probes, is_smoothed(settings, sample)
+        correction, far, probes, smooth = self._correction, self._far, self.probes, is_smoothed(settings, sample)
         self._refines = settings.correct and smooth
 
         def correct() -> None:
-            correction.trace(view.scene, gbuffer, sps, vpls, seed, indirect)
+            correction.trace(view.scene, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
             shared = correction.own
             if smooth:
                 shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)
@@ -110,11 +112,11 @@ class FuzzyVpl:
 
         stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=repeats)
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
-        stages.run(
-            "shade",
-            lambda: shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, seed, indirect),
-            repeats=repeats,
-        )
+        def light() -> None:
+            far.run(clusters, visibility.words, vpls)
+            shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
+
+        stages.run("shade", light, repeats=repeats)
         if settings.correct:
             stages.run("correct", correct, repeats=repeats)
             if self._refines:
@@ -133,13 +135,14 @@ class FuzzyVpl:
             counts |= {"shaded": 0, "refined": 0, "rays": 0, "near": 0, "unassigned": 0}
             return counts, view_skips(view, self._settings, empty)
         visibility = self._visibility
-        shaded, refined, rays, shared, used, near, needs, empty = self._counter.sums(
+        shaded, refined, rays, shared, used, close, near, needs, empty = self._counter.sums(
             [
                 (view.shading_points.count, 0),
                 (self._worst.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
                 (self._clustering.clusters.used, 0),
+                (view.indirect.pairs, 0),
                 (self._near_field.found, 0),
                 (self._clustering.need, UNASSIGNED_NEED),
             ],
@@ -153,6 +156,7 @@ class FuzzyVpl:
             "unchanged_lights": vpls if self._kept else 0,
             "facing_away": pairs - rays - shared,
             "weak_pairs": shared,
+            "far_pairs": shaded * counts["vpl_clusters"] - close,
         }
         counts |= {"shaded": shaded, "refined": refined if self._refines else 0, "rays": rays, "near": near}
         return counts | {"unassigned": unassigned}, skips

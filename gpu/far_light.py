@@ -1,0 +1,170 @@
+"""Light of far VPL clusters, summed once for each representative of shading points. Beyond the 2022 paper.
+
+From afar a VPL cluster lights neighbouring SPs alike: what a representative gets of all of them, and how that changes
+with place and direction, tells what its SPs get (G. Ward and P. Heckbert, Irradiance Gradients, 1992). Only groups of VPL
+clusters that are near a representative, in its spacings, are shaded SP by SP.
+"""
+
+import warp as wp
+
+from gpu.device import allocate, launch
+from gpu.sp_clusters import SpClusters
+from gpu.transfer import brightness, disk_irradiance, is_unfolded
+from gpu.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, VplClusters, out_of_reach
+
+# Nearer groups than so many spacings of a representative are near.
+NEAR_SPACINGS = wp.constant(6.0)
+# Groups are taken in parts, whose masks of near groups fill a word.
+PARTS = MOST_GROUPS // 32
+# Cosines below this are so grazing that their light's gradient says nothing.
+GRAZING = wp.constant(0.1)
+# How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
+LEAST_DOUBT = wp.constant(0.25)
+
+
+@wp.func
+def doubt(share: float) -> float:
+    """In what proportion to its light rays go to a VPL cluster, of which an SP's clusters see this share."""
+    return LEAST_DOUBT + (1.0 - LEAST_DOUBT) * share
+
+
+@wp.struct
+class FarLight:
+    """Of each representative.
+
+    near (part, representative): the part's near groups, a bit each; light (representative,): irradiance of the others
+    by what it sees of them [W/m²]; moved, turned: gradients of its brightness by place and by normal; mass (group,
+    representative): light of all of the group's clusters that may hide, in proportion to `doubt`, 0 for near ones;
+    part_mass (part, representative), whole (representative,): sums of that.
+    """
+
+    near: wp.array2d[wp.uint32]
+    light: wp.array[wp.vec3]
+    moved: wp.array[wp.vec3]
+    turned: wp.array[wp.vec3]
+    mass: wp.array2d[float]
+    part_mass: wp.array2d[float]
+    whole: wp.array[float]
+
+
+@wp.struct
+class Partial:
+    """What each part adds to `light`, `moved` and `turned` of FarLight, (part, representative)."""
+
+    light: wp.array2d[wp.vec3]
+    moved: wp.array2d[wp.vec3]
+    turned: wp.array2d[wp.vec3]
+
+
+@wp.func
+def groups_a_part(vpls: VplClusters) -> int:
+    """How many groups each part has; the last parts may have fewer."""
+    return (vpls.groups + wp.static(PARTS) - 1) // wp.static(PARTS)
+
+
+@wp.func
+def is_near(position: wp.vec3, spacing: float, vpls: VplClusters, group: int) -> bool:
+    """Whether a group is so near a representative that its light may be other at its SPs."""
+    if wp.length(vpls.centre[group] - position) - vpls.radius[group] < NEAR_SPACINGS * spacing:
+        return True
+    end = wp.min(vpls.per_group * (group + 1), vpls.count)
+    for vpl in range(vpls.per_group * group, end):
+        if is_unfolded(position, vpls, vpl):
+            return True
+    return False
+
+
+@wp.kernel
+def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
+                all_near: bool, partial: Partial, out: FarLight) -> None:  # fmt: skip
+    """One thread a part of the groups at one representative; neighbouring threads have neighbouring ones."""
+    index = first + wp.tid()
+    sp = sps.order[index % sp_count]
+    part = index // sp_count
+    near = wp.uint32(0)
+    light = wp.vec3(0.0, 0.0, 0.0)
+    moved = wp.vec3(0.0, 0.0, 0.0)
+    turned = wp.vec3(0.0, 0.0, 0.0)
+    part_mass = float(0.0)
+    if sps.used[sp] == 1:
+        position = sps.position[sp]
+        normal = sps.normal[sp]
+        begin = part * groups_a_part(vpls)
+        for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
+            mass = float(0.0)
+            if all_near or is_near(position, sps.spacing[sp], vpls, group):
+                near |= wp.uint32(1) << wp.uint32(group - begin)
+            elif not out_of_reach(position, normal, vpls, group):
+                bits = wp.uint32(0)
+                for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
+                    if vpl % 8 == 0:
+                        bits = visibility[sp, vpl // 32] >> wp.uint32(vpl % 32)
+                    seen = float((bits >> wp.uint32(vpl % 8)) & wp.uint32(1))
+                    whole = disk_irradiance(position, normal, vpls, vpl)
+                    amount = brightness(whole)
+                    mass += amount * doubt(seen)
+                    if amount * seen > 0.0:
+                        light += whole
+                        way = vpls.position[vpl] - position
+                        squared = wp.length_sq(way)
+                        least = GRAZING * wp.sqrt(squared)
+                        facing = wp.max(wp.dot(way, normal), least)
+                        leaving = wp.max(-wp.dot(way, vpls.normal[vpl]), least)
+                        nearer = 1.0 / squared + wp.pi / (wp.pi * squared + vpls.area[vpl])
+                        moved += amount * (way * (2.0 * nearer) - normal / facing + vpls.normal[vpl] / leaving)
+                        turned += way * (amount / facing)
+            out.mass[group, sp] = mass
+            part_mass += mass
+    out.near[part, sp] = near
+    out.part_mass[part, sp] = part_mass
+    partial.light[part, sp] = light
+    partial.moved[part, sp] = moved
+    partial.turned[part, sp] = turned
+
+
+@wp.kernel
+def whole_kernel(first: int, partial: Partial, out: FarLight) -> None:
+    """One thread a representative: the sums over its parts."""
+    sp = first + wp.tid()
+    light = wp.vec3(0.0, 0.0, 0.0)
+    moved = wp.vec3(0.0, 0.0, 0.0)
+    turned = wp.vec3(0.0, 0.0, 0.0)
+    whole = float(0.0)
+    for part in range(wp.static(PARTS)):
+        light += partial.light[part, sp]
+        moved += partial.moved[part, sp]
+        turned += partial.turned[part, sp]
+        whole += out.part_mass[part, sp]
+    out.light[sp] = light
+    out.moved[sp] = moved
+    out.turned[sp] = turned
+    out.whole[sp] = whole
+
+
+@wp.func
+def far_irradiance(far: FarLight, clusters: SpClusters, cluster: int, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
+    """Irradiance of far VPL clusters at an SP by what one of its clusters knows [W/m²]."""
+    light = far.light[cluster]
+    amount = brightness(light)
+    if amount <= 0.0:
+        return light
+    change = wp.dot(far.moved[cluster], position - clusters.position[cluster])
+    change += wp.dot(far.turned[cluster], normal - clusters.normal[cluster])
+    return light * wp.clamp(1.0 + change / amount, 0.0, 2.0)
+
+
+class FarSums:
+    """Sums the far light of up to `sp_count` representatives; arrays are allocated once. `data` is what kernels take."""
+
+    def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool) -> None:
+        self.device, self._sp_count, self._enabled = device, sp_count, enabled
+        groups = min(MOST_GROUPS, -(-vpl_count // LEAST_PER_GROUP))
+        self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
+        self.data.mass = wp.zeros((groups, sp_count), dtype=float, device=device)
+        self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
+
+    def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters) -> None:
+        """Sum the light of `vpls` by the `visibility` bits of `clusters`."""
+        inputs = [clusters, self._sp_count, vpls, visibility, not self._enabled, self._partial, self.data]
+        launch(part_kernel, PARTS * self._sp_count, inputs, self.device)
+        launch(whole_kernel, self._sp_count, [self._partial, self.data], self.device)
