@@ -12,7 +12,7 @@ from typing import Any
 import warp as wp
 
 from gpu.device import allocate, launch
-from gpu.far_light import PARTS, FarLight, doubt, groups_a_part
+from gpu.far_light import FarLight, doubt, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
@@ -115,12 +115,11 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         normal = gbuffer.normal[pixel]
         state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * wp.uint32(seed)))
         pick = float(state) * TO_UNIT * whole - indirect.near[sp]
+        weights = guides(clusters, sp, position, normal)
         drawn = indirect.target[check, sp]
-        believed = indirect.believed[check, sp]
         if pick >= 0.0 or drawn < 0:
-            pick = wp.max(pick, 0.0)
             # One of the SP's clusters, one of its parts, one of that one's groups.
-            weights = guides(clusters, sp, position, normal)
+            pick = wp.max(pick, 0.0)
             cluster = int(-1)
             for f in range(wp.static(fuzziness)):
                 if weights[f] > 0.0 and (cluster < 0 or pick >= 0.0):
@@ -131,7 +130,7 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
                         break
                     pick -= mass
             part = int(0)
-            while part < wp.static(PARTS) - 1 and pick >= far.part_mass[part, cluster]:
+            while part < far.part_mass.shape[0] - 1 and pick >= far.part_mass[part, cluster]:
                 pick -= far.part_mass[part, cluster]
                 part += 1
             begin = part * groups_a_part(vpls)
@@ -143,28 +142,40 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
             expected = float(0.0)
             for f in range(wp.static(fuzziness)):
                 if weights[f] > 0.0:
-                    other = clusters.cluster[f, sp]
-                    if ((far.near[part, other] >> wp.uint32(group - begin)) & wp.uint32(1)) == wp.uint32(1):
-                        return
-                    expected += weights[f] * far.mass[group, other]
+                    expected += weights[f] * far.mass[group, clusters.cluster[f, sp]]
             total = float(0.0)
             drawn = int(-1)
             for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
                 amount = brightness(disk_irradiance(position, normal, vpls, vpl))
                 if amount > 0.0:
+                    near = wp.uint32(0)
                     share = float(0.0)
                     for f in range(wp.static(fuzziness)):
-                        bits = visibility[clusters.cluster[f, sp], vpl // 32] >> wp.uint32(vpl % 32)
-                        share += weights[f] * float(bits & wp.uint32(1))
-                    amount *= doubt(share)
-                    total += amount
-                    state = hashed(state)
-                    if float(state) * TO_UNIT * total < amount:
-                        drawn = vpl
-                        believed = share
+                        if weights[f] > 0.0:
+                            other = clusters.cluster[f, sp]
+                            near |= far.near[other, vpl // 32]
+                            seen = (visibility[other, vpl // 32] >> wp.uint32(vpl % 32)) & wp.uint32(1)
+                            share += weights[f] * float(seen)
+                    if ((near >> wp.uint32(vpl % 32)) & wp.uint32(1)) == wp.uint32(0):
+                        amount *= doubt(share)
+                        total += amount
+                        state = hashed(state)
+                        if float(state) * TO_UNIT * total < amount:
+                            drawn = vpl
             if drawn < 0 or expected <= 0.0:
                 return
             whole *= wp.min(total / expected, MOST_SHARE)
+        believed = float(0.0)
+        knowing = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            seen = (visibility[clusters.cluster[f, sp], drawn // 32] >> wp.uint32(drawn % 32)) & wp.uint32(1)
+            knowing += weights[f]
+            believed += weights[f] * float(seen)
+        if knowing == 0.0:
+            believed = float(0.0)
+            for f in range(wp.static(fuzziness)):
+                seen = (visibility[clusters.cluster[f, sp], drawn // 32] >> wp.uint32(drawn % 32)) & wp.uint32(1)
+                believed += clusters.weight[f, sp] * float(seen)
         target = member_of(position, normal, vpls, drawn, hashed(state))
         checks.vpl[index] = target.vpl
         checks.believed[index] = believed

@@ -1,8 +1,8 @@
 """Light of far VPL clusters, summed once for each representative of shading points. Beyond the 2022 paper.
 
 From afar a VPL cluster lights neighbouring SPs alike: what a representative gets of all of them, and how that changes
-with place and direction, tells what its SPs get (G. Ward and P. Heckbert, Irradiance Gradients, 1992). Only groups of VPL
-clusters that are near a representative, in its spacings, are shaded SP by SP.
+with place and direction, tells what its SPs get (G. Ward and P. Heckbert, Irradiance Gradients, 1992). Only VPL
+clusters that are near a representative, in its spacings or their own, are shaded SP by SP.
 """
 
 import warp as wp
@@ -10,12 +10,12 @@ import warp as wp
 from gpu.device import allocate, launch
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
-from gpu.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, VplClusters, out_of_reach
+from gpu.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, VplClusters, is_behind, out_of_reach
 
-# Nearer groups than so many spacings of a representative are near.
-NEAR_SPACINGS = wp.constant(6.0)
-# Groups are taken in parts, whose masks of near groups fill a word.
-PARTS = MOST_GROUPS // 32
+# VPL clusters nearer than so many spacings of a representative are near.
+NEAR_SPACINGS = wp.constant(3.0)
+# Groups are summed in parts, since there are few representatives for a GPU's threads.
+PARTS = 16
 # Cosines below this are so grazing that their light's gradient says nothing.
 GRAZING = wp.constant(0.1)
 # How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
@@ -32,9 +32,9 @@ def doubt(share: float) -> float:
 class FarLight:
     """Of each representative.
 
-    near (part, representative): the part's near groups, a bit each; light (representative,): irradiance of the others
-    by what it sees of them [W/m²]; moved, turned: gradients of its brightness by place and by normal; mass (group,
-    representative): light of all of the group's clusters that may hide, in proportion to `doubt`, 0 for near ones;
+    near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; light (representative,):
+    irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its brightness by place and by normal; mass (group,
+    representative): light of the group's far clusters were none hidden, each times its `doubt`;
     part_mass (part, representative), whole (representative,): sums of that.
     """
 
@@ -58,20 +58,15 @@ class Partial:
 
 @wp.func
 def groups_a_part(vpls: VplClusters) -> int:
-    """How many groups each part has; the last parts may have fewer."""
-    return (vpls.groups + wp.static(PARTS) - 1) // wp.static(PARTS)
+    """How many groups each part has, which fill words; the last parts may have fewer or none."""
+    return 4 * ((vpls.groups + 4 * wp.static(PARTS) - 1) // (4 * wp.static(PARTS)))
 
 
 @wp.func
-def is_near(position: wp.vec3, spacing: float, vpls: VplClusters, group: int) -> bool:
-    """Whether a group is so near a representative that its light may be other at its SPs."""
-    if wp.length(vpls.centre[group] - position) - vpls.radius[group] < NEAR_SPACINGS * spacing:
-        return True
-    end = wp.min(vpls.per_group * (group + 1), vpls.count)
-    for vpl in range(vpls.per_group * group, end):
-        if is_unfolded(position, vpls, vpl):
-            return True
-    return False
+def is_near(position: wp.vec3, spacing: float, vpls: VplClusters, vpl: int) -> bool:
+    """Whether a VPL cluster is so near a representative that its light may be other at its SPs."""
+    distance = wp.length(vpls.position[vpl] - position)
+    return is_unfolded(position, vpls, vpl) or distance - vpls.reach[vpl] < NEAR_SPACINGS * spacing
 
 
 @wp.kernel
@@ -81,7 +76,6 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
     index = first + wp.tid()
     sp = sps.order[index % sp_count]
     part = index // sp_count
-    near = wp.uint32(0)
     light = wp.vec3(0.0, 0.0, 0.0)
     moved = wp.vec3(0.0, 0.0, 0.0)
     turned = wp.vec3(0.0, 0.0, 0.0)
@@ -90,32 +84,41 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
         position = sps.position[sp]
         normal = sps.normal[sp]
         begin = part * groups_a_part(vpls)
+        near = wp.uint32(0)
+        seen = wp.uint32(0)
         for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
             mass = float(0.0)
-            if all_near or is_near(position, sps.spacing[sp], vpls, group):
-                near |= wp.uint32(1) << wp.uint32(group - begin)
-            elif not out_of_reach(position, normal, vpls, group):
-                bits = wp.uint32(0)
-                for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-                    if vpl % 8 == 0:
-                        bits = visibility[sp, vpl // 32] >> wp.uint32(vpl % 32)
-                    seen = float((bits >> wp.uint32(vpl % 8)) & wp.uint32(1))
-                    whole = disk_irradiance(position, normal, vpls, vpl)
-                    amount = brightness(whole)
-                    mass += amount * doubt(seen)
-                    if amount * seen > 0.0:
-                        light += whole
-                        way = vpls.position[vpl] - position
-                        squared = wp.length_sq(way)
-                        least = GRAZING * wp.sqrt(squared)
-                        facing = wp.max(wp.dot(way, normal), least)
-                        leaving = wp.max(-wp.dot(way, vpls.normal[vpl]), least)
-                        nearer = 1.0 / squared + wp.pi / (wp.pi * squared + vpls.area[vpl])
-                        moved += amount * (way * (2.0 * nearer) - normal / facing + vpls.normal[vpl] / leaving)
-                        turned += way * (amount / facing)
+            reached = not out_of_reach(position, normal, vpls, group)
+            end = wp.min(vpls.per_group * (group + 1), vpls.count)
+            for vpl in range(vpls.per_group * group, end):
+                bit = wp.uint32(vpl % 32)
+                if bit == wp.uint32(0):
+                    near = wp.uint32(0)
+                    seen = visibility[sp, vpl // 32]
+                if all_near:
+                    near |= wp.uint32(1) << bit
+                elif reached and not is_behind(position, normal, vpls, vpl):
+                    if is_near(position, sps.spacing[sp], vpls, vpl):
+                        near |= wp.uint32(1) << bit
+                    else:
+                        whole = disk_irradiance(position, normal, vpls, vpl)
+                        amount = brightness(whole)
+                        share = float((seen >> bit) & wp.uint32(1))
+                        mass += amount * doubt(share)
+                        if amount * share > 0.0:
+                            light += whole
+                            way = vpls.position[vpl] - position
+                            squared = wp.length_sq(way)
+                            least = GRAZING * wp.sqrt(squared)
+                            facing = wp.max(wp.dot(way, normal), least)
+                            leaving = wp.max(-wp.dot(way, vpls.normal[vpl]), least)
+                            nearer = 1.0 / squared + wp.pi / (wp.pi * squared + vpls.area[vpl])
+                            moved += amount * (way * (2.0 * nearer) - normal / facing + vpls.normal[vpl] / leaving)
+                            turned += way * (amount / facing)
+                if bit == wp.uint32(31) or vpl == vpls.count - 1:
+                    out.near[sp, vpl // 32] = near
             out.mass[group, sp] = mass
             part_mass += mass
-    out.near[part, sp] = near
     out.part_mass[part, sp] = part_mass
     partial.light[part, sp] = light
     partial.moved[part, sp] = moved
@@ -161,6 +164,7 @@ class FarSums:
         groups = min(MOST_GROUPS, -(-vpl_count // LEAST_PER_GROUP))
         self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
         self.data.mass = wp.zeros((groups, sp_count), dtype=float, device=device)
+        self.data.near = wp.zeros((sp_count, max(1, -(-vpl_count // 32))), dtype=wp.uint32, device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters) -> None:

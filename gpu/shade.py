@@ -5,7 +5,7 @@ from functools import cache
 import warp as wp
 
 from gpu.device import allocate, launch
-from gpu.far_light import PARTS, FarLight, doubt, far_irradiance, groups_a_part
+from gpu.far_light import FarLight, doubt, far_irradiance
 from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
 from gpu.rays import connection
@@ -25,6 +25,7 @@ Floats = wp.types.vector(length=CHECKS, dtype=float)
 # A representative farther than this many of its spacings, or turned away more than this, knows little of an SP's light.
 FARTHEST = wp.constant(3.0)
 LIKE_NORMAL = wp.constant(0.8)
+ALL = wp.constant(wp.uint32(0xFFFFFFFF))
 SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
 
 
@@ -34,14 +35,12 @@ class Indirect:
 
     irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
     gpu.sums.Sum; target (CHECKS, sp): near VPL clusters, each drawn in proportion to its light in doubt, −1 for none;
-    believed (CHECKS, sp): the share of the SP's clusters that see it; near, far (sp,): all light in doubt of near VPL
-    clusters, and of the others; pairs (sp,): how many VPL clusters are near.
+    near, far (sp,): all light in doubt of near VPL clusters, and of the others; pairs (sp,): how many are near.
     """
 
     irradiance: wp.array[wp.vec3]
     lost: wp.array[wp.vec3]
     target: wp.array2d[int]
-    believed: wp.array2d[float]
     near: wp.array[float]
     far: wp.array[float]
     pairs: wp.array[int]
@@ -51,6 +50,18 @@ def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
     indirect: Indirect = allocate(Indirect, pixels, device, CHECKS)
     return indirect
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __ffs(bits) - 1;
+#else
+    return __builtin_ctz(bits);
+#endif
+""")
+def lowest_bit(bits: wp.uint32) -> wp.uint32:
+    """The place of the lowest bit that is set."""
+    ...
 
 
 @cache
@@ -85,7 +96,6 @@ def guides_of(fuzziness: int) -> wp.Function:
 def shade_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that shades SPs of F = `fuzziness` clusters each."""
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
-    floats_type = wp.types.vector(length=fuzziness, dtype=float)
     ints_type = wp.types.vector(length=fuzziness, dtype=int)
     guides = guides_of(fuzziness)
 
@@ -112,7 +122,6 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         normal = gbuffer.normal[pixel]
         state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
         weights = guides(clusters, sp, position, normal)
-        near_weights = floats_type()
         cluster = ints_type()
         irradiance = Sum()
         far_mass = float(0.0)
@@ -127,11 +136,9 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         if alone:
             for f in range(wp.static(fuzziness)):
                 weights[f] = clusters.weight[f, sp]
-                near_weights[f] = weights[f]
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()
-        believed = Floats()
         following = Floats()
         next_change = float(0.0)
         mass = float(0.0)
@@ -139,65 +146,54 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         for check in range(wp.static(CHECKS)):
             target[check] = -1
             following[check] = 0.0
-        masks = words_type()
-        octets = words_type()
-        for part in range(wp.static(PARTS)):
-            near = wp.uint32(0)
+        near = words_type()
+        seen = words_type()
+        for word in range((vpls.count + 31) // 32):
+            bits = wp.uint32(0)
             for f in range(wp.static(fuzziness)):
-                masks[f] = wp.uint32(0)
+                near[f] = wp.uint32(0)
                 if weights[f] > 0.0:
-                    masks[f] = far.near[part, cluster[f]]
-                near |= masks[f]
+                    near[f] = far.near[cluster[f], word]
+                bits |= near[f]
             if alone:
-                near = ~wp.uint32(0)
-            if near == wp.uint32(0):
+                bits = ALL >> wp.uint32(wp.max(32 * (word + 1) - vpls.count, 0))
+            if bits == wp.uint32(0):
                 continue
-            begin = part * groups_a_part(vpls)
-            for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
-                bit = wp.uint32(group - begin)
-                if ((near >> bit) & wp.uint32(1)) == wp.uint32(0):
-                    continue
-                begin_vpl = vpls.per_group * group
-                end_vpl = wp.min(begin_vpl + vpls.per_group, vpls.count)
-                pairs += end_vpl - begin_vpl
-                if out_of_reach(position, normal, vpls, group):
-                    continue
-                if not alone:
+            for f in range(wp.static(fuzziness)):
+                seen[f] = visibility[cluster[f], word]
+                if alone:
+                    near[f] = ALL
+            light = wp.vec3(0.0, 0.0, 0.0)
+            while bits != wp.uint32(0):
+                bit = lowest_bit(bits)
+                bits &= bits - wp.uint32(1)
+                pairs += 1
+                whole = unoccluded(position, normal, vpls, 32 * word + int(bit))
+                amount = brightness(whole)
+                if amount > 0.0:
+                    share = float(0.0)
+                    near_share = float(0.0)
                     for f in range(wp.static(fuzziness)):
-                        near_weights[f] = weights[f] * float((masks[f] >> bit) & wp.uint32(1))
-                light = wp.vec3(0.0, 0.0, 0.0)
-                for vpl in range(begin_vpl, end_vpl):
-                    if vpl % 8 == 0:
-                        for f in range(wp.static(fuzziness)):
-                            octets[f] = visibility[cluster[f], vpl // 32] >> wp.uint32(vpl % 32)
-                    whole = unoccluded(position, normal, vpls, vpl)
-                    amount = brightness(whole)
-                    if amount > 0.0:
-                        share = float(0.0)
-                        near_share = float(0.0)
-                        for f in range(wp.static(fuzziness)):
-                            seen = float((octets[f] >> wp.uint32(vpl % 8)) & wp.uint32(1))
-                            share += weights[f] * seen
-                            near_share += near_weights[f] * seen
-                        light += whole * near_share
-                        mass += amount * doubt(share)
-                        if mass >= next_change:
-                            next_change = FAR_AWAY
-                            for check in range(wp.static(CHECKS)):
-                                if mass >= following[check]:
-                                    state = hashed(state)
-                                    target[check] = vpl
-                                    believed[check] = share
-                                    following[check] = mass / ((float(state) + 1.0) * TO_UNIT)
-                                next_change = wp.min(next_change, following[check])
-                irradiance = added(irradiance, light)
+                        sees = weights[f] * float((seen[f] >> bit) & wp.uint32(1))
+                        share += sees
+                        near_share += sees * float((near[f] >> bit) & wp.uint32(1))
+                    light += whole * near_share
+                    mass += amount * doubt(share)
+                    if mass >= next_change:
+                        next_change = FAR_AWAY
+                        for check in range(wp.static(CHECKS)):
+                            if mass >= following[check]:
+                                state = hashed(state)
+                                target[check] = 32 * word + int(bit)
+                                following[check] = mass / ((float(state) + 1.0) * TO_UNIT)
+                            next_change = wp.min(next_change, following[check])
+            irradiance = added(irradiance, light)
         out.irradiance[pixel] = irradiance.total
         out.near[sp] = mass
         out.far[sp] = far_mass
         out.pairs[sp] = pairs
         for check in range(wp.static(CHECKS)):
             out.target[check, sp] = target[check]
-            out.believed[check, sp] = believed[check]
 
     return kernel
 

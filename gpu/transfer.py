@@ -4,7 +4,7 @@ import warp as wp
 
 from gpu.sampling import PI
 from gpu.sums import Sum, added
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import VplClusters, is_behind
 
 # A cluster whose disk has more area than this times the squared distance is shaded member by member.
 UNFOLD_SHARE = wp.constant(0.7)
@@ -92,6 +92,8 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
     if not is_unfolded(position, vpls, cluster):
         return disk_irradiance(position, normal, vpls, cluster)
     irradiance = Sum()
+    if is_behind(position, normal, vpls, cluster):
+        return irradiance.total
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
     area = vpls.area[cluster] / float(end - begin)

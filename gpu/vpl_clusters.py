@@ -17,6 +17,8 @@ EVEN_RADIUS_SQUARED = wp.constant(0.75 / 3.141592653589793)
 CONE_SHARE = wp.constant(0.5)
 # Bounds are this much wider than what they hold, against rounding.
 WIDER = wp.constant(1.0001)
+# Unit space: rounding moves points of one plane apart by this much.
+IN_PLANE = wp.constant(1.0e-6)
 # A group's clusters fill bytes of visibility bits; tables with an entry a group and SP cluster stay small.
 LEAST_PER_GROUP = 8
 MOST_GROUPS = 512
@@ -28,7 +30,7 @@ class VplClusters:
 
     position, normal: (cluster,) of the representative, a member; flux: summed over members [W], per channel;
     area: of the disk that spreads as the members do, unit space; cone: cosine of the widest angle between the
-    representative's normal and a member's; extent: farthest member's distance; reach: ± what members are spread by
+    representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal; reach: ± what members are spread by
     along any line in the disk; turn: ± what their normals' cosines are. Cluster c's members are starts[c] …
     starts[c + 1] − 1 of `members`.
     Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis, spread
@@ -45,6 +47,7 @@ class VplClusters:
     area: wp.array[float]
     cone: wp.array[float]
     extent: wp.array[float]
+    thickness: wp.array[float]
     reach: wp.array[float]
     turn: wp.array[float]
     centre: wp.array[wp.vec3]
@@ -81,6 +84,7 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
     total = float(0.0)
     cone = float(1.0)
     extent = float(0.0)
+    thickness = float(0.0)
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
         member_flux = out.members.flux[member]
         flux = added(flux, member_flux)
@@ -91,6 +95,7 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
         total += weight
         cone = wp.min(cone, wp.dot(normal, out.members.normal[member]))
         extent = wp.max(extent, wp.length(offset))
+        thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
     mean = mean / total
     out.position[cluster] = centre
     out.normal[cluster] = normal
@@ -99,6 +104,7 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
     out.area[cluster] = 2.0 * PI * wp.max(square / total - wp.length_sq(mean), 0.0)
     out.cone[cluster] = cone
     out.extent[cluster] = extent
+    out.thickness[cluster] = thickness
     out.reach[cluster] = wp.sqrt(EVEN_RADIUS_SQUARED * out.area[cluster])
     out.turn[cluster] = CONE_SHARE * wp.sqrt(wp.max(1.0 - cone * cone, 0.0))
 
@@ -157,6 +163,15 @@ def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, grou
     return across * spread + beside * wp.sqrt(wp.max(1.0 - spread * spread, 0.0)) + radius <= 0.0
 
 
+@wp.func
+def is_behind(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, cluster: int) -> bool:
+    """Whether all members of a cluster lie in or behind the plane of a point's surface, as those of that surface do."""
+    alike = wp.dot(normal, clusters.normal[cluster])
+    height = wp.dot(clusters.position[cluster] - position, normal)
+    height += clusters.extent[cluster] * wp.sqrt(wp.max(1.0 - alike * alike, 0.0))
+    return height + clusters.thickness[cluster] * wp.abs(alike) <= IN_PLANE
+
+
 def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) -> VplClusters:
     """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
     device = resident.device
@@ -200,7 +215,7 @@ def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
     singles.position, singles.normal, singles.flux = members.position, members.normal, members.flux
     singles.area = wp.zeros(members.count, dtype=float, device=resident.device)
     singles.cone = wp.full(members.count, 1.0, dtype=float, device=resident.device)
-    for name in ("extent", "reach", "turn"):
+    for name in ("extent", "thickness", "reach", "turn"):
         setattr(singles, name, wp.zeros(members.count, dtype=float, device=resident.device))
     singles.starts = wp.array(np.arange(members.count + 1), dtype=int, device=resident.device)
     singles.members = members
