@@ -22,7 +22,7 @@ from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_unfolded
 from gpu.visibility import Visibility
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import PER_TWIG, VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 
@@ -40,27 +40,48 @@ class Target:
 
 
 @wp.func
+def member_light(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, member: int, area: float) -> float:
+    """Brightness that a VPL with a disk of `area` sends a point if nothing hides it."""
+    way = vpls.members.position[member] - position
+    return disk_transfer(way, normal, vpls.members.normal[member], area) * brightness(vpls.members.flux[member])
+
+
+@wp.func
 def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, state: wp.uint32) -> Target:
     """A member of a VPL cluster, drawn in proportion to its light where members are shaded one by one."""
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
     number = float(end - begin)
     target = Target()
-    if not is_unfolded(position, vpls, cluster):
+    disk = vpls.disks[cluster]
+    if not is_unfolded(position, disk):
         target.vpl = begin + int(hashed(state) % wp.uint32(end - begin))
-        way = vpls.members.position[target.vpl] - position
-        light = disk_transfer(way, normal, vpls.members.normal[target.vpl], vpls.area[cluster])
-        light *= brightness(vpls.members.flux[target.vpl]) * number
-        expected = brightness(disk_irradiance(position, normal, vpls, cluster))
+        light = member_light(position, normal, vpls, target.vpl, disk.area) * number
+        expected = brightness(disk_irradiance(position, normal, disk))
         target.share = wp.min(light / expected, MOST_SHARE)
         return target
     target.vpl = begin
     target.share = 1.0
-    area = vpls.area[cluster] / number
+    chosen = int(begin)
+    area = disk.area / number
     total = float(0.0)
-    for member in range(begin, end):
-        way = vpls.members.position[member] - position
-        light = disk_transfer(way, normal, vpls.members.normal[member], area) * brightness(vpls.members.flux[member])
+    for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
+        disk = vpls.twigs[twig]
+        last = wp.min(begin + PER_TWIG, end)
+        light = float(0.0)
+        if is_unfolded(position, disk):
+            for member in range(begin, last):
+                light += member_light(position, normal, vpls, member, area)
+        else:
+            light = brightness(disk_irradiance(position, normal, disk))
+        total += light
+        state = hashed(state)
+        if float(state) * TO_UNIT * total < light:
+            chosen = begin
+        begin = last
+    total = float(0.0)
+    for member in range(chosen, wp.min(chosen + PER_TWIG, end)):
+        light = member_light(position, normal, vpls, member, area)
         total += light
         state = hashed(state)
         if float(state) * TO_UNIT * total < light:
@@ -146,7 +167,7 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
             total = float(0.0)
             drawn = int(-1)
             for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-                amount = brightness(disk_irradiance(position, normal, vpls, vpl))
+                amount = brightness(disk_irradiance(position, normal, vpls.disks[vpl]))
                 if amount > 0.0:
                     near = wp.uint32(0)
                     share = float(0.0)

@@ -15,7 +15,7 @@ from gpu.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, VplClusters, is_behin
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
 # Groups are summed in parts, since there are few representatives for a GPU's threads.
-PARTS = 16
+PARTS = 32
 # Cosines below this are so grazing that their light's gradient says nothing.
 GRAZING = wp.constant(0.1)
 # How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
@@ -65,8 +65,8 @@ def groups_a_part(vpls: VplClusters) -> int:
 @wp.func
 def is_near(position: wp.vec3, spacing: float, vpls: VplClusters, vpl: int) -> bool:
     """Whether a VPL cluster is so near a representative that its light may be other at its SPs."""
-    distance = wp.length(vpls.position[vpl] - position)
-    return is_unfolded(position, vpls, vpl) or distance - vpls.reach[vpl] < NEAR_SPACINGS * spacing
+    disk = vpls.disks[vpl]
+    return is_unfolded(position, disk) or wp.length(disk.position - position) - disk.reach < NEAR_SPACINGS * spacing
 
 
 @wp.kernel
@@ -101,19 +101,20 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
                     if is_near(position, sps.spacing[sp], vpls, vpl):
                         near |= wp.uint32(1) << bit
                     else:
-                        whole = disk_irradiance(position, normal, vpls, vpl)
+                        disk = vpls.disks[vpl]
+                        whole = disk_irradiance(position, normal, disk)
                         amount = brightness(whole)
                         share = float((seen >> bit) & wp.uint32(1))
                         mass += amount * doubt(share)
                         if amount * share > 0.0:
                             light += whole
-                            way = vpls.position[vpl] - position
+                            way = disk.position - position
                             squared = wp.length_sq(way)
                             least = GRAZING * wp.sqrt(squared)
                             facing = wp.max(wp.dot(way, normal), least)
-                            leaving = wp.max(-wp.dot(way, vpls.normal[vpl]), least)
-                            nearer = 1.0 / squared + wp.pi / (wp.pi * squared + vpls.area[vpl])
-                            moved += amount * (way * (2.0 * nearer) - normal / facing + vpls.normal[vpl] / leaving)
+                            leaving = wp.max(-wp.dot(way, disk.normal), least)
+                            nearer = 1.0 / squared + wp.pi / (wp.pi * squared + disk.area)
+                            moved += amount * (way * (2.0 * nearer) - normal / facing + disk.normal / leaving)
                             turned += way * (amount / facing)
                 if bit == wp.uint32(31) or vpl == vpls.count - 1:
                     out.near[sp, vpl // 32] = near

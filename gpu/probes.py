@@ -82,7 +82,7 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
         for vpl in range((bunch * vpls.count) // BUNCHES, ((bunch + 1) * vpls.count) // BUNCHES):
             begin = vpls.starts[vpl]
             end = vpls.starts[vpl + 1]
-            area = vpls.area[vpl] / float(end - begin)
+            area = vpls.disks[vpl].area / float(end - begin)
             this = int(-1)
             that = int(-1)
             total = float(0.0)

@@ -57,7 +57,7 @@ def first_radius_kernel(first: int, clusters: VplClusters, radius: wp.array[floa
     cluster = first + wp.tid()
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
-    area = clusters.area[cluster] / float(end - begin)
+    area = clusters.disks[cluster].area / float(end - begin)
     for member in range(begin, end):
         radius[member] = wp.sqrt(float(wp.static(NEIGHBOURS)) * area / PI)
 

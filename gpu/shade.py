@@ -26,6 +26,8 @@ Floats = wp.types.vector(length=CHECKS, dtype=float)
 FARTHEST = wp.constant(3.0)
 LIKE_NORMAL = wp.constant(0.8)
 ALL = wp.constant(wp.uint32(0xFFFFFFFF))
+# Fewer than the compiler would take, so that more threads run at once.
+REGISTERS = 80
 SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
 
 
@@ -99,7 +101,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
     ints_type = wp.types.vector(length=fuzziness, dtype=int)
     guides = guides_of(fuzziness)
 
-    @wp.kernel(module="unique", module_options={"fast_math": True})
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
     def kernel(
         first: int,
         gbuffer: GBuffer,
@@ -236,7 +238,8 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
         irradiance = Sum()
         for vpl in range(begin, end):
             light = unoccluded(position, normal, vpls, vpl)
-            if brightness(light) > 0.0 and connect(scene, position, geometric, vpls.position[vpl], vpls.normal[vpl]):
+            disk = vpls.disks[vpl]
+            if brightness(light) > 0.0 and connect(scene, position, geometric, disk.position, disk.normal):
                 irradiance = added(irradiance, light)
         before = Sum()
         if begin > 0:

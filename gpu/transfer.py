@@ -4,10 +4,11 @@ import warp as wp
 
 from gpu.sampling import PI
 from gpu.sums import Sum, added
-from gpu.vpl_clusters import VplClusters, is_behind
+from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, is_behind
 
-# A cluster whose disk has more area than this times the squared distance is shaded member by member.
+# A disk that has more area than this times the squared distance gives way to what it stands for.
 UNFOLD_SHARE = wp.constant(0.7)
+TWIG_SHARE = wp.constant(0.7)
 
 
 @wp.func
@@ -41,43 +42,40 @@ def positive_mean(value: float, spread: float) -> float:
 
 
 @wp.func
-def disk_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
-    """Irradiance at a point from a VPL cluster's one disk, if nothing hides it [W/m²].
+def disk_irradiance(position: wp.vec3, normal: wp.vec3, disk: Disk) -> wp.vec3:
+    """Irradiance at a point from a disk light that stands for VPLs, if nothing hides it [W/m²].
 
     A part of a disk may be above a surface's horizon when its representative is not, and light what that faces away
     from: cosines are means over the disk and over the cone of its members' normals.
     """
     nothing = wp.vec3(0.0, 0.0, 0.0)
-    way = vpls.position[cluster] - position
-    reach = vpls.reach[cluster]
+    way = disk.position - position
     facing = wp.dot(way, normal)
-    if facing <= -reach:
+    if facing <= -disk.reach:
         return nothing
-    disk_normal = vpls.normal[cluster]
-    leaving = -wp.dot(way, disk_normal)
+    leaving = -wp.dot(way, disk.normal)
     squared = wp.length_sq(way)
-    turn = vpls.turn[cluster]
-    if leaving <= 0.0 and leaving * leaving >= turn * turn * squared:
+    if leaving <= 0.0 and leaving * leaving >= disk.turn * disk.turn * squared:
         return nothing
     # Square roots are for those that are near a horizon.
-    if facing < reach:
-        tilt = wp.dot(normal, disk_normal)
-        facing = positive_mean(facing, reach * wp.sqrt(wp.max(1.0 - tilt * tilt, 0.0)))
-    if leaving * leaving < turn * turn * squared:
-        leaving = positive_mean(leaving, turn * wp.sqrt(squared))
-    return vpls.flux[cluster] * (facing * leaving / (squared * (PI * squared + vpls.area[cluster])))
+    if facing < disk.reach:
+        tilt = wp.dot(normal, disk.normal)
+        facing = positive_mean(facing, disk.reach * wp.sqrt(wp.max(1.0 - tilt * tilt, 0.0)))
+    if leaving * leaving < disk.turn * disk.turn * squared:
+        leaving = positive_mean(leaving, disk.turn * wp.sqrt(squared))
+    return disk.flux * (facing * leaving / (squared * (PI * squared + disk.area)))
 
 
 @wp.func
-def is_unfolded(position: wp.vec3, vpls: VplClusters, cluster: int) -> bool:
-    """Whether a VPL cluster is so near that its members are shaded one by one: its one disk would be too coarse."""
-    return vpls.area[cluster] > UNFOLD_SHARE * wp.length_sq(vpls.position[cluster] - position)
+def is_unfolded(position: wp.vec3, disk: Disk) -> bool:
+    """Whether a disk is so near that what it stands for is shaded in its place: it would be too coarse."""
+    return disk.area > UNFOLD_SHARE * wp.length_sq(disk.position - position)
 
 
 @wp.func
 def disk_area(vpls: VplClusters, cluster: int, squared: float) -> float:
     """Area of the disks that stand for a VPL cluster at a squared distance: of its one, or near by of each member's."""
-    area = vpls.area[cluster]
+    area = vpls.disks[cluster].area
     if area <= UNFOLD_SHARE * squared:
         return area
     return area / float(vpls.starts[cluster + 1] - vpls.starts[cluster])
@@ -87,18 +85,26 @@ def disk_area(vpls: VplClusters, cluster: int, squared: float) -> float:
 def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
     """Irradiance at a point from a VPL cluster that nothing hides [W/m²].
 
-    Near a cluster its one disk would be too coarse and too dim, so its members count one by one there.
+    Near a cluster its one disk would be too coarse and too dim: there its twigs count one by one, and of twigs that
+    are as near, the members.
     """
-    if not is_unfolded(position, vpls, cluster):
-        return disk_irradiance(position, normal, vpls, cluster)
+    disk = vpls.disks[cluster]
+    if not is_unfolded(position, disk):
+        return disk_irradiance(position, normal, disk)
     irradiance = Sum()
     if is_behind(position, normal, vpls, cluster):
         return irradiance.total
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
-    area = vpls.area[cluster] / float(end - begin)
-    for member in range(begin, end):
-        way = vpls.members.position[member] - position
-        share = disk_transfer(way, normal, vpls.members.normal[member], area)
-        irradiance = added(irradiance, vpls.members.flux[member] * share)
+    area = disk.area / float(end - begin)
+    for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
+        disk = vpls.twigs[twig]
+        if disk.area > TWIG_SHARE * wp.length_sq(disk.position - position):
+            for member in range(begin, wp.min(begin + PER_TWIG, end)):
+                way = vpls.members.position[member] - position
+                share = disk_transfer(way, normal, vpls.members.normal[member], area)
+                irradiance = added(irradiance, vpls.members.flux[member] * share)
+        else:
+            irradiance = added(irradiance, disk_irradiance(position, normal, disk))
+        begin += PER_TWIG
     return irradiance.total

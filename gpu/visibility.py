@@ -47,13 +47,14 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
     The cluster's normals fill a cone, so some members may reach what its representative does not; a surface's own
     plane is what it is.
     """
-    way = vpls.position[vpl] - p
+    disk = vpls.disks[vpl]
+    way = disk.position - p
     distance = wp.length(way)
     cone = vpls.cone[vpl]
     slack = wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) * distance
-    if wp.dot(way, vpls.normal[vpl]) >= slack or wp.dot(way, p_normal) <= 0.0:
+    if wp.dot(way, disk.normal) >= slack or wp.dot(way, p_normal) <= 0.0:
         return NO_LIGHT
-    return brightness(disk_irradiance(p, p_normal, vpls, vpl))
+    return brightness(disk_irradiance(p, p_normal, disk))
 
 
 @wp.kernel
@@ -167,7 +168,8 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
             sp = sps.order[index % sp_count]
             vpl = first_vpl + GROUP * (index // sp_count) + pairs[ray] % GROUP
             seen = int(0)
-            if see(scene, sps.position[sp], sps.geometric[sp], vpls.position[vpl], vpls.normal[vpl]):
+            disk = vpls.disks[vpl]
+            if see(scene, sps.position[sp], sps.geometric[sp], disk.position, disk.normal):
                 seen = 1
             pairs[ray] = seen
             ray += threads

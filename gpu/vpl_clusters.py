@@ -7,32 +7,51 @@ from gpu.device import allocate, launch
 from gpu.kmeans import KMeans
 from gpu.resident import ResidentScene
 from gpu.sampling import PI
+from gpu.scene.types import Ints
 from gpu.sums import Sum, added
 from gpu.vpl import Vpls, allocate_vpls, gather_kernel, vpl_points
 
 ITERATIONS = 10
 # A uniform disk of radius R has the deviation R/2 along any line in it, as an even spread of ± R·√3/2; R² = A/π.
-EVEN_RADIUS_SQUARED = wp.constant(0.75 / 3.141592653589793)
+EVEN_RADIUS_SQUARED = wp.constant(0.75 / float(PI))
 # The deviation of members' normals over the widest of them.
 CONE_SHARE = wp.constant(0.5)
 # Bounds are this much wider than what they hold, against rounding.
 WIDER = wp.constant(1.0001)
 # Unit space: rounding moves points of one plane apart by this much.
 IN_PLANE = wp.constant(1.0e-6)
+# VPLs in a twig.
+PER_TWIG = wp.constant(8)
 # A group's clusters fill bytes of visibility bits; tables with an entry a group and SP cluster stay small.
 LEAST_PER_GROUP = 8
 MOST_GROUPS = 512
 
 
 @wp.struct
+class Disk:
+    """A disk light that stands for VPLs, its fields side by side, since whoever reads one reads all.
+
+    position, normal: of the representative; flux: summed over members [W], per channel; area: of the disk that spreads
+    as the members do, unit space; reach: ± what members are spread by along any line in the disk; turn: ± what their
+    normals' cosines are.
+    """
+
+    position: wp.vec3
+    area: float
+    normal: wp.vec3
+    reach: float
+    flux: wp.vec3
+    turn: float
+
+
+@wp.struct
 class VplClusters:
     """Clusters of VPLs in the order of their seeds, so that neighbours on a surface lie side by side; none is empty.
 
-    position, normal: (cluster,) of the representative, a member; flux: summed over members [W], per channel;
-    area: of the disk that spreads as the members do, unit space; cone: cosine of the widest angle between the
-    representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal; reach: ± what members are spread by
-    along any line in the disk; turn: ± what their normals' cosines are. Cluster c's members are starts[c] …
-    starts[c + 1] − 1 of `members`.
+    disks (cluster,): what stands for them, at a member each; cone: cosine of the widest angle between the
+    representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal.
+    Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_TWIG that follow each other
+    are a twig: disks twig_starts[c] … twig_starts[c + 1] − 1 of `twigs`.
     Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis, spread
     (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that holds
     their normals.
@@ -41,21 +60,31 @@ class VplClusters:
     count: int
     per_group: int
     groups: int
-    position: wp.array[wp.vec3]
-    normal: wp.array[wp.vec3]
-    flux: wp.array[wp.vec3]
-    area: wp.array[float]
+    disks: wp.array[Disk]
     cone: wp.array[float]
     extent: wp.array[float]
     thickness: wp.array[float]
-    reach: wp.array[float]
-    turn: wp.array[float]
+    starts: wp.array[int]
+    members: Vpls
+    twig_starts: wp.array[int]
+    twigs: wp.array[Disk]
     centre: wp.array[wp.vec3]
     radius: wp.array[float]
     axis: wp.array[wp.vec3]
     spread: wp.array[float]
-    starts: wp.array[int]
-    members: Vpls
+
+
+@wp.func
+def disk_of(position: wp.vec3, normal: wp.vec3, flux: wp.vec3, area: float, cone: float) -> Disk:
+    """A disk light; cone: cosine of the widest angle between its normal and those of what it stands for."""
+    disk = Disk()
+    disk.position = position
+    disk.normal = normal
+    disk.flux = flux
+    disk.area = area
+    disk.reach = wp.sqrt(EVEN_RADIUS_SQUARED * area)
+    disk.turn = CONE_SHARE * wp.sqrt(wp.max(1.0 - cone * cone, 0.0))
+    return disk
 
 
 @wp.func
@@ -97,16 +126,40 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
         extent = wp.max(extent, wp.length(offset))
         thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
     mean = mean / total
-    out.position[cluster] = centre
-    out.normal[cluster] = normal
-    out.flux[cluster] = flux.total
     # A uniform disk of radius R has the variance R²/2 about its centre.
-    out.area[cluster] = 2.0 * PI * wp.max(square / total - wp.length_sq(mean), 0.0)
+    area = 2.0 * PI * wp.max(square / total - wp.length_sq(mean), 0.0)
+    out.disks[cluster] = disk_of(centre, normal, flux.total, area, cone)
     out.cone[cluster] = cone
     out.extent[cluster] = extent
     out.thickness[cluster] = thickness
-    out.reach[cluster] = wp.sqrt(EVEN_RADIUS_SQUARED * out.area[cluster])
-    out.turn[cluster] = CONE_SHARE * wp.sqrt(wp.max(1.0 - cone * cone, 0.0))
+
+
+@wp.kernel
+def twig_kernel(first: int, out: VplClusters) -> None:
+    """One thread a cluster: the disks that stand for its twigs, each with its members' share of the cluster's area."""
+    cluster = first + wp.tid()
+    begin = out.starts[cluster]
+    end = out.starts[cluster + 1]
+    for twig in range(out.twig_starts[cluster], out.twig_starts[cluster + 1]):
+        flux = wp.vec3(0.0, 0.0, 0.0)
+        position = wp.vec3(0.0, 0.0, 0.0)
+        normal = wp.vec3(0.0, 0.0, 0.0)
+        total = float(0.0)
+        last = wp.min(begin + PER_TWIG, end)
+        for member in range(begin, last):
+            member_flux = out.members.flux[member]
+            weight = member_flux[0] + member_flux[1] + member_flux[2]
+            flux += member_flux
+            position += out.members.position[member] * weight
+            normal += out.members.normal[member] * weight
+            total += weight
+        normal = wp.normalize(normal)
+        cone = float(1.0)
+        for member in range(begin, last):
+            cone = wp.min(cone, wp.dot(normal, out.members.normal[member]))
+        share = float(last - begin) / float(end - out.starts[cluster])
+        out.twigs[twig] = disk_of(position / total, normal, flux, share * out.disks[cluster].area, cone)
+        begin = last
 
 
 @wp.kernel
@@ -118,32 +171,19 @@ def bound_kernel(first: int, out: VplClusters) -> None:
     centre = wp.vec3(0.0, 0.0, 0.0)
     axis = wp.vec3(0.0, 0.0, 0.0)
     for cluster in range(begin, end):
-        centre += out.position[cluster] / float(end - begin)
-        axis += out.normal[cluster]
+        centre += out.disks[cluster].position / float(end - begin)
+        axis += out.disks[cluster].normal
     axis = wp.normalize(axis)
     radius = float(0.0)
     widest = float(0.0)
     for cluster in range(begin, end):
-        radius = wp.max(radius, wp.length(out.position[cluster] - centre) + out.extent[cluster])
-        off = wp.acos(wp.clamp(wp.dot(axis, out.normal[cluster]), -1.0, 1.0))
+        radius = wp.max(radius, wp.length(out.disks[cluster].position - centre) + out.extent[cluster])
+        off = wp.acos(wp.clamp(wp.dot(axis, out.disks[cluster].normal), -1.0, 1.0))
         widest = wp.max(widest, off + wp.acos(wp.clamp(out.cone[cluster], -1.0, 1.0)))
     out.centre[group] = centre
     out.radius[group] = radius * WIDER
     out.axis[group] = axis
     out.spread[group] = wp.cos(wp.min(widest * WIDER, PI))
-
-
-def set_groups(clusters: VplClusters, device: wp.Device) -> None:
-    """Form groups of `clusters`, of which there is one or more, and fill in their bounds."""
-    clusters.per_group = LEAST_PER_GROUP
-    while clusters.per_group * MOST_GROUPS < clusters.count:
-        clusters.per_group *= 2
-    clusters.groups = -(-clusters.count // clusters.per_group)
-    for name in ("centre", "axis"):
-        setattr(clusters, name, wp.zeros(clusters.groups, dtype=wp.vec3, device=device))
-    for name in ("radius", "spread"):
-        setattr(clusters, name, wp.zeros(clusters.groups, dtype=float, device=device))
-    launch(bound_kernel, clusters.groups, [clusters], device)
 
 
 @wp.func
@@ -166,59 +206,87 @@ def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, grou
 @wp.func
 def is_behind(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, cluster: int) -> bool:
     """Whether all members of a cluster lie in or behind the plane of a point's surface, as those of that surface do."""
-    alike = wp.dot(normal, clusters.normal[cluster])
-    height = wp.dot(clusters.position[cluster] - position, normal)
+    alike = wp.dot(normal, clusters.disks[cluster].normal)
+    height = wp.dot(clusters.disks[cluster].position - position, normal)
     height += clusters.extent[cluster] * wp.sqrt(wp.max(1.0 - alike * alike, 0.0))
     return height + clusters.thickness[cluster] * wp.abs(alike) <= IN_PLANE
+
+
+def set_groups(clusters: VplClusters, device: wp.Device) -> None:
+    """Form groups of `clusters`, of which there is one or more, and fill in their bounds."""
+    clusters.per_group = LEAST_PER_GROUP
+    while clusters.per_group * MOST_GROUPS < clusters.count:
+        clusters.per_group *= 2
+    clusters.groups = -(-clusters.count // clusters.per_group)
+    for name in ("centre", "axis"):
+        setattr(clusters, name, wp.zeros(clusters.groups, dtype=wp.vec3, device=device))
+    for name in ("radius", "spread"):
+        setattr(clusters, name, wp.zeros(clusters.groups, dtype=float, device=device))
+    launch(bound_kernel, clusters.groups, [clusters], device)
+
+
+def set_twigs(clusters: VplClusters, starts: Ints, device: wp.Device) -> None:
+    """Form twigs of the members of `clusters`, which begin at `starts` (cluster + 1,)."""
+    twig_starts = np.append(0, np.cumsum(-(-np.diff(starts) // PER_TWIG)))
+    clusters.twig_starts = wp.array(twig_starts, dtype=int, device=device)
+    clusters.twigs = wp.zeros(int(twig_starts[-1]), dtype=Disk, device=device)
+    launch(twig_kernel, clusters.count, [clusters], device)
+
+
+def no_clusters() -> VplClusters:
+    """None at all."""
+    clusters = VplClusters()
+    clusters.count = clusters.groups = 0  # ints, which the struct's own zeros are not
+    return clusters
 
 
 def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) -> VplClusters:
     """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
     device = resident.device
-    clusters = VplClusters()
-    clusters.count = clusters.groups = 0  # ints, which the struct's own zeros are not
     if vpls.count == 0:
-        return clusters
+        return no_clusters()
     kmeans = KMeans(vpls.count, min(wanted, vpls.count), device, exhaustive=True)
     kmeans.run(vpl_points(vpls, device), ITERATIONS, seed)
     starts = kmeans.groups.starts.numpy()
     used = np.flatnonzero(np.diff(starts))
-    clusters = allocate(VplClusters, len(used), device)
+    clusters: VplClusters = allocate(VplClusters, len(used), device)
     clusters.count = len(used)
-    clusters.starts = wp.array(np.append(starts[used], vpls.count), dtype=int, device=device)
+    starts = np.append(starts[used], vpls.count)
+    clusters.starts = wp.array(starts, dtype=int, device=device)
     clusters.members = allocate_vpls(vpls.count, device)
     launch(gather_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
     launch(summarise_kernel, clusters.count, [vpls, medoids, clusters], device)
+    set_twigs(clusters, starts, device)
     set_groups(clusters, device)
     return clusters
 
 
 @wp.kernel
-def member_area_kernel(first: int, clusters: VplClusters, area: wp.array[float]) -> None:
-    """One thread a cluster: shares its disk's area among its members. area: (member,)."""
+def single_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) -> None:
+    """One thread a cluster: makes each member a disk of its own with its share of the cluster's area."""
     cluster = first + wp.tid()
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
+    area = clusters.disks[cluster].area / float(end - begin)
     for member in range(begin, end):
-        area[member] = clusters.area[cluster] / float(end - begin)
+        members = clusters.members
+        singles[member] = disk_of(members.position[member], members.normal[member], members.flux[member], area, 1.0)
+        singles[member].reach = 0.0
 
 
 def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
     """Every VPL of `clusters` as a disk light of its own: what `exact-vpl` shades, and the ablation of SPs alone."""
-    members = clusters.members
-    singles = VplClusters()
-    singles.count = singles.groups = 0
+    device, members = resident.device, clusters.members
     if clusters.count == 0:
-        return singles
+        return no_clusters()
+    singles: VplClusters = allocate(VplClusters, members.count, device)
     singles.count = members.count
-    singles.position, singles.normal, singles.flux = members.position, members.normal, members.flux
-    singles.area = wp.zeros(members.count, dtype=float, device=resident.device)
-    singles.cone = wp.full(members.count, 1.0, dtype=float, device=resident.device)
-    for name in ("extent", "thickness", "reach", "turn"):
-        setattr(singles, name, wp.zeros(members.count, dtype=float, device=resident.device))
-    singles.starts = wp.array(np.arange(members.count + 1), dtype=int, device=resident.device)
+    singles.cone.fill_(1.0)
     singles.members = members
-    launch(member_area_kernel, clusters.count, [clusters, singles.area], resident.device)
-    set_groups(singles, resident.device)
+    launch(single_kernel, clusters.count, [clusters, singles.disks], device)
+    starts = np.arange(members.count + 1)
+    singles.starts = wp.array(starts, dtype=int, device=device)
+    set_twigs(singles, starts, device)
+    set_groups(singles, device)
     return singles
