@@ -10,7 +10,7 @@ import warp as wp
 from gpu.device import allocate, launch
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
-from gpu.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, VplClusters, is_behind, out_of_reach
+from gpu.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
 
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
@@ -162,9 +162,8 @@ class FarSums:
 
     def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool) -> None:
         self.device, self._sp_count, self._enabled = device, sp_count, enabled
-        groups = min(MOST_GROUPS, -(-vpl_count // LEAST_PER_GROUP))
         self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
-        self.data.mass = wp.zeros((groups, sp_count), dtype=float, device=device)
+        self.data.mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
         self.data.near = wp.zeros((sp_count, max(1, -(-vpl_count // 32))), dtype=wp.uint32, device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 

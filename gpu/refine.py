@@ -1,8 +1,7 @@
 """More rays for the shading points that neighbours must not speak for. Beyond the 2022 paper.
 
-gpu.dispute tells which. Their light is taken in parts of neighbouring VPL clusters, each of which gets a few rays, in
-proportion to what its clusters would send were nothing between; what clusters of SPs believe does not count. Only SPs
-that these rays, too, find to be much darker take what they say.
+gpu.dispute tells which. Their rays go to VPL clusters in proportion to what these would send were nothing between; what
+clusters of SPs believe does not count. Only SPs that these rays, too, find to be much darker take what they say.
 """
 
 from functools import cache
@@ -10,86 +9,119 @@ from functools import cache
 import warp as wp
 
 from gpu.correct import member_of
-from gpu.device import launch
+from gpu.device import allocate, launch
 from gpu.dispute import WorstPoints
 from gpu.gbuffer import GBuffer
-from gpu.grid import FAR_AWAY
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
 from gpu.transfer import brightness, unoccluded
-from gpu.vpl_clusters import VplClusters, out_of_reach
+from gpu.vpl_clusters import VplClusters, most_groups, out_of_reach
 
-PARTS = 16
-RAYS = 4  # of each part
+RAYS = 64
+# Groups of VPL clusters are looked at in parts, since there are few SPs to refine for a GPU's threads.
+PARTS = 64
 # Where more rays find more than this share of what was believed, that has less noise than they.
 CONFIRMED = wp.constant(0.5)
 REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
-Ints = wp.types.vector(length=RAYS, dtype=int)
-Floats = wp.types.vector(length=RAYS, dtype=float)
 
 
 @wp.struct
 class Rays:
-    """Rays of refined SPs, (part, ray, place) flattened: the VPL that each goes to, −1 for none, and its light.
+    """Rays of refined SPs.
 
-    light: in units of what its part would send were nothing between, 0 once it was stopped; whole (part, place),
-    flattened: that, its brightness [W/m²].
+    mass (group, place): light of each group of VPL clusters were nothing between; part_mass (part, place): that of
+    each part's groups; whole (place,): of all; vpl (ray, place), flattened: the VPL that each ray goes to, −1 for none;
+    share (ray, place), flattened: its light over its density, relative to `whole`, 0 once it was stopped.
     """
 
-    vpl: wp.array[int]
-    light: wp.array[float]
+    mass: wp.array2d[float]
+    part_mass: wp.array2d[float]
     whole: wp.array[float]
+    vpl: wp.array[int]
+    share: wp.array[float]
+
+
+@wp.kernel
+def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
+                rays: Rays) -> None:  # fmt: skip
+    """One thread a part of the VPL clusters at one SP: what its groups would send were nothing between."""
+    index = first + wp.tid()
+    capacity = pixels.shape[0]
+    place = index % capacity
+    part = index // capacity
+    if place >= count[0]:
+        return
+    position = gbuffer.position[pixels[place]]
+    normal = gbuffer.normal[pixels[place]]
+    groups = groups_a_part(vpls)
+    part_mass = float(0.0)
+    for group in range(part * groups, wp.min((part + 1) * groups, vpls.groups)):
+        mass = float(0.0)
+        if not out_of_reach(position, normal, vpls, group):
+            for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
+                mass += brightness(unoccluded(position, normal, vpls, vpl))
+        rays.mass[group, place] = mass
+        part_mass += mass
+    rays.part_mass[part, place] = part_mass
+
+
+@wp.func
+def groups_a_part(vpls: VplClusters) -> int:
+    """How many groups each part has; the last parts may have fewer or none."""
+    return (vpls.groups + wp.static(PARTS) - 1) // wp.static(PARTS)
+
+
+@wp.kernel
+def whole_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
+    """One thread an SP: the sum over its parts."""
+    place = first + wp.tid()
+    if place >= count[0]:
+        return
+    whole = float(0.0)
+    for part in range(rays.part_mass.shape[0]):
+        whole += rays.part_mass[part, place]
+    rays.whole[place] = whole
 
 
 @wp.kernel
 def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
                 seed: int, rays: Rays) -> None:  # fmt: skip
-    """One thread a part of the VPL clusters at one SP: draws where its rays go."""
+    """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""
     index = first + wp.tid()
     capacity = pixels.shape[0]
     place = index % capacity
-    part = index // capacity
-    for ray in range(wp.static(RAYS)):
-        rays.vpl[(part * wp.static(RAYS) + ray) * capacity + place] = -1
-    if place >= count[0]:
+    rays.vpl[index] = -1
+    if place >= count[0] or rays.whole[place] <= 0.0:
         return
     pixel = pixels[place]
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
-    state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(part) + wp.uint32(PARTS) * wp.uint32(seed)))
-    target = Ints()
-    following = Floats()
-    next_change = float(0.0)
-    whole = float(0.0)
-    for ray in range(wp.static(RAYS)):
-        target[ray] = -1
-        following[ray] = 0.0
-    begin = int(wp.int64(part) * wp.int64(vpls.count) / wp.int64(PARTS))
-    end = int(wp.int64(part + 1) * wp.int64(vpls.count) / wp.int64(PARTS))
-    per_group = vpls.per_group
-    for group in range(begin // per_group, (end + per_group - 1) // per_group):
-        if out_of_reach(position, normal, vpls, group):
-            continue
-        for vpl in range(wp.max(per_group * group, begin), wp.min(per_group * (group + 1), end)):
-            light = brightness(unoccluded(position, normal, vpls, vpl))
-            if light > 0.0:
-                whole += light
-                if whole >= next_change:
-                    next_change = FAR_AWAY
-                    for ray in range(wp.static(RAYS)):
-                        if whole >= following[ray]:
-                            state = hashed(state)
-                            target[ray] = vpl
-                            following[ray] = whole / ((float(state) + 1.0) * TO_UNIT)
-                        next_change = wp.min(next_change, following[ray])
-    rays.whole[index] = whole
-    for ray in range(wp.static(RAYS)):
-        if target[ray] >= 0:
+    ray = index // capacity
+    state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed)))
+    pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * rays.whole[place]
+    part = int(0)
+    while part < rays.part_mass.shape[0] - 1 and pick >= rays.part_mass[part, place]:
+        pick -= rays.part_mass[part, place]
+        part += 1
+    group = part * groups_a_part(vpls)
+    end = wp.min(group + groups_a_part(vpls), vpls.groups)
+    while group < end - 1 and pick >= rays.mass[group, place]:
+        pick -= rays.mass[group, place]
+        group += 1
+    total = float(0.0)
+    drawn = int(-1)
+    for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
+        light = brightness(unoccluded(position, normal, vpls, vpl))
+        if light > 0.0:
+            total += light
             state = hashed(state)
-            member = member_of(position, normal, vpls, target[ray], state)
-            rays.vpl[(part * wp.static(RAYS) + ray) * capacity + place] = member.vpl
-            rays.light[(part * wp.static(RAYS) + ray) * capacity + place] = member.share
+            if float(state) * TO_UNIT * total < light:
+                drawn = vpl
+    if drawn >= 0:
+        target = member_of(position, normal, vpls, drawn, hashed(state))
+        rays.vpl[index] = target.vpl
+        rays.share[index] = target.share
 
 
 @cache
@@ -114,7 +146,7 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
         position = vpls.members.position[vpl]
         normal = vpls.members.normal[vpl]
         if not connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
-            rays.light[index] = 0.0
+            rays.share[index] = 0.0
 
     return kernel
 
@@ -126,16 +158,14 @@ def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: Vp
     place = first + wp.tid()
     if place >= count[0]:
         return
-    capacity = pixels.shape[0]
     total = wp.vec3(0.0, 0.0, 0.0)
-    for part in range(PARTS):
-        arrived = wp.vec3(0.0, 0.0, 0.0)
-        for ray in range(RAYS):
-            index = (part * RAYS + ray) * capacity + place
-            if rays.vpl[index] >= 0:
-                flux = vpls.members.flux[rays.vpl[index]]
-                arrived += flux * (rays.light[index] / brightness(flux))
-        total += arrived * (rays.whole[part * capacity + place] / float(RAYS))
+    for ray in range(rays.vpl.shape[0] // pixels.shape[0]):
+        index = ray * pixels.shape[0] + place
+        vpl = rays.vpl[index]
+        if vpl >= 0:
+            flux = vpls.members.flux[vpl]
+            total += flux * (rays.share[index] / brightness(flux))
+    total *= rays.whole[place] / float(RAYS)
     if brightness(total) < CONFIRMED * brightness(irradiance[pixels[place]]):
         irradiance[pixels[place]] = total
 
@@ -143,19 +173,19 @@ def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: Vp
 class Refinement:
     """Re-shades up to `capacity` SPs with rays of their own; its arrays are allocated once."""
 
-    def __init__(self, capacity: int, device: wp.Device) -> None:
+    def __init__(self, capacity: int, vpl_count: int, device: wp.Device) -> None:
         self.device, self._capacity = device, capacity
-        self._rays = Rays()
-        self._rays.vpl = wp.zeros(PARTS * RAYS * capacity, dtype=int, device=device)
-        self._rays.light = wp.zeros(PARTS * RAYS * capacity, dtype=float, device=device)
-        self._rays.whole = wp.zeros(PARTS * capacity, dtype=float, device=device)
+        self._rays: Rays = allocate(Rays, capacity, device, PARTS)
+        self._rays.mass = wp.zeros((most_groups(vpl_count), capacity), dtype=float, device=device)
+        self._rays.vpl = wp.zeros(RAYS * capacity, dtype=int, device=device)
+        self._rays.share = wp.zeros(RAYS * capacity, dtype=float, device=device)
 
     def run(self, scene: SceneData, gbuffer: GBuffer, points: WorstPoints, vpls: VplClusters, seed: int,
             irradiance: wp.array) -> None:  # fmt: skip
         """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
-        rays, capacity, device = self._rays, self._capacity, self.device
-        inputs = [gbuffer, points.pixels, points.count, vpls, seed, rays]
-        launch(draw_kernel, PARTS * capacity, inputs, device)
-        inputs = [scene, gbuffer, points.pixels, vpls, rays]
-        launch(trace_kernel(connection(scene)), PARTS * RAYS * capacity, inputs, device)
-        launch(sum_kernel, capacity, [points.pixels, points.count, vpls, rays, irradiance], device)
+        rays, capacity, device, pixels = self._rays, self._capacity, self.device, points.pixels
+        launch(mass_kernel, PARTS * capacity, [gbuffer, pixels, points.count, vpls, rays], device)
+        launch(whole_kernel, capacity, [points.count, rays], device)
+        launch(draw_kernel, RAYS * capacity, [gbuffer, pixels, points.count, vpls, seed, rays], device)
+        launch(trace_kernel(connection(scene)), RAYS * capacity, [scene, gbuffer, pixels, vpls, rays], device)
+        launch(sum_kernel, capacity, [pixels, points.count, vpls, rays, irradiance], device)

@@ -212,6 +212,11 @@ def is_behind(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, cluster
     return height + clusters.thickness[cluster] * wp.abs(alike) <= IN_PLANE
 
 
+def most_groups(count: int) -> int:
+    """The most groups that up to `count` clusters form."""
+    return min(MOST_GROUPS, -(-count // LEAST_PER_GROUP))
+
+
 def set_groups(clusters: VplClusters, device: wp.Device) -> None:
     """Form groups of `clusters`, of which there is one or more, and fill in their bounds."""
     clusters.per_group = LEAST_PER_GROUP

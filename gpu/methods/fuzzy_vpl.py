@@ -76,7 +76,7 @@ class FuzzyVpl:
         self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
         self._far = FarSums(self._clustering.count, most, view.device, enabled=settings.skip.far_pairs)
         self._worst = WorstPoints(view.pixels, int(quality.sp_clusters * REFINED_SHARE), LEAST_DISPUTE, view.device)
-        self._refinement = Refinement(len(self._worst.pixels), view.device)
+        self._refinement = Refinement(len(self._worst.pixels), most, view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
