@@ -20,9 +20,9 @@ from gpu.sampling import TO_UNIT, hashed
 from gpu.shade import CHECKS, Indirect, guides_of
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_unfolded
+from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_unfolded, unoccluded
 from gpu.visibility import Visibility
-from gpu.vpl_clusters import PER_TWIG, VplClusters
+from gpu.vpl_clusters import PER_TWIG, VplClusters, disk_at
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 
@@ -53,7 +53,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
     end = vpls.starts[cluster + 1]
     number = float(end - begin)
     target = Target()
-    disk = vpls.disks[cluster]
+    disk = disk_at(vpls.disks, cluster)
     if not is_unfolded(position, disk):
         target.vpl = begin + int(hashed(state) % wp.uint32(end - begin))
         light = member_light(position, normal, vpls, target.vpl, disk.area) * number
@@ -66,7 +66,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
     area = disk.area / number
     total = float(0.0)
     for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
-        disk = vpls.twigs[twig]
+        disk = disk_at(vpls.twigs, twig)
         last = wp.min(begin + PER_TWIG, end)
         light = float(0.0)
         if is_unfolded(position, disk):
@@ -105,6 +105,7 @@ class Checks:
 @cache
 def draw_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that draws rays of SPs of F = `fuzziness` clusters each."""
+    words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
     guides = guides_of(fuzziness)
 
     @wp.kernel(module="unique", module_options={"fast_math": True})
@@ -136,67 +137,68 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         normal = gbuffer.normal[pixel]
         state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * wp.uint32(seed)))
         pick = float(state) * TO_UNIT * whole - indirect.near[sp]
-        weights = guides(clusters, sp, position, normal)
+        guided = guides(clusters, sp, position, normal)
+        cluster = guided.cluster
+        weights = guided.weight
+        seen = words_type()
+        believed = float(0.0)
         drawn = indirect.target[check, sp]
         if pick >= 0.0 or drawn < 0:
             # One of the SP's clusters, one of its parts, one of that one's groups.
             pick = wp.max(pick, 0.0)
-            cluster = int(-1)
+            chosen = int(-1)
             for f in range(wp.static(fuzziness)):
-                if weights[f] > 0.0 and (cluster < 0 or pick >= 0.0):
-                    cluster = clusters.cluster[f, sp]
-                    mass = weights[f] * far.whole[cluster]
+                if weights[f] > 0.0 and (chosen < 0 or pick >= 0.0):
+                    chosen = cluster[f]
+                    mass = weights[f] * far.whole[chosen]
                     if pick < mass:
                         pick = pick / weights[f]
                         break
                     pick -= mass
             part = int(0)
-            while part < far.part_mass.shape[0] - 1 and pick >= far.part_mass[part, cluster]:
-                pick -= far.part_mass[part, cluster]
+            while part < far.part_mass.shape[0] - 1 and pick >= far.part_mass[part, chosen]:
+                pick -= far.part_mass[part, chosen]
                 part += 1
             begin = part * groups_a_part(vpls)
             end = wp.min(begin + groups_a_part(vpls), vpls.groups)
             group = int(begin)
-            while group < end - 1 and pick >= far.mass[group, cluster]:
-                pick -= far.mass[group, cluster]
+            while group < end - 1 and pick >= far.mass[group, chosen]:
+                pick -= far.mass[group, chosen]
                 group += 1
             expected = float(0.0)
             for f in range(wp.static(fuzziness)):
                 if weights[f] > 0.0:
-                    expected += weights[f] * far.mass[group, clusters.cluster[f, sp]]
+                    expected += weights[f] * far.mass[group, cluster[f]]
             total = float(0.0)
             drawn = int(-1)
-            for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-                amount = brightness(disk_irradiance(position, normal, vpls.disks[vpl]))
-                if amount > 0.0:
+            near = wp.uint32(0)
+            first_vpl = vpls.per_group * group
+            for vpl in range(first_vpl, wp.min(first_vpl + vpls.per_group, vpls.count)):
+                if vpl == first_vpl or vpl % 32 == 0:
                     near = wp.uint32(0)
+                    for f in range(wp.static(fuzziness)):
+                        seen[f] = visibility[cluster[f], vpl // 32]
+                        if weights[f] > 0.0:
+                            near |= far.near[cluster[f], vpl // 32]
+                bit = wp.uint32(vpl % 32)
+                amount = brightness(unoccluded(position, normal, vpls, vpl))
+                if amount > 0.0 and ((near >> bit) & wp.uint32(1)) == wp.uint32(0):
                     share = float(0.0)
                     for f in range(wp.static(fuzziness)):
-                        if weights[f] > 0.0:
-                            other = clusters.cluster[f, sp]
-                            near |= far.near[other, vpl // 32]
-                            seen = (visibility[other, vpl // 32] >> wp.uint32(vpl % 32)) & wp.uint32(1)
-                            share += weights[f] * float(seen)
-                    if ((near >> wp.uint32(vpl % 32)) & wp.uint32(1)) == wp.uint32(0):
-                        amount *= doubt(share)
-                        total += amount
-                        state = hashed(state)
-                        if float(state) * TO_UNIT * total < amount:
-                            drawn = vpl
+                        share += weights[f] * float((seen[f] >> bit) & wp.uint32(1))
+                    amount *= doubt(share)
+                    total += amount
+                    state = hashed(state)
+                    if float(state) * TO_UNIT * total < amount:
+                        drawn = vpl
+                        believed = share
             if drawn < 0 or expected <= 0.0:
                 return
             whole *= wp.min(total / expected, MOST_SHARE)
-        believed = float(0.0)
-        knowing = float(0.0)
-        for f in range(wp.static(fuzziness)):
-            seen = (visibility[clusters.cluster[f, sp], drawn // 32] >> wp.uint32(drawn % 32)) & wp.uint32(1)
-            knowing += weights[f]
-            believed += weights[f] * float(seen)
-        if knowing == 0.0:
-            believed = float(0.0)
+        else:
             for f in range(wp.static(fuzziness)):
-                seen = (visibility[clusters.cluster[f, sp], drawn // 32] >> wp.uint32(drawn % 32)) & wp.uint32(1)
-                believed += clusters.weight[f, sp] * float(seen)
+                bits = visibility[cluster[f], drawn // 32] >> wp.uint32(drawn % 32)
+                believed += weights[f] * float(bits & wp.uint32(1))
         target = member_of(position, normal, vpls, drawn, hashed(state))
         checks.vpl[index] = target.vpl
         checks.believed[index] = believed

@@ -15,6 +15,8 @@ wp.config.enable_backward = False
 
 CORES = cpu_count() or 1
 SMALLEST_SLICE = 1024
+# Threads that a GPU starts and ends together: where they take unlike long, as with rays, fewer wait for fewer.
+BLOCK = 128
 
 _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
 
@@ -43,7 +45,7 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     if count == 0:
         return
     if device.is_cuda:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device)
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK)
         return
     size = max(SMALLEST_SLICE, -(-count // (4 * CORES)))
     if size >= count:

@@ -2,15 +2,16 @@
 
 From afar a VPL cluster lights neighbouring SPs alike: what a representative gets of all of them, and how that changes
 with place and direction, tells what its SPs get (G. Ward and P. Heckbert, Irradiance Gradients, 1992). Only VPL
-clusters that are near a representative, in its spacings or their own, are shaded SP by SP.
+clusters that are near a representative, in its spacings, are shaded SP by SP.
 """
 
 import warp as wp
 
 from gpu.device import allocate, launch
+from gpu.sampling import PI
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
-from gpu.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
+from gpu.vpl_clusters import Disk, VplClusters, disk_at, is_behind, most_groups, out_of_reach
 
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
@@ -65,8 +66,49 @@ def groups_a_part(vpls: VplClusters) -> int:
 @wp.func
 def is_near(position: wp.vec3, spacing: float, vpls: VplClusters, vpl: int) -> bool:
     """Whether a VPL cluster is so near a representative that its light may be other at its SPs."""
-    disk = vpls.disks[vpl]
-    return is_unfolded(position, disk) or wp.length(disk.position - position) - disk.reach < NEAR_SPACINGS * spacing
+    disk = disk_at(vpls.disks, vpl)
+    return wp.length(disk.position - position) - disk.reach < NEAR_SPACINGS * spacing
+
+
+@wp.struct
+class Slope:
+    """Irradiance at a point [W/m²], and the gradients of its brightness by place and by normal."""
+
+    light: wp.vec3
+    moved: wp.vec3
+    turned: wp.vec3
+
+
+@wp.func
+def with_disk(slope: Slope, position: wp.vec3, normal: wp.vec3, disk: Disk) -> Slope:
+    """`slope` with one more disk light."""
+    whole = disk_irradiance(position, normal, disk)
+    amount = brightness(whole)
+    if amount <= 0.0:
+        return slope
+    way = disk.position - position
+    squared = wp.length_sq(way)
+    least = GRAZING * wp.sqrt(squared)
+    facing = wp.max(wp.dot(way, normal), least)
+    leaving = wp.max(-wp.dot(way, disk.normal), least)
+    nearer = 1.0 / squared + PI / (PI * squared + disk.area)
+    more = Slope()
+    more.light = slope.light + whole
+    more.moved = slope.moved + amount * (way * (2.0 * nearer) - normal / facing + disk.normal / leaving)
+    more.turned = slope.turned + way * (amount / facing)
+    return more
+
+
+@wp.func
+def slope_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> Slope:
+    """Light of a VPL cluster that nothing hides, from its one disk, or from its twigs' where it is near for its size."""
+    disk = disk_at(vpls.disks, cluster)
+    slope = Slope()
+    if not is_unfolded(position, disk):
+        return with_disk(slope, position, normal, disk)
+    for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
+        slope = with_disk(slope, position, normal, disk_at(vpls.twigs, twig))
+    return slope
 
 
 @wp.kernel
@@ -101,21 +143,13 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
                     if is_near(position, sps.spacing[sp], vpls, vpl):
                         near |= wp.uint32(1) << bit
                     else:
-                        disk = vpls.disks[vpl]
-                        whole = disk_irradiance(position, normal, disk)
-                        amount = brightness(whole)
+                        lit = slope_of(position, normal, vpls, vpl)
+                        amount = brightness(lit.light)
                         share = float((seen >> bit) & wp.uint32(1))
                         mass += amount * doubt(share)
-                        if amount * share > 0.0:
-                            light += whole
-                            way = disk.position - position
-                            squared = wp.length_sq(way)
-                            least = GRAZING * wp.sqrt(squared)
-                            facing = wp.max(wp.dot(way, normal), least)
-                            leaving = wp.max(-wp.dot(way, disk.normal), least)
-                            nearer = 1.0 / squared + wp.pi / (wp.pi * squared + disk.area)
-                            moved += amount * (way * (2.0 * nearer) - normal / facing + disk.normal / leaving)
-                            turned += way * (amount / facing)
+                        light += lit.light * share
+                        moved += lit.moved * share
+                        turned += lit.turned * share
                 if bit == wp.uint32(31) or vpl == vpls.count - 1:
                     out.near[sp, vpl // 32] = near
             out.mass[group, sp] = mass

@@ -18,7 +18,7 @@ from gpu.sampling import TO_UNIT, hashed
 from gpu.transfer import brightness, unoccluded
 from gpu.vpl_clusters import VplClusters, most_groups, out_of_reach
 
-RAYS = 64
+RAYS = 32
 # Groups of VPL clusters are looked at in parts, since there are few SPs to refine for a GPU's threads.
 PARTS = 64
 # Where more rays find more than this share of what was believed, that has less noise than they.

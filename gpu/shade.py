@@ -1,6 +1,7 @@
 """Indirect light at every shading point from all VPL clusters. Step 6 and Eq. 6 and 9 of the 2022 paper."""
 
 from functools import cache
+from typing import Any
 
 import warp as wp
 
@@ -16,7 +17,7 @@ from gpu.sp_clusters import SpClusters
 from gpu.sums import Sum, added
 from gpu.transfer import brightness, unoccluded
 from gpu.visibility import Visibility
-from gpu.vpl_clusters import VplClusters, out_of_reach
+from gpu.vpl_clusters import VplClusters, disk_at
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
 CHECKS = 5
@@ -63,33 +64,46 @@ def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
 """)
 def lowest_bit(bits: wp.uint32) -> wp.uint32:
     """The place of the lowest bit that is set."""
-    ...
 
 
 @cache
 def guides_of(fuzziness: int) -> wp.Function:
-    """The function that finds the weights of an SP's F = `fuzziness` clusters.
+    """The function that tells which of an SP's F = `fuzziness` clusters know of its light.
 
-    guides(clusters, sp, position, normal) are those of its clusters that know of its far light, or all 0.
+    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, of those that know if
+    any does; `alone` is 1 if none does.
     """
-    floats_type = wp.types.vector(length=fuzziness, dtype=float)
+    ints: Any = wp.types.vector(length=fuzziness, dtype=int)
+    floats: Any = wp.types.vector(length=fuzziness, dtype=float)
+
+    @wp.struct
+    class Guides:
+        cluster: ints
+        weight: floats
+        alone: int
 
     @wp.func
-    def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> floats_type:
-        weights = floats_type()
+    def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> Guides:
+        found = Guides()
         total = float(0.0)
         for f in range(wp.static(fuzziness)):
             cluster = clusters.cluster[f, sp]
-            weights[f] = clusters.weight[f, sp]
+            weight = clusters.weight[f, sp]
             off = wp.length(clusters.position[cluster] - position)
             alike = wp.dot(clusters.normal[cluster], normal)
             if off > FARTHEST * clusters.spacing[cluster] or alike < LIKE_NORMAL:
-                weights[f] = 0.0
-            total += weights[f]
-        if total > 0.0:
-            for f in range(wp.static(fuzziness)):
-                weights[f] = weights[f] / total
-        return weights
+                weight = 0.0
+            found.cluster[f] = cluster
+            found.weight[f] = weight
+            total += weight
+        if total == 0.0:
+            found.alone = 1
+        for f in range(wp.static(fuzziness)):
+            if total > 0.0:
+                found.weight[f] = found.weight[f] / total
+            else:
+                found.weight[f] = clusters.weight[f, sp]
+        return found
 
     return guides
 
@@ -98,7 +112,6 @@ def guides_of(fuzziness: int) -> wp.Function:
 def shade_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that shades SPs of F = `fuzziness` clusters each."""
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
-    ints_type = wp.types.vector(length=fuzziness, dtype=int)
     guides = guides_of(fuzziness)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
@@ -123,21 +136,17 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
-        weights = guides(clusters, sp, position, normal)
-        cluster = ints_type()
+        guided = guides(clusters, sp, position, normal)
+        cluster = guided.cluster
+        weights = guided.weight
+        alone = guided.alone == 1
         irradiance = Sum()
         far_mass = float(0.0)
-        alone = bool(True)
         for f in range(wp.static(fuzziness)):
-            cluster[f] = clusters.cluster[f, sp]
-            if weights[f] > 0.0:
-                alone = False
+            if weights[f] > 0.0 and not alone:
                 light = far_irradiance(far, clusters, cluster[f], position, normal)
                 irradiance = added(irradiance, light * weights[f])
                 far_mass += weights[f] * far.whole[cluster[f]]
-        if alone:
-            for f in range(wp.static(fuzziness)):
-                weights[f] = clusters.weight[f, sp]
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()
@@ -238,7 +247,7 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
         irradiance = Sum()
         for vpl in range(begin, end):
             light = unoccluded(position, normal, vpls, vpl)
-            disk = vpls.disks[vpl]
+            disk = disk_at(vpls.disks, vpl)
             if brightness(light) > 0.0 and connect(scene, position, geometric, disk.position, disk.normal):
                 irradiance = added(irradiance, light)
         before = Sum()

@@ -4,11 +4,11 @@ import warp as wp
 
 from gpu.sampling import PI
 from gpu.sums import Sum, added
-from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, is_behind
+from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, disk_at, is_behind
 
 # A disk that has more area than this times the squared distance gives way to what it stands for.
 UNFOLD_SHARE = wp.constant(0.7)
-TWIG_SHARE = wp.constant(0.7)
+TWIG_SHARE = wp.constant(0.5)
 
 
 @wp.func
@@ -74,11 +74,14 @@ def is_unfolded(position: wp.vec3, disk: Disk) -> bool:
 
 @wp.func
 def disk_area(vpls: VplClusters, cluster: int, squared: float) -> float:
-    """Area of the disks that stand for a VPL cluster at a squared distance: of its one, or near by of each member's."""
+    """Area of the disks that stand for a VPL cluster at a squared distance: of its one, or its twigs', or members'."""
     area = vpls.disks[cluster].area
     if area <= UNFOLD_SHARE * squared:
         return area
-    return area / float(vpls.starts[cluster + 1] - vpls.starts[cluster])
+    area = area / float(vpls.starts[cluster + 1] - vpls.starts[cluster])
+    if float(PER_TWIG) * area <= TWIG_SHARE * squared:
+        return float(PER_TWIG) * area
+    return area
 
 
 @wp.func
@@ -88,7 +91,7 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
     Near a cluster its one disk would be too coarse and too dim: there its twigs count one by one, and of twigs that
     are as near, the members.
     """
-    disk = vpls.disks[cluster]
+    disk = disk_at(vpls.disks, cluster)
     if not is_unfolded(position, disk):
         return disk_irradiance(position, normal, disk)
     irradiance = Sum()
@@ -98,7 +101,7 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
     end = vpls.starts[cluster + 1]
     area = disk.area / float(end - begin)
     for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
-        disk = vpls.twigs[twig]
+        disk = disk_at(vpls.twigs, twig)
         if disk.area > TWIG_SHARE * wp.length_sq(disk.position - position):
             for member in range(begin, wp.min(begin + PER_TWIG, end)):
                 way = vpls.members.position[member] - position

@@ -20,7 +20,7 @@ from gpu.resident import SceneData
 from gpu.settings import EVERY_SKIP, Skips
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import VplClusters, disk_at
 
 WORD_BITS = 32
 GROUP = wp.constant(8)
@@ -47,7 +47,7 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
     The cluster's normals fill a cone, so some members may reach what its representative does not; a surface's own
     plane is what it is.
     """
-    disk = vpls.disks[vpl]
+    disk = disk_at(vpls.disks, vpl)
     way = disk.position - p
     distance = wp.length(way)
     cone = vpls.cone[vpl]
@@ -168,7 +168,7 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
             sp = sps.order[index % sp_count]
             vpl = first_vpl + GROUP * (index // sp_count) + pairs[ray] % GROUP
             seen = int(0)
-            disk = vpls.disks[vpl]
+            disk = disk_at(vpls.disks, vpl)
             if see(scene, sps.position[sp], sps.geometric[sp], disk.position, disk.normal):
                 seen = 1
             pairs[ray] = seen

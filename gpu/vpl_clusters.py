@@ -44,6 +44,34 @@ class Disk:
     turn: float
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const float4 four = __ldg(reinterpret_cast<const float4*>(disks.data + index) + part);
+    return wp::vec_t<4, wp::float32>(four.x, four.y, four.z, four.w);
+#else
+    return reinterpret_cast<const wp::vec_t<4, wp::float32>*>(disks.data + index)[part];
+#endif
+""")
+def third_of(disks: wp.array[Disk], index: int, part: int) -> wp.vec4:
+    """Four neighbouring floats of a disk, of which it has three times as many, by one load."""
+
+
+@wp.func
+def disk_at(disks: wp.array[Disk], index: int) -> Disk:
+    """One of `disks`, read by three loads instead of twelve: shading waits for little else."""
+    place = third_of(disks, index, 0)
+    side = third_of(disks, index, 1)
+    light = third_of(disks, index, 2)
+    disk = Disk()
+    disk.position = wp.vec3(place[0], place[1], place[2])
+    disk.area = place[3]
+    disk.normal = wp.vec3(side[0], side[1], side[2])
+    disk.reach = side[3]
+    disk.flux = wp.vec3(light[0], light[1], light[2])
+    disk.turn = light[3]
+    return disk
+
+
 @wp.struct
 class VplClusters:
     """Clusters of VPLs in the order of their seeds, so that neighbours on a surface lie side by side; none is empty.
@@ -206,8 +234,9 @@ def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, grou
 @wp.func
 def is_behind(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, cluster: int) -> bool:
     """Whether all members of a cluster lie in or behind the plane of a point's surface, as those of that surface do."""
-    alike = wp.dot(normal, clusters.disks[cluster].normal)
-    height = wp.dot(clusters.disks[cluster].position - position, normal)
+    disk = disk_at(clusters.disks, cluster)
+    alike = wp.dot(normal, disk.normal)
+    height = wp.dot(disk.position - position, normal)
     height += clusters.extent[cluster] * wp.sqrt(wp.max(1.0 - alike * alike, 0.0))
     return height + clusters.thickness[cluster] * wp.abs(alike) <= IN_PLANE
 

@@ -31,7 +31,7 @@ from gpu.visibility import Visibility
 from gpu.vpl_clusters import unclustered
 
 # SPs with more rays of their own, per SP cluster; what may be too bright by less than this, relatively, is well served.
-REFINED_SHARE = 2.0
+REFINED_SHARE = 1.0
 LEAST_DISPUTE = 0.25
 
 
