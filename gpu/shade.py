@@ -23,10 +23,9 @@ from gpu.vpl_clusters import VplClusters, disk_at
 CHECKS = 5
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 Floats = wp.types.vector(length=CHECKS, dtype=float)
-# A representative farther than this many of its spacings, or turned away more than this, knows little of an SP's light.
+# A representative farther than this many of its spacings, or turned away more than this, knows less of an SP's light than others.
 FARTHEST = wp.constant(3.0)
 LIKE_NORMAL = wp.constant(0.8)
-ALL = wp.constant(wp.uint32(0xFFFFFFFF))
 # Fewer than the compiler would take, so that more threads run at once.
 REGISTERS = 80
 SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
@@ -70,8 +69,8 @@ def lowest_bit(bits: wp.uint32) -> wp.uint32:
 def guides_of(fuzziness: int) -> wp.Function:
     """The function that tells which of an SP's F = `fuzziness` clusters know of its light.
 
-    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, of those that know if
-    any does; `alone` is 1 if none does.
+    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those that
+    are near enough to know, if any is.
     """
     ints: Any = wp.types.vector(length=fuzziness, dtype=int)
     floats: Any = wp.types.vector(length=fuzziness, dtype=float)
@@ -80,7 +79,6 @@ def guides_of(fuzziness: int) -> wp.Function:
     class Guides:
         cluster: ints
         weight: floats
-        alone: int
 
     @wp.func
     def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> Guides:
@@ -96,8 +94,6 @@ def guides_of(fuzziness: int) -> wp.Function:
             found.cluster[f] = cluster
             found.weight[f] = weight
             total += weight
-        if total == 0.0:
-            found.alone = 1
         for f in range(wp.static(fuzziness)):
             if total > 0.0:
                 found.weight[f] = found.weight[f] / total
@@ -139,11 +135,10 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         guided = guides(clusters, sp, position, normal)
         cluster = guided.cluster
         weights = guided.weight
-        alone = guided.alone == 1
         irradiance = Sum()
         far_mass = float(0.0)
         for f in range(wp.static(fuzziness)):
-            if weights[f] > 0.0 and not alone:
+            if weights[f] > 0.0:
                 light = far_irradiance(far, clusters, cluster[f], position, normal)
                 irradiance = added(irradiance, light * weights[f])
                 far_mass += weights[f] * far.whole[cluster[f]]
@@ -166,14 +161,10 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 if weights[f] > 0.0:
                     near[f] = far.near[cluster[f], word]
                 bits |= near[f]
-            if alone:
-                bits = ALL >> wp.uint32(wp.max(32 * (word + 1) - vpls.count, 0))
             if bits == wp.uint32(0):
                 continue
             for f in range(wp.static(fuzziness)):
                 seen[f] = visibility[cluster[f], word]
-                if alone:
-                    near[f] = ALL
             light = wp.vec3(0.0, 0.0, 0.0)
             while bits != wp.uint32(0):
                 bit = lowest_bit(bits)
