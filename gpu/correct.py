@@ -21,7 +21,6 @@ from gpu.shade import CHECKS, Indirect, guides_of
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_unfolded, unoccluded
-from gpu.visibility import Visibility
 from gpu.vpl_clusters import PER_TWIG, VplClusters, disk_at
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
@@ -91,10 +90,10 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
 
 @wp.struct
 class Checks:
-    """Rays of SPs, (check, sp) flattened: the VPL that each goes to, −1 for none, what is believed of it, and its share.
+    """Rays of SPs, (check, sp) flattened.
 
-    believed: the share of the SP's clusters that see it; share: its light over its density [W/m²], and, once traced,
-    times what the SP's clusters are wrong by.
+    vpl: that each goes to, −1 for none; believed: the share of the SP's clusters that see it; share: its light over its
+    density [W/m²], and, once traced, times what the SP's clusters are wrong by.
     """
 
     vpl: wp.array[int]
@@ -269,7 +268,18 @@ class Correction:
               visibility: Visibility, vpls: VplClusters, far: FarLight, seed: int, indirect: Indirect) -> None:  # fmt: skip
         """Check the light of `sps`, which were shaded by all these."""
         rays, checks = CHECKS * sps.capacity, self._checks
-        inputs: list[Any] = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, far, seed, indirect, checks]
+        inputs: list[Any] = [
+            gbuffer,
+            sps.pixels,
+            sps.count,
+            clusters,
+            visibility.words,
+            vpls,
+            far,
+            seed,
+            indirect,
+            checks,
+        ]
         launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
         launch(check_kernel(connection(scene)), rays, [scene, gbuffer, sps.pixels, vpls, checks], self.device)
         launch(correction_kernel, sps.capacity, [sps.pixels, sps.count, vpls, checks, self.own], self.device)

@@ -34,8 +34,8 @@ class FarLight:
     """Of each representative.
 
     near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; light (representative,):
-    irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its brightness by place and by normal; mass (group,
-    representative): light of the group's far clusters were none hidden, each times its `doubt`;
+    irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its brightness by place and by
+    normal; mass (group, representative): light of the group's far clusters were none hidden, each times its `doubt`;
     part_mass (part, representative), whole (representative,): sums of that.
     """
 
@@ -101,7 +101,7 @@ def with_disk(slope: Slope, position: wp.vec3, normal: wp.vec3, disk: Disk) -> S
 
 @wp.func
 def slope_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> Slope:
-    """Light of a VPL cluster that nothing hides, from its one disk, or from its twigs' where it is near for its size."""
+    """Light of a VPL cluster that nothing hides, of its one disk, or of its twigs where that is too coarse."""
     disk = disk_at(vpls.disks, cluster)
     slope = Slope()
     if not is_unfolded(position, disk):
@@ -192,7 +192,7 @@ def far_irradiance(far: FarLight, clusters: SpClusters, cluster: int, position: 
 
 
 class FarSums:
-    """Sums the far light of up to `sp_count` representatives; arrays are allocated once. `data` is what kernels take."""
+    """Sums the far light of `sp_count` representatives; arrays are allocated once. `data` is what kernels take."""
 
     def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool) -> None:
         self.device, self._sp_count, self._enabled = device, sp_count, enabled

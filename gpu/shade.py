@@ -23,7 +23,7 @@ from gpu.vpl_clusters import VplClusters, disk_at
 CHECKS = 5
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 Floats = wp.types.vector(length=CHECKS, dtype=float)
-# A representative farther than this many of its spacings, or turned away more than this, knows less of an SP's light than others.
+# A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
 FARTHEST = wp.constant(3.0)
 LIKE_NORMAL = wp.constant(0.8)
 # Fewer than the compiler would take, so that more threads run at once.
@@ -69,8 +69,8 @@ def lowest_bit(bits: wp.uint32) -> wp.uint32:
 def guides_of(fuzziness: int) -> wp.Function:
     """The function that tells which of an SP's F = `fuzziness` clusters know of its light.
 
-    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those that
-    are near enough to know, if any is.
+    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those
+    that know it well, if any does.
     """
     ints: Any = wp.types.vector(length=fuzziness, dtype=int)
     floats: Any = wp.types.vector(length=fuzziness, dtype=float)

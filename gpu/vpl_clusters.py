@@ -80,9 +80,9 @@ class VplClusters:
     representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal.
     Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_TWIG that follow each other
     are a twig: disks twig_starts[c] … twig_starts[c + 1] − 1 of `twigs`.
-    Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis, spread
-    (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that holds
-    their normals.
+    Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis,
+    spread (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that
+    holds their normals.
     """
 
     count: int

@@ -99,7 +99,7 @@ class FuzzyVpl:
         self._refines = settings.correct and smooth
 
         def correct() -> None:
-            correction.trace(view.scene, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
+            correction.trace(view.scene, gbuffer, sps, clusters, visibility.words, vpls, far.data, seed, indirect)
             shared = correction.own
             if smooth:
                 shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)
@@ -112,6 +112,7 @@ class FuzzyVpl:
 
         stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=repeats)
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
+
         def light() -> None:
             far.run(clusters, visibility.words, vpls)
             shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)

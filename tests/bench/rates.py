@@ -170,7 +170,7 @@ def ray_rates(resident: ResidentScene, size: Size, settings: RenderSettings) -> 
     if clusters.count == 0 or len(chosen) == 0:
         return 0.0, primary
     sps = np.stack([gbuffer.position.numpy()[chosen], gbuffer.geometric.numpy()[chosen]])
-    vpls = np.stack([clusters.position.numpy(), clusters.normal.numpy()])
+    vpls = np.stack([clusters.disks.numpy()[name] for name in ("position", "normal")])
     pairs = facing_pairs(sps, vpls)
     kernel = any_hit_kernel(connection(scene))
     seen = wp.zeros(len(pairs), dtype=wp.uint8, device=device)

@@ -1,26 +1,29 @@
 """The stages of `fuzzy-vpl` up to indirect light, one by one, for the tests of those that follow."""
 
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 import warp as wp
 from scenes import column, results
 
-from gpu.device import launch
+from gpu.correct import Correction
+from gpu.device import allocate, launch
+from gpu.far_light import FarSums, doubt
 from gpu.gbuffer import GBuffer
 from gpu.lights import build_light_table
 from gpu.rays import connected_solid
 from gpu.resident import ResidentScene, SceneData
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.settings import Weighting
-from gpu.shade import allocate_indirect, doubt, gather, shade
-from gpu.sp_clusters import SpClustering
+from gpu.shade import allocate_indirect, gather, guides_of, shade
+from gpu.sp_clusters import SpClustering, SpClusters
 from gpu.sums import Sum, added
 from gpu.transfer import disk_area, disk_transfer, unoccluded
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import trace_vpls
-from gpu.vpl_clusters import VplClusters, cluster_vpls
+from gpu.vpl_clusters import VplClusters, cluster_vpls, disk_at
 
 
 @wp.kernel
@@ -39,8 +42,10 @@ def seen_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array
     pair = first + wp.tid()
     pixel = pixels[pair // vpls.count]
     vpl = pair % vpls.count
-    out[pair] = int(connected_solid(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], vpls.position[vpl],
-                                    vpls.normal[vpl]))  # fmt: skip
+    disk = disk_at(vpls.disks, vpl)
+    out[pair] = int(
+        connected_solid(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], disk.position, disk.normal)
+    )
 
 
 @wp.kernel
@@ -51,7 +56,7 @@ def member_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.arr
     position = gbuffer.position[pixel]
     total = Sum()
     for vpl in range(vpls.count):
-        area = disk_area(vpls, vpl, wp.length_sq(vpls.position[vpl] - position))
+        area = disk_area(vpls, vpl, wp.length_sq(disk_at(vpls.disks, vpl).position - position))
         for member in range(vpls.starts[vpl], vpls.starts[vpl + 1]):
             way = vpls.members.position[member] - position
             normal = vpls.members.normal[member]
@@ -69,9 +74,29 @@ def doubt_kernel(first: int, shares: wp.array[float], out: wp.array[float]) -> N
     out[index] = doubt(shares[index])
 
 
+@cache
+def weight_kernel(fuzziness: int) -> wp.Kernel:
+    """The kernel that tells the weights that SPs of F = `fuzziness` clusters each give them."""
+    guides = guides_of(fuzziness)
+
+    @wp.kernel(module="unique")
+    def kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], clusters: SpClusters, count: int,
+               out: wp.array[float]) -> None:  # fmt: skip
+        """One thread an SP."""
+        sp = first + wp.tid()
+        guided = guides(clusters, sp, gbuffer.position[pixels[sp]], gbuffer.normal[pixels[sp]])
+        for f in range(wp.static(fuzziness)):
+            out[f * count + sp] = guided.weight[f]
+
+    return kernel
+
+
 @dataclass
 class Pipeline:
-    """A view whose SPs and VPLs are clustered, with visibility traced and `view.indirect` shaded."""
+    """A view whose SPs and VPLs are clustered, with visibility traced and `view.indirect` shaded.
+
+    far_pairs: whether far VPL clusters are summed at representatives.
+    """
 
     resident: ResidentScene
     camera: Camera
@@ -80,10 +105,12 @@ class Pipeline:
     fuzziness: int = 6
     vpls: int = 2000
     vpl_clusters: int = 70
+    far_pairs: bool = False
     view: View = field(init=False)
     clustering: SpClustering = field(init=False)
     lights: VplClusters = field(init=False)
     visibility: Visibility = field(init=False)
+    far: FarSums = field(init=False)
 
     def __post_init__(self) -> None:
         view = self.view = View(self.resident, self.size, lambertian=True)
@@ -96,6 +123,7 @@ class Pipeline:
         self.lights = cluster_vpls(self.resident, vpls, self.vpl_clusters, 0)
         self.visibility = Visibility(self.clustering.count, self.lights.count, device)
         self.visibility.trace(view.scene, self.clustering.clusters, self.lights)
+        self.far = FarSums(self.clustering.count, self.lights.count, device, enabled=self.far_pairs)
         self.shade()
 
     @property
@@ -110,9 +138,16 @@ class Pipeline:
 
     def shade(self, seed: int = 0) -> None:
         """Shade anew with the clusters and visibility as they are now."""
+        view, clusters = self.view, self.clustering.clusters
+        self.far.run(clusters, self.visibility.words, self.lights)
+        shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
+              seed, view.indirect)  # fmt: skip
+
+    def correct(self, correction: Correction, seed: int) -> None:
+        """Check what is shaded."""
         view = self.view
-        shade(self.fuzziness, view.gbuffer, view.shading_points, self.clustering.clusters, self.visibility,
-              self.lights, seed, view.indirect)  # fmt: skip
+        correction.trace(view.scene, view.gbuffer, view.shading_points, self.clustering.clusters,
+                         self.visibility.words, self.lights, self.far.data, seed, view.indirect)  # fmt: skip
 
     def believe(self, seen: Doubles) -> None:
         """Have the clusters believe `seen` (sp cluster, VPL cluster), 0 or 1, and shade anew."""
@@ -128,8 +163,9 @@ class Pipeline:
 
     def shares(self) -> Doubles:
         """The share of each SP's clusters, by weight, that believes to see each VPL cluster, (sp, VPL cluster)."""
-        clusters, count = self.clustering.clusters, self.sp_count
-        weights = clusters.weight.numpy()[:, :count].astype(np.float64)
+        clusters, count, fuzziness = self.clustering.clusters, self.sp_count, self.fuzziness
+        inputs = [self.view.gbuffer, self.view.shading_points.pixels, clusters, count]
+        weights = results(weight_kernel(fuzziness), count, inputs, float, fuzziness).reshape(fuzziness, count)
         return np.einsum("fs,fsv->sv", weights, self.beliefs()[clusters.cluster.numpy()[:, :count]])
 
     def unhidden(self) -> Doubles:
@@ -152,9 +188,16 @@ class Pipeline:
     def know_the_truth(self) -> None:
         """Make each SP a cluster of its own that sees what the SP sees, and shade anew; wants a fuzziness of 1."""
         capacity, count, device = self.view.pixels, self.sp_count, self.view.device
-        clusters = self.clustering.clusters
+        clusters: SpClusters = allocate(SpClusters, count, device)
+        for name in ("position", "geometric", "normal"):
+            getattr(clusters, name).assign(getattr(self.view.gbuffer, name).numpy()[self.pixels])
+        clusters.spacing.fill_(1.0)
+        clusters.used.fill_(1)
+        clusters.order.assign(np.arange(count, dtype=np.int32))
         clusters.cluster = wp.array(np.arange(capacity)[None] % count, dtype=int, device=device)
         clusters.weight = wp.ones((1, capacity), dtype=float, device=device)
+        self.clustering.clusters = clusters
+        self.far = FarSums(count, self.lights.count, device, enabled=self.far_pairs)
         self.visibility.words = wp.zeros((count, self.visibility.words.shape[1]), dtype=wp.uint32, device=device)
         self.believe(self.seen())
 

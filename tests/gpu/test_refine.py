@@ -27,7 +27,7 @@ def everyone(fuzzy: Pipeline) -> WorstPoints:
 def refine(fuzzy: Pipeline, points: WorstPoints, seeds: int = 1, believed: float | None = None) -> Doubles:
     """Irradiance after refining `points` by each seed, (seed, pixel, 3); believed: before, all over."""
     view, irradiance = fuzzy.view, fuzzy.view.indirect.irradiance
-    refinement = Refinement(len(points.pixels), view.device)
+    refinement = Refinement(len(points.pixels), fuzzy.lights.count, view.device)
     found = []
     for seed in range(seeds):
         fuzzy.shade()
@@ -39,11 +39,11 @@ def refine(fuzzy: Pipeline, points: WorstPoints, seeds: int = 1, believed: float
     return np.stack(found)
 
 
-@pytest.mark.parametrize("vpls", [250, 1500])  # fewer words than parts, and more
+@pytest.mark.parametrize("vpls", [250, 1500])  # fewer groups than parts, and more
 def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
     # Every VPL a cluster of its own: then light of members and of clusters is the same.
     points = Pipeline(fuzzy.resident, fuzzy.camera, (16, 12), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
-    assert (points.lights.count > 32 * PARTS) == (vpls == 1500)
+    assert (points.lights.groups > PARTS) == (vpls == 1500)
     exact = points.exact()[points.pixels]
     found = refine(points, everyone(points), SEEDS, believed=1e6)[:, points.pixels]
     whole = found.sum(axis=1)
@@ -66,7 +66,7 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     many = Pipeline(fuzzy.resident, fuzzy.camera, fuzzy.size, sp_clusters=80, vpls=4000, vpl_clusters=800)
     view, before, exact = many.view, many.irradiance(), many.of_members()
     correction = Correction(view.pixels, view.device)
-    correction.trace(view.scene, view.gbuffer, view.shading_points, many.lights, 0, view.indirect)
+    many.correct(correction, 0)
     irradiance = view.indirect.irradiance
     shared = view.smoothing.share(view.gbuffer, view.shading_points, irradiance, correction.own)
     points = WorstPoints(view.pixels, 400, 0.25, view.device)
@@ -75,7 +75,9 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     assert len(refined) > 100
     smoothed = np.maximum(before + shared.numpy(), 0.0)
     irradiance.assign(smoothed.astype(np.float32))
-    Refinement(len(points.pixels), view.device).run(view.scene, view.gbuffer, points, many.lights, 0, irradiance)
+    Refinement(len(points.pixels), many.lights.count, view.device).run(
+        view.scene, view.gbuffer, points, many.lights, 0, irradiance
+    )
     after = many.irradiance()
     # The mean of the whole picture is what dark means, so those that were refined are compared inside it.
     floor = 0.01 * exact.mean() ** 2

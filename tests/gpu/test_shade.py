@@ -1,12 +1,10 @@
-from itertools import product
-
 import numpy as np
 import pytest
 from pipeline import Pipeline, relative_error
 from scenes import slats
 
 from gpu.scene.types import Doubles
-from gpu.shade import CHECKS, HIDDEN_CHECK, HIDDEN_WORDS
+from gpu.shade import CHECKS, FARTHEST, LIKE_NORMAL
 
 SEEDS = 300
 
@@ -55,47 +53,36 @@ def test_irradiance_is_the_weighted_sum_over_the_clusters_of_an_sp(fuzzy: Pipeli
     assert ((shares > 0.01) & (shares < 0.99)).any()  # some clusters disagree, or the above says little
 
 
-def in_doubt(fuzzy: Pipeline) -> tuple[Doubles, Doubles]:
-    """Light of each VPL cluster at each SP that is in doubt, and that is hidden by all beliefs, (sp, VPL cluster)."""
-    amount, shares = fuzzy.unhidden().mean(axis=2), fuzzy.shares()
-    return amount * fuzzy.doubts() * (shares > 0.0), amount * (shares == 0.0)
+def in_doubt(fuzzy: Pipeline) -> Doubles:
+    """Light of each VPL cluster at each SP times the doubt about its visibility, (sp, VPL cluster)."""
+    return fuzzy.unhidden().mean(axis=2) * fuzzy.doubts()
 
 
-def test_the_light_in_doubt_and_the_hidden_light_are_told(fuzzy: Pipeline) -> None:
-    for told, expected in zip((fuzzy.view.indirect.doubted, fuzzy.view.indirect.hidden), in_doubt(fuzzy), strict=True):
-        assert (expected.sum(axis=1) > 0.0).any()
-        assert told.numpy()[: fuzzy.sp_count] == pytest.approx(expected.sum(axis=1), rel=1e-3)
+def test_the_light_in_doubt_is_told(fuzzy: Pipeline) -> None:
+    expected = in_doubt(fuzzy).sum(axis=1)
+    assert (expected > 0.0).any()
+    assert fuzzy.view.indirect.near.numpy()[: fuzzy.sp_count] == pytest.approx(expected, rel=1e-3)
+    assert not fuzzy.view.indirect.far.numpy().any()
 
 
 def test_targets_are_drawn_in_proportion_to_their_light_in_doubt(fuzzy: Pipeline) -> None:
-    targets, (doubted, hidden) = drawn(fuzzy), in_doubt(fuzzy)
+    targets, doubted = drawn(fuzzy), in_doubt(fuzzy)
     assert targets.shape[1] == CHECKS > 1
-    some = targets[:, :HIDDEN_CHECK]
-    assert ((some >= 0) == (doubted.sum(axis=1) > 0.0)).all()
-    assert ((targets[:, HIDDEN_CHECK] >= 0) == (hidden.sum(axis=1) > 0.0)).all()
-    assert abs(deviations_of_chi_squared(some.reshape(-1, fuzzy.sp_count), doubted)) < 4.0
-    assert abs(deviations_of_chi_squared(targets[:, HIDDEN_CHECK], hidden)) < 4.0
+    assert ((targets >= 0) == (doubted.sum(axis=1) > 0.0)).all()
+    assert abs(deviations_of_chi_squared(targets.reshape(-1, fuzzy.sp_count), doubted)) < 4.0
     # The test is sharp enough to tell other weights: those without the doubt.
-    wrong = fuzzy.unhidden().mean(axis=2) * (doubted > 0.0)
-    assert deviations_of_chi_squared(some.reshape(-1, fuzzy.sp_count), wrong) > 10.0
+    wrong = fuzzy.unhidden().mean(axis=2)
+    assert deviations_of_chi_squared(targets.reshape(-1, fuzzy.sp_count), wrong) > 10.0
 
 
 def test_checks_of_an_sp_are_drawn_independently(fuzzy: Pipeline) -> None:
-    targets, (doubted, _) = drawn(fuzzy)[:, :2], in_doubt(fuzzy)[:2]
+    targets, doubted = drawn(fuzzy)[:, :2], in_doubt(fuzzy)
     lit = doubted.sum(axis=1) > 0.0
     chances = doubted[lit] / doubted[lit].sum(axis=1, keepdims=True)
     expected = (chances**2).sum(axis=1)
     same = (targets[:, 0] == targets[:, 1])[:, lit]
     error = np.sqrt((expected * (1.0 - expected)).sum() / SEEDS)
     assert abs((same.mean(axis=0) - expected).sum()) < 4.0 * error
-
-
-def test_targets_know_what_the_clusters_believe_of_them(fuzzy: Pipeline) -> None:
-    indirect, count = fuzzy.view.indirect, fuzzy.sp_count
-    target, believed = indirect.target.numpy()[:, :count], indirect.believed.numpy()[:, :count]
-    expected = fuzzy.shares()[np.arange(count)[None], target]
-    drawn = target >= 0
-    assert believed[drawn] == pytest.approx(expected[drawn], abs=1e-5)
 
 
 def test_gather_and_shade_agree_when_every_sp_is_a_cluster_of_its_own(fuzzy: Pipeline) -> None:
@@ -114,23 +101,28 @@ def test_runs_of_vpl_clusters_add_up(fuzzy: Pipeline) -> None:
     assert np.allclose(one + other, fuzzy.exact(), rtol=1e-5)
 
 
-def test_light_of_what_no_cluster_sees_is_all_hidden_in_the_mean_of_words_that_stand_for_others(
-    fuzzy: Pipeline,
-) -> None:
-    blind = Pipeline(fuzzy.resident, fuzzy.camera, (16, 12), sp_clusters=20, vpl_clusters=250)
-    blind.believe(np.zeros((blind.clustering.count, blind.lights.count)))
-    words = np.add.reduceat(blind.unhidden().mean(axis=2), np.arange(0, blind.lights.count, 32), axis=1)
-    totals = []
-    for seed in range(SEEDS):
-        blind.shade(seed)
-        assert (blind.irradiance() == 0.0).all()
-        assert (blind.view.indirect.doubted.numpy() == 0.0).all()
-        totals.append(blind.view.indirect.hidden.numpy()[: blind.sp_count].astype(np.float64))
-    expected, times = words.sum(axis=1), int(HIDDEN_WORDS)
-    error = np.sqrt((times - 1) * (words**2).sum(axis=1) / SEEDS)
-    deviations = (np.mean(totals, axis=0) - expected) / error
-    assert np.abs(deviations).max() < 4.0
-    # A word counts not at all, or for as many as it stands for.
-    choices = np.array(list(product((0, times), repeat=words.shape[1])))
-    off = np.abs(words @ choices.T - totals[0][:, None]).min(axis=1)
-    assert (off < 1e-4 * expected).all()
+def test_far_light_of_representatives_is_near_that_of_each_pair(fuzzy: Pipeline) -> None:
+    summed = Pipeline(fuzzy.resident, fuzzy.camera, (48, 36), sp_clusters=400, far_pairs=True)
+    one_by_one = Pipeline(fuzzy.resident, fuzzy.camera, (48, 36), sp_clusters=400)
+    near = summed.view.indirect.pairs.numpy().sum()
+    assert 0 < near < 0.3 * one_by_one.view.indirect.pairs.numpy().sum()
+    assert one_by_one.view.indirect.pairs.numpy().sum() == summed.sp_count * summed.lights.count
+    expected = one_by_one.irradiance()
+    assert relative_error(summed.irradiance(), expected) < 2e-3
+    assert summed.irradiance().mean() == pytest.approx(expected.mean(), rel=0.01)
+
+
+def test_a_representative_that_is_turned_away_or_far_away_does_not_tell_an_sps_light(fuzzy: Pipeline) -> None:
+    shares, clusters, count = fuzzy.shares(), fuzzy.clustering.clusters, fuzzy.sp_count
+    weight = clusters.weight.numpy()[:, :count]
+    plain = np.einsum("fs,fsv->sv", weight, fuzzy.beliefs()[clusters.cluster.numpy()[:, :count]])
+    own, place = clusters.cluster.numpy()[:, :count], fuzzy.view.gbuffer.position.numpy()[fuzzy.pixels]
+    off = np.linalg.norm(clusters.position.numpy()[own] - place[None], axis=2)
+    normal = fuzzy.view.gbuffer.normal.numpy()[fuzzy.pixels]
+    alike = (clusters.normal.numpy()[own] * normal[None]).sum(axis=2)
+    knows = (off <= float(FARTHEST) * clusters.spacing.numpy()[own]) & (alike >= float(LIKE_NORMAL))
+    all_know = (knows | (weight == 0.0)).all(axis=0)
+    assert 0.1 < all_know.mean() < 1.0
+    assert np.allclose(shares[all_know], plain[all_know], atol=1e-5)
+    some = ~all_know & (knows & (weight > 0.0)).any(axis=0)
+    assert not np.allclose(shares[some], plain[some], atol=1e-2)

@@ -3,9 +3,10 @@ import pytest
 import warp as wp
 from scenes import column, results
 
+from gpu.device import allocate, launch
 from gpu.transfer import UNFOLD_SHARE, disk_area, disk_irradiance, disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
-from gpu.vpl_clusters import CONE_SHARE, EVEN_RADIUS_SQUARED, VplClusters
+from gpu.vpl_clusters import Disk, VplClusters, disk_at, disk_of, set_twigs
 
 
 @wp.kernel
@@ -41,6 +42,13 @@ def test_transfer_is_bounded_and_one_sided() -> None:
 
 
 @wp.kernel
+def disk_kernel_of(first: int, position: wp.vec3, normal: wp.vec3, area: float, cone: float,
+                   out: wp.array[Disk]) -> None:  # fmt: skip
+    """One thread: the disk of a cluster."""
+    out[first + wp.tid()] = disk_of(position, normal, wp.vec3(10.0, 8.0, 12.0), area, cone)
+
+
+@wp.kernel
 def area_kernel(first: int, vpls: VplClusters, squared: wp.array[float], out: wp.array[float]) -> None:
     """One thread a squared distance: the area of the disks of cluster 0 there."""
     index = first + wp.tid()
@@ -51,22 +59,24 @@ def area_kernel(first: int, vpls: VplClusters, squared: wp.array[float], out: wp
 def tilted_kernel(first: int, vpls: VplClusters, normals: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:
     """One thread a normal: the irradiance from cluster 0 at the origin with that normal."""
     index = first + wp.tid()
-    out[index] = disk_irradiance(wp.vec3(0.0, 0.0, 0.0), normals[index], vpls, 0)
+    out[index] = disk_irradiance(wp.vec3(0.0, 0.0, 0.0), normals[index], disk_at(vpls.disks, 0))
 
 
-def cluster_above(height: float, area: float, cone: float = 1.0) -> VplClusters:
+def cluster_above(
+    height: float, area: float, cone: float = 1.0, normal: tuple[float, float, float] = (0.0, 0.0, -1.0)
+) -> VplClusters:
     """A cluster of four VPLs around (0, 0, height) that face down, of a cone of normals given by its cosine."""
-    members: Vpls = allocate_vpls(4, wp.get_device("cpu"))
+    device = wp.get_device("cpu")
+    members: Vpls = allocate_vpls(4, device)
     members.position = column([[x, y, height] for x in (-0.1, 0.1) for y in (-0.1, 0.1)], wp.vec3)
     members.normal = column([[0.0, 0.0, -1.0]] * 4, wp.vec3)
     members.flux = column([[k, 2.0, 3.0] for k in range(1, 5)], wp.vec3)
-    clusters = VplClusters()
+    clusters: VplClusters = allocate(VplClusters, 1, device)
     clusters.count, clusters.members = 1, members
-    clusters.position, clusters.normal = column([[0.0, 0.0, height]], wp.vec3), column([[0.0, 0.0, -1.0]], wp.vec3)
-    clusters.flux, clusters.area = column([[10.0, 8.0, 12.0]], wp.vec3), column([area], float)
-    clusters.cone, clusters.starts = column([cone], float), column([0, 4], wp.int32)
-    clusters.reach = column([float(np.sqrt(EVEN_RADIUS_SQUARED * area))], float)
-    clusters.turn = column([float(CONE_SHARE * np.sqrt(1.0 - cone**2))], float)
+    launch(disk_kernel_of, 1, [wp.vec3(0.0, 0.0, height), wp.vec3(*normal), area, cone, clusters.disks], device)
+    clusters.cone, clusters.extent = column([cone], float), column([0.15], float)
+    clusters.starts = column([0, 4], wp.int32)
+    set_twigs(clusters, clusters.starts.numpy(), device)
     return clusters
 
 
@@ -112,9 +122,8 @@ def test_a_disk_on_the_horizon_lights_with_what_is_above_it(degrees: float) -> N
 def test_members_whose_normals_stray_light_what_their_cluster_faces_away_from() -> None:
     up = column([[0.0, 0.0, 1.0]], wp.vec3)
     for turn, reaches in ((0.0, False), (0.3, False), (0.8, True)):
-        cluster = cluster_above(1.0, 0.0, cone=np.cos(turn))
         # It leans away from the origin, by 100° from the way there.
         away = np.radians(100.0)
-        cluster.normal = column([[np.sin(away), 0.0, -np.cos(away)]], wp.vec3)
+        cluster = cluster_above(1.0, 0.0, np.cos(turn), (np.sin(away), 0.0, -np.cos(away)))
         light = results(tilted_kernel, 1, [cluster, up], wp.vec3)
         assert (light.sum() > 0.0) == reaches

@@ -13,7 +13,7 @@ from gpu.transfer import brightness, disk_irradiance
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import trace_vpls
-from gpu.vpl_clusters import VplClusters, cluster_vpls
+from gpu.vpl_clusters import VplClusters, cluster_vpls, disk_at
 
 
 @wp.kernel
@@ -23,7 +23,8 @@ def pair_kernel(first: int, scene: SceneData, p: wp.array[wp.vec3], p_normal: wp
     pair = first + wp.tid()
     sp = pair // vpls.count
     vpl = pair % vpls.count
-    seen[pair] = int(connected_solid(scene, p[sp], p_normal[sp], vpls.position[vpl], vpls.normal[vpl]))
+    disk = disk_at(vpls.disks, vpl)
+    seen[pair] = int(connected_solid(scene, p[sp], p_normal[sp], disk.position, disk.normal))
 
 
 @wp.kernel
@@ -32,7 +33,7 @@ def light_kernel(first: int, p: wp.array[wp.vec3], p_normal: wp.array[wp.vec3], 
     """One thread a pair: the brightness that the VPL cluster sends."""
     pair = first + wp.tid()
     sp = pair // vpls.count
-    out[pair] = brightness(disk_irradiance(p[sp], p_normal[sp], vpls, pair % vpls.count))
+    out[pair] = brightness(disk_irradiance(p[sp], p_normal[sp], disk_at(vpls.disks, pair % vpls.count)))
 
 
 @pytest.fixture(scope="module")
@@ -70,9 +71,9 @@ def exact_bits(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) ->
 def facing(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:
     """Whether each pair can exchange light by its normals: points of one plane cannot, though nothing is between."""
     _, _, clustering, vpls = traced
-    way = vpls.position.numpy()[None] - clustering.clusters.position.numpy()[:, None]
+    way = vpls.disks.numpy()["position"][None] - clustering.clusters.position.numpy()[:, None]
     here = (way * clustering.clusters.geometric.numpy()[:, None]).sum(axis=2)
-    return (here > 1e-5) & (-(way * vpls.normal.numpy()[None]).sum(axis=2) > 1e-5)
+    return (here > 1e-5) & (-(way * vpls.disks.numpy()["normal"][None]).sum(axis=2) > 1e-5)
 
 
 def light(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:

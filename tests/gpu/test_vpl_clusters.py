@@ -6,7 +6,17 @@ from scenes import box, column, grey, resident_of, results, square_of_vpls
 from gpu.resident import ResidentScene
 from gpu.transfer import brightness, disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
-from gpu.vpl_clusters import VplClusters, cluster_of, cluster_vpls, out_of_reach, unclustered
+from gpu.vpl_clusters import (
+    MOST_GROUPS,
+    PER_TWIG,
+    VplClusters,
+    cluster_of,
+    cluster_vpls,
+    is_behind,
+    most_groups,
+    out_of_reach,
+    unclustered,
+)
 
 
 @pytest.fixture(scope="module")
@@ -17,11 +27,19 @@ def resident() -> ResidentScene:
 @wp.kernel
 def reach_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], clusters: VplClusters,
                  out: wp.array[int]) -> None:  # fmt: skip
-    """One thread a point at a word of clusters: 1 where those are out of its reach."""
+    """One thread a point at a group of clusters: 1 where those are out of its reach."""
     index = first + wp.tid()
-    words = (clusters.count + 31) // 32
-    point = index // words
-    out[index] = int(out_of_reach(position[point], normal[point], clusters, index % words))
+    point = index // clusters.groups
+    out[index] = int(out_of_reach(position[point], normal[point], clusters, index % clusters.groups))
+
+
+@wp.kernel
+def behind_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], clusters: VplClusters,
+                  out: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point at a cluster: 1 where that is behind the point's surface."""
+    index = first + wp.tid()
+    point = index // clusters.count
+    out[index] = int(is_behind(position[point], normal[point], clusters, index % clusters.count))
 
 
 @wp.kernel
@@ -76,17 +94,19 @@ def test_clusters_keep_all_flux_and_partition_the_vpls(resident: ResidentScene) 
     assert (np.diff(starts) > 0).all()
     assert starts[0] == 0
     assert starts[-1] == vpls.count
-    assert clusters.flux.numpy().sum(axis=0) == pytest.approx(vpls.flux.numpy().sum(axis=0), rel=1e-5)
+    assert clusters.disks.numpy()["flux"].sum(axis=0) == pytest.approx(vpls.flux.numpy().sum(axis=0), rel=1e-5)
     members = clusters.members.flux.numpy()
     assert sorted(map(tuple, members)) == sorted(map(tuple, vpls.flux.numpy()))
     for c in range(clusters.count):
-        assert clusters.flux.numpy()[c] == pytest.approx(members[starts[c] : starts[c + 1]].sum(axis=0), rel=1e-5)
-        assert clusters.position.numpy()[c] in clusters.members.position.numpy()[starts[c] : starts[c + 1]]
+        assert clusters.disks.numpy()["flux"][c] == pytest.approx(
+            members[starts[c] : starts[c + 1]].sum(axis=0), rel=1e-5
+        )
+        assert clusters.disks.numpy()["position"][c] in clusters.members.position.numpy()[starts[c] : starts[c + 1]]
 
 
 def test_disks_of_an_even_square_cover_its_area(resident: ResidentScene) -> None:
     clusters = cluster_vpls(resident, square_of_vpls(10_000), 50, 0)
-    assert clusters.area.numpy().sum() == pytest.approx(0.36, rel=0.15)
+    assert clusters.disks.numpy()["area"].sum() == pytest.approx(0.36, rel=0.15)
     assert clusters.cone.numpy() == pytest.approx(1.0)
 
 
@@ -97,7 +117,7 @@ def test_a_cone_holds_the_normals_of_all_members(resident: ResidentScene) -> Non
     clusters = cluster_vpls(resident, vpls, 12, 0)
     starts, normals = clusters.starts.numpy(), clusters.members.normal.numpy()
     for c in range(clusters.count):
-        cosines = normals[starts[c] : starts[c + 1]] @ clusters.normal.numpy()[c]
+        cosines = normals[starts[c] : starts[c + 1]] @ clusters.disks.numpy()["normal"][c]
         assert clusters.cone.numpy()[c] == pytest.approx(min(cosines.min(), 1.0), abs=1e-6)
     assert clusters.cone.numpy().min() < 0.99
 
@@ -106,8 +126,10 @@ def test_unclustered_vpls_share_their_clusters_disk(resident: ResidentScene) -> 
     clusters = cluster_vpls(resident, square_of_vpls(900), 10, 0)
     singles = unclustered(resident, clusters)
     assert singles.count == 900
-    assert singles.area.numpy().sum() == pytest.approx(clusters.area.numpy().sum(), rel=1e-4)
-    assert singles.flux.numpy().sum(axis=0) == pytest.approx(clusters.flux.numpy().sum(axis=0), rel=1e-5)
+    assert singles.disks.numpy()["area"].sum() == pytest.approx(clusters.disks.numpy()["area"].sum(), rel=1e-4)
+    assert singles.disks.numpy()["flux"].sum(axis=0) == pytest.approx(
+        clusters.disks.numpy()["flux"].sum(axis=0), rel=1e-5
+    )
     assert singles.starts.numpy().tolist() == list(range(901))
 
 
@@ -122,8 +144,56 @@ def test_extents_reach_the_farthest_members(resident: ResidentScene) -> None:
     clusters = cluster_vpls(resident, strewn_vpls(900, 0.1, 5), 30, 0)
     starts, members = clusters.starts.numpy(), clusters.members.position.numpy()
     for c in range(clusters.count):
-        distances = np.linalg.norm(members[starts[c] : starts[c + 1]] - clusters.position.numpy()[c], axis=1)
+        distances = np.linalg.norm(members[starts[c] : starts[c + 1]] - clusters.disks.numpy()["position"][c], axis=1)
         assert clusters.extent.numpy()[c] == pytest.approx(distances.max(), abs=1e-6)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3])
+def test_no_member_of_what_is_behind_a_surface_is_in_front_of_it(resident: ResidentScene, tilt: float) -> None:
+    rng = np.random.default_rng(9)
+    normals = rng.normal(size=(400, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    points = rng.uniform(-0.6, 0.6, (400, 3))
+    clusters = cluster_vpls(resident, strewn_vpls(1000, tilt, 7), 200, 0)
+    inputs = [column(points, wp.vec3), column(normals, wp.vec3), clusters]
+    behind = results(behind_kernel, 400 * clusters.count, inputs, wp.int32).reshape(400, -1).astype(bool)
+    way = clusters.members.position.numpy()[None] - points[:, None]
+    height = np.maximum.reduceat((way * normals[:, None]).sum(axis=2), clusters.starts.numpy()[:-1], axis=1)
+    assert (height[behind] < 1e-5).all()
+    assert behind.sum() > 0.85 * (height < 0.0).sum()
+
+
+def test_clusters_of_a_points_own_plane_are_behind_it(resident: ResidentScene) -> None:
+    clusters = cluster_vpls(resident, square_of_vpls(900), 30, 0)
+    points = clusters.members.position.numpy()[:50]
+    inputs = [column(points, wp.vec3), column(np.tile([0.0, 1.0, 0.0], (50, 1)), wp.vec3), clusters]
+    assert results(behind_kernel, 50 * clusters.count, inputs, wp.int32).all()
+
+
+def test_twigs_share_their_members_flux_and_their_clusters_area(resident: ResidentScene) -> None:
+    clusters = cluster_vpls(resident, strewn_vpls(900, 0.1, 4), 30, 0)
+    starts, twig_starts = clusters.starts.numpy(), clusters.twig_starts.numpy()
+    flux, position = clusters.members.flux.numpy(), clusters.members.position.numpy()
+    twigs, disks, number = clusters.twigs.numpy(), clusters.disks.numpy(), int(PER_TWIG)
+    assert np.array_equal(np.diff(twig_starts), -(-np.diff(starts) // number))
+    for c in range(clusters.count):
+        own = twigs[twig_starts[c] : twig_starts[c + 1]]
+        assert own["area"].sum() == pytest.approx(disks["area"][c], rel=1e-4)
+        for k, twig in enumerate(own):
+            members = slice(starts[c] + number * k, min(starts[c] + number * (k + 1), starts[c + 1]))
+            assert twig["flux"] == pytest.approx(flux[members].sum(axis=0), rel=1e-5)
+            middle = np.average(position[members], axis=0, weights=flux[members].sum(axis=1))
+            assert twig["position"] == pytest.approx(middle, abs=1e-5)
+
+
+@pytest.mark.parametrize("count", [1, 9, 4096, 4097, 70_000])
+def test_groups_stay_few(resident: ResidentScene, count: int) -> None:
+    vpls = square_of_vpls(max(count, 9))
+    singles = unclustered(resident, cluster_vpls(resident, vpls, 100, 0))
+    assert singles.groups * singles.per_group >= singles.count > (singles.groups - 1) * singles.per_group
+    assert singles.groups <= MOST_GROUPS
+    assert most_groups(singles.count) >= singles.groups
+    assert singles.per_group in (8, 16, 32, 64, 128, 256)
 
 
 def test_every_member_is_found_in_its_cluster(resident: ResidentScene) -> None:
@@ -145,16 +215,16 @@ def test_nothing_that_lights_a_point_is_out_of_its_reach(resident: ResidentScene
     clusters = cluster_vpls(resident, strewn_vpls(1000, tilt, 7), 300, 0)
     if single:
         clusters = unclustered(resident, clusters)
-    words = -(-clusters.count // 32)
-    culled = results(reach_kernel, 600 * words, [*inputs, clusters], wp.int32).reshape(600, words).astype(bool)
+    groups, per_group = clusters.groups, clusters.per_group
+    culled = results(reach_kernel, 600 * groups, [*inputs, clusters], wp.int32).reshape(600, groups).astype(bool)
     light = results(light_kernel, 600 * 1000, [*inputs, clusters], float).reshape(600, 1000)
-    first = clusters.starts.numpy()[np.minimum(32 * np.arange(words), clusters.count)]
+    first = clusters.starts.numpy()[per_group * np.arange(groups)]
     lit = np.add.reduceat(light, first, axis=1) > 0.0
     assert not (culled & lit).any()
     # Neither is any light that clusters are given, but for what disks reach beyond their members.
     count = clusters.count
     given = results(cluster_light_kernel, 600 * count, [*inputs, clusters], float).reshape(600, count)
-    given = np.add.reduceat(given, 32 * np.arange(words), axis=1)
+    given = np.add.reduceat(given, per_group * np.arange(groups), axis=1)
     assert (given * culled).sum() <= 1e-4 * given.sum()
     # Most of what could be left out is, where normals of neighbours are alike.
     assert culled.sum() > (0.05 if tilt == 1.0 else 0.5) * (~lit).sum()

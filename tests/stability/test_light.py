@@ -7,6 +7,8 @@ from scenes import box, column, grey, quad, resident_of
 from stress import render
 
 from gpu.camera import look_at
+from gpu.device import allocate
+from gpu.far_light import FarSums
 from gpu.metrics import rel_mse
 from gpu.scene.types import Floats, Light, LightKind, Material
 from gpu.settings import Component, Method
@@ -15,7 +17,7 @@ from gpu.sp_clusters import allocate_sp_clusters
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import allocate_vpls
-from gpu.vpl_clusters import VplClusters, unclustered
+from gpu.vpl_clusters import Disk, VplClusters, unclustered
 
 SIZE = (24, 18)
 CAMERA = look_at((0.1, 0.05, 0.42), (-0.05, -0.1, -0.5), yfov_degrees=75.0)
@@ -97,14 +99,17 @@ def floor(device: str) -> View:
 
 def singles_at(view: View, height: float, normal: float, area: float) -> VplClusters:
     """A VPL of flux 1 W and an `area` at `height` over each SP, that faces up (1) or down (−1)."""
-    vpls = VplClusters()
-    count = vpls.count = view.pixels
+    count = view.pixels
+    vpls: VplClusters = allocate(VplClusters, count, view.device)
+    vpls.count = count
     places = view.gbuffer.position.numpy() + np.array([0.0, height, 0.0], np.float32)
     vpls.members = allocate_vpls(count, view.device)
     vpls.members.position = column(places, wp.vec3, str(view.device))
     vpls.members.normal = column([[0.0, normal, 0.0]] * count, wp.vec3, str(view.device))
     vpls.members.flux = column(np.ones((count, 3)), wp.vec3, str(view.device))
-    vpls.area = wp.full(count, area, dtype=float, device=view.device)
+    disks = np.zeros(count, vpls.disks.numpy().dtype)
+    disks["area"] = area
+    vpls.disks = wp.array(disks, dtype=Disk, device=view.device)
     vpls.starts = wp.array(np.arange(count + 1), dtype=int, device=view.device)
     return unclustered(view.resident, vpls)
 
@@ -120,7 +125,10 @@ def test_vpls_on_shading_points_and_a_millionth_above(floor: View, height: float
     visibility.words.fill_(wp.uint32((1 << vpls.count) - 1))
     clusters = allocate_sp_clusters(1, 1, floor.pixels, floor.device)
     clusters.weight.fill_(1.0)
-    shade(1, floor.gbuffer, floor.shading_points, clusters, visibility, vpls, 0, floor.indirect)
+    clusters.used.fill_(1)
+    far = FarSums(1, vpls.count, floor.device, enabled=False)
+    far.run(clusters, visibility.words, vpls)
+    shade(1, floor.gbuffer, floor.shading_points, clusters, visibility, vpls, far.data, 0, floor.indirect)
     for irradiance in (exact, floor.indirect.irradiance.numpy()):
         assert np.isfinite(irradiance).all()
         if height == 0.0 or normal > 0.0:

@@ -6,6 +6,7 @@ import warp as wp
 from scenes import column, grey, quad, resident_of
 
 from gpu.camera import look_at
+from gpu.far_light import FarSums
 from gpu.scene.types import Doubles, Floats
 from gpu.shade import gather, shade
 from gpu.sp_clusters import allocate_sp_clusters
@@ -50,7 +51,7 @@ def expected(view: View, cluster: VplClusters, weight: Doubles | float = 1.0) ->
     place = view.gbuffer.position.numpy().astype(np.float64)
     ways = members.position.numpy().astype(np.float64)[None] - place[:, None]
     squared = (ways**2).sum(axis=2)
-    area = float(cluster.area.numpy()[0]) / COUNT
+    area = float(cluster.disks.numpy()["area"][0]) / COUNT
     share = weight * ways[..., 1] ** 2 / (squared * (np.pi * squared + area))
     return np.asarray(share @ members.flux.numpy().astype(np.float64))
 
@@ -61,7 +62,7 @@ def error(picture: Floats, reference: Doubles) -> float:
 
 
 def test_the_flux_of_a_cluster(vpls: Vpls, cluster: VplClusters) -> None:
-    assert error(cluster.flux.numpy(), vpls.flux.numpy().sum(axis=0, dtype=np.float64)[None]) < 1e-6
+    assert error(cluster.disks.numpy()["flux"], vpls.flux.numpy().sum(axis=0, dtype=np.float64)[None]) < 1e-6
 
 
 def test_rays_to_every_vpl(view: View, cluster: VplClusters) -> None:
@@ -90,6 +91,9 @@ def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster:
     clusters = allocate_sp_clusters(2, 2, view.pixels, view.device)
     clusters.cluster.assign(np.tile([[0], [1]], (1, view.pixels)).astype(np.int32))
     clusters.weight.assign(np.tile([[share], [1.0 - share]], (1, view.pixels)).astype(np.float32))
-    shade(2, view.gbuffer, sps, clusters, visibility, singles, 0, view.indirect)
+    clusters.used.fill_(1)
+    far = FarSums(2, COUNT, view.device, enabled=False)
+    far.run(clusters, visibility.words, singles)
+    shade(2, view.gbuffer, sps, clusters, visibility, singles, far.data, 0, view.indirect)
     weight = np.where(np.arange(COUNT) % 2 == 0, 1.0, share)
     assert error(view.indirect.irradiance.numpy(), expected(view, cluster, weight)) < 1e-6
