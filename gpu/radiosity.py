@@ -29,13 +29,13 @@ MIDDLE = wp.constant(0.70710678)
 LEAST_COVERED = wp.constant(3)
 # A VPL answers for points within this many of its radii, stretched along the normals (gpu.grid).
 REACH = wp.constant(2.0)
-# A VPL stands in a cell of 0.75 to 1.5 radii, and in one of twice that, where 2 to 35 VPLs of a surface are about. Of
-# those, a look-up reads so many at most.
+# A VPL stands in a cell of 0.75 to 1.5 radii, and in those of twice and four times that, where 2 to 140 VPLs of a
+# surface are about. Of those, a look-up reads so many at most.
 CELL_SHARE = wp.constant(0.5)  # of gpu.grid's
-LEVELS_HELD = wp.constant(2)
+LEVELS_HELD = wp.constant(3)
 MOST_READ = wp.constant(12)
 # So many levels are searched, and no larger cells: what few VPLs far around say of a crack is noise.
-LEVELS_SEARCHED = wp.constant(10)
+LEVELS_SEARCHED = wp.constant(9)
 
 
 @wp.func
@@ -204,7 +204,7 @@ def vpl_around(lit: RadiosityMap, position: wp.vec3, normal: wp.vec3, scale: flo
     few, that are spread evenly over their order, which follows the clusters.
     """
     vpl = int(-1)
-    level = level_of(CELL_SHARE * scale)
+    level = level_of(scale)
     end_level = wp.min(level + LEVELS_SEARCHED, lit.highest + 1)
     level = wp.max(level, lit.lowest)
     while vpl < 0 and level < end_level:
