@@ -264,22 +264,11 @@ class Correction:
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
 
-    def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters,
-              visibility: Visibility, vpls: VplClusters, far: FarLight, seed: int, indirect: Indirect) -> None:  # fmt: skip
-        """Check the light of `sps`, which were shaded by all these."""
+    def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, words: wp.array,
+              vpls: VplClusters, far: FarLight, seed: int, indirect: Indirect) -> None:  # fmt: skip
+        """Check the light of `sps`, which were shaded by all these; words: the visibility bits of `clusters`."""
         rays, checks = CHECKS * sps.capacity, self._checks
-        inputs: list[Any] = [
-            gbuffer,
-            sps.pixels,
-            sps.count,
-            clusters,
-            visibility.words,
-            vpls,
-            far,
-            seed,
-            indirect,
-            checks,
-        ]
+        inputs: list[Any] = [gbuffer, sps.pixels, sps.count, clusters, words, vpls, far, seed, indirect, checks]
         launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
         launch(check_kernel(connection(scene)), rays, [scene, gbuffer, sps.pixels, vpls, checks], self.device)
         launch(correction_kernel, sps.capacity, [sps.pixels, sps.count, vpls, checks, self.own], self.device)

@@ -10,7 +10,6 @@ import math
 import warp as wp
 from warp.utils import radix_sort_pairs
 
-from gpu.counting import PARTIALS
 from gpu.device import launch
 from gpu.gbuffer import GBuffer, reflectance
 from gpu.grouping import iota_kernel
@@ -23,6 +22,8 @@ KEY_BITS = 8
 SETTLED = wp.constant(255)
 STEPS_PER_OCTAVE = wp.constant(12.0)
 WORST_OCTAVE = wp.constant(12.0)
+# SPs whose brightness stands for that of the picture.
+SAMPLES = wp.constant(1024)
 # Of the mean picture's brightness: darker than that is as good as black to the eye and to relMSE.
 DARK = wp.constant(0.1)
 SETTLED_SP = wp.constant(0x7FFFFFFF)
@@ -30,23 +31,23 @@ SETTLED_SP = wp.constant(0x7FFFFFFF)
 
 @wp.kernel
 def brightness_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int],
-                      irradiance: wp.array[wp.vec3], partials: wp.array[float]) -> None:  # fmt: skip
-    """One thread a sample: the brightness of one SP of each of PARTIALS equal runs of the list."""
-    partial = first + wp.tid()
-    partials[partial] = 0.0
+                      irradiance: wp.array[wp.vec3], samples: wp.array[float]) -> None:  # fmt: skip
+    """One thread a sample: the brightness of the first SP of each of SAMPLES equal runs of the list."""
+    sample = first + wp.tid()
+    samples[sample] = 0.0
     if sp_count[0] > 0:
-        pixel = sps[int(wp.int64(partial) * wp.int64(sp_count[0]) / wp.int64(PARTIALS))]
-        partials[partial] = brightness(wp.cw_mul(reflectance(gbuffer, pixel), irradiance[pixel]))
+        pixel = sps[int(wp.int64(sample) * wp.int64(sp_count[0]) / wp.int64(SAMPLES))]
+        samples[sample] = brightness(wp.cw_mul(reflectance(gbuffer, pixel), irradiance[pixel]))
 
 
 @wp.kernel
-def mean_kernel(first: int, partials: wp.array[float], mean: wp.array[float]) -> None:
+def mean_kernel(first: int, samples: wp.array[float], mean: wp.array[float]) -> None:
     """One thread: the mean of the samples."""
     _single = first + wp.tid()
     total = float(0.0)
-    for partial in range(PARTIALS):
-        total += partials[partial]
-    mean[0] = total / float(PARTIALS)
+    for sample in range(SAMPLES):
+        total += samples[sample]
+    mean[0] = total / float(SAMPLES)
 
 
 @wp.kernel
@@ -108,7 +109,7 @@ class WorstPoints:
         capacity = min(capacity, pixels)
         self._keys = wp.zeros(2 * pixels, dtype=int, device=device)
         self._order = wp.zeros(2 * pixels, dtype=int, device=device)
-        self._partials = wp.zeros(PARTIALS, dtype=float, device=device)
+        self._samples = wp.zeros(SAMPLES, dtype=float, device=device)
         self._mean = wp.zeros(1, dtype=float, device=device)
         self._selected = wp.zeros(2 * capacity, dtype=int, device=device)
         self.pixels = wp.zeros(capacity, dtype=int, device=device)
@@ -118,8 +119,8 @@ class WorstPoints:
              shared: wp.array) -> None:  # fmt: skip
         """List the worst of `sps`, as `dispute_kernel` tells."""
         device, points = self.device, [gbuffer, sps.pixels, sps.count]
-        launch(brightness_kernel, PARTIALS, [*points, irradiance, self._partials], device)
-        launch(mean_kernel, 1, [self._partials, self._mean], device)
+        launch(brightness_kernel, SAMPLES, [*points, irradiance, self._samples], device)
+        launch(mean_kernel, 1, [self._samples, self._mean], device)
         inputs = [*points, need, irradiance, own, shared, self._mean, self._keys]
         launch(dispute_kernel, sps.capacity, inputs, device)
         launch(iota_kernel, sps.capacity, [self._order], device)

@@ -1,8 +1,8 @@
 """Irradiance between shading points: pixels whose neighbours on the same surface tell it have no SP of their own.
 
 Indirect light changes little from pixel to pixel, so every STRIDE-th pixel of a row and a column, an anchor, is enough
-where a surface is continuous; elsewhere a pixel is shaded itself (W. Ng et al. call it adaptive sparse shading). The
-light is interpolated as irradiance, which every pixel reflects by its own albedo.
+where a surface is continuous; elsewhere a pixel is shaded itself. The light is interpolated as irradiance, which every
+pixel reflects by its own albedo.
 """
 
 import warp as wp

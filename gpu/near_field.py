@@ -89,7 +89,7 @@ def light_kernel(first: int, scene: SceneData, sps: wp.array[int], count: wp.arr
     if vpl[sp] < 0:
         return
     distance = hits.distance[sp]
-    way = lit.vpls.position[vpl[sp]] - hits.position[sp]
+    way = lit.position[vpl[sp]] - hits.position[sp]
     length = wp.length(way)
     if length > 0.0:
         lift = hits.normal[sp] * wp.min(CLEARANCE * length, 0.5 * distance)

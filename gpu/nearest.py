@@ -12,10 +12,8 @@ OTHER_NORMAL = wp.constant(100.0)
 
 
 @cache
-def nearest_search(number: int, metric: wp.Function = separation, cells: int = 27) -> wp.Function:
+def nearest_search(number: int, metric: wp.Function = separation) -> wp.Function:
     """The function that finds the `number` representatives nearest to a point by `metric`, in the 27 cells about it.
-
-    With cells = 1, of those in its own cell.
 
     search(clusters, position, normal, level, threshold) has `distance` and `cluster`, vectors of `number` elements,
     nearest first, −1 where there are no more; the cosine between normals must exceed `threshold` (Eq. 7).
@@ -36,10 +34,8 @@ def nearest_search(number: int, metric: wp.Function = separation, cells: int = 2
             nearest.cluster[f] = -1
         scale = cells_per_unit(level)
         centre = cell_at(position, scale)
-        for neighbour in range(wp.static(cells)):
-            cell = centre
-            if wp.static(cells) > 1:
-                cell += wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
+        for neighbour in range(27):
+            cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
             bucket = bucket_of(cell, level, clusters.buckets)
             for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
                 entry = clusters.entries[place]

@@ -7,8 +7,10 @@ kept at the VPLs (P. Christensen, Faster Photon Map Global Illumination, 1999), 
 import warp as wp
 
 from gpu.device import launch
-from gpu.grid import NORMAL_THRESHOLD, Grid, Representatives, cells_per_unit, level_of
+from gpu.grid import NORMAL_THRESHOLD, Grid, Representatives, cell_at, cells_per_unit, level_of, separation
+from gpu.grouping import Groups
 from gpu.nearest import nearest_search
+from gpu.order import main_direction
 from gpu.rays import closest_hit, occluded
 from gpu.resident import NO_HIT, ResidentScene, SceneData
 from gpu.sampling import PI, TO_UNIT, hashed, orthonormal
@@ -27,11 +29,13 @@ MIDDLE = wp.constant(0.70710678)
 LEAST_COVERED = wp.constant(3)
 # A VPL answers for points within this many of its radii, stretched along the normals (gpu.grid).
 REACH = wp.constant(2.0)
-# Levels beside each other are held alike (gpu.grid), so every second one is searched.
-LEVEL_STEP = wp.constant(2)
-SEARCHES = 5
-
-nearest = nearest_search(1, cells=1)
+# A VPL stands in a cell of 0.75 to 1.5 radii, and in those of twice and four times that, where 2 to 140 VPLs of a
+# surface are about. Of those, a look-up reads so many at most.
+CELL_SHARE = wp.constant(0.5)  # of gpu.grid's
+LEVELS_HELD = wp.constant(3)
+MOST_READ = wp.constant(12)
+# So many levels are searched, and no larger cells: what few VPLs far around say of a crack is noise.
+LEVELS_SEARCHED = wp.constant(9)
 
 
 @wp.func
@@ -45,10 +49,22 @@ neighbours = nearest_search(NEIGHBOURS, straight_distance)
 
 @wp.struct
 class RadiosityMap:
-    """VPLs that know the radiosity around them. radiosity (vpl,) [W/m²]; `vpls.spacing` are radii of the estimates."""
+    """VPLs that know the radiosity around them, in hashed cells, each of one size and of normals to one side.
 
-    vpls: Representatives
+    position, normal (vpl,); radius (vpl,): of the estimate's disk, 0 for none; radiosity (vpl,) [W/m²].
+    entries: encoded LEVELS_HELD·vpl + (level − own level), grouped by bucket; starts (bucket + 1,); lowest, highest:
+    the levels that entries have.
+    """
+
+    position: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    radius: wp.array[float]
     radiosity: wp.array[wp.vec3]
+    entries: wp.array[int]
+    starts: wp.array[int]
+    buckets: int
+    lowest: int
+    highest: int
 
 
 @wp.kernel
@@ -123,6 +139,27 @@ def cover_kernel(first: int, covered: wp.array[int], radiosity: wp.array[wp.vec3
     radiosity[vpl] = radiosity[vpl] * float(PLACES) / float(wp.max(number, LEAST_COVERED))
 
 
+@wp.func
+def bucket_around(lit: RadiosityMap, position: wp.vec3, normal: wp.vec3, level: int) -> int:
+    """The place in the table of the cell of a level that holds a surface point. Cells may share one."""
+    cell = cell_at(position, cells_per_unit(level))
+    mixed = hashed(wp.uint32(6 * level + main_direction(normal)))
+    for axis in range(3):
+        mixed = hashed(mixed ^ wp.uint32(cell[axis]))
+    return int(mixed & wp.uint32(lit.buckets - 1))
+
+
+@wp.kernel
+def bucket_kernel(first: int, lit: RadiosityMap, buckets: wp.array[int]) -> None:
+    """One thread an entry: its bucket, or `buckets` of the map where the VPL knows nothing."""
+    entry = first + wp.tid()
+    vpl = entry // LEVELS_HELD
+    buckets[entry] = lit.buckets
+    if lit.radius[vpl] > 0.0:
+        level = level_of(CELL_SHARE * lit.radius[vpl]) + entry % LEVELS_HELD
+        buckets[entry] = bucket_around(lit, lit.position[vpl], lit.normal[vpl], level)
+
+
 def radiosity_map(resident: ResidentScene, scene: SceneData, clusters: VplClusters) -> RadiosityMap:
     """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`."""
     members, device = clusters.members, resident.device
@@ -131,28 +168,60 @@ def radiosity_map(resident: ResidentScene, scene: SceneData, clusters: VplCluste
     vpls.position, vpls.normal = members.position, members.normal
     launch(first_radius_kernel, clusters.count, [clusters, vpls.spacing], device)
     grid.build()
-    radius = wp.zeros(members.count, dtype=float, device=device)
-    result = RadiosityMap()
-    result.radiosity = wp.zeros(members.count, dtype=wp.vec3, device=device)
-    launch(radiosity_kernel, members.count, [vpls, members.flux, radius, result.radiosity], device)
+    lit = RadiosityMap()
+    lit.position, lit.normal = members.position, members.normal
+    lit.radius = wp.zeros(members.count, dtype=float, device=device)
+    lit.radiosity = wp.zeros(members.count, dtype=wp.vec3, device=device)
+    launch(radiosity_kernel, members.count, [vpls, members.flux, lit.radius, lit.radiosity], device)
     covered = wp.zeros(int(PLACES) * members.count, dtype=int, device=device)
-    launch(coverage_kernel, int(PLACES) * members.count, [scene, vpls, radius, covered], device)
-    launch(cover_kernel, members.count, [covered, result.radiosity], device)
-    vpls.spacing = radius
-    grid.build()
-    result.vpls = vpls
-    return result
+    launch(coverage_kernel, int(PLACES) * members.count, [scene, vpls, lit.radius, covered], device)
+    launch(cover_kernel, members.count, [covered, lit.radiosity], device)
+    sort_into_cells(lit, device)
+    return lit
+
+
+def sort_into_cells(lit: RadiosityMap, device: wp.Device) -> None:
+    """Fill in the cells of `lit`, whose VPLs are known."""
+    radii = lit.radius.numpy()
+    known = radii[radii > 0.0]
+    lit.lowest, lit.highest = 0, -1
+    if len(known):
+        lit.lowest, highest = (int(level_of(float(CELL_SHARE * radius))) for radius in (known.min(), known.max()))
+        lit.highest = highest + LEVELS_HELD - 1
+    entries = LEVELS_HELD * len(radii)
+    lit.buckets = 1 << (entries - 1).bit_length()
+    groups = Groups(entries, lit.buckets, device)
+    launch(bucket_kernel, entries, [lit, groups.keys], device)
+    groups.sort()
+    lit.entries, lit.starts = groups.items, groups.starts
 
 
 @wp.func
 def vpl_around(lit: RadiosityMap, position: wp.vec3, normal: wp.vec3, scale: float) -> int:
-    """The VPL that answers for a surface point, −1 where none is near; those much denser than `scale` are not found."""
+    """The VPL that answers for a surface point, −1 where none is near; those of radii far from `scale` are not found.
+
+    Of cells ever larger, the first that knows one. All VPLs in a cell are of similar use, so it is enough to look at a
+    few, that are spread evenly over their order, which follows the clusters.
+    """
     vpl = int(-1)
     level = level_of(scale)
-    for _search in range(wp.static(SEARCHES)):
-        if vpl < 0:
-            found = nearest(lit.vpls, position, normal, level, NORMAL_THRESHOLD)
-            if found.cluster[0] >= 0 and found.distance[0] < REACH * lit.vpls.spacing[found.cluster[0]]:
-                vpl = found.cluster[0]
-            level += LEVEL_STEP
+    end_level = wp.min(level + LEVELS_SEARCHED, lit.highest + 1)
+    level = wp.max(level, lit.lowest)
+    while vpl < 0 and level < end_level:
+        bucket = bucket_around(lit, position, normal, level)
+        begin = lit.starts[bucket]
+        end = lit.starts[bucket + 1]
+        step = (end - begin + MOST_READ - 1) // MOST_READ
+        best = float(REACH)
+        place = begin
+        while place < end:
+            candidate = lit.entries[place] // LEVELS_HELD
+            candidate_normal = lit.normal[candidate]
+            if wp.dot(candidate_normal, normal) > NORMAL_THRESHOLD:
+                away = separation(position, normal, lit.position[candidate], candidate_normal) / lit.radius[candidate]
+                if away < best:
+                    best = away
+                    vpl = candidate
+            place += step
+        level += 1
     return vpl

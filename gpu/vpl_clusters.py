@@ -13,7 +13,7 @@ from gpu.vpl import Vpls, allocate_vpls, gather_kernel, vpl_points
 
 ITERATIONS = 10
 # A uniform disk of radius R has the deviation R/2 along any line in it, as an even spread of ± R·√3/2; R² = A/π.
-EVEN_RADIUS_SQUARED = wp.constant(0.75 / float(PI))
+EVEN_RADIUS_SQUARED = wp.constant(0.75 / PI)
 # The deviation of members' normals over the widest of them.
 CONE_SHARE = wp.constant(0.5)
 # Bounds are this much wider than what they hold, against rounding.

@@ -78,6 +78,17 @@ def panels(rows: int, columns: int, width: float = 5.4, height: float = 4.0) -> 
     return figure, list(axes.ravel())
 
 
+def titled_panels(titles: list[str], most: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    """A figure with axes for each of `titles`, at most `most` side by side."""
+    columns = min(most, len(titles))
+    figure, axes = panels(-(-len(titles) // columns), columns, width, height)
+    for panel in axes[len(titles) :]:
+        panel.remove()
+    for panel, title in zip(axes, titles, strict=False):
+        panel.set_title(title)
+    return figure, axes[: len(titles)]
+
+
 def log_log(axes: Axes, x_label: str, y_label: str) -> None:
     """Both axes logarithmic once the data are drawn: numbers at the decades, at 2 and 5 too where there are few."""
     axes.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)

@@ -7,7 +7,19 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Patch
 
-from tests.bench.charts import BLUE, GREEN, ORANGE, SCENES, SEQUENCE, VERMILION, legend_below, log_log, panels, save
+from tests.bench.charts import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    SCENES,
+    SEQUENCE,
+    VERMILION,
+    legend_below,
+    log_log,
+    panels,
+    save,
+    titled_panels,
+)
 from tests.bench.goals import STILL_ERROR, STILL_SECONDS
 from tests.bench.pictures import LEAST_DECADE, MOST_DECADE, decoded
 from tests.bench.plots import Plots
@@ -74,9 +86,8 @@ def error_parts(rows: list[Row], folder: Path) -> Plots:
 def flicker_bars(rows: list[Row], folder: Path) -> Plots:
     """One figure: change between frames of a walk for each scene and choice of settings."""
     names = scenes_of(rows)
-    columns = min(3, len(names))
-    figure, axes = panels(-(-len(names) // columns), columns, 5.6, 3.4)
-    for panel, scene in zip(axes, names, strict=False):
+    figure, axes = titled_panels(names, 3, 5.6, 3.4)
+    for panel, scene in zip(axes, names, strict=True):
         own = [row for row in rows if row["scene"] == scene][::-1]
         place = np.arange(len(own))
         panel.barh(place + 0.2, [100.0 * row["change"] for row in own], 0.38, color=BLUE, label="change")
@@ -86,11 +97,8 @@ def flicker_bars(rows: list[Row], folder: Path) -> Plots:
         own_change = 100.0 * own[0]["reference_change"]
         panel.axvline(own_change, color=GREEN, lw=1.6, label="change of exact-vpl")
         panel.set_yticks(place, [_walk_name(row) for row in own])
-        panel.set_title(scene)
         panel.set_xlabel("of mean radiance, between frames [%]")
         panel.grid(False, axis="y")
-    for panel in axes[len(names) :]:
-        panel.remove()
     legend_below(figure, axes[:1], 3)
     figure.suptitle("Flicker along a walk", x=0.01, ha="left", fontweight="bold")
     yield save(figure, folder, "flicker")

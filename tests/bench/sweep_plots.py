@@ -23,6 +23,7 @@ from tests.bench.charts import (
     panels,
     save,
     stage_colour,
+    titled_panels,
 )
 from tests.bench.figures import front
 from tests.bench.plots import Plots
@@ -94,10 +95,9 @@ def _paper_points(axes: Axes, scene: str) -> None:
 def peers_over_time(rows: list[Row], folder: Path) -> Plots:
     """One figure of all scenes: relMSE of the whole picture over time."""
     names = scenes_of(rows)
-    columns = min(3, len(names))
-    figure, axes = panels(-(-len(names) // columns), columns, 4.6, 3.8)
+    figure, axes = titled_panels(names, 3, 4.6, 3.8)
     looks = {"path": ("path tracing (here)", INK, "o-"), "mitsuba": ("Mitsuba 3", GREEN, "s-")}
-    for panel, scene in zip(axes, names, strict=False):
+    for panel, scene in zip(axes, names, strict=True):
         own = [row for row in rows if row["scene"] == scene]
         for method in dict.fromkeys(row["method"] for row in own):
             label, colour, style = looks.get(method, (method, BLUE, "D"))
@@ -105,10 +105,7 @@ def peers_over_time(rows: list[Row], folder: Path) -> Plots:
             if points:
                 panel.plot(*zip(*points, strict=True), style, color=colour, label=label)
         log_log(panel, "frame time [ms]", "relMSE")
-        panel.set_title(scene)
-    for panel in axes[len(names) :]:
-        panel.remove()
-    legend_below(figure, axes[: len(names)], 4)
+    legend_below(figure, axes, 4)
     figure.suptitle("All light, against path tracing", x=0.01, ha="left", fontweight="bold")
     yield save(figure, folder, "peers")
 
@@ -118,9 +115,8 @@ def stage_stacks(rows: list[Row], folder: Path) -> Plots:
     chosen = [row for row in rows if {"default", "paper"} & {*row["groups"]}]
     names = scenes_of(chosen)
     stages = list(dict.fromkeys(stage for row in chosen for stage in row["stages"]))
-    columns = min(2, len(names))
-    figure, axes = panels(-(-len(names) // columns), columns, 6.4, 2.2)
-    for panel, scene in zip(axes, names, strict=False):
+    figure, axes = titled_panels(names, 2, 6.4, 2.2)
+    for panel, scene in zip(axes, names, strict=True):
         own = [row for row in chosen if row["scene"] == scene]
         own.sort(key=lambda row: row["frame_ms"]["median"], reverse=True)
         labels, left = [counts_text(row["settings"]) for row in own], np.zeros(len(own))
@@ -130,13 +126,10 @@ def stage_stacks(rows: list[Row], folder: Path) -> Plots:
             left += widths
         for place, (row, end) in enumerate(zip(own, left, strict=True)):
             panel.text(end, place, f" {row['frame_ms']['median']:.3g}", va="center", fontsize=8)
-        panel.set_title(scene)
         panel.set_xlabel("median time [ms]")
         panel.grid(False, axis="y")
         panel.tick_params(axis="y", length=0)
         panel.margins(x=0.1)
-    for panel in axes[len(names) :]:
-        panel.remove()
     legend_below(figure, axes[:1], 8)
     yield save(figure, folder, "stages")
 

@@ -4,13 +4,12 @@ import warp as wp
 from numpy.typing import NDArray
 from scenes import column, results
 
-from gpu.grid import NORMAL_THRESHOLD, PLANE_WEIGHT, Grid, Representatives, level_of
+from gpu.grid import NORMAL_THRESHOLD, PLANE_WEIGHT, Grid, Representatives, level_of, separation
 from gpu.nearest import nearest_of_all, nearest_search
 
 CPU = wp.get_device("cpu")
 NUMBER = 5
 SPACING = 0.08
-search = nearest_search(NUMBER)
 
 
 @wp.func
@@ -19,38 +18,20 @@ def straight(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> fl
     return wp.length(q - p)
 
 
-straight_search = nearest_search(NUMBER, straight)
-cell_search = nearest_search(NUMBER, cells=1)
+def search_kernel(metric: wp.Function) -> wp.Kernel:
+    """The kernel that searches by a metric."""
+    search = nearest_search(NUMBER, metric)
 
+    @wp.kernel
+    def kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
+               spacing: float, threshold: float, found: wp.array[int]) -> None:  # fmt: skip
+        """One thread a point: its nearest representatives, found: (point, NUMBER) flattened."""
+        point = first + wp.tid()
+        nearest = search(clusters, position[point], normal[point], level_of(spacing), threshold)
+        for f in range(wp.static(NUMBER)):
+            found[NUMBER * point + f] = nearest.cluster[f]
 
-@wp.kernel
-def search_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
-                  spacing: float, threshold: float, found: wp.array[int]) -> None:  # fmt: skip
-    """One thread a point: its nearest representatives, found: (point, NUMBER) flattened."""
-    point = first + wp.tid()
-    nearest = search(clusters, position[point], normal[point], level_of(spacing), threshold)
-    for f in range(wp.static(NUMBER)):
-        found[NUMBER * point + f] = nearest.cluster[f]
-
-
-@wp.kernel
-def straight_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
-                    spacing: float, threshold: float, found: wp.array[int]) -> None:  # fmt: skip
-    """As search_kernel by another metric."""
-    point = first + wp.tid()
-    nearest = straight_search(clusters, position[point], normal[point], level_of(spacing), threshold)
-    for f in range(wp.static(NUMBER)):
-        found[NUMBER * point + f] = nearest.cluster[f]
-
-
-@wp.kernel
-def cell_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
-                spacing: float, threshold: float, found: wp.array[int]) -> None:  # fmt: skip
-    """As search_kernel in a point's own cell alone."""
-    point = first + wp.tid()
-    nearest = cell_search(clusters, position[point], normal[point], level_of(spacing), threshold)
-    for f in range(wp.static(NUMBER)):
-        found[NUMBER * point + f] = nearest.cluster[f]
+    return kernel
 
 
 @wp.kernel
@@ -86,33 +67,29 @@ def grid_of(clusters: tuple[NDArray, NDArray], used: NDArray) -> Grid:
 
 
 def expected_nearest(
-    points: tuple[NDArray, NDArray], clusters: tuple[NDArray, NDArray], usable: NDArray, distance: NDArray, beside: int
+    points: tuple[NDArray, NDArray], clusters: tuple[NDArray, NDArray], usable: NDArray, distance: NDArray
 ) -> NDArray:
-    """The nearest of the `usable` (point, cluster) that are up to `beside` cells away, (point, NUMBER)."""
+    """The nearest of the `usable` (point, cluster) in the 27 cells around, (point, NUMBER)."""
     cell = 2.0 ** np.ceil(np.log2(1.5 * SPACING))
     cells = [np.floor(p[0].astype(np.float32) / np.float32(cell)) for p in (points, clusters)]
-    near = (np.abs(cells[1][None] - cells[0][:, None]) <= beside).all(axis=2)
+    near = (np.abs(cells[1][None] - cells[0][:, None]) <= 1).all(axis=2)
     distance = np.where(near & usable, distance, np.inf)
     expected = np.argsort(distance, axis=1)[:, :NUMBER]
     return np.where(np.isfinite(np.take_along_axis(distance, expected, axis=1)), expected, -1)
 
 
 @pytest.mark.parametrize("threshold", [float(NORMAL_THRESHOLD), 0.0])
-@pytest.mark.parametrize(
-    ("kernel", "is_straight", "beside"),
-    [(search_kernel, False, 1), (straight_kernel, True, 1), (cell_kernel, False, 0)],
-)
-def test_the_nearest_of_like_normal_come_in_order(
-    kernel: wp.Kernel, is_straight: bool, beside: int, threshold: float
-) -> None:
-    points, clusters = scattered(300, 0), scattered(500 if beside else 5000, 1)
+@pytest.mark.parametrize("metric", [separation, straight])
+def test_the_nearest_of_like_normal_come_in_order(metric: wp.Function, threshold: float) -> None:
+    points, clusters = scattered(300, 0), scattered(500, 1)
     used = np.arange(len(clusters[0])) % 7 != 0
     inputs = [column(points[0], wp.vec3), column(points[1], wp.vec3)]
+    kernel = search_kernel(metric)
     found = results(kernel, 300, [grid_of(clusters, used).data, *inputs, SPACING, threshold], wp.int32, NUMBER)
     distance, cosine = separations(points, clusters)
-    if is_straight:
+    if metric is straight:
         distance = np.linalg.norm(clusters[0][None] - points[0][:, None], axis=2)
-    expected = expected_nearest(points, clusters, (cosine > threshold) & used[None], distance, beside)
+    expected = expected_nearest(points, clusters, (cosine > threshold) & used[None], distance)
     assert (expected == -1).any()
     assert (expected[:, -1] >= 0).any()
     assert np.array_equal(found.reshape(300, NUMBER), expected)
