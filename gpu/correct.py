@@ -20,7 +20,7 @@ from gpu.sampling import TO_UNIT, hashed
 from gpu.shade import CHECKS, Indirect, guides_of
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_unfolded, unoccluded
+from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_twig_unfolded, is_unfolded, unoccluded
 from gpu.vpl_clusters import PER_TWIG, VplClusters, disk_at
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
@@ -68,7 +68,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         disk = disk_at(vpls.twigs, twig)
         last = wp.min(begin + PER_TWIG, end)
         light = float(0.0)
-        if is_unfolded(position, disk):
+        if is_twig_unfolded(position, disk):
             for member in range(begin, last):
                 light += member_light(position, normal, vpls, member, area)
         else:

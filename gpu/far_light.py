@@ -10,8 +10,8 @@ import warp as wp
 from gpu.device import allocate, launch
 from gpu.sampling import PI
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness, disk_irradiance, is_unfolded
-from gpu.vpl_clusters import Disk, VplClusters, disk_at, is_behind, most_groups, out_of_reach
+from gpu.transfer import brightness, disk_irradiance, is_twig_unfolded, is_unfolded
+from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, disk_at, is_behind, member_disk, most_groups, out_of_reach
 
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
@@ -20,7 +20,7 @@ PARTS = 32
 # Cosines below this are so grazing that their light's gradient says nothing.
 GRAZING = wp.constant(0.1)
 # How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
-LEAST_DOUBT = wp.constant(0.25)
+LEAST_DOUBT = wp.constant(0.5)
 
 
 @wp.func
@@ -101,13 +101,22 @@ def with_disk(slope: Slope, position: wp.vec3, normal: wp.vec3, disk: Disk) -> S
 
 @wp.func
 def slope_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> Slope:
-    """Light of a VPL cluster that nothing hides, of its one disk, or of its twigs where that is too coarse."""
+    """Light of a VPL cluster that nothing hides, of as few disks as `unoccluded` takes there."""
     disk = disk_at(vpls.disks, cluster)
     slope = Slope()
     if not is_unfolded(position, disk):
         return with_disk(slope, position, normal, disk)
+    begin = vpls.starts[cluster]
+    end = vpls.starts[cluster + 1]
+    area = disk.area / float(end - begin)
     for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
-        slope = with_disk(slope, position, normal, disk_at(vpls.twigs, twig))
+        disk = disk_at(vpls.twigs, twig)
+        if is_twig_unfolded(position, disk):
+            for member in range(begin, wp.min(begin + PER_TWIG, end)):
+                slope = with_disk(slope, position, normal, member_disk(vpls, member, area))
+        else:
+            slope = with_disk(slope, position, normal, disk)
+        begin += PER_TWIG
     return slope
 
 

@@ -16,7 +16,7 @@ from gpu.sampling import PI, cosine_direction, sobol_pair
 from gpu.shading_points import ShadingPoints
 from gpu.surface import triangle_normal
 from gpu.transfer import disk_area
-from gpu.vpl_clusters import VplClusters, cluster_of
+from gpu.vpl_clusters import VplClusters
 
 # Of the sample sequences of a frame's seed, one that nothing else takes.
 NEAR_PAIR = wp.constant(64)
@@ -73,7 +73,7 @@ def find_kernel(first: int, hits: Hits, lit: RadiosityMap, vpl: wp.array[int]) -
 
 
 @wp.kernel
-def light_kernel(first: int, scene: SceneData, sps: wp.array[int], count: wp.array[int], hits: Hits,
+def light_kernel(first: int, scene: SceneData, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int], hits: Hits,
                  vpls: VplClusters, lit: RadiosityMap, vpl: wp.array[int], light: wp.array[wp.vec3],
                  found: wp.array[int]) -> None:  # fmt: skip
     """One thread an SP: the irradiance that disks took from where its ray went [W/m²], in light (pixel,).
@@ -96,7 +96,7 @@ def light_kernel(first: int, scene: SceneData, sps: wp.array[int], count: wp.arr
         if occluded(scene, hits.position[sp] + lift, way / length, length):
             return
     squared = distance * distance
-    area = disk_area(vpls, cluster_of(vpls, vpl[sp]), squared)
+    area = disk_area(gbuffer.position[sps[sp]], vpls, vpl[sp])
     light[sps[sp]] = lit.radiosity[vpl[sp]] * (area / (PI * squared + area))
     found[sp] = 1
 
@@ -119,5 +119,5 @@ class NearField:
         """Estimate the irradiance of `sps` that the disks of `vpls`, from which `lit` is, have lost."""
         launch(trace_kernel, sps.capacity, [scene, gbuffer, sps.pixels, sps.count, seed, self._hits], self.device)
         launch(find_kernel, sps.capacity, [self._hits, lit, self._vpl], self.device)
-        inputs = [scene, sps.pixels, sps.count, self._hits, vpls, lit, self._vpl, self.light, self.found]
+        inputs = [scene, gbuffer, sps.pixels, sps.count, self._hits, vpls, lit, self._vpl, self.light, self.found]
         launch(light_kernel, sps.capacity, inputs, self.device)

@@ -4,11 +4,12 @@ import warp as wp
 
 from gpu.sampling import PI
 from gpu.sums import Sum, added
-from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, disk_at, is_behind
+from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, cluster_of, disk_at, is_behind
 
-# A disk that has more area than this times the squared distance gives way to what it stands for.
-UNFOLD_SHARE = wp.constant(0.7)
-TWIG_SHARE = wp.constant(0.5)
+# A cluster's disk, or a twig's, whose squared reach is more than this times the squared distance gives way to what it
+# stands for.
+UNFOLD_SHARE = wp.constant(0.167)
+TWIG_SHARE = wp.constant(0.05)
 
 
 @wp.func
@@ -68,20 +69,28 @@ def disk_irradiance(position: wp.vec3, normal: wp.vec3, disk: Disk) -> wp.vec3:
 
 @wp.func
 def is_unfolded(position: wp.vec3, disk: Disk) -> bool:
-    """Whether a disk is so near that what it stands for is shaded in its place: it would be too coarse."""
-    return disk.area > UNFOLD_SHARE * wp.length_sq(disk.position - position)
+    """Whether a cluster's disk is so near that its twigs are shaded in its place: it would be too coarse."""
+    return disk.reach * disk.reach > UNFOLD_SHARE * wp.length_sq(disk.position - position)
 
 
 @wp.func
-def disk_area(vpls: VplClusters, cluster: int, squared: float) -> float:
-    """Area of the disks that stand for a VPL cluster at a squared distance: of its one, or its twigs', or members'."""
-    area = vpls.disks[cluster].area
-    if area <= UNFOLD_SHARE * squared:
-        return area
-    area = area / float(vpls.starts[cluster + 1] - vpls.starts[cluster])
-    if float(PER_TWIG) * area <= TWIG_SHARE * squared:
-        return float(PER_TWIG) * area
-    return area
+def is_twig_unfolded(position: wp.vec3, twig: Disk) -> bool:
+    """Whether a twig's disk is so near that its members are shaded in its place."""
+    return twig.reach * twig.reach > TWIG_SHARE * wp.length_sq(twig.position - position)
+
+
+@wp.func
+def disk_area(position: wp.vec3, vpls: VplClusters, member: int) -> float:
+    """Area of the disk as part of which a VPL lights a point: its cluster's, its twig's or its own."""
+    cluster = cluster_of(vpls, member)
+    disk = disk_at(vpls.disks, cluster)
+    if not is_unfolded(position, disk):
+        return disk.area
+    begin = vpls.starts[cluster]
+    twig = disk_at(vpls.twigs, vpls.twig_starts[cluster] + (member - begin) // PER_TWIG)
+    if not is_twig_unfolded(position, twig):
+        return twig.area
+    return disk.area / float(vpls.starts[cluster + 1] - begin)
 
 
 @wp.func
@@ -102,7 +111,7 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
     area = disk.area / float(end - begin)
     for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
         disk = disk_at(vpls.twigs, twig)
-        if disk.area > TWIG_SHARE * wp.length_sq(disk.position - position):
+        if is_twig_unfolded(position, disk):
             for member in range(begin, wp.min(begin + PER_TWIG, end)):
                 way = vpls.members.position[member] - position
                 share = disk_transfer(way, normal, vpls.members.normal[member], area)

@@ -12,8 +12,9 @@ from gpu.sums import Sum, added
 from gpu.vpl import Vpls, allocate_vpls, gather_kernel, vpl_points
 
 ITERATIONS = 10
-# A uniform disk of radius R has the deviation R/2 along any line in it, as an even spread of ± R·√3/2; R² = A/π.
-EVEN_RADIUS_SQUARED = wp.constant(0.75 / PI)
+# A uniform disk of radius R has the variance R²/2 about its centre, and the deviation R/2 along any line in it, as an
+# even spread of ± R·√3/2 has.
+EVEN_SQUARE = wp.constant(1.5)
 # The deviation of members' normals over the widest of them.
 CONE_SHARE = wp.constant(0.5)
 # Bounds are this much wider than what they hold, against rounding.
@@ -103,14 +104,14 @@ class VplClusters:
 
 
 @wp.func
-def disk_of(position: wp.vec3, normal: wp.vec3, flux: wp.vec3, area: float, cone: float) -> Disk:
-    """A disk light; cone: cosine of the widest angle between its normal and those of what it stands for."""
+def disk_of(position: wp.vec3, normal: wp.vec3, flux: wp.vec3, area: float, variance: float, cone: float) -> Disk:
+    """A disk light; variance: of the places of what it stands for; cone: cosine of the widest angle of its normals."""
     disk = Disk()
     disk.position = position
     disk.normal = normal
     disk.flux = flux
     disk.area = area
-    disk.reach = wp.sqrt(EVEN_RADIUS_SQUARED * area)
+    disk.reach = wp.sqrt(EVEN_SQUARE * variance)
     disk.turn = CONE_SHARE * wp.sqrt(wp.max(1.0 - cone * cone, 0.0))
     return disk
 
@@ -154,9 +155,8 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
         extent = wp.max(extent, wp.length(offset))
         thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
     mean = mean / total
-    # A uniform disk of radius R has the variance R²/2 about its centre.
-    area = 2.0 * PI * wp.max(square / total - wp.length_sq(mean), 0.0)
-    out.disks[cluster] = disk_of(centre, normal, flux.total, area, cone)
+    variance = wp.max(square / total - wp.length_sq(mean), 0.0)
+    out.disks[cluster] = disk_of(centre, normal, flux.total, 2.0 * PI * variance, variance, cone)
     out.cone[cluster] = cone
     out.extent[cluster] = extent
     out.thickness[cluster] = thickness
@@ -181,12 +181,17 @@ def twig_kernel(first: int, out: VplClusters) -> None:
             position += out.members.position[member] * weight
             normal += out.members.normal[member] * weight
             total += weight
+        position = position / total
         normal = wp.normalize(normal)
         cone = float(1.0)
+        square = float(0.0)
         for member in range(begin, last):
+            member_flux = out.members.flux[member]
+            weight = member_flux[0] + member_flux[1] + member_flux[2]
+            square += wp.length_sq(out.members.position[member] - position) * weight
             cone = wp.min(cone, wp.dot(normal, out.members.normal[member]))
-        share = float(last - begin) / float(end - out.starts[cluster])
-        out.twigs[twig] = disk_of(position / total, normal, flux, share * out.disks[cluster].area, cone)
+        area = out.disks[cluster].area * float(last - begin) / float(end - out.starts[cluster])
+        out.twigs[twig] = disk_of(position, normal, flux, area, square / total, cone)
         begin = last
 
 
@@ -229,6 +234,13 @@ def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, grou
     # cos(θ − α), of the normal that is nearest to the direction of the point.
     beside = wp.sqrt(wp.max(distance * distance - across * across, 0.0))
     return across * spread + beside * wp.sqrt(wp.max(1.0 - spread * spread, 0.0)) + radius <= 0.0
+
+
+@wp.func
+def member_disk(clusters: VplClusters, member: int, area: float) -> Disk:
+    """A VPL as a disk light of its own."""
+    members = clusters.members
+    return disk_of(members.position[member], members.normal[member], members.flux[member], area, 0.0, 1.0)
 
 
 @wp.func
@@ -303,10 +315,11 @@ def single_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) ->
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
     area = clusters.disks[cluster].area / float(end - begin)
+    members = clusters.members
     for member in range(begin, end):
-        members = clusters.members
-        singles[member] = disk_of(members.position[member], members.normal[member], members.flux[member], area, 1.0)
-        singles[member].reach = 0.0
+        singles[member] = disk_of(
+            members.position[member], members.normal[member], members.flux[member], area, 0.0, 1.0
+        )
 
 
 def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:

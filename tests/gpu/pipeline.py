@@ -56,11 +56,10 @@ def member_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.arr
     position = gbuffer.position[pixel]
     total = Sum()
     for vpl in range(vpls.count):
-        area = disk_area(vpls, vpl, wp.length_sq(disk_at(vpls.disks, vpl).position - position))
         for member in range(vpls.starts[vpl], vpls.starts[vpl + 1]):
             way = vpls.members.position[member] - position
             normal = vpls.members.normal[member]
-            share = disk_transfer(way, gbuffer.normal[pixel], normal, area)
+            share = disk_transfer(way, gbuffer.normal[pixel], normal, disk_area(position, vpls, member))
             there = vpls.members.position[member]
             if share > 0.0 and connected_solid(scene, position, gbuffer.geometric[pixel], there, normal):
                 total = added(total, vpls.members.flux[member] * share)

@@ -88,7 +88,7 @@ def test_a_correction_has_less_noise_than_the_light_it_corrects(clustered: Pipel
     noise = corrections(clustered, 100).std(axis=0)[clustered.pixels]
     blind = Pipeline(clustered.resident, clustered.camera, clustered.size, sp_clusters=60)
     blind.believe(np.zeros((blind.clustering.count, blind.lights.count)))
-    assert (noise**2).mean() < 0.3 * (corrections(blind, 100).std(axis=0)[blind.pixels] ** 2).mean()
+    assert (noise**2).mean() < 0.8 * (corrections(blind, 100).std(axis=0)[blind.pixels] ** 2).mean()
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(clustered: Pipeline) -> None:

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 import warp as wp
-from scenes import column, results
+from scenes import box, column, grey, resident_of, results, square_of_vpls
 
 from gpu.device import allocate, launch
-from gpu.transfer import UNFOLD_SHARE, disk_area, disk_irradiance, disk_transfer, unoccluded
+from gpu.sampling import PI
+from gpu.transfer import TWIG_SHARE, UNFOLD_SHARE, disk_area, disk_irradiance, disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
-from gpu.vpl_clusters import Disk, VplClusters, disk_at, disk_of, set_twigs
+from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, cluster_vpls, disk_at, disk_of, set_twigs
 
 
 @wp.kernel
@@ -45,14 +46,21 @@ def test_transfer_is_bounded_and_one_sided() -> None:
 def disk_kernel_of(first: int, position: wp.vec3, normal: wp.vec3, area: float, cone: float,
                    out: wp.array[Disk]) -> None:  # fmt: skip
     """One thread: the disk of a cluster."""
-    out[first + wp.tid()] = disk_of(position, normal, wp.vec3(10.0, 8.0, 12.0), area, cone)
+    out[first + wp.tid()] = disk_of(position, normal, wp.vec3(10.0, 8.0, 12.0), area, area / (2.0 * PI), cone)
 
 
 @wp.kernel
-def area_kernel(first: int, vpls: VplClusters, squared: wp.array[float], out: wp.array[float]) -> None:
-    """One thread a squared distance: the area of the disks of cluster 0 there."""
+def downward_kernel(first: int, vpls: VplClusters, out: wp.array[wp.vec3]) -> None:
+    """One thread a cluster: its irradiance at the origin, which faces down."""
+    cluster = first + wp.tid()
+    out[cluster] = unoccluded(wp.vec3(0.0, 0.0, 0.0), wp.vec3(0.0, -1.0, 0.0), vpls, cluster)
+
+
+@wp.kernel
+def area_kernel(first: int, vpls: VplClusters, position: wp.array[wp.vec3], out: wp.array[float]) -> None:
+    """One thread a point: the area of the disk as part of which VPL 9 lights it."""
     index = first + wp.tid()
-    out[index] = disk_area(vpls, 0, squared[index])
+    out[index] = disk_area(position[index], vpls, 9)
 
 
 @wp.kernel
@@ -93,11 +101,29 @@ def test_near_by_its_members_count_one_by_one() -> None:
     assert light == pytest.approx(np.array([10.0, 8.0, 12.0]) * each, rel=1e-4)
 
 
-def test_disks_near_by_are_those_of_the_members() -> None:
-    area = 0.4
-    limit = area / float(UNFOLD_SHARE)
-    areas = results(area_kernel, 3, [cluster_above(1.0, area), column([1.01 * limit, 0.99 * limit, 0.0], float)], float)
-    assert areas == pytest.approx([area, area / 4.0, area / 4.0])
+def test_near_by_disks_are_those_of_twigs_and_then_of_members() -> None:
+    resident = resident_of(box(), [grey(0.5, 1.0)])
+    clusters = cluster_vpls(resident, square_of_vpls(400), 1, 0)
+    whole, twig = clusters.disks.numpy()[0], clusters.twigs.numpy()[9 // int(PER_TWIG)]
+    reaches = [disk["reach"] / np.sqrt(float(share)) for disk, share in ((whole, UNFOLD_SHARE), (twig, TWIG_SHARE))]
+    far, middle, near = 1.01 * reaches[0], 0.99 * reaches[0], 0.5 * reaches[1]
+    points = [whole["position"] + [0.0, far, 0.0], whole["position"] + [0.0, middle, 0.0]]
+    points.append(twig["position"] + [0.0, near, 0.0])
+    areas = results(area_kernel, 3, [clusters, column(points, wp.vec3)], float)
+    assert areas == pytest.approx([whole["area"], whole["area"] * int(PER_TWIG) / 400, whole["area"] / 400], rel=1e-4)
+
+
+def test_twigs_stand_for_their_members() -> None:
+    """From near the whole cluster, but not near any of its members, twigs make no difference."""
+    resident = resident_of(box(), [grey(0.5, 1.0)])
+    clusters = cluster_vpls(resident, square_of_vpls(4096, height=-0.4, seed=3), 1, 0)
+    members = clusters.members
+    way = members.position.numpy().astype(np.float64)
+    squared, area = (way**2).sum(axis=1), clusters.disks.numpy()["area"][0] / 4096
+    share = np.maximum(-way[:, 1], 0.0) ** 2 / (squared * (np.pi * squared + int(PER_TWIG) * area))
+    expected = (members.flux.numpy() * share[:, None]).sum(axis=0)
+    light = results(downward_kernel, 1, [clusters], wp.vec3).ravel()
+    assert light == pytest.approx(expected, rel=2e-3)
 
 
 def mean_of_disk(height: float, area: float, tilt: float, samples: int = 200_000) -> float:

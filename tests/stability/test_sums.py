@@ -77,7 +77,8 @@ def test_rays_to_every_vpl(view: View, cluster: VplClusters) -> None:
 
 def test_the_members_of_a_cluster_that_is_near(view: View, cluster: VplClusters) -> None:
     gather(view.scene, view.gbuffer, view.shading_points, cluster, 0, 1, view.indirect)
-    assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-6
+    # Twigs stand for those of them that are farther away.
+    assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-4
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
@@ -92,6 +93,7 @@ def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster:
     clusters.cluster.assign(np.tile([[0], [1]], (1, view.pixels)).astype(np.int32))
     clusters.weight.assign(np.tile([[share], [1.0 - share]], (1, view.pixels)).astype(np.float32))
     clusters.used.fill_(1)
+    clusters.order.assign(np.arange(4, dtype=np.int32) % 2)
     far = FarSums(2, COUNT, view.device, enabled=False)
     far.run(clusters, visibility.words, singles)
     shade(2, view.gbuffer, sps, clusters, visibility, singles, far.data, 0, view.indirect)
