@@ -90,6 +90,7 @@ class Model:
         self._seen = 0
         self._units: dict[str, float] = {}
         self._trend, self._square = 1.0, 0.0
+        self._level: Level | None = None
         self._surprised = False
 
     @property
@@ -115,9 +116,10 @@ class Model:
                 self._forget()
             else:
                 miss = min(max(ratio - 1.0, -1.0), 1.0)
-                self._square += self._share * (miss**2 - self._square)
+                if level == self._level:  # else a miss tells of the powers, not of noise
+                    self._square += self._share * (miss**2 - self._square)
                 self._trend *= 1.0 + self._rate * miss
-        self._surprised = False
+        self._surprised, self._level = False, level
         self._seen += 1
         for name, value in parts.items():
             unit = value / self._scale(name, level)
