@@ -77,16 +77,13 @@ class Model:
     powers: of SP and of VPL clusters, by the name of the part; a part without changes with no count. frames: how many
     are pooled, about; trend: the share of each miss by which the next frames are taken to change. A frame with more
     than `surprise` times what was expected, or less than that part of it, for which the system around may be to blame,
-    counts only when the next one is no better; what was before is forgotten then.
+    counts only when the next one is no better, and then in full.
     """
 
     def __init__(
         self, powers: Mapping[str, tuple[float, float]], *, frames: float, trend: float = 0.0, surprise: float = inf
     ) -> None:
         self._powers, self._frames, self._rate, self._surprise = powers, frames, trend, surprise
-        self._forget()
-
-    def _forget(self) -> None:
         self._seen = 0
         self._units: dict[str, float] = {}
         self._trend, self._square = 1.0, 0.0
@@ -107,18 +104,18 @@ class Model:
 
     def observe(self, level: Level, parts: Mapping[str, float]) -> None:
         """A frame of `level` had these `parts`; they may be noisy and even negative, but must be right in the mean."""
-        if self._seen:
-            ratio = sum(parts.values()) / self.predict(level)
-            if not 1.0 / self._surprise <= ratio <= self._surprise and self._surprise < inf:
-                if not self._surprised:
-                    self._surprised = True
-                    return
-                self._forget()
-            else:
-                miss = min(max(ratio - 1.0, -1.0), 1.0)
-                if level == self._level:  # else a miss tells of the powers, not of noise
-                    self._square += self._share * (miss**2 - self._square)
-                self._trend *= 1.0 + self._rate * miss
+        ratio = sum(parts.values()) / self.predict(level) if self._seen else 1.0
+        surprised = self._surprise < inf and not 1.0 / self._surprise <= ratio <= self._surprise
+        if surprised and not self._surprised:
+            self._surprised = True
+            return
+        if surprised:
+            self._units = {name: unit * ratio for name, unit in self._units.items()}
+        else:
+            miss = min(max(ratio - 1.0, -1.0), 1.0)
+            self._trend *= 1.0 + self._rate * miss
+            if level == self._level:  # else a miss tells of the powers, not of noise
+                self._square += self._share * (miss**2 - self._square)
         self._surprised, self._level = False, level
         self._seen += 1
         for name, value in parts.items():
@@ -154,7 +151,7 @@ def error_model() -> Model:
 
     SP clusters hardly matter from as many as VPL clusters on; the power is that of a fixed set of VPLs on a CPU.
     """
-    return Model({"error": (0.0, -0.4)}, frames=12.0)
+    return Model({"error": (0.0, -0.4)}, frames=6.0, trend=0.05)
 
 
 class Governor:
@@ -172,7 +169,7 @@ class Governor:
         """A frame of `level` gave `parts`; True when that can stay: it is near enough, or as near as can be."""
         model, before = self._model, self.level
         model.observe(before, parts)
-        if self._off(before) > NEAR_ENOUGH + 0.5 * model.doubt:
+        if self._off(before) > NEAR_ENOUGH + model.doubt:
             self.level = self._best()
         self.expected = model.predict(self.level)
         return self.level == before and model.ready
