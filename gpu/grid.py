@@ -10,6 +10,7 @@ import warp as wp
 
 from gpu.device import launch
 from gpu.grouping import Groups
+from gpu.sampling import hashed
 
 LEVELS_HELD = wp.constant(3)
 CELL_PER_SPACING = wp.constant(1.5)
@@ -59,9 +60,8 @@ def cell_at(position: wp.vec3, scale: float) -> wp.vec3i:
 @wp.func
 def bucket_of(cell: wp.vec3i, level: int, buckets: int) -> int:
     """A cell's place in a table of `buckets`, a power of two."""
-    mixed = cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791 ^ level * 49979687
-    mixed = mixed ^ (mixed >> 15)
-    return mixed & (buckets - 1)
+    mixed = hashed(wp.uint32(cell[0]) ^ hashed(wp.uint32(cell[1]) ^ hashed(wp.uint32(cell[2]) ^ wp.uint32(level))))
+    return int(mixed & wp.uint32(buckets - 1))
 
 
 @wp.func

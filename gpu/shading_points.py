@@ -30,13 +30,17 @@ def z_order(width: int, height: int) -> Ints:
 
 @wp.kernel
 def shaded_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, order: wp.array[int],
-                  shaded: wp.array[int]) -> None:  # fmt: skip
-    """One thread a pixel, in Z order: 1 where the camera meets a surface that is shaded there, else 0."""
+                  shaded: wp.array[int], listed: wp.array[int]) -> None:  # fmt: skip
+    """One thread a pixel, in Z order: 1 where the camera meets a surface that is shaded there, else 0.
+
+    shaded: in that order; listed (pixel,): by pixel.
+    """
     index = first + wp.tid()
     pixel = order[index]
     shaded[index] = 0
     if gbuffer.face[pixel] != NO_HIT and is_shaded(gbuffer, pixel, width, height, stride):
         shaded[index] = 1
+    listed[pixel] = shaded[index]
 
 
 @wp.kernel
@@ -88,8 +92,8 @@ def sample_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], total: wp
 class ShadingPoints:
     """The SPs of an image of `size` (width, height), found anew each frame without leaving the device.
 
-    pixels (sp,): their pixels in Z order, of which the first count[0] are valid. stride: of the anchors of
-    gpu.interpolate; with 1 every pixel that meets a surface has an SP.
+    pixels (sp,): their pixels in Z order, of which the first count[0] are valid; listed (pixel,): 1 for these, else 0.
+    stride: of the anchors of gpu.interpolate; with 1 every pixel that meets a surface has an SP.
     """
 
     def __init__(self, size: tuple[int, int], stride: int, device: wp.Device) -> None:
@@ -99,12 +103,13 @@ class ShadingPoints:
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
         self._order = wp.array(z_order(*size), dtype=int, device=device)
+        self.listed = wp.zeros(self.capacity, dtype=int, device=device)
         self._shaded = wp.zeros(self.capacity, dtype=int, device=device)
         self._totals = wp.zeros(self.capacity, dtype=int, device=device)
 
     def find(self, gbuffer: GBuffer) -> None:
         """List the pixels of `gbuffer` that are shaded; those that see nothing cost nothing from here on."""
-        inputs = [gbuffer, *self._size, self.stride, self._order, self._shaded]
+        inputs = [gbuffer, *self._size, self.stride, self._order, self._shaded, self.listed]
         launch(shaded_kernel, self.capacity, inputs, self.device)
         running_total(self._shaded, self._totals)
         inputs = [self._shaded, self._totals, self._order, self.pixels, self.count]

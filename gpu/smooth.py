@@ -80,11 +80,11 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
 
 @wp.kernel
 def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
-                         count: wp.array[int], stride: int, step: int, guide: wp.array[wp.vec3],
+                         count: wp.array[int], listed: wp.array[int], stride: int, step: int, guide: wp.array[wp.vec3],
                          light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: its light mixed with that of the nine anchors (gpu.interpolate) `step` strides about it.
 
-    Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed.
+    With step 0, that of the eight pixels beside it which have SPs, listed (pixel,): 1, as where anchors tell little. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed.
     """
     sp = first + wp.tid()
     if sp >= count[0]:
@@ -98,13 +98,16 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
     for neighbour in range(9):
         dx = neighbour % 3 - 1
         dy = neighbour // 3 - 1
-        column = (x // stride + dx * step) * stride
-        row = (y // stride + dy * step) * stride
+        column = x + dx
+        row = y + dy
+        if step > 0:
+            column = (x // stride + dx * step) * stride
+            row = (y // stride + dy * step) * stride
         if column >= 0 and column < width and row >= 0 and row < height:
             other = row * width + column
-            if other != pixel:
+            if other != pixel and (step > 0 or listed[other] == 1):
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-                weight = share * kinship(gbuffer, pixel, other, step * stride, PLANE_TOLERANCE)
+                weight = share * kinship(gbuffer, pixel, other, wp.max(step * stride, 1), PLANE_TOLERANCE)
                 weight *= wp.exp(-wp.abs(brightness(guide[other]) - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
                 total += weight
                 mixed += light[other] * weight
@@ -141,8 +144,8 @@ class Smoothing:
         their mean.
         """
         source, target = light, self._other
-        for step in STEPS:
-            inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.stride, step, guide, source, target]
+        for step in (0, *STEPS):
+            inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.listed, sps.stride, step, guide, source, target]
             launch(smooth_points_kernel, sps.capacity, inputs, self.device)
             source, target = target, self._third if target is self._other else self._other
         return source

@@ -1,27 +1,24 @@
 """Which counts of clusters meet a wanted frame time or error: the future work of the 2022 paper (its section 5).
 
-Levels are pairs of counts in steps of equal work. A model learns from the frames so far what a level will take, or how
-far from the truth it will be; a governor takes the level that comes nearest to the target, and stays where it is while
-that is near enough, since new clusters are seen as flicker. Nothing here renders.
+A model learns what the parts of frames take, or how far these are from the truth, and so what other counts would give;
+a governor takes the level that comes nearest to the target, and stays where it is while that is near enough. For a time
+SP clusters do most of the governing. VPL clusters come in few numbers, since each needs a light set of its own: another
+is taken only where SP clusters do not suffice. Nothing here renders.
 """
 
-from bisect import bisect_left
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import log, sqrt
-from typing import Protocol
+from math import inf, log, sqrt
 
-import numpy as np
-
-# A level has this much more work than the one before.
-STEP = 1.09
-LEAST_WORK, MOST_WORK = 2.0**12, 2.0**30
-# SP clusters for each VPL cluster, as in the default counts of a GPU.
-SPS_PER_VPL = 4.0
-# VPL clusters come in few numbers, since each needs a light set of its own: √2 apart, whole words of visibility bits.
-WORD = 32
-# Members that a VPL cluster has on average, or more.
-LEAST_MEMBERS = 12
-# Too near the target to move.
+# Numbers of SP clusters are so far apart. Of VPL clusters they are whole words of visibility bits.
+SP_STEP = 1.06
+WORD, VPL_STEP = 32, 2.0**0.25
+# SP clusters for each VPL cluster: as in the default counts of a GPU, and how many times that or how little of it.
+SPS_PER_VPL, RANGE = 4.0, 6.0
+# Members that a VPL cluster has on average. Those of fewer are not worth their name; those of more than a GPU's default
+# counts have are shaded member by member from afar, so that fewer of them take longer.
+LEAST_MEMBERS, MOST_MEMBERS = 12, 48
+# Too near the target to move. Where SP clusters alone come within twice that, no other VPL clusters are taken.
 NEAR_ENOUGH = log(1.04)
 # A model is trusted no farther than this from what it has seen, in work.
 FARTHEST = 4.0
@@ -29,183 +26,167 @@ FARTHEST = 4.0
 
 @dataclass(frozen=True)
 class Level:
-    """Counts of clusters, and of the VPLs that they need."""
+    """Counts of clusters."""
 
     sp_clusters: int
     vpl_clusters: int
 
     @property
     def work(self) -> float:
-        """Pairs of clusters: what rays, and with them most of a frame's time, are in proportion to."""
+        """Pairs of clusters, which most rays are in proportion to."""
         return float(self.sp_clusters) * self.vpl_clusters
 
     @property
     def vpls(self) -> int:
-        """The least number of VPLs that makes clusters of them worth their name."""
-        return LEAST_MEMBERS * self.vpl_clusters
+        """VPLs that they need at most."""
+        return MOST_MEMBERS * self.vpl_clusters
 
 
-MOST = Level(round(sqrt(MOST_WORK * SPS_PER_VPL)), round(sqrt(MOST_WORK / SPS_PER_VPL)))
+MOST = Level(sp_clusters=65_536, vpl_clusters=16_384)
 
 
-def ladder(pixels: int, vpls: int | None = None) -> tuple[Level, ...]:
-    """The levels for an image of so many pixels and so many VPLs, or as many as need be; from the least work on."""
-    halves = range(21)
-    numbers = sorted({WORD * max(1, round(MOST.vpl_clusters * 2.0 ** (-half / 2.0) / WORD)) for half in halves})
-    if vpls is not None:
-        numbers = [number for number in numbers if number * LEAST_MEMBERS <= vpls] or numbers[:1]
-    levels: list[Level] = []
-    steps = int(log(MOST_WORK / LEAST_WORK) / log(STEP)) + 1
-    for step in range(steps):
-        work = min(LEAST_WORK * STEP**step, MOST_WORK)
-        wanted = max(sqrt(work / SPS_PER_VPL), work / pixels)
-        clusters = min(numbers, key=lambda number: abs(log(number / wanted)))
-        level = Level(min(round(work / clusters), pixels, MOST.sp_clusters), clusters)
-        if not levels or level.work > levels[-1].work:
-            levels.append(level)
-    return tuple(levels)
+class Levels:
+    """The levels of an image of so many pixels, with about `least` … `most` VPL clusters."""
+
+    def __init__(self, pixels: int, least: int = WORD, most: int = MOST.vpl_clusters) -> None:
+        self._most = min(pixels, MOST.sp_clusters)
+        steps = range(round(log(MOST.vpl_clusters / WORD, VPL_STEP)) + 1)
+        numbers = sorted({WORD * round(VPL_STEP**step) for step in steps})
+        few = [number for number in numbers if number <= most] or numbers[:1]
+        self.vpl_clusters = [number for number in few if number >= least] or few[-1:]
+
+    def usual(self, vpl_clusters: int) -> Level:
+        """The level of so many VPL clusters with the usual number of SP clusters for each."""
+        return Level(min(round(SPS_PER_VPL * vpl_clusters), self._most), vpl_clusters)
+
+    def nearest(self, work: float) -> Level:
+        """The usual level that is nearest to so much `work`."""
+        return min(map(self.usual, self.vpl_clusters), key=lambda level: abs(log(level.work / work)))
+
+    def of(self, vpl_clusters: int) -> list[Level]:
+        """All levels of so many VPL clusters: the usual one, then the others by work."""
+        usual, steps = self.usual(vpl_clusters), int(log(RANGE, SP_STEP))
+        wanted = (round(usual.sp_clusters * SP_STEP**step) for step in range(-steps, steps + 1))
+        counts = {min(max(count, 1), self._most) for count in wanted}
+        return [usual, *(Level(count, vpl_clusters) for count in sorted(counts - {usual.sp_clusters}))]
 
 
-class Model(Protocol):
-    """What a level gives, learnt from what levels gave."""
+class Model:
+    """What a level gives, learnt from what levels gave: a sum of parts, each in proportion to powers of its counts.
 
-    def observe(self, work: float, value: float) -> None:
-        """A frame of a level with `work` gave `value`."""
+    powers: of SP and of VPL clusters, by the name of the part; a part without changes with no count. frames: how many
+    are pooled, about; trend: the share of each miss by which the next frames are taken to change. A frame with more
+    than `surprise` times what was expected, or less than that part of it, for which the system around may be to blame,
+    counts only when the next one is no better, and then in full.
+    """
 
-    def predict(self, work: float) -> float:
-        """What a level with `work` will give; nothing is known before the first observation."""
+    def __init__(
+        self, powers: Mapping[str, tuple[float, float]], *, frames: float, trend: float = 0.0, surprise: float = inf
+    ) -> None:
+        self._powers, self._frames, self._rate, self._surprise = powers, frames, trend, surprise
+        self._seen = 0
+        self._units: dict[str, float] = {}
+        self._trend, self._square = 1.0, 0.0
+        self._level: Level | None = None
+        self._surprised = False
 
     @property
     def doubt(self) -> float:
-        """Standard deviation of predictions, relative to them."""
+        """Standard deviation of what is learnt, relative to it; 1 where nothing is known."""
+        if self._seen < 2:
+            return 1.0
+        return sqrt(self._square * self._share / (2.0 - self._share))
 
     @property
     def ready(self) -> bool:
         """Whether enough was seen for a first picture."""
+        return self._seen >= self._frames
+
+    def observe(self, level: Level, parts: Mapping[str, float]) -> None:
+        """A frame of `level` had these `parts`; they may be noisy and even negative, but must be right in the mean."""
+        ratio = sum(parts.values()) / self.predict(level) if self._seen else 1.0
+        surprised = self._surprise < inf and not 1.0 / self._surprise <= ratio <= self._surprise
+        if surprised and not self._surprised:
+            self._surprised = True
+            return
+        if surprised:
+            self._units = {name: unit * ratio for name, unit in self._units.items()}
+        else:
+            miss = min(max(ratio - 1.0, -1.0), 1.0)
+            self._trend *= 1.0 + self._rate * miss
+            if level == self._level:  # else a miss tells of the powers, not of noise
+                self._square += self._share * (miss**2 - self._square)
+        self._surprised, self._level = False, level
+        self._seen += 1
+        for name, value in parts.items():
+            unit = value / self._scale(name, level)
+            expected = self._units.get(name, unit) * self._trend
+            self._units[name] = expected + self._share * (unit - expected)
+
+    def predict(self, level: Level) -> float:
+        """What the next frame gives at `level`, above zero; nothing is known before the first observation."""
+        parts = (max(unit, 1e-12) * self._scale(name, level) for name, unit in self._units.items())
+        return self._trend * sum(parts)
+
+    @property
+    def _share(self) -> float:
+        return 1.0 / max(min(self._seen, self._frames), 1.0)
+
+    def _scale(self, name: str, level: Level) -> float:
+        sps, vpls = self._powers.get(name, (0.0, 0.0))
+        return float(level.sp_clusters**sps * level.vpl_clusters**vpls)
 
 
-class TimeModel:
-    """Time of a frame [ms]: a part that no cluster changes, and one in proportion to work. A Kalman filter of the two.
+def time_model() -> Model:
+    """Times of a frame's stages [ms] by their names: a frame's are like those of the one before.
 
-    A time far off what was expected, for which the system around may be to blame, counts only when the next one
-    confirms it.
+    Powers are those between 1000 and 30,000 SP clusters, and 750 and 4000 VPL clusters, in six scenes on an H100.
     """
-
-    NOISE, GAIN_DRIFT, SHAPE_DRIFT = 0.03, 0.02, 0.01
-    OUTLIER = 4.0
-
-    def __init__(self) -> None:
-        self._frames = 0
-        self._unit = 0.0  # work in which the second part is counted
-        self._parts = np.zeros(2)
-        self._covariance = np.zeros((2, 2))
-        self._surprised = False
-
-    @property
-    def doubt(self) -> float:
-        """Nothing to speak of: times repeat."""
-        return 0.0
-
-    @property
-    def ready(self) -> bool:
-        """Two times tell the two parts."""
-        return self._frames >= 2
-
-    def observe(self, work: float, value: float) -> None:
-        """A frame took `value` ms."""
-        self._frames += 1
-        if self._unit == 0.0:
-            self._unit = work
-            self._parts = value * np.array([0.4, 0.6])
-            self._covariance = np.diag((0.3 * value) ** 2 * np.ones(2))
-        seen, parts = np.array([1.0, work / self._unit]), self._parts
-        together = np.outer(parts, parts)
-        covariance = self._covariance + self.GAIN_DRIFT**2 * together + self.SHAPE_DRIFT**2 * np.diag(parts**2)
-        expected = float(seen @ parts)
-        noise = (self.NOISE * expected) ** 2
-        if abs(value - expected) > self.OUTLIER * sqrt(float(seen @ covariance @ seen) + noise):
-            self._surprised = not self._surprised
-            if self._surprised:
-                return
-            covariance = covariance + together * (value / expected - 1.0) ** 2
-        self._surprised = False
-        gain = covariance @ seen / (float(seen @ covariance @ seen) + noise)
-        least = 0.02 * value
-        self._parts = np.maximum(parts + gain * (value - expected), [least, least * self._unit / work])
-        self._covariance = covariance - np.outer(gain, seen @ covariance)
-
-    def predict(self, work: float) -> float:
-        """Time of a frame [ms]."""
-        return float(self._parts[0] + self._parts[1] * work / self._unit)
+    powers = {"cluster": (0.2, 0.0), "visibility": (0.8, 0.8), "shade": (0.05, 0.8), "refine": (0.5, 0.0)}
+    return Model(powers, frames=2.0, trend=0.2, surprise=1.5)
 
 
-class ErrorModel:
-    """Error of a frame: a power of work, of which the factor is learnt.
+def error_model() -> Model:
+    """The error of a frame, by that name: of some frames, since each one's estimate is noisy.
 
-    Estimates are few pixels' and noisy, some even negative, but right in the mean: so they are pooled over `WINDOW`
-    frames before any logarithm is taken.
+    SP clusters hardly matter from as many as VPL clusters on; the power is that of a fixed set of VPLs on a CPU.
     """
-
-    POWER = 0.4
-    WINDOW = 64.0
-    FIRST_FRAMES = 8.0
-
-    def __init__(self) -> None:
-        self._frames = self._total = self._square = 0.0
-
-    @property
-    def doubt(self) -> float:
-        """Standard deviation of the pooled factor, relative to it; 1 where nothing is known."""
-        if self._frames < 2.0 or self._total <= 0.0:
-            return 1.0
-        mean = self._total / self._frames
-        return sqrt(max(self._square / self._frames / mean**2 - 1.0, 0.0) / self._frames)
-
-    @property
-    def ready(self) -> bool:
-        """A few frames."""
-        return self._frames > self.FIRST_FRAMES * (1.0 - self.FIRST_FRAMES / self.WINDOW)
-
-    def observe(self, work: float, value: float) -> None:
-        """A frame's error was estimated as `value`."""
-        factor, kept = value * work**self.POWER, 1.0 - 1.0 / self.WINDOW
-        self._frames = kept * self._frames + 1.0
-        self._total = kept * self._total + factor
-        self._square = kept * self._square + factor * factor
-
-    def predict(self, work: float) -> float:
-        """Error of a frame, above zero."""
-        return max(self._total / self._frames, 1e-12) * work**-self.POWER
+    return Model({"error": (0.0, -0.4)}, frames=6.0, trend=0.05)
 
 
 class Governor:
-    """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`; starts at about `work`."""
+    """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`; starts at about `work`.
 
-    def __init__(self, levels: tuple[Level, ...], model: Model, target: float, work: float) -> None:
+    level: that of the next frame; expected: what it will give, None before the first frame.
+    """
+
+    def __init__(self, levels: Levels, model: Model, target: float, work: float) -> None:
         self._levels, self._model, self._target = levels, model, target
-        self._index = min(bisect_left([level.work for level in levels], work), len(levels) - 1)
+        self.level = levels.nearest(work)
         self.expected: float | None = None
 
-    @property
-    def level(self) -> Level:
-        """The level of the next frame."""
-        return self._levels[self._index]
+    def learn(self, parts: Mapping[str, float]) -> bool:
+        """A frame of `level` gave `parts`; True when that can stay: it is near enough, or as near as can be."""
+        model, before = self._model, self.level
+        model.observe(before, parts)
+        if self._off(before) > NEAR_ENOUGH + model.doubt:
+            self.level = self._best()
+        self.expected = model.predict(self.level)
+        return self.level == before and model.ready
 
-    def learn(self, value: float) -> bool:
-        """A frame of `level` gave `value`; True when that can stay: it is near enough, or as near as can be."""
-        work, model = self.level.work, self._model
-        model.observe(work, value)
+    def _off(self, level: Level) -> float:
+        return abs(log(self._model.predict(level) / self._target))
 
-        def off(index: int) -> float:
-            return abs(log(model.predict(self._levels[index].work) / self._target))
+    def _best(self) -> Level:
+        """The level to go to; of equally good ones, this."""
+        levels, level = self._levels, self.level
 
-        begin, end = (self._place(work * reach) for reach in (1.0 / FARTHEST, FARTHEST))
-        best = min(range(begin, end + 1), key=off)
-        settled = off(self._index) <= NEAR_ENOUGH + 0.5 * model.doubt or best == self._index
-        if not settled:
-            self._index = best
-        self.expected = model.predict(self.level.work)
-        return settled and model.ready
+        def nearest(others: list[Level]) -> Level:
+            within = (other for other in others if 1.0 / FARTHEST <= other.work / level.work <= FARTHEST)
+            return min([level, *within], key=self._off)
 
-    def _place(self, work: float) -> int:
-        return min(bisect_left(self._levels, work, key=lambda level: level.work), len(self._levels) - 1)
+        same = nearest(levels.of(level.vpl_clusters))
+        if self._off(same) <= 2.0 * NEAR_ENOUGH:
+            return same
+        usual = nearest([levels.usual(number) for number in levels.vpl_clusters])
+        return min(same, nearest(levels.of(usual.vpl_clusters)), key=self._off)

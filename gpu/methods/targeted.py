@@ -8,28 +8,38 @@ from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.quality import Quality
 from gpu.settings import RenderSettings
 from gpu.stages import Stages
-from gpu.target import ErrorModel, Governor, Level, Model, TimeModel, ladder
+from gpu.target import LEAST_MEMBERS, MOST_MEMBERS, Governor, Level, Levels, error_model, time_model
 from gpu.view import View
 
-# Levels that are kept, each with arrays of its clusters and captured graphs: a walk goes to and fro between a few.
-KEPT_LEVELS = 4
+# Levels that are kept, each with arrays of its clusters (0.1 GB for the default counts of a GPU) and captured graphs: a
+# walk goes to and fro between some.
+KEPT_LEVELS = 8
+# For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise.
+FEWER_FOR_ERROR = 4
 
 
 class TargetedVpl:
     """`fuzzy-vpl` with the counts of clusters that meet `settings.target_ms` or `settings.target_error`.
 
-    A new number of VPL clusters needs a light set; those are kept by `lighting`, and there are few such numbers. Later
-    frames of a still view have the counts of its first, since their times and errors are others.
+    For a time, VPLs are in proportion to clusters of them; errors are of pictures whose VPLs stay. A new number of VPL
+    clusters needs a light set; those are kept by `lighting`, and there are few such numbers. Later frames of a still
+    view have the counts of its first, since their times and errors are others.
     """
 
     def __init__(
         self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
     ) -> None:
         self._settings, self._usual = settings, quality
-        model: Model = ErrorModel() if settings.target_error else TimeModel()
         self._target = settings.target_error or settings.target_ms or 0.0
+        # None: as many as clusters need.
+        self._vpls = quality.vpls if settings.target_error else settings.vpls
+        levels = Levels(view.pixels)
+        if self._vpls is not None:
+            members = MOST_MEMBERS * (FEWER_FOR_ERROR if settings.target_error else 1)
+            levels = Levels(view.pixels, self._vpls // members, self._vpls // LEAST_MEMBERS)
+        model = error_model() if settings.target_error else time_model()
         work = float(quality.sp_clusters * quality.vpl_clusters)
-        self._governor = Governor(ladder(view.pixels, settings.vpls), model, self._target, work)
+        self._governor = Governor(levels, model, self._target, work)
         self._level = self._governor.level
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
         self._kept = {self._level: self._method}  # in the order of their last use
@@ -54,8 +64,8 @@ class TargetedVpl:
         True when the level can stay: it meets the target, or comes as near to it as any does.
         """
         if self._method.probes is not None:
-            return self._governor.learn(self._method.probes.error())
-        return stages.steady and self._governor.learn(sum(stages.milliseconds().values()))
+            return self._governor.learn({"error": self._method.probes.error()})
+        return stages.steady and self._governor.learn(stages.milliseconds())
 
     def statistics(self) -> FrameStatistics:
         """Those of `fuzzy-vpl`."""
@@ -68,7 +78,5 @@ class TargetedVpl:
         return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected})
 
     def _quality(self, level: Level) -> Quality:
-        # Clusters of more members than usual would be shaded member by member from afar: fewer would take longer.
-        usual = self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters
-        vpls = self._settings.vpls or max(usual, level.vpls)
+        vpls = self._vpls or self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters
         return replace(self._usual, sp_clusters=level.sp_clusters, vpl_clusters=level.vpl_clusters, vpls=vpls)

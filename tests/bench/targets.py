@@ -1,8 +1,8 @@
 """How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
 
 Times are device times of frames as they come, with no frame left out but those before the first picture. Errors are
-measured where the walk pauses: against `exact-vpl` with the same VPLs, and without near-field light, which the estimate
-that they are chosen by leaves out too.
+measured at some frames of the walk: against `exact-vpl` with the same VPLs, and without near-field light, which the
+estimate that they are chosen by leaves out too. Rows keep what every frame took, its counts, and what was expected.
 """
 
 from collections.abc import Sequence
@@ -14,13 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from gpu.frame import FrameStats
 from gpu.metrics import mse
 from gpu.renderer import Renderer
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import spread
 from tests.bench.store import Row, Task
-from tests.bench.suite import VPLS, Suite
+from tests.bench.suite import Suite
 from tests.bench.timing import turned
 
 MILLISECONDS, CPU_MILLISECONDS = (6.0, 12.0), (1000.0,)
@@ -28,8 +29,8 @@ ERRORS = (1e-3, 2e-4)
 # A sway: so far to either side, so far ahead as a share of the scene's extent, and frames until it is back.
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES = 144, 8
-# Frames of a walk for an error, and how many of them are compared with `exact-vpl`, which takes a second or so each.
-ERROR_FRAMES, PAUSES, QUICK_PAUSES = 96, 3, 1
+# Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
+ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 4, 4, 16
 # Few enough for `exact-vpl`, enough for a thousand clusters of them.
 ERROR_VPLS = 16_000
 WITHIN = 0.1
@@ -42,9 +43,24 @@ def held(values: Sequence[float], target: float) -> dict[str, float]:
     return {**spread(ratios), "mean": float(ratios.mean()), "within": float(within.mean())}
 
 
-def changes(levels: Sequence[tuple[int, int]]) -> int:
-    """How often counts changed."""
-    return sum(before != after for before, after in pairwise(levels))
+def running_means(values: Sequence[float], count: int) -> list[float]:
+    """The means of each `count` values in a row, or of all where they are fewer."""
+    count = min(count, len(values))
+    return [float(np.mean(values[begin : begin + count])) for begin in range(len(values) - count + 1)]
+
+
+def path_of(frames: Sequence[FrameStats], unit: str) -> Row:
+    """What the frames of a walk for a target in `unit` took and had: by frame, and how often their counts changed."""
+    levels = [(stats.counts["sp_clusters"], stats.counts["vpl_clusters"]) for stats in frames]
+    return {
+        "frames": len(frames),
+        "changes": sum(before != after for before, after in pairwise(levels)),
+        "light_sets": sum(before[1] != after[1] for before, after in pairwise(levels)),
+        "pairs": spread([float(sps * vpls) for sps, vpls in levels]),
+        "path_ms": [round(sum(stats.stage_ms.values()), 3) for stats in frames],
+        "path_clusters": [f"{sps} {vpls}" for sps, vpls in levels],
+        "path_expected": [float(f"{stats.estimates[f'expected_{unit}']:.4g}") for stats in frames],
+    }
 
 
 def swayed(camera: Camera, extent: float, frame: int) -> Camera:
@@ -66,7 +82,7 @@ def run(suite: Suite) -> None:
 
     def measure_times(name: str, target: float) -> Row:
         subject = suite.subject(name)
-        settings = RenderSettings(**base, vpls=suite.count(VPLS), target_ms=target)
+        settings = RenderSettings(**base, target_ms=target)
         renderer = Renderer(subject.resident, subject.size, settings)
         renderer.render(subject.camera)
         stats, wall = [], []
@@ -74,23 +90,19 @@ def run(suite: Suite) -> None:
             begun = perf_counter()
             stats.append(renderer.render(view(name, number)).stats)
             wall.append(1e3 * (perf_counter() - begun))
-        frame_ms = [sum(frame.stage_ms.values()) for frame in stats]
-        levels = [(frame.counts["sp_clusters"], frame.counts["vpl_clusters"]) for frame in stats]
+        path = path_of(stats, "ms")
         return {
             "scene": name,
             "size": list(subject.size),
             "settings": settings.model_dump(mode="json"),
             "target": {"ms": target},
-            "frames": len(stats),
-            "held": held(frame_ms, target),
+            "held": held(path["path_ms"], target),
             "wall_ms": spread(wall),
-            "changes": changes(levels),
-            "pairs": spread([float(sps * vpls) for sps, vpls in levels]),
-            "path_ms": [round(ms, 3) for ms in frame_ms],
+            **path,
         }
 
     vpls = suite.count(ERROR_VPLS)
-    frames, pauses = (QUICK_FRAMES, QUICK_PAUSES) if suite.quick else (ERROR_FRAMES, PAUSES)
+    frames, every = (QUICK_FRAMES, QUICK_EVERY) if suite.quick else (ERROR_FRAMES, EVERY)
     base_error = {**base, "vpls": vpls, "near_field": False}
 
     def exact(name: str, number: int, clusters: int) -> Floats:
@@ -103,27 +115,24 @@ def run(suite: Suite) -> None:
         subject = suite.subject(name)
         settings = RenderSettings(**base_error, target_error=target)
         renderer = Renderer(subject.resident, subject.size, settings)
-        errors, estimates, levels, frame_ms = [], [], [], []
+        renderer.render(subject.camera)
+        errors, estimates, stats = [], [], []
         for number in range(1, 1 + frames):
             frame = renderer.render(view(name, number))
-            stats = frame.stats
-            levels.append((stats.counts["sp_clusters"], stats.counts["vpl_clusters"]))
-            frame_ms.append(sum(stats.stage_ms.values()))
-            if number % (frames // pauses) == 0:
-                errors.append(mse(frame.radiance(), exact(name, number, levels[-1][1])))
-                estimates.append(stats.estimates["expected_error"])
+            stats.append(frame.stats)
+            if number % every == 0:
+                errors.append(mse(frame.radiance(), exact(name, number, frame.stats.counts["vpl_clusters"])))
+                estimates.append(frame.stats.estimates["expected_error"])
         return {
             "scene": name,
             "size": list(subject.size),
             "settings": settings.model_dump(mode="json"),
             "target": {"error": target},
-            "frames": len(levels),
             "held": held(errors, target),
+            "running": held(running_means(errors, RUNNING // every), target),
             "estimated": held(estimates, target),
             "errors": errors,
-            "changes": changes(levels),
-            "pairs": spread([float(sps * vpls) for sps, vpls in levels]),
-            "path_ms": [round(ms, 3) for ms in frame_ms],
+            **path_of(stats, "error"),
         }
 
     for name in suite.scene_names():

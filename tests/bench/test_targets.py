@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from gpu.camera import look_at
-from tests.bench.targets import AHEAD, PERIOD, changes, held, swayed
+from gpu.frame import FrameStats
+from tests.bench.targets import AHEAD, PERIOD, held, path_of, running_means, swayed
 
 
 def test_what_is_within_a_tenth_of_its_target_is_held() -> None:
@@ -12,9 +13,22 @@ def test_what_is_within_a_tenth_of_its_target_is_held() -> None:
     assert measured["median"] == pytest.approx(1.05)
 
 
-def test_changes_of_counts_are_counted() -> None:
-    assert changes([(1, 2), (1, 2), (1, 3), (1, 2)]) == 2
-    assert changes([(1, 2)]) == 0
+def test_a_path_keeps_each_frame_and_counts_what_changed() -> None:
+    levels = [(8, 2), (8, 2), (9, 2), (4, 3)]
+    frames = [
+        FrameStats({"a": 1.0, "b": 0.5}, {"sp_clusters": sps, "vpl_clusters": vpls}, {}, {"expected_ms": 1.6})
+        for sps, vpls in levels
+    ]
+    path = path_of(frames, "ms")
+    assert (path["frames"], path["changes"], path["light_sets"]) == (4, 2, 1)
+    assert path["path_ms"] == [1.5] * 4
+    assert path["path_expected"] == [1.6] * 4
+    assert path["path_clusters"] == ["8 2", "8 2", "9 2", "4 3"]
+
+
+def test_running_means_are_of_so_many_values_in_a_row() -> None:
+    assert running_means([1.0, 3.0, 5.0], 2) == [2.0, 4.0]
+    assert running_means([1.0, 3.0], 4) == [2.0]
 
 
 def test_a_walk_sways_and_comes_back() -> None:
