@@ -17,7 +17,8 @@ class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
     `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
-    `needs` is what kernels must know of the scene. stride: of the pixels that are shaded (gpu.interpolate).
+    `needs` is what kernels must know of the scene; `walks` is as `look` was told. stride: of the pixels that are shaded
+    (gpu.interpolate).
     """
 
     def __init__(
@@ -34,6 +35,7 @@ class View:
         self.scene = resident.view(lambertian=lambertian, skip=skip)
         self._backdrop = not skip.empty_pixels
         self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
+        self.walks = False
         self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
@@ -42,8 +44,12 @@ class View:
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, stride, self.device)
 
-    def look(self, camera: Camera, place: tuple[float, float] = (0.5, 0.5)) -> None:
-        """Look through `camera`, whose own aspect gives way to the image's, and through that place in each pixel."""
+    def look(self, camera: Camera, place: tuple[float, float] = (0.5, 0.5), *, walks: bool = False) -> None:
+        """Look through `camera`, whose own aspect gives way to the image's, and through that place in each pixel.
+
+        walks: on from where the last frame was, so that the frame may build on it.
+        """
+        self.walks = walks
         data = camera_data(camera, self.resident.scene.placement, self.size[0] / self.size[1], place)
         self.camera.assign(wp.array([data], dtype=CameraData, device="cpu"))
 
