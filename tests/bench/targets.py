@@ -72,7 +72,7 @@ def run(suite: Suite) -> None:
         stats, wall = [], []
         for number in range(1, 1 + (QUICK_FRAMES if suite.quick else FRAMES)):
             begun = perf_counter()
-            stats.append(renderer.render(view(name, number)).stats)
+            stats.append(renderer.render(view(name, number), walks=True).stats)
             wall.append(1e3 * (perf_counter() - begun))
         frame_ms = [sum(frame.stage_ms.values()) for frame in stats]
         levels = [(frame.counts["sp_clusters"], frame.counts["vpl_clusters"]) for frame in stats]
@@ -105,7 +105,7 @@ def run(suite: Suite) -> None:
         renderer = Renderer(subject.resident, subject.size, settings)
         errors, estimates, levels, frame_ms = [], [], [], []
         for number in range(1, 1 + frames):
-            frame = renderer.render(view(name, number))
+            frame = renderer.render(view(name, number), walks=True)
             stats = frame.stats
             levels.append((stats.counts["sp_clusters"], stats.counts["vpl_clusters"]))
             frame_ms.append(sum(stats.stage_ms.values()))
