@@ -16,8 +16,9 @@ from gpu.resident import NO_HIT
 from gpu.sampling import hashed
 from gpu.shading_points import ShadingPoints
 
-# Nearer than this share of a spacing, two representatives are one too many.
-CROWDED = wp.constant(0.4)
+# Nearer than this share of a spacing, two representatives are one too many. New ones are added for SPs that are farther
+# from all, so that a view that rests comes to rest (gpu.new_clusters.FILLING).
+CROWDED = wp.constant(0.5)
 # The nearest of these are looked at, the representative itself among them.
 NEIGHBOURS = 4
 around = nearest_search(NEIGHBOURS)
@@ -35,31 +36,27 @@ def shows(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spac
 @wp.kernel
 def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: int, gbuffer: GBuffer,
                 sp_count: wp.array[int], spacing_scale: float, representatives: Representatives,
-                spacings: wp.array[float]) -> None:  # fmt: skip
+                serving: wp.array[int], spacings: wp.array[float]) -> None:  # fmt: skip
     """One thread a cluster: its spacing in this view, 0 where its representative's surface is not seen.
 
-    The pixel that it falls into, or one beside that, must show it: at the edges of things its own may miss them.
+    Its own pixel must show it: one hidden behind slats, which neighbours show, sees other light than what is seen.
+    serving (cluster,): 1 for those that were the nearest of an SP, of which the others are in vain; becomes 0.
     """
     cluster = first + wp.tid()
     spacings[cluster] = 0.0
-    if representatives.spacing[cluster] <= 0.0:
+    served = serving[cluster]
+    serving[cluster] = 0
+    if representatives.spacing[cluster] <= 0.0 or served == 0:
         return
     position = representatives.position[cluster]
     place = pixel_of(cameras[0], position, width, height)
     if place[0] < 0 or place[1] < 0 or place[0] >= width or place[1] >= height:
         return
-    for beside in range(9):
-        # The pixel itself comes first: (0, 0), then the others in the order of beside.
-        number = (beside + 4) % 9
-        x = place[0] + number % 3 - 1
-        y = place[1] + number // 3 - 1
-        if x >= 0 and y >= 0 and x < width and y < height:
-            pixel = y * width + x
-            if gbuffer.face[pixel] != NO_HIT:
-                spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale
-                if shows(gbuffer, pixel, position, representatives.normal[cluster], spacing):
-                    spacings[cluster] = spacing
-                    return
+    pixel = place[1] * width + place[0]
+    if gbuffer.face[pixel] != NO_HIT:
+        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale
+        if shows(gbuffer, pixel, position, representatives.normal[cluster], spacing):
+            spacings[cluster] = spacing
 
 
 @wp.kernel
@@ -88,13 +85,14 @@ def thin_kernel(first: int, spacings: wp.array[float], representatives: Represen
 
 
 def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: float,
-         spacings: wp.array, representatives: Representatives, pixels: wp.array) -> None:  # fmt: skip
+         serving: wp.array, spacings: wp.array, representatives: Representatives, pixels: wp.array) -> None:  # fmt: skip
     """Keep of the last frame's `representatives` those that are still good; the others become free.
 
     camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale: from a pixel's spacing and the
-    square root of the SPs' count to that of clusters; spacings (cluster,): for the work; pixels (cluster,): −1 for all.
+    square root of the SPs' count to that of clusters; serving (cluster,): 1 for the nearest of an SP in the last frame,
+    becomes 0; spacings (cluster,): for the work; pixels (cluster,): becomes −1.
     """
     count, device = len(spacings), sps.device
-    inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, spacings]
+    inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, serving, spacings]
     launch(keep_kernel, count, inputs, device)
     launch(thin_kernel, count, [spacings, representatives, pixels], device)

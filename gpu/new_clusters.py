@@ -15,33 +15,34 @@ from gpu.grid import Representatives
 class NeedScale:
     """What an SP needs that is `d` spacings from its nearest representative: steps · (d − good), from 0 to `most`.
 
-    unserved: if there is none near.
+    unlike: if none near has a like normal, at least; unserved: if there is none near at all.
     """
 
     good: float
     steps: float
     most: int
+    unlike: int
     unserved: int
 
 
-def _need_scale(good: float, steps: float, most: int, unserved: int) -> NeedScale:
+def _need_scale(good: float, steps: float, most: int, unlike: int, unserved: int) -> NeedScale:
     scale = NeedScale()
-    scale.good, scale.steps, scale.most, scale.unserved = good, steps, most, unserved
+    scale.good, scale.steps, scale.most, scale.unlike, scale.unserved = good, steps, most, unlike, unserved
     return scale
 
 
 UNSERVED_NEED = wp.constant(1023)
-SERVICE = _need_scale(1.0, 16.0, 255, int(UNSERVED_NEED))
+SERVICE = _need_scale(1.0, 16.0, 255, 0, int(UNSERVED_NEED))
 # Need of an SP that lacks its whole share of a cluster.
 WHOLE_NEED = wp.constant(64)
 # Representatives of k-means leave few SPs farther than this; one that none serves needs a cluster the most.
-FILLING = _need_scale(0.5, 128.0, int(WHOLE_NEED), 4 * int(WHOLE_NEED))
+FILLING = _need_scale(0.5, 128.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
 
 
 @wp.func
-def need_of(scale: NeedScale, spacings: float) -> int:
-    """The need of an SP whose nearest representative is so many spacings away."""
-    return wp.clamp(int(scale.steps * (spacings - scale.good)), 0, scale.most)
+def need_of(scale: NeedScale, spacings: float, alike: bool) -> int:
+    """The need of an SP whose nearest representative is so many spacings away; alike: their normals are."""
+    return wp.max(wp.clamp(int(scale.steps * (spacings - scale.good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
 
 
 @wp.func

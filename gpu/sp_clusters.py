@@ -121,9 +121,13 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         only_needy: bool,
         scale: NeedScale,
         need: wp.array[int],
+        serving: wp.array[int],
         out: SpClusters,
     ) -> None:
-        """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well)."""
+        """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
+
+        serving (cluster,): becomes 1 for the nearest one, whoever writes it.
+        """
         sp = first + wp.tid()
         if sp >= sp_count[0]:
             need[sp] = 0
@@ -139,6 +143,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         for wider in range(1, WIDER_LEVELS):
             if nearest.cluster[0] < 0:
                 nearest = search(clusters, position, normal, level + wider, NORMAL_THRESHOLD)
+        alike = nearest.cluster[0] >= 0
         for wider in range(WIDER_LEVELS):
             if nearest.cluster[0] < 0:
                 nearest = search(clusters, position, normal, level + wider, RELAXED_THRESHOLD)
@@ -150,7 +155,9 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
             if nearest.cluster[0] < 0:
                 need[sp] = UNASSIGNED_NEED
         elif nearest.cluster[0] >= 0:
-            need[sp] = need_of(scale, nearest.distance[0] / spacing)
+            need[sp] = need_of(scale, nearest.distance[0] / spacing, alike)
+        if nearest.cluster[0] >= 0:
+            serving[nearest.cluster[0]] = 1
         total = float(0.0)
         for f in range(wp.static(fuzziness)):
             weight = float(0.0)
@@ -194,6 +201,7 @@ class SpClustering:
         self._kmeans = KMeans(self._samples.capacity, self._base, self.device, extra=self._extra)
         self._pixels = wp.zeros(self.count, dtype=int, device=self.device)
         self._spacings = wp.zeros(self.count, dtype=float, device=self.device)
+        self._serving = wp.zeros(self.count, dtype=int, device=self.device)
         self._free = wp.zeros(self.count, dtype=int, device=self.device)
         self._frees = wp.zeros(self.count, dtype=int, device=self.device)
         self._order_keys = wp.zeros(2 * self.count, dtype=int, device=self.device)
@@ -205,6 +213,7 @@ class SpClustering:
         """K-means of a sample of `sps`, then the F nearest clusters of every SP."""
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
         grid.data.spacing.zero_()
+        self._serving.zero_()
         self._samples.draw(sps, gbuffer, scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
@@ -220,7 +229,7 @@ class SpClustering:
         camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
         """
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
-        keep(camera, size, gbuffer, sps, scale, self._spacings, grid.data, self._pixels)
+        keep(camera, size, gbuffer, sps, scale, self._serving, self._spacings, grid.data, self._pixels)
         grid.build()
         self._assign(sps, gbuffer, FILLING, only_needy=False)
         running_total(self.need, self._needs)
@@ -244,4 +253,4 @@ class SpClustering:
 
     def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, *, only_needy: bool) -> None:
         inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, self._spacing_scale(sps), only_needy]
-        launch(self._kernel, sps.capacity, [*inputs, scale, self.need, self.clusters], self.device)
+        launch(self._kernel, sps.capacity, [*inputs, scale, self.need, self._serving, self.clusters], self.device)
