@@ -10,6 +10,7 @@ from gpu.scene.types import Camera
 
 # Places across an image, from edge to edge, where views are compared.
 _ACROSS = np.linspace(-0.95, 0.95, 20)
+_LIKE_SIDE = 0.5  # cosine between the ways to what both see
 
 
 class CameraError(UserError):
@@ -54,7 +55,7 @@ def look_at(
 
 
 def seen_again(camera: Camera, last: Camera, aspect: float, distance: float) -> float:
-    """The share, 0 to 1, of what `camera` sees at a `distance` [world units] that `last` sees too.
+    """The share, 0 to 1, of what `camera` sees at a `distance` [world units] that `last` sees too, from a like side.
 
     aspect: width over height of both images, whatever the cameras' own are.
     """
@@ -66,4 +67,9 @@ def seen_again(camera: Camera, last: Camera, aspect: float, distance: float) -> 
     seen = (points @ axes.T + camera.to_world[:3, 3] - last.to_world[:3, 3]) @ others
     half = last.half_height * (1.0 if last.orthographic else -seen[:, 2])
     inside = (seen[:, 2] < 0.0) & (np.abs(seen[:, 0]) <= half * aspect) & (np.abs(seen[:, 1]) <= half)
-    return float(np.mean(inside))
+    here, there = (
+        np.broadcast_to((0.0, 0.0, -1.0), ways.shape) if of.orthographic else ways
+        for of, ways in ((camera, points), (last, seen))
+    )
+    along = ((here @ axes.T) * (there @ others.T)).sum(axis=1)
+    return float(np.mean(inside & (along > _LIKE_SIDE * np.linalg.norm(here, axis=1) * np.linalg.norm(there, axis=1))))

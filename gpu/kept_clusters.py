@@ -85,7 +85,8 @@ def thin_kernel(first: int, spacings: wp.array[float], representatives: Represen
 
 
 def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: float,
-         serving: wp.array, spacings: wp.array, representatives: Representatives, pixels: wp.array) -> None:  # fmt: skip
+         representatives: Representatives, serving: wp.array, spacings: wp.array,
+         pixels: wp.array) -> None:  # fmt: skip
     """Keep of the last frame's `representatives` those that are still good; the others become free.
 
     camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale: from a pixel's spacing and the

@@ -229,7 +229,7 @@ class SpClustering:
         camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
         """
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
-        keep(camera, size, gbuffer, sps, scale, self._serving, self._spacings, grid.data, self._pixels)
+        keep(camera, size, gbuffer, sps, scale, grid.data, self._serving, self._spacings, self._pixels)
         grid.build()
         self._assign(sps, gbuffer, FILLING, only_needy=False)
         running_total(self.need, self._needs)
