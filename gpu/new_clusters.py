@@ -2,7 +2,7 @@
 
 Need has two scales. SERVICE tells how badly a frame's SPs are served; the share of the clusters that is kept back from
 k-means goes where it is greatest. FILLING tells how many clusters a place lacks beside those that are kept from the
-frame before: an SP counts as that share of one which its own surroundings would have by k-means.
+frame before: an SP that needs one wholly counts as its share of all of them.
 """
 
 import warp as wp
@@ -106,20 +106,21 @@ def free_kernel(first: int, representatives: Representatives, free: wp.array[int
 
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                spacing_scale: float, base: int, free: wp.array[int], representatives: Representatives,
+                spacing_scale: float, free: wp.array[int], representatives: Representatives,
                 pixels: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: one that is free takes an SP, as long as clusters are lacking.
 
-    totals: the running sum of need; base: clusters that k-means would spread over all SPs; free (cluster,): the running
-    number of those that are free; pixels (cluster,): where new representatives are.
+    totals: the running sum of need, by which SPs lack their share of all clusters; free (cluster,): the running number
+    of those that are free; pixels (cluster,): where new representatives are.
     """
     cluster = first + wp.tid()
     count = sp_count[0]
     if count == 0 or representatives.spacing[cluster] > 0.0:
         return
-    lacking = int(wp.int64(totals[count - 1]) * wp.int64(base) / (wp.int64(count) * wp.int64(WHOLE_NEED)))
+    clusters = free.shape[0]
+    lacking = wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED))
     index = free[cluster] - 1
-    number = wp.min(free[free.shape[0] - 1], lacking)
+    number = int(wp.min(wp.int64(free[clusters - 1]), lacking))
     if index >= number:
         return
     sp = drawn_sp(totals, count, index, number)

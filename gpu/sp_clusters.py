@@ -235,7 +235,7 @@ class SpClustering:
         running_total(self.need, self._needs)
         launch(free_kernel, self.count, [grid.data, self._free], self.device)
         running_total(self._free, self._frees)
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._base, self._frees]
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._frees]
         launch(fill_kernel, self.count, [*inputs, grid.data, self._pixels], self.device)
         self._finish(sps, gbuffer, 0)
 
