@@ -8,6 +8,10 @@ import numpy as np
 from gpu.errors import UserError
 from gpu.scene.types import Camera
 
+# Places across an image, from edge to edge, where views are compared.
+_ACROSS = np.linspace(-0.95, 0.95, 20)
+_LIKE_SIDE = 0.5  # cosine between the ways to what both see
+
 
 class CameraError(UserError):
     """A camera cannot be made from these numbers."""
@@ -48,3 +52,24 @@ def look_at(
     to_world = np.eye(4)
     to_world[:3, :4] = np.stack([right, np.cross(backward, right), backward, position], axis=1)
     return Camera(name=name, to_world=to_world, half_height=tan(radians(yfov_degrees) / 2.0), aspect=float(aspect))
+
+
+def seen_again(camera: Camera, last: Camera, aspect: float, distance: float) -> float:
+    """The share, 0 to 1, of what `camera` sees at a `distance` [world units] that `last` sees too, from a like side.
+
+    aspect: width over height of both images, whatever the cameras' own are.
+    """
+    x, y = np.meshgrid(_ACROSS * aspect, _ACROSS)
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    points *= camera.half_height * (1.0 if camera.orthographic else distance)
+    points[:, 2] = -distance
+    axes, others = (of.to_world[:3, :3] / np.linalg.norm(of.to_world[:3, :3], axis=0) for of in (camera, last))
+    seen = (points @ axes.T + camera.to_world[:3, 3] - last.to_world[:3, 3]) @ others
+    half = last.half_height * (1.0 if last.orthographic else -seen[:, 2])
+    inside = (seen[:, 2] < 0.0) & (np.abs(seen[:, 0]) <= half * aspect) & (np.abs(seen[:, 1]) <= half)
+    here, there = (
+        np.broadcast_to((0.0, 0.0, -1.0), ways.shape) if of.orthographic else ways
+        for of, ways in ((camera, points), (last, seen))
+    )
+    along = ((here @ axes.T) * (there @ others.T)).sum(axis=1)
+    return float(np.mean(inside & (along > _LIKE_SIDE * np.linalg.norm(here, axis=1) * np.linalg.norm(there, axis=1))))

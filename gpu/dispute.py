@@ -13,8 +13,8 @@ from warp.utils import radix_sort_pairs
 from gpu.device import launch
 from gpu.gbuffer import GBuffer, reflectance
 from gpu.grouping import iota_kernel
+from gpu.new_clusters import UNSERVED_NEED
 from gpu.shading_points import ShadingPoints
-from gpu.sp_clusters import UNSERVED_NEED
 from gpu.transfer import brightness
 
 # Keys are 8 bits, so that one pass sorts them; 0 is an SP without a cluster, SETTLED one that is not worth a ray.

@@ -123,46 +123,47 @@ def slope_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int
 @wp.kernel
 def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
                 all_near: bool, partial: Partial, out: FarLight) -> None:  # fmt: skip
-    """One thread a part of the groups at one representative; neighbouring threads have neighbouring ones."""
+    """One thread a part of the groups at one new representative; neighbouring threads have neighbouring ones."""
     index = first + wp.tid()
+    if index % sp_count >= sps.fresh[0]:
+        return
     sp = sps.order[index % sp_count]
     part = index // sp_count
     light = wp.vec3(0.0, 0.0, 0.0)
     moved = wp.vec3(0.0, 0.0, 0.0)
     turned = wp.vec3(0.0, 0.0, 0.0)
     part_mass = float(0.0)
-    if sps.used[sp] == 1:
-        position = sps.position[sp]
-        normal = sps.normal[sp]
-        begin = part * groups_a_part(vpls)
-        near = wp.uint32(0)
-        seen = wp.uint32(0)
-        for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
-            mass = float(0.0)
-            reached = not out_of_reach(position, normal, vpls, group)
-            end = wp.min(vpls.per_group * (group + 1), vpls.count)
-            for vpl in range(vpls.per_group * group, end):
-                bit = wp.uint32(vpl % 32)
-                if bit == wp.uint32(0):
-                    near = wp.uint32(0)
-                    seen = visibility[sp, vpl // 32]
-                if all_near:
+    position = sps.position[sp]
+    normal = sps.normal[sp]
+    begin = part * groups_a_part(vpls)
+    near = wp.uint32(0)
+    seen = wp.uint32(0)
+    for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
+        mass = float(0.0)
+        reached = not out_of_reach(position, normal, vpls, group)
+        end = wp.min(vpls.per_group * (group + 1), vpls.count)
+        for vpl in range(vpls.per_group * group, end):
+            bit = wp.uint32(vpl % 32)
+            if bit == wp.uint32(0):
+                near = wp.uint32(0)
+                seen = visibility[sp, vpl // 32]
+            if all_near:
+                near |= wp.uint32(1) << bit
+            elif reached and not is_behind(position, normal, vpls, vpl):
+                if is_near(position, sps.spacing[sp], vpls, vpl):
                     near |= wp.uint32(1) << bit
-                elif reached and not is_behind(position, normal, vpls, vpl):
-                    if is_near(position, sps.spacing[sp], vpls, vpl):
-                        near |= wp.uint32(1) << bit
-                    else:
-                        lit = slope_of(position, normal, vpls, vpl)
-                        amount = brightness(lit.light)
-                        share = float((seen >> bit) & wp.uint32(1))
-                        mass += amount * doubt(share)
-                        light += lit.light * share
-                        moved += lit.moved * share
-                        turned += lit.turned * share
-                if bit == wp.uint32(31) or vpl == vpls.count - 1:
-                    out.near[sp, vpl // 32] = near
-            out.mass[group, sp] = mass
-            part_mass += mass
+                else:
+                    lit = slope_of(position, normal, vpls, vpl)
+                    amount = brightness(lit.light)
+                    share = float((seen >> bit) & wp.uint32(1))
+                    mass += amount * doubt(share)
+                    light += lit.light * share
+                    moved += lit.moved * share
+                    turned += lit.turned * share
+            if bit == wp.uint32(31) or vpl == vpls.count - 1:
+                out.near[sp, vpl // 32] = near
+        out.mass[group, sp] = mass
+        part_mass += mass
     out.part_mass[part, sp] = part_mass
     partial.light[part, sp] = light
     partial.moved[part, sp] = moved
@@ -170,9 +171,12 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
 
 
 @wp.kernel
-def whole_kernel(first: int, partial: Partial, out: FarLight) -> None:
-    """One thread a representative: the sums over its parts."""
-    sp = first + wp.tid()
+def whole_kernel(first: int, sps: SpClusters, partial: Partial, out: FarLight) -> None:
+    """One thread a new representative: the sums over its parts."""
+    place = first + wp.tid()
+    if place >= sps.fresh[0]:
+        return
+    sp = sps.order[place]
     light = wp.vec3(0.0, 0.0, 0.0)
     moved = wp.vec3(0.0, 0.0, 0.0)
     turned = wp.vec3(0.0, 0.0, 0.0)
@@ -211,7 +215,7 @@ class FarSums:
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters) -> None:
-        """Sum the light of `vpls` by the `visibility` bits of `clusters`."""
+        """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs."""
         inputs = [clusters, self._sp_count, vpls, visibility, not self._enabled, self._partial, self.data]
         launch(part_kernel, PARTS * self._sp_count, inputs, self.device)
-        launch(whole_kernel, self._sp_count, [self._partial, self.data], self.device)
+        launch(whole_kernel, self._sp_count, [clusters, self._partial, self.data], self.device)

@@ -115,6 +115,24 @@ def pixel_ray(camera: CameraData, pixel: int, width: int, height: int) -> Camera
 
 
 @wp.func
+def pixel_of(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2i:
+    """Column and row of the pixel whose ray passes nearest to `position`; outside of the image for what it lacks."""
+    way = position - camera.origin
+    depth = float(1.0)
+    if not camera.orthographic:
+        depth = -wp.dot(way, camera.back)
+        if depth <= 0.0:
+            return wp.vec2i(-1, -1)
+    right = wp.dot(way, camera.right) / (depth * camera.half_width)
+    up = wp.dot(way, camera.up) / (depth * camera.half_height)
+    if wp.abs(right) > 1.0 or wp.abs(up) > 1.0:
+        return wp.vec2i(-1, -1)
+    x = 0.5 * (right + 1.0) * float(width) - camera.x
+    y = 0.5 * (1.0 - up) * float(height) - camera.y
+    return wp.vec2i(int(wp.floor(x + 0.5)), int(wp.floor(y + 0.5)))
+
+
+@wp.func
 def set_backdrop(ray: CameraRay, spacing: float, pixel: int, out: GBuffer) -> None:
     """Give a pixel that sees nothing the SP of something black and far away; spacing: of pixels at distance 1."""
     black = wp.vec3(0.0, 0.0, 0.0)

@@ -69,6 +69,7 @@ class Renderer:
         # What the last picture is of, and what it was made of: none when there is no sound one.
         self._shown: _Sight | None = None
         self._statistics: FrameStatistics = {}, {}
+        self._walked = False
 
     def _is_fuzzy(self) -> bool:
         return self._settings.method is Method.FUZZY_VPL and self._settings.clustering is not Clustering.VPLS
@@ -82,34 +83,37 @@ class Renderer:
         method = PathTracing if settings.method is Method.PATH else FuzzyVpl if self._is_fuzzy() else ExactVpl
         return method(self._view, settings, quality, lighting, self._progress)
 
-    def render(self, camera: Camera, accumulation: Accumulation | None = None) -> Frame:
+    def render(self, camera: Camera, accumulation: Accumulation | None = None, *, walks: bool = False) -> Frame:
         """The picture from `camera`, ready when the call returns.
 
         With an `accumulation`, of this camera's earlier frames and as many pixels: the mean of those and one more.
+        walks: from where the last frame was, so that this one may build on it; else the same settings and camera give
+        the same picture, whatever was rendered before.
         """
         if self._targeted is None:
-            return self._render(camera, accumulation)
+            return self._render(camera, accumulation, walks)
         for number in range(0 if self._settled else SETTLING_FRAMES):
             self._shown = None  # one more of the same
-            self._render(camera, None)
+            self._render(camera, None, walks=False)
             self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
             if self._targeted.learn(self._stages):
                 break
         self._settled = True
-        frame = self._render(camera, accumulation)
+        frame = self._render(camera, accumulation, walks)
         if frame.stats.counts["frames"] == 1 and not frame.stats.skips["unchanged_camera"]:
             self._targeted.learn(self._stages)
         return frame
 
-    def _render(self, camera: Camera, accumulation: Accumulation | None) -> Frame:
+    def _render(self, camera: Camera, accumulation: Accumulation | None, walks: bool) -> Frame:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
         sample = accumulation.samples if accumulation else 0
         self._stages.start_frame()
         sight = _Sight(camera.to_world.tobytes(), camera.half_height, camera.orthographic, sample)
-        kept = self._settings.skip.unchanged_camera and sight == self._shown
+        # What a walk shows may depend on how it came there.
+        kept = self._settings.skip.unchanged_camera and sight == self._shown and (walks or not self._walked)
         if not kept:
             self._shown = None
-            view.look(camera, pixel_place(sample))
+            view.look(camera, pixel_place(sample), walks=walks)
             self._method.render(self._stages, sample, self._progress)
         radiance = view.radiance
         if accumulation:
@@ -119,7 +123,7 @@ class Renderer:
         wp.synchronize_device(view.device)
         if not kept:
             self._statistics = self._method.statistics()
-            self._shown = sight
+            self._shown, self._walked = sight, walks
         counts, skips = self._statistics
         if kept:
             skips = {"unchanged_camera": view.pixels}

@@ -84,7 +84,8 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
                          light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: its light mixed with that of the nine anchors (gpu.interpolate) `step` strides about it.
 
-    With step 0, that of the eight pixels beside it which have SPs, listed (pixel,): 1, as where anchors tell little. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed.
+    With step 0, that of the eight pixels beside it which have SPs, as all have where anchors tell little: listed
+    (pixel,): 1. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed.
     """
     sp = first + wp.tid()
     if sp >= count[0]:

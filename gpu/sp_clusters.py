@@ -7,7 +7,6 @@ back for them, spread in proportion to need. What is then still unserved takes t
 
 from copy import copy
 from functools import cache
-from typing import Any
 
 import warp as wp
 from warp.utils import radix_sort_pairs
@@ -16,8 +15,10 @@ from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.grid import NORMAL_THRESHOLD, Representatives, level_of
 from gpu.grouping import running_total
+from gpu.kept_clusters import keep
 from gpu.kmeans import KMeans
 from gpu.nearest import nearest_of_all, nearest_search
+from gpu.new_clusters import FILLING, SERVICE, NeedScale, extra_kernel, fill_kernel, free_kernel, need_of
 from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
@@ -26,11 +27,6 @@ ITERATIONS = 3
 SAMPLES_PER_CLUSTER = 4
 # Share of the clusters that is kept for SPs that k-means serves badly.
 EXTRA_SHARE = 0.25
-# A representative farther than this many spacings serves an SP badly; need grows with the excess.
-GOOD_DISTANCE = wp.constant(1.0)
-NEED_SCALE = wp.constant(16.0)
-MOST_NEED = wp.constant(255)
-UNSERVED_NEED = wp.constant(1023)
 # No cluster is in use at all.
 UNASSIGNED_NEED = wp.constant(2047)
 RELAXED_THRESHOLD = wp.constant(0.0)
@@ -44,9 +40,9 @@ class SpClusters:
     """Clusters' representatives as rays need them, and each SP's clusters.
 
     position, geometric (cluster,): where rays start; normal (cluster,): for shading; spacing (cluster,): distance to
-    neighbours; used (cluster,): 0 for a cluster without members; order (cluster,): the clusters so that neighbours in
-    space follow each other, for rays that stay together;
-    cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
+    neighbours; used (cluster,): 0 for a cluster without members; order (cluster,): first the `fresh` (1,) ones whose
+    representatives are new in this frame, so that neighbours in space follow each other, for rays that stay together;
+    then all others. cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
     """
 
     position: wp.array[wp.vec3]
@@ -55,6 +51,7 @@ class SpClusters:
     spacing: wp.array[float]
     used: wp.array[int]
     order: wp.array[int]
+    fresh: wp.array[int]
     cluster: wp.array2d[int]
     weight: wp.array2d[float]
 
@@ -68,6 +65,7 @@ def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device
     clusters.spacing = wp.zeros(count, dtype=float, device=device)
     clusters.used = wp.zeros(count, dtype=int, device=device)
     clusters.order = wp.zeros(2 * count, dtype=int, device=device)
+    clusters.fresh = wp.zeros(1, dtype=int, device=device)
     clusters.cluster = wp.zeros((fuzziness, sps), dtype=int, device=device)
     clusters.weight = wp.zeros((fuzziness, sps), dtype=float, device=device)
     return clusters
@@ -77,9 +75,10 @@ def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device
 def representative_kernel(first: int, gbuffer: GBuffer, representatives: Representatives, pixels: wp.array[int],
                           base: int, medoids: wp.array[int], sampled: wp.array[int], keys: wp.array[int],
                           out: SpClusters) -> None:  # fmt: skip
-    """One thread a cluster: the SP that represents it. Those below `base` are medoids; extra ones know their pixel.
+    """One thread a cluster: the SP that represents it. Those below `base` are medoids; others know their pixel.
 
-    keys (cluster,): its place on the curve that `order` follows.
+    pixels (cluster,): −1 for a representative that is kept, which stays where it is; keys (cluster,): the place on the
+    curve that `order` follows, EMPTY_KEY for those that are not new.
     """
     cluster = first + wp.tid()
     out.order[cluster] = cluster
@@ -90,46 +89,26 @@ def representative_kernel(first: int, gbuffer: GBuffer, representatives: Represe
     if cluster < base:
         pixels[cluster] = sampled[medoids[cluster]]
     pixel = pixels[cluster]
+    out.spacing[cluster] = representatives.spacing[cluster]
+    if pixel < 0:
+        return
     out.position[cluster] = gbuffer.position[pixel]
     out.geometric[cluster] = gbuffer.geometric[pixel]
     out.normal[cluster] = gbuffer.normal[pixel]
-    out.spacing[cluster] = representatives.spacing[cluster]
     keys[cluster] = order_key(gbuffer.position[pixel], gbuffer.geometric[pixel])
 
 
 @wp.kernel
-def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                 base: int, extra: int, spacing_scale: float, representatives: Representatives,
-                 pixels: wp.array[int]) -> None:  # fmt: skip
-    """One thread an extra cluster: systematic sampling of the SPs in proportion to need (totals: its running sum)."""
-    index = first + wp.tid()
-    cluster = base + index
-    representatives.spacing[cluster] = 0.0
-    count = sp_count[0]
-    if count == 0:
-        return
-    total = wp.int64(totals[count - 1])
-    target = (wp.int64(2 * index + 1) * total) / wp.int64(2 * extra)
-    before = (wp.int64(2 * index - 1) * total) / wp.int64(2 * extra)
-    low = int(0)
-    high = count - 1
-    while low < high:
-        middle = (low + high) // 2
-        if wp.int64(totals[middle]) > target:
-            high = middle
-        else:
-            low = middle + 1
-    below = wp.int64(0)
-    if low > 0:
-        below = wp.int64(totals[low - 1])
-    # The SP whose share holds `target` is taken once, by the first of the extra clusters that fall into it.
-    if total == wp.int64(0) or (index > 0 and before >= below):
-        return
-    pixel = sps[low]
-    pixels[cluster] = pixel
-    representatives.position[cluster] = gbuffer.position[pixel]
-    representatives.normal[cluster] = gbuffer.normal[pixel]
-    representatives.spacing[cluster] = gbuffer.spacing[pixel] * wp.sqrt(float(count)) * spacing_scale
+def fresh_kernel(first: int, sorted_keys: wp.array[int], count: int, out: SpClusters) -> None:
+    """One thread a place in the order: the last one of a new representative tells how many there are."""
+    place = first + wp.tid()
+    if place == 0 and sorted_keys[0] == EMPTY_KEY:
+        out.fresh[0] = 0
+    if sorted_keys[place] != EMPTY_KEY:
+        if place == count - 1:
+            out.fresh[0] = count
+        elif sorted_keys[place + 1] == EMPTY_KEY:
+            out.fresh[0] = place + 1
 
 
 @cache
@@ -146,10 +125,15 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         clusters: Representatives,
         spacing_scale: float,
         only_needy: bool,
+        scale: NeedScale,
         need: wp.array[int],
+        serving: wp.array[int],
         out: SpClusters,
     ) -> None:
-        """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well)."""
+        """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
+
+        serving (cluster,): becomes 1 for the nearest one, whoever writes it.
+        """
         sp = first + wp.tid()
         if sp >= sp_count[0]:
             need[sp] = 0
@@ -165,10 +149,11 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         for wider in range(1, WIDER_LEVELS):
             if nearest.cluster[0] < 0:
                 nearest = search(clusters, position, normal, level + wider, NORMAL_THRESHOLD)
+        alike = nearest.cluster[0] >= 0
         for wider in range(WIDER_LEVELS):
             if nearest.cluster[0] < 0:
                 nearest = search(clusters, position, normal, level + wider, RELAXED_THRESHOLD)
-        need[sp] = UNSERVED_NEED
+        need[sp] = scale.unserved
         if nearest.cluster[0] < 0 and only_needy:
             # Few SPs come here; any cluster is better than none, and they are the first to be refined.
             nearest.cluster[0] = nearest_of_all(clusters, position, normal, RELAXED_THRESHOLD)
@@ -176,8 +161,9 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
             if nearest.cluster[0] < 0:
                 need[sp] = UNASSIGNED_NEED
         elif nearest.cluster[0] >= 0:
-            excess = nearest.distance[0] / spacing - GOOD_DISTANCE
-            need[sp] = wp.clamp(int(NEED_SCALE * excess), 0, MOST_NEED)
+            need[sp] = need_of(scale, nearest.distance[0] / spacing, alike)
+        if nearest.cluster[0] >= 0:
+            serving[nearest.cluster[0]] = 1
         total = float(0.0)
         for f in range(wp.static(fuzziness)):
             weight = float(0.0)
@@ -220,6 +206,10 @@ class SpClustering:
         self._samples = SampledPoints(min(self._capacity, SAMPLES_PER_CLUSTER * self._base), self.device)
         self._kmeans = KMeans(self._samples.capacity, self._base, self.device, extra=self._extra)
         self._pixels = wp.zeros(self.count, dtype=int, device=self.device)
+        self._spacings = wp.zeros(self.count, dtype=float, device=self.device)
+        self._serving = wp.zeros(self.count, dtype=int, device=self.device)
+        self._free = wp.zeros(self.count, dtype=int, device=self.device)
+        self._frees = wp.zeros(self.count, dtype=int, device=self.device)
         self._order_keys = wp.zeros(2 * self.count, dtype=int, device=self.device)
         members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
         self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
@@ -227,21 +217,46 @@ class SpClustering:
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of `sps`, then the F nearest clusters of every SP."""
-        grid, scale = self._kmeans.grid, sps.stride * self._base**-0.5
+        grid, scale = self._kmeans.grid, self._spacing_scale(sps)
         grid.data.spacing.zero_()
+        self._serving.zero_()
         self._samples.draw(sps, gbuffer, scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
-        self._assign(sps, gbuffer, scale, only_needy=False)
+        self._assign(sps, gbuffer, SERVICE, only_needy=False)
         running_total(self.need, self._needs)
-        inputs: list[Any] = [gbuffer, sps.pixels, sps.count, self._needs, self._base, self._extra, scale]
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._base, self._extra]
         launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
+        self._finish(sps, gbuffer, self._base)
+
+    def go_on(self, sps: ShadingPoints, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
+        """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
+
+        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
+        """
+        grid, scale = self._kmeans.grid, self._spacing_scale(sps)
+        keep(camera, size, gbuffer, sps, scale, grid.data, self._serving, self._spacings, self._pixels)
         grid.build()
-        self._assign(sps, gbuffer, scale, only_needy=True)
-        inputs = [gbuffer, grid.data, self._pixels, self._base, self._kmeans.medoids, self._samples.pixels]
+        self._assign(sps, gbuffer, FILLING, only_needy=False)
+        running_total(self.need, self._needs)
+        launch(free_kernel, self.count, [grid.data, self._free], self.device)
+        running_total(self._free, self._frees)
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._frees]
+        launch(fill_kernel, self.count, [*inputs, grid.data, self._pixels], self.device)
+        self._finish(sps, gbuffer, 0)
+
+    def _spacing_scale(self, sps: ShadingPoints) -> float:
+        return float(sps.stride * self._base**-0.5)
+
+    def _finish(self, sps: ShadingPoints, gbuffer: GBuffer, base: int) -> None:
+        """Serve the needy by the new clusters too, of which the first `base` are medoids, and order all."""
+        self._kmeans.grid.build()
+        self._assign(sps, gbuffer, SERVICE, only_needy=True)
+        inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
         launch(representative_kernel, self.count, [*inputs, self._order_keys, self.clusters], self.device)
         radix_sort_pairs(self._order_keys, self.clusters.order, self.count)
+        launch(fresh_kernel, self.count, [self._order_keys, self.count, self.clusters], self.device)
 
-    def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: float, *, only_needy: bool) -> None:
-        inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, scale, only_needy, self.need, self.clusters]
-        launch(self._kernel, sps.capacity, inputs, self.device)
+    def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, *, only_needy: bool) -> None:
+        inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, self._spacing_scale(sps), only_needy]
+        launch(self._kernel, sps.capacity, [*inputs, scale, self.need, self._serving, self.clusters], self.device)

@@ -17,8 +17,8 @@ class Stages:
     def __init__(self, device: wp.Device) -> None:
         self._device = device
         self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
-        self._graphs: dict[tuple[str, Hashable], wp.Graph] = {}
-        self._loaded: set[tuple[str, bool]] = set()
+        self._graphs: dict[tuple[str, Hashable, Hashable], wp.Graph] = {}
+        self._loaded: set[tuple[str, Hashable, bool]] = set()
         self._order: list[str] = []
         self._seconds: dict[str, float] = {}
         self.variant: Hashable = None
@@ -32,14 +32,17 @@ class Stages:
 
     def forget(self, variant: Hashable) -> None:
         """Free the graphs of a variant, whose arrays go too."""
-        self._graphs = {key: graph for key, graph in self._graphs.items() if key[1] != variant}
+        self._graphs = {key: graph for key, graph in self._graphs.items() if key[2] != variant}
 
-    def run(self, name: str, work: Callable[[], None], *, repeats: bool = True) -> None:
-        """Run the stage `name`, once a frame. repeats: `work` launches the same every frame, so it may be captured."""
+    def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, way: Hashable = None) -> None:
+        """Run the stage `name`, once a frame. repeats: `work` launches the same every frame, so it may be captured.
+
+        way: which of several things a stage launches, where it is not the same in every frame of a variant.
+        """
         self._order.append(name)
         # A stage's first run loads its kernels, whatever the variant; later ones can be captured.
-        loaded = (name, repeats) in self._loaded
-        self._loaded.add((name, repeats))
+        loaded = (name, way, repeats) in self._loaded
+        self._loaded.add((name, way, repeats))
         self.steady &= loaded
         if not self._device.is_cuda:
             begun = perf_counter()
@@ -56,12 +59,12 @@ class Stages:
             work()
             stream.record_event(end)
 
-        graph = self._graphs.get((name, self.variant)) if repeats else None
+        graph = self._graphs.get((name, way, self.variant)) if repeats else None
         if repeats and loaded and graph is None:
             # Its events are part of the graph: what the host does for its first launch is no time of the device.
             with wp.ScopedCapture(self._device) as capture:
                 timed()
-            graph = self._graphs[name, self.variant] = capture.graph
+            graph = self._graphs[name, way, self.variant] = capture.graph
         if graph is None:
             timed()
         else:

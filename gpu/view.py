@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from gpu.camera import seen_again
 from gpu.device import allocate
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
 from gpu.needs import needs_of
@@ -12,12 +13,17 @@ from gpu.shade import allocate_indirect
 from gpu.shading_points import ShadingPoints
 from gpu.smooth import Smoothing
 
+# What a walk sees is about so far away, in unit space; when less of it than this was seen before, nothing is built on.
+USUAL_DISTANCE = 0.3
+LEAST_SEEN_AGAIN = 0.5
+
 
 class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
     `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
-    `needs` is what kernels must know of the scene. stride: of the pixels that are shaded (gpu.interpolate).
+    `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one. stride:
+    of the pixels that are shaded (gpu.interpolate).
     """
 
     def __init__(
@@ -34,6 +40,8 @@ class View:
         self.scene = resident.view(lambertian=lambertian, skip=skip)
         self._backdrop = not skip.empty_pixels
         self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
+        self.walks = False
+        self._last: Camera | None = None
         self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
@@ -42,9 +50,19 @@ class View:
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, stride, self.device)
 
-    def look(self, camera: Camera, place: tuple[float, float] = (0.5, 0.5)) -> None:
-        """Look through `camera`, whose own aspect gives way to the image's, and through that place in each pixel."""
-        data = camera_data(camera, self.resident.scene.placement, self.size[0] / self.size[1], place)
+    def look(self, camera: Camera, place: tuple[float, float] = (0.5, 0.5), *, walks: bool = False) -> None:
+        """Look through `camera`, whose own aspect gives way to the image's, and through that place in each pixel.
+
+        walks: the frame may build on the last one, if that saw much the same.
+        """
+        aspect, placement = self.size[0] / self.size[1], self.resident.scene.placement
+        self.walks = (
+            walks
+            and self._last is not None
+            and seen_again(camera, self._last, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
+        )
+        self._last = camera
+        data = camera_data(camera, placement, aspect, place)
         self.camera.assign(wp.array([data], dtype=CameraData, device="cpu"))
 
     def find_shading_points(self) -> None:

@@ -58,27 +58,35 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
 
 
 @wp.kernel
-def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, parts: wp.array[float]) -> None:
-    """One thread a PARTS-th of the VPL clusters at one representative: the sum of their light. parts: (part, sp)."""
+def part_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float]) -> None:
+    """One thread a PARTS-th of the VPL clusters at one new representative: the sum of their light.
+
+    parts: (part, place in the SP clusters' order).
+    """
     index = first + wp.tid()
-    sp = index % sp_count
-    vpl = index // sp_count
+    fresh = sps.fresh[0]
+    if index >= PARTS * fresh:
+        return
+    sp = sps.order[index % fresh]
+    vpl = index // fresh
     total = float(0.0)
-    if sps.used[sp] == 1:
-        while vpl < vpls.count:
-            total += wp.max(pair_light(sps.position[sp], sps.geometric[sp], vpls, vpl), 0.0)
-            vpl += PARTS
+    while vpl < vpls.count:
+        total += wp.max(pair_light(sps.position[sp], sps.geometric[sp], vpls, vpl), 0.0)
+        vpl += PARTS
     parts[index] = total
 
 
 @wp.kernel
-def weak_kernel(first: int, parts: wp.array[float], sp_count: int, weak: wp.array[float]) -> None:
-    """One thread a representative: the light below which a VPL cluster is weak there."""
-    sp = first + wp.tid()
+def weak_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.array[float]) -> None:
+    """One thread a new representative, in order: the light below which a VPL cluster is weak there."""
+    place = first + wp.tid()
+    fresh = sps.fresh[0]
+    if place >= fresh:
+        return
     total = float(0.0)
     for part in range(PARTS):
-        total += parts[part * sp_count + sp]
-    weak[sp] = WEAK_SHARE * total
+        total += parts[part * fresh + place]
+    weak[place] = WEAK_SHARE * total
 
 
 @cache
@@ -89,38 +97,43 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
     def kernel(
         first: int,
         sps: SpClusters,
-        sp_count: int,
         vpls: VplClusters,
         first_vpl: int,
+        groups: int,
         weak: wp.array[float],
         plans: wp.array[int],
         numbers: wp.array[int],
     ) -> None:
-        """One thread a group of VPL clusters at one SP cluster, neighbouring threads on neighbouring SP clusters.
+        """One thread a group of VPL clusters at one new representative, neighbouring threads on neighbours in space.
 
         plans, numbers: (group, place in the SP clusters' order), flattened: what pairs get rays, and how many do.
+        groups: of VPL clusters.
         """
         index = first + wp.tid()
-        sp = sps.order[index % sp_count]
-        begin = first_vpl + GROUP * (index // sp_count)
+        fresh = sps.fresh[0]
+        if index >= groups * fresh:
+            numbers[index] = 0
+            return
+        place = index % fresh
+        sp = sps.order[place]
+        begin = first_vpl + GROUP * (index // fresh)
+        p = sps.position[sp]
+        p_normal = sps.geometric[sp]
         traced = int(0)
         shared = int(0)
         leader = int(0)
         brightest = float(NO_LIGHT)
         number = int(0)
-        if sps.used[sp] == 1:
-            p = sps.position[sp]
-            p_normal = sps.geometric[sp]
-            for place in range(wp.min(int(GROUP), vpls.count - begin)):
-                light = pair_light(p, p_normal, vpls, begin + place)
-                if wp.static(weak_pairs) and light >= 0.0 and light < weak[sp]:
-                    shared = shared | (1 << place)
-                    if light > brightest:
-                        brightest = light
-                        leader = place
-                elif light >= 0.0 or not wp.static(facing_away):
-                    traced = traced | (1 << place)
-                    number += 1
+        for member in range(wp.min(int(GROUP), vpls.count - begin)):
+            light = pair_light(p, p_normal, vpls, begin + member)
+            if wp.static(weak_pairs) and light >= 0.0 and light < weak[place]:
+                shared = shared | (1 << member)
+                if light > brightest:
+                    brightest = light
+                    leader = member
+            elif light >= 0.0 or not wp.static(facing_away):
+                traced = traced | (1 << member)
+                number += 1
         if shared != 0:
             traced = traced | (1 << leader)
             shared = shared & ~(1 << leader)
@@ -132,15 +145,18 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
 
 
 @wp.kernel
-def list_kernel(first: int, plans: wp.array[int], totals: wp.array[int], pairs: wp.array[int]) -> None:
-    """One thread a group at an SP cluster: lists its rays, as GROUP · index + place, where those before it end."""
+def list_kernel(first: int, sps: SpClusters, groups: int, plans: wp.array[int], totals: wp.array[int],
+                pairs: wp.array[int]) -> None:  # fmt: skip
+    """One thread a group at a new representative: lists its rays, as GROUP · index + member, where those before end."""
     index = first + wp.tid()
+    if index >= groups * sps.fresh[0]:
+        return
     ray = int(0)
     if index > 0:
         ray = totals[index - 1]
-    for place in range(GROUP):
-        if ((plans[index] >> place) & 1) == 1:
-            pairs[ray] = GROUP * index + place
+    for member in range(GROUP):
+        if ((plans[index] >> member) & 1) == 1:
+            pairs[ray] = GROUP * index + member
             ray += 1
 
 
@@ -153,20 +169,22 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
         first: int,
         scene: SceneData,
         sps: SpClusters,
-        sp_count: int,
         vpls: VplClusters,
         first_vpl: int,
-        totals: wp.array[int],
         groups: int,
+        totals: wp.array[int],
         threads: int,
         pairs: wp.array[int],
     ) -> None:
         """One thread every threads-th ray of the list: its pair becomes 1 if it arrives, else 0."""
         ray = first + wp.tid()
-        while ray < totals[groups - 1]:
+        fresh = sps.fresh[0]
+        if fresh == 0:
+            return
+        while ray < totals[groups * fresh - 1]:
             index = pairs[ray] // GROUP
-            sp = sps.order[index % sp_count]
-            vpl = first_vpl + GROUP * (index // sp_count) + pairs[ray] % GROUP
+            sp = sps.order[index % fresh]
+            vpl = first_vpl + GROUP * (index // fresh) + pairs[ray] % GROUP
             seen = int(0)
             disk = disk_at(vpls.disks, vpl)
             if see(scene, sps.position[sp], sps.geometric[sp], disk.position, disk.normal):
@@ -178,21 +196,28 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
 
 
 @wp.kernel
-def pack_kernel(first: int, plans: wp.array[int], totals: wp.array[int], answers: wp.array[int], sp_count: int,
-                first_word: int, order: wp.array[int], words: wp.array2d[wp.uint32], rays: wp.array[int],
+def pack_kernel(first: int, sps: SpClusters, count: int, plans: wp.array[int], totals: wp.array[int],
+                answers: wp.array[int], first_word: int, words: wp.array2d[wp.uint32], rays: wp.array[int],
                 shared: wp.array[int]) -> None:  # fmt: skip
-    """One thread a word: packs 32 VPL clusters' answers for one SP cluster, and counts them.
+    """One thread a word: packs 32 VPL clusters' answers for one new representative, and counts them.
 
-    words: (sp cluster, word); rays, shared: how many were traced and how many took another's, flattened word by word.
+    count: words in this run; words: (sp cluster, word); rays, shared (sp clusters · words,): how many were traced and
+    how many took another's.
     """
     index = first + wp.tid()
-    place = index % sp_count
-    word = index // sp_count
+    fresh = sps.fresh[0]
+    counted = first_word * words.shape[0] + index
+    rays[counted] = 0
+    shared[counted] = 0
+    if index >= count * fresh:
+        return
+    place = index % fresh
+    word = index // fresh
     bits = wp.uint32(0)
     traced = int(0)
     borrowed = int(0)
     for group in range(GROUPS_A_WORD):
-        at = (word * GROUPS_A_WORD + group) * sp_count + place
+        at = (word * GROUPS_A_WORD + group) * fresh + place
         plan = plans[at]
         ray = int(0)
         if at > 0:
@@ -207,13 +232,15 @@ def pack_kernel(first: int, plans: wp.array[int], totals: wp.array[int], answers
         if ((seen >> (plan >> LEADER_SHIFT)) & 1) == 1:
             seen = seen | ((plan >> SHARED_SHIFT) & ALL)
         bits |= wp.uint32(seen) << wp.uint32(GROUP * group)
-    words[order[place], first_word + word] = bits
-    rays[first_word * sp_count + index] = traced
-    shared[first_word * sp_count + index] = borrowed
+    words[sps.order[place], first_word + word] = bits
+    rays[counted] = traced
+    shared[counted] = borrowed
 
 
 class Visibility:
     """The bits of all pairs: words (sp cluster, word), bit b of word w is VPL cluster 32·w + b.
+
+    A cluster that is not in use has the bits of whichever had its place before.
 
     rays, shared: counts that add up to the pairs that were traced, and to those that took another pair's answer.
     """
@@ -235,22 +262,22 @@ class Visibility:
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
-        """Find which representatives see each other."""
+        """Find what the new representatives of `sps` see; what others saw before stays."""
         count, device, skip = self._sp_count, self.device, self._skip
         plans, totals, pairs = self._plans, self._totals, self._pairs
         if skip.weak_pairs:
-            launch(part_kernel, len(self._parts), [sps, count, vpls, self._parts], device)
-            launch(weak_kernel, count, [self._parts, count, self._weak], device)
+            launch(part_kernel, len(self._parts), [sps, vpls, self._parts], device)
+            launch(weak_kernel, count, [sps, self._parts, self._weak], device)
         plan = plan_kernel(skip.facing_away, skip.weak_pairs)
         trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
         for first_word in range(0, self._word_count, self._run):
             words = min(self._run, self._word_count - first_word)
-            groups, first_vpl = words * GROUPS_A_WORD * count, first_word * WORD_BITS
-            launch(plan, groups, [sps, count, vpls, first_vpl, self._weak, plans, self._numbers], device)
+            groups, first_vpl = words * GROUPS_A_WORD, first_word * WORD_BITS
+            launch(plan, groups * count, [sps, vpls, first_vpl, groups, self._weak, plans, self._numbers], device)
             running_total(self._numbers, totals)
-            launch(list_kernel, groups, [plans, totals, pairs], device)
-            threads = min(TRACING_THREADS, groups * int(GROUP))
-            inputs = [scene, sps, count, vpls, first_vpl, totals, groups, threads, pairs]
+            launch(list_kernel, groups * count, [sps, groups, plans, totals, pairs], device)
+            threads = min(TRACING_THREADS, groups * count * int(GROUP))
+            inputs = [scene, sps, vpls, first_vpl, groups, totals, threads, pairs]
             launch(trace, threads, inputs, device)
-            inputs = [plans, totals, pairs, count, first_word, sps.order, self.words, self.rays, self.shared]
+            inputs = [sps, words, plans, totals, pairs, first_word, self.words, self.rays, self.shared]
             launch(pack_kernel, words * count, inputs, device)

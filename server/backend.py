@@ -170,7 +170,7 @@ class GpuBackend:
             self._viewed[job.viewer] = job.scene
         renderer = self._renderers.get(job.scene, loaded.resident, job.size, job.settings, report)
         try:
-            frame = renderer.render(camera, self._accumulation(job))
+            frame = renderer.render(camera, self._accumulation(job), walks=job.walks)
         except BaseException:
             self._renderers.clear()  # what they and the mean hold after an error is not known
             self._stills.pop(job.viewer, None)

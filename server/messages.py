@@ -94,7 +94,8 @@ class Render:
     """Render one picture for a viewer (or STILLS, HEARTBEAT); answered by Free and Done, or by Failed, then Free.
 
     sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0
-    starts anew. If the worker does not have those, it starts anew too, which Done.samples tells.
+    starts anew. If the worker does not have those, it starts anew too, which Done.samples tells. walks: it is one of
+    many on a viewer's way, so it may build on the one before; else it depends on nothing but what is said here.
     """
 
     viewer: int
@@ -104,6 +105,7 @@ class Render:
     settings: RenderSettings
     output: Output
     sample: int | None = None
+    walks: bool = False
     quality: int = 85
     request: int = 0
     kind: Literal["render"] = "render"

@@ -173,7 +173,7 @@ class Session:
             # A target is met by counts of clusters; fewer pixels would only let them grow.
             locked = self._stream.motion_scale or (1.0 if self._settings.has_target else None)
             size = self._pace.size(self._still_size, locked)
-            render = replace(render, size=size, quality=self._qualities.moving)
+            render = replace(render, size=size, walks=True, quality=self._qualities.moving)
             return self._order(render, self._changed_at, None), render
         rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
         sample = self._averaged

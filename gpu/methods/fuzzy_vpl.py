@@ -49,7 +49,7 @@ class FuzzyVpl:
         )
         self._correction = Correction(view.pixels, view.device)
         self._near_field = NearField(view.pixels, view.device)
-        self._counter = Counter(9, view.device)
+        self._counter = Counter(10, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
@@ -68,6 +68,8 @@ class FuzzyVpl:
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
         self._kept, self._refines = True, False
+        # Whether the last frame left clusters and bits of these lights.
+        self._begun = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._first_lit = None
         if self._has_indirect and settings.near_field:
@@ -91,12 +93,20 @@ class FuzzyVpl:
         if not first:
             self._vpls = self._lighting.clusters(choice, progress)
             lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
+        goes_on = self._begun and view.walks and repeats and self._kept and settings.skip.kept_clusters
+        self._begun = False  # nor is it, should this frame fail
         vpls, visibility = self._vpls, self._visibility
         seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
 
         correction, far, probes, smooth = self._correction, self._far, self.probes, is_smoothed(settings, sample)
         self._refines = settings.correct and smooth
+
+        def cluster() -> None:
+            if goes_on:
+                clustering.go_on(sps, gbuffer, view.camera, view.size)
+            else:
+                clustering.run(sps, gbuffer, seed)
 
         def correct() -> None:
             correction.trace(view.scene, gbuffer, sps, clusters, visibility.words, vpls, far.data, seed, indirect)
@@ -110,8 +120,9 @@ class FuzzyVpl:
         def refine() -> None:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
 
-        stages.run("cluster", lambda: clustering.run(sps, gbuffer, seed), repeats=repeats)
+        stages.run("cluster", cluster, repeats=repeats, way=goes_on)
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
+        self._begun = repeats
 
         def light() -> None:
             far.run(clusters, visibility.words, vpls)
@@ -136,25 +147,27 @@ class FuzzyVpl:
             counts |= {"shaded": 0, "refined": 0, "rays": 0, "near": 0, "unassigned": 0}
             return counts, view_skips(view, self._settings, empty)
         visibility = self._visibility
-        shaded, refined, rays, shared, used, close, near, needs, empty = self._counter.sums(
+        shaded, refined, rays, shared, used, fresh, close, near, needs, empty = self._counter.sums(
             [
                 (view.shading_points.count, 0),
                 (self._worst.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
                 (self._clustering.clusters.used, 0),
+                (self._clustering.clusters.fresh, 0),
                 (view.indirect.pairs, 0),
                 (self._near_field.found, 0),
                 (self._clustering.need, UNASSIGNED_NEED),
             ],
             seen,
         )
-        pairs = counts["vpl_clusters"] * used
+        pairs = counts["vpl_clusters"] * fresh
         unassigned = needs // UNASSIGNED_NEED
         skips = {
             **view_skips(view, self._settings, empty),
             "interpolated": view.pixels - shaded - empty,
             "unchanged_lights": vpls if self._kept else 0,
+            "kept_clusters": counts["vpl_clusters"] * (used - fresh),
             "facing_away": pairs - rays - shared,
             "weak_pairs": shared,
             "far_pairs": shaded * counts["vpl_clusters"] - close,

@@ -88,7 +88,7 @@ def run(suite: Suite) -> None:
         stats, wall = [], []
         for number in range(1, 1 + (QUICK_FRAMES if suite.quick else FRAMES)):
             begun = perf_counter()
-            stats.append(renderer.render(view(name, number)).stats)
+            stats.append(renderer.render(view(name, number), walks=True).stats)
             wall.append(1e3 * (perf_counter() - begun))
         path = path_of(stats, "ms")
         return {
@@ -118,7 +118,7 @@ def run(suite: Suite) -> None:
         renderer.render(subject.camera)
         errors, estimates, stats = [], [], []
         for number in range(1, 1 + frames):
-            frame = renderer.render(view(name, number))
+            frame = renderer.render(view(name, number), walks=True)
             stats.append(frame.stats)
             if number % every == 0:
                 errors.append(mse(frame.radiance(), exact(name, number, frame.stats.counts["vpl_clusters"])))

@@ -42,7 +42,7 @@ def render_walk(subject: Subject, settings: RenderSettings, frames: int) -> Floa
     """The walk's frames by one renderer, (frame, height, width, 3)."""
     renderer = Renderer(subject.resident, subject.size, settings)
     extent = 1.0 / subject.resident.scene.placement.scale
-    return np.stack([renderer.render(camera).radiance() for camera in walk(subject.camera, extent, frames)])
+    return np.stack([renderer.render(camera, walks=True).radiance() for camera in walk(subject.camera, extent, frames)])
 
 
 def run(suite: Suite) -> None:

@@ -52,15 +52,21 @@ def turned(camera: Camera, degrees: float) -> Camera:
 
 
 def measure_frames(
-    renderer: Renderer, camera: Camera, frames: int = FRAMES, warm_up: int = WARM_UP, step: float = STEP_DEGREES
+    renderer: Renderer,
+    camera: Camera,
+    frames: int = FRAMES,
+    warm_up: int = WARM_UP,
+    step: float = STEP_DEGREES,
+    *,
+    walks: bool = False,
 ) -> Measured:
     """Turn towards `camera` in `frames` steps after `warm_up` others; fewer when that takes LONGEST_SECONDS.
 
-    step: [degrees]; with 0 all frames are of one view.
+    step: [degrees]; with 0 all frames are of one view. walks: each may build on the one before.
     """
     begun = perf_counter()
     for number in range(warm_up, 0, -1):
-        renderer.render(turned(camera, step * (frames + number)))
+        renderer.render(turned(camera, step * (frames + number)), walks=walks)
         if number == warm_up:
             begun = perf_counter()  # the first frame loads its kernels, or compiles them
         elif perf_counter() - begun > LONGEST_SECONDS / 2.0:
@@ -69,8 +75,8 @@ def measure_frames(
     for number in range(frames - 1, 0, -1):
         if perf_counter() - begun > LONGEST_SECONDS:
             break
-        runs.append(renderer.render(turned(camera, step * number)).stats.stage_ms)
-    frame = renderer.render(camera)
+        runs.append(renderer.render(turned(camera, step * number), walks=walks).stats.stage_ms)
+    frame = renderer.render(camera, walks=walks)
     runs.append(frame.stats.stage_ms)
     stages = {name: spread([run[name] for run in runs]) for name in runs[-1]}
     return Measured(frame.radiance(), frame.stats, len(runs), stages, spread([sum(run.values()) for run in runs]))

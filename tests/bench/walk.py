@@ -16,14 +16,14 @@ FRAMES, STEP_DEGREES = 40, 0.5
 
 
 def measure_row(suite: Suite, name: str) -> Row:
-    """One scene's walk: the camera turns a little each frame, so that nothing can be kept from the last one."""
+    """One scene's walk: the camera turns a little each frame, so that the last one is nowhere the same."""
     subject = suite.subject(name)
     settings = RenderSettings()
     renderer = Renderer(subject.resident, suite.size, settings)
     seconds, stages = [], []
     for number in range(WARM_UP + (suite.frames if suite.quick else FRAMES)):
         begun = perf_counter()
-        frame = renderer.render(turned(subject.camera, STEP_DEGREES * number))
+        frame = renderer.render(turned(subject.camera, STEP_DEGREES * number), walks=True)
         frame.pixels()
         if number >= WARM_UP:
             seconds.append(perf_counter() - begun)

@@ -192,6 +192,7 @@ class Pipeline:
             getattr(clusters, name).assign(getattr(self.view.gbuffer, name).numpy()[self.pixels])
         clusters.spacing.fill_(1.0)
         clusters.used.fill_(1)
+        clusters.fresh = wp.full(1, count, dtype=int, device=device)
         clusters.order.assign(np.arange(count, dtype=np.int32))
         clusters.cluster = wp.array(np.arange(capacity)[None] % count, dtype=int, device=device)
         clusters.weight = wp.ones((1, capacity), dtype=float, device=device)

@@ -6,8 +6,8 @@ from scenes import column
 from gpu.device import allocate
 from gpu.dispute import WorstPoints
 from gpu.gbuffer import GBuffer
+from gpu.new_clusters import UNSERVED_NEED
 from gpu.shading_points import ShadingPoints
-from gpu.sp_clusters import UNSERVED_NEED
 
 CPU = wp.get_device("cpu")
 PIXELS = 400

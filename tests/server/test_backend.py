@@ -94,6 +94,18 @@ def linear(backend: GpuBackend, viewer: int, sample: int | None, **rest: Any) ->
     return picture.samples, picture.radiance
 
 
+def test_only_a_walk_builds_on_the_frame_before(backend: GpuBackend) -> None:
+    views = [Placed((*IDENTITY[:12], 0.5 + 0.02 * number, 0.5, 3.0, 1.0), 0.7) for number in range(3)]
+    single = linear(backend, 1, None, view=views[2])[1]
+    kept = []
+    for view in views:
+        picture = backend.render(replace(job(view=view, output=".npy"), walks=True), silent)
+        kept.append(picture.skips["kept_clusters"] > 0)
+    assert kept == [True, True, True]  # the first goes on from the single one
+    assert linear(backend, 1, None, view=views[2])[1].tobytes() == single.tobytes()
+    assert linear(backend, 1, 0, view=views[2])[1].tobytes() == single.tobytes()
+
+
 def test_frames_of_a_still_view_are_averaged_for_each_viewer(backend: GpuBackend) -> None:
     single = linear(backend, 1, None)[1]
     first = linear(backend, 1, 0)

@@ -92,7 +92,7 @@ def test_the_newest_pose_is_rendered_once(desk: Desk) -> None:
         desk.session.pose(pose(number))
     order, job = desk.take()
     assert (order.frame, order.pose, order.samples) == (1, 3, None)
-    assert job == Render(7, HALL, Placed(pose(3).matrix, 1.0), FULL, RenderSettings(), "jpeg", quality=80)
+    assert job == Render(7, HALL, Placed(pose(3).matrix, 1.0), FULL, RenderSettings(), "jpeg", walks=True, quality=80)
     assert desk.session.due is None
     assert desk.session.take() is None
 
@@ -102,6 +102,7 @@ def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk:
     desk.session.pose(pose(1))
     _, moving = desk.serve()
     assert (moving.size, moving.sample, moving.quality) == ((320, 180), None, 80)
+    assert moving.walks
     assert desk.session.due is None
     assert desk.session.rest_seconds == pytest.approx(REST_SECONDS)
     desk.rest()
@@ -110,6 +111,7 @@ def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk:
     for expected in range(4):
         order, job = desk.serve()
         assert (job.sample, order.samples, job.size, job.quality) == (expected, expected + 1, FULL, 92)
+        assert not job.walks
         frames.append((order.frame, job.output))
         assert desk.session.due is (Urgency.REFINING if expected < 3 else None)
     assert frames == [(2, "jpeg"), (3, "jpeg"), (None, "none"), (4, "jpeg")]

@@ -126,6 +126,7 @@ def test_vpls_on_shading_points_and_a_millionth_above(floor: View, height: float
     clusters = allocate_sp_clusters(1, 1, floor.pixels, floor.device)
     clusters.weight.fill_(1.0)
     clusters.used.fill_(1)
+    clusters.fresh.fill_(1)
     far = FarSums(1, vpls.count, floor.device, enabled=False)
     far.run(clusters, visibility.words, vpls)
     shade(1, floor.gbuffer, floor.shading_points, clusters, visibility, vpls, far.data, 0, floor.indirect)

@@ -93,6 +93,7 @@ def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster:
     clusters.cluster.assign(np.tile([[0], [1]], (1, view.pixels)).astype(np.int32))
     clusters.weight.assign(np.tile([[share], [1.0 - share]], (1, view.pixels)).astype(np.float32))
     clusters.used.fill_(1)
+    clusters.fresh.fill_(2)
     clusters.order.assign(np.arange(4, dtype=np.int32) % 2)
     far = FarSums(2, COUNT, view.device, enabled=False)
     far.run(clusters, visibility.words, singles)

@@ -1,0 +1,99 @@
+"""Representatives of SP clusters that are kept from the frame before, and with them their visibility.
+
+Temporal coherence, which the 2022 paper leaves to future work and the 2009 paper has for its gather points: a
+representative is a point of the scene, so it and what it sees stay true while the lights do. It is kept as long as the
+camera sees its surface where it is. As the view makes its spacing, not the frame in which it was found, those of a
+surface that moves away come too close to each other: of two such, one goes.
+"""
+
+import warp as wp
+
+from gpu.device import launch
+from gpu.gbuffer import CameraData, GBuffer, pixel_of
+from gpu.grid import NORMAL_THRESHOLD, PLANE_WEIGHT, Representatives
+from gpu.nearest import nearest_search
+from gpu.resident import NO_HIT
+from gpu.sampling import hashed
+from gpu.shading_points import ShadingPoints
+
+# Nearer than this share of a spacing, two representatives are one too many. New ones are added for SPs that are farther
+# from all, so that a view that rests comes to rest (gpu.new_clusters.FILLING).
+CROWDED = wp.constant(0.5)
+# The nearest of these are looked at, the representative itself among them.
+NEIGHBOURS = 4
+around = nearest_search(NEIGHBOURS)
+
+
+@wp.func
+def shows(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spacing: float) -> bool:
+    """Whether a pixel's SP is of the surface that has a point at `position`, and less than a spacing away."""
+    way = gbuffer.position[pixel] - position
+    there = gbuffer.normal[pixel]
+    plane = wp.max(wp.abs(wp.dot(way, normal)), wp.abs(wp.dot(way, there)))
+    return wp.dot(there, normal) > NORMAL_THRESHOLD and wp.length(way) < spacing and PLANE_WEIGHT * plane < spacing
+
+
+@wp.kernel
+def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: int, gbuffer: GBuffer,
+                sp_count: wp.array[int], spacing_scale: float, representatives: Representatives,
+                serving: wp.array[int], spacings: wp.array[float]) -> None:  # fmt: skip
+    """One thread a cluster: its spacing in this view, 0 where its representative's surface is not seen.
+
+    Its own pixel must show it: one hidden behind slats, which neighbours show, sees other light than what is seen.
+    serving (cluster,): 1 for those that were the nearest of an SP, of which the others are in vain; becomes 0.
+    """
+    cluster = first + wp.tid()
+    spacings[cluster] = 0.0
+    served = serving[cluster]
+    serving[cluster] = 0
+    if representatives.spacing[cluster] <= 0.0 or served == 0:
+        return
+    position = representatives.position[cluster]
+    place = pixel_of(cameras[0], position, width, height)
+    if place[0] < 0 or place[1] < 0 or place[0] >= width or place[1] >= height:
+        return
+    pixel = place[1] * width + place[0]
+    if gbuffer.face[pixel] != NO_HIT:
+        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale
+        if shows(gbuffer, pixel, position, representatives.normal[cluster], spacing):
+            spacings[cluster] = spacing
+
+
+@wp.kernel
+def thin_kernel(first: int, spacings: wp.array[float], representatives: Representatives, pixels: wp.array[int]) -> None:
+    """One thread a cluster: keeps it with its spacing in this view, unless it is seen no more or another is too near.
+
+    Of two that are too near, chance decides, but always alike. The grid is still that of the frame before.
+    """
+    cluster = first + wp.tid()
+    pixels[cluster] = -1
+    spacing = spacings[cluster]
+    if spacing > 0.0:
+        level = representatives.level[cluster]
+        nearest = around(
+            representatives, representatives.position[cluster], representatives.normal[cluster], level, NORMAL_THRESHOLD
+        )
+        rank = hashed(wp.uint32(cluster))
+        crowded = bool(False)
+        for n in range(wp.static(NEIGHBOURS)):
+            other = nearest.cluster[n]
+            if other >= 0 and other != cluster and spacings[other] > 0.0 and hashed(wp.uint32(other)) < rank:
+                crowded = crowded or nearest.distance[n] < CROWDED * spacing
+        if crowded:
+            spacing = 0.0
+    representatives.spacing[cluster] = spacing
+
+
+def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: float,
+         representatives: Representatives, serving: wp.array, spacings: wp.array,
+         pixels: wp.array) -> None:  # fmt: skip
+    """Keep of the last frame's `representatives` those that are still good; the others become free.
+
+    camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale: from a pixel's spacing and the
+    square root of the SPs' count to that of clusters; serving (cluster,): 1 for the nearest of an SP in the last frame,
+    becomes 0; spacings (cluster,): for the work; pixels (cluster,): becomes −1.
+    """
+    count, device = len(spacings), sps.device
+    inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, serving, spacings]
+    launch(keep_kernel, count, inputs, device)
+    launch(thin_kernel, count, [spacings, representatives, pixels], device)

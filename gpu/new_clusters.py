@@ -1,0 +1,130 @@
+"""SP clusters for shading points that others serve badly: systematic sampling of the SPs in proportion to need.
+
+Need has two scales. SERVICE tells how badly a frame's SPs are served; the share of the clusters that is kept back from
+k-means goes where it is greatest. FILLING tells how many clusters a place lacks beside those that are kept from the
+frame before: an SP that needs one wholly counts as its share of all of them.
+"""
+
+import warp as wp
+
+from gpu.gbuffer import GBuffer
+from gpu.grid import Representatives
+
+
+@wp.struct
+class NeedScale:
+    """What an SP needs that is `d` spacings from its nearest representative: steps · (d − good), from 0 to `most`.
+
+    unlike: if none near has a like normal, at least; unserved: if there is none near at all.
+    """
+
+    good: float
+    steps: float
+    most: int
+    unlike: int
+    unserved: int
+
+
+def _need_scale(good: float, steps: float, most: int, unlike: int, unserved: int) -> NeedScale:
+    scale = NeedScale()
+    scale.good, scale.steps, scale.most, scale.unlike, scale.unserved = good, steps, most, unlike, unserved
+    return scale
+
+
+UNSERVED_NEED = wp.constant(1023)
+SERVICE = _need_scale(1.0, 16.0, 255, 0, int(UNSERVED_NEED))
+# Need of an SP that lacks its whole share of a cluster.
+WHOLE_NEED = wp.constant(64)
+# Representatives of k-means leave few SPs farther than this; one that none serves needs a cluster the most.
+FILLING = _need_scale(0.5, 128.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
+
+
+@wp.func
+def need_of(scale: NeedScale, spacings: float, alike: bool) -> int:
+    """The need of an SP whose nearest representative is so many spacings away; alike: their normals are."""
+    return wp.max(wp.clamp(int(scale.steps * (spacings - scale.good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
+
+
+@wp.func
+def drawn_sp(totals: wp.array[int], count: int, index: int, number: int) -> int:
+    """The SP that draw `index` of `number` falls on, −1 if an earlier one does; totals: the running sum of need."""
+    if count == 0:
+        return -1
+    total = wp.int64(totals[count - 1])
+    if total == wp.int64(0):
+        return -1
+    target = (wp.int64(2 * index + 1) * total) / wp.int64(2 * number)
+    before = (wp.int64(2 * index - 1) * total) / wp.int64(2 * number)
+    low = int(0)
+    high = count - 1
+    while low < high:
+        middle = (low + high) // 2
+        if wp.int64(totals[middle]) > target:
+            high = middle
+        else:
+            low = middle + 1
+    below = wp.int64(0)
+    if low > 0:
+        below = wp.int64(totals[low - 1])
+    if index > 0 and before >= below:
+        return -1
+    return low
+
+
+@wp.func
+def represent(gbuffer: GBuffer, pixel: int, spacing: float, cluster: int, representatives: Representatives) -> None:
+    """Make the SP of `pixel` the representative of `cluster`."""
+    representatives.position[cluster] = gbuffer.position[pixel]
+    representatives.normal[cluster] = gbuffer.normal[pixel]
+    representatives.spacing[cluster] = spacing
+
+
+@wp.kernel
+def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
+                 spacing_scale: float, base: int, extra: int, representatives: Representatives,
+                 pixels: wp.array[int]) -> None:  # fmt: skip
+    """One thread an extra cluster, which follow the `base` of k-means: takes its SP. totals: the running sum of need.
+
+    pixels (cluster,): where the representatives are.
+    """
+    index = first + wp.tid()
+    cluster = base + index
+    representatives.spacing[cluster] = 0.0
+    sp = drawn_sp(totals, sp_count[0], index, extra)
+    if sp >= 0:
+        pixels[cluster] = sps[sp]
+        spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(sp_count[0])) * spacing_scale
+        represent(gbuffer, sps[sp], spacing, cluster, representatives)
+
+
+@wp.kernel
+def free_kernel(first: int, representatives: Representatives, free: wp.array[int]) -> None:
+    """One thread a cluster: 1 where it has no representative, else 0."""
+    cluster = first + wp.tid()
+    free[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 0, 1)
+
+
+@wp.kernel
+def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
+                spacing_scale: float, free: wp.array[int], representatives: Representatives,
+                pixels: wp.array[int]) -> None:  # fmt: skip
+    """One thread a cluster: one that is free takes an SP, as long as clusters are lacking.
+
+    totals: the running sum of need, by which SPs lack their share of all clusters; free (cluster,): the running number
+    of those that are free; pixels (cluster,): where new representatives are.
+    """
+    cluster = first + wp.tid()
+    count = sp_count[0]
+    if count == 0 or representatives.spacing[cluster] > 0.0:
+        return
+    clusters = free.shape[0]
+    lacking = wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED))
+    index = free[cluster] - 1
+    number = int(wp.min(wp.int64(free[clusters - 1]), lacking))
+    if index >= number:
+        return
+    sp = drawn_sp(totals, count, index, number)
+    if sp >= 0:
+        pixels[cluster] = sps[sp]
+        spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(count)) * spacing_scale
+        represent(gbuffer, sps[sp], spacing, cluster, representatives)

@@ -1,0 +1,357 @@
+"""Clusters that are kept while the camera walks, and their bits."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, grey, quad, resident_of, results, slats
+
+from gpu.accumulate import Accumulation
+from gpu.camera import look_at
+from gpu.device import duplicate
+from gpu.frame import Frame
+from gpu.gbuffer import CameraData, pixel_of
+from gpu.lights import build_light_table
+from gpu.renderer import Renderer
+from gpu.resident import NO_HIT, ResidentScene
+from gpu.scene.types import Camera, Doubles
+from gpu.settings import Component, Method, RenderSettings, Skips, Weighting
+from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering, SpClusters
+from gpu.view import View
+from gpu.visibility import Visibility
+from gpu.vpl import trace_vpls
+from gpu.vpl_clusters import VplClusters, cluster_vpls
+
+SIZE = (64, 48)
+EYE = (0.0, 0.0, 0.45)
+QUALITY = {"sp_clusters": 300, "vpls": 2000, "vpl_clusters": 100, "component": Component.INDIRECT}
+
+
+def pose(step: float) -> Camera:
+    """A camera on a path to the right that turns to the left."""
+    return look_at((0.01 * step, 0.0, 0.45), (-0.03 * step, -0.1, -0.5), yfov_degrees=75.0)
+
+
+def furnished() -> ResidentScene:
+    """A closed box with a lamp below its ceiling and a block on its floor."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
+
+
+@pytest.fixture(scope="module")
+def room() -> ResidentScene:
+    return furnished()
+
+
+@dataclass
+class Walk:
+    """A walk's clusters and what they see."""
+
+    resident: ResidentScene
+    size: tuple[int, int] = SIZE
+    count: int = 300
+    view: View = field(init=False)
+    clustering: SpClustering = field(init=False)
+    lights: VplClusters = field(init=False)
+    visibility: Visibility = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.view = View(self.resident, self.size, lambertian=True)
+        self.clustering = SpClustering(self.view.pixels, self.count, 6, Weighting.DISTANCE, self.view.device)
+        vpls = trace_vpls(self.resident, self.view.scene, build_light_table(self.resident), 2000, 3, 0)
+        self.lights = cluster_vpls(self.resident, vpls, 70, 0)
+        self.visibility = Visibility(self.count, max(self.lights.count, 1), self.view.device)
+
+    def step(self, camera: Camera, *, begins: bool = False) -> None:
+        """One frame."""
+        view = self.view
+        view.look(camera)
+        view.find_shading_points()
+        if begins:
+            self.clustering.run(view.shading_points, view.gbuffer, 0)
+        else:
+            self.clustering.go_on(view.shading_points, view.gbuffer, view.camera, view.size)
+        self.visibility.trace(view.scene, self.clustering.clusters, self.lights)
+
+    @property
+    def clusters(self) -> SpClusters:
+        return self.clustering.clusters
+
+    @property
+    def used(self) -> np.ndarray:
+        return np.asarray(self.clusters.used.numpy(), bool)
+
+    @property
+    def fresh(self) -> np.ndarray:
+        """The clusters that are new, in order."""
+        return np.asarray(self.clusters.order.numpy()[: int(self.clusters.fresh.numpy()[0])])
+
+    @property
+    def kept(self) -> np.ndarray:
+        """Which clusters are of the frame before."""
+        kept = self.used
+        kept[self.fresh] = False
+        return kept
+
+    def spacing(self) -> Doubles:
+        """Of each cluster in this view."""
+        return np.asarray(self.clustering._kmeans.grid.data.spacing.numpy(), np.float64)
+
+    def assert_served(self) -> None:
+        """Every SP has clusters in use whose shares add up to 1."""
+        sps = int(self.view.shading_points.count.numpy()[0])
+        cluster, weight = self.clusters.cluster.numpy()[:, :sps], self.clusters.weight.numpy()[:, :sps]
+        assert weight.sum(axis=0) == pytest.approx(1.0, abs=1e-5)
+        assert self.used[cluster[weight > 0.0]].all()
+        assert (self.clustering.need.numpy()[:sps] < int(UNASSIGNED_NEED)).all()
+
+
+def test_a_walk_keeps_most_clusters_and_their_bits_are_those_of_a_full_trace(room: ResidentScene) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    assert len(walk.fresh) == walk.used.sum()
+    begun = walk.used
+    for number in range(1, 8):
+        walk.step(pose(number))
+        walk.assert_served()
+        assert 0 < len(walk.fresh) < 0.3 * walk.used.sum()
+    assert (walk.kept & begun).sum() > 100
+    everything = duplicate(SpClusters, walk.clusters)
+    used = np.flatnonzero(walk.used)
+    everything.order = wp.array(np.append(used, np.flatnonzero(~walk.used)), dtype=int, device="cpu")
+    everything.fresh = wp.array([len(used)], dtype=int, device="cpu")
+    whole = Visibility(walk.count, walk.lights.count, walk.view.device)
+    whole.trace(walk.view.scene, everything, walk.lights)
+    assert np.array_equal(whole.words.numpy()[used], walk.visibility.words.numpy()[used])
+    assert 0 < walk.visibility.rays.numpy().sum() < 0.3 * whole.rays.numpy().sum()
+
+
+def test_new_clusters_come_first_in_the_order_and_each_once(room: ResidentScene) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    before = walk.clusters.position.numpy().copy()
+    walk.step(pose(4))
+    assert sorted(walk.clusters.order.numpy()[: walk.count]) == list(range(walk.count))
+    moved = (walk.clusters.position.numpy() != before).any(axis=1)
+    assert set(np.flatnonzero(moved)) <= set(walk.fresh)
+    assert moved.sum() > 0.8 * len(walk.fresh) > 0
+    pixels = {tuple(p) for p in walk.view.gbuffer.position.numpy()}
+    assert all(tuple(p) in pixels for p in walk.clusters.position.numpy()[walk.fresh])
+
+
+def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: ResidentScene) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    for _ in range(30):
+        walk.step(pose(0))
+    words, position = walk.visibility.words.numpy().copy(), walk.clusters.position.numpy().copy()
+    kept = walk.used
+    walk.step(pose(0))
+    assert len(walk.fresh) == 0
+    assert np.array_equal(walk.kept, kept)
+    assert kept.sum() > 0.8 * walk.count
+    assert walk.visibility.rays.numpy().sum() == walk.visibility.shared.numpy().sum() == 0
+    assert np.array_equal(walk.visibility.words.numpy(), words)
+    assert np.array_equal(walk.clusters.position.numpy(), position)
+
+
+@pytest.mark.parametrize("target", [(0.0, 0.0, 1.0), (0.5, 0.5, 0.3), (0.0, -0.5, 0.45001)])
+def test_a_view_of_something_else_is_served_by_new_clusters(
+    room: ResidentScene, target: tuple[float, float, float]
+) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    walk.step(look_at(EYE, target, yfov_degrees=60.0))
+    walk.assert_served()
+    assert len(walk.fresh) > 0.5 * walk.count
+    # Each new one stands for about as many pixels as k-means gives each of its own.
+    assert np.bincount(walk.clusters.cluster.numpy()[0]).max() < 8 * walk.view.pixels / walk.count
+
+
+def test_an_empty_view_keeps_nothing_and_the_next_begins_anew() -> None:
+    plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5, 1.0)])
+    walk = Walk(plane)
+    there = look_at((0.0, 0.0, 0.5), (0.0, 0.0, 0.0))
+    walk.step(there, begins=True)
+    walk.step(look_at((0.0, 0.0, 0.5), (0.0, 0.0, 1.0)))
+    assert not walk.used.any()
+    walk.step(there)
+    walk.assert_served()
+    assert len(walk.fresh) == walk.used.sum() > 100
+
+
+def test_what_is_hidden_now_is_dropped() -> None:
+    wall = quad((-0.5, -0.5, -0.3), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    screen = quad((0.0, -0.5, 0.0), (0.2, 0.0, 0.0), (0.0, 1.0, 0.0))
+    walk = Walk(resident_of([wall, screen], [grey(0.5)]))
+    unit = walk.resident.scene.placement
+
+    def behind(eye: Camera) -> np.ndarray:
+        """Clusters of the wall that the screen's middle hides from there."""
+        points = walk.clusters.position.numpy() / unit.scale + unit.centre
+        origin = eye.to_world[:3, 3]
+        at = origin + (points - origin) * ((0.0 - origin[2]) / (points[:, 2] - origin[2]))[:, None]
+        return np.asarray((points[:, 2] < -0.1) & (np.abs(at[:, 0] - 0.1) < 0.07) & walk.used)
+
+    here, there = (look_at((x, 0.0, 1.0), (0.0, 0.0, -0.3), yfov_degrees=50.0) for x in (-0.6, -0.3))
+    walk.step(here, begins=True)
+    assert not behind(here).any()
+    assert behind(there).sum() > 5
+    walk.step(there)
+    assert not behind(there).any()
+    assert walk.kept.sum() > 0.5 * walk.used.sum()
+
+
+def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
+    plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5, 1.0)])
+    walk = Walk(plane)
+
+    def plan(half: float) -> Camera:
+        return Camera("plan", look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)).to_world, half, orthographic=True)
+
+    walk.step(plan(0.1), begins=True)
+    for number in range(1, 13):
+        walk.step(plan(0.1 * 1.1**number))
+        walk.assert_served()
+    points = walk.clusters.position.numpy()[walk.used].astype(np.float64)
+    distances = np.linalg.norm(points[:, None] - points[None], axis=2)
+    np.fill_diagonal(distances, 1.0)
+    crowded = distances.min(axis=1) < 0.45 * walk.spacing()[walk.used]
+    assert crowded.mean() < 0.05
+    # Kept ones are no more than there were, on a third of each side: without thinning they would be packed there.
+    inner = (np.abs(points[:, :2]) < 0.1).all(axis=1)
+    assert inner.sum() < 0.35 * walk.count
+    need = walk.clustering.need.numpy()[: walk.view.pixels]
+    assert (need == 0).mean() > 0.95
+
+
+@wp.kernel
+def pixel_kernel(first: int, cameras: wp.array[CameraData], points: wp.array[wp.vec3], width: int, height: int,
+                 out: wp.array[wp.vec2i]) -> None:  # fmt: skip
+    """One thread a point: where the camera sees it."""
+    index = first + wp.tid()
+    out[index] = pixel_of(cameras[0], points[index], width, height)
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("place", [(0.5, 0.5), (0.9, 0.2)])
+def test_a_pixel_finds_its_own_sp(room: ResidentScene, orthographic: bool, place: tuple[float, float]) -> None:
+    view = View(room, SIZE, lambertian=True)
+    view.look(replace(pose(3), orthographic=orthographic, half_height=0.3), place)
+    view.find_shading_points()
+    seen = view.gbuffer.face.numpy() != int(NO_HIT)
+    found = results(pixel_kernel, view.pixels, [view.camera, view.gbuffer.position, *SIZE], wp.vec2i)
+    assert seen.mean() > 0.9
+    assert np.array_equal((found[:, 1] * SIZE[0] + found[:, 0])[seen], np.arange(view.pixels)[seen])
+    away = view.camera.numpy()[0]["origin"] + view.camera.numpy()[0]["back"] * 0.1
+    outside = wp.array([away, away + view.camera.numpy()[0]["right"] * 9.0], dtype=wp.vec3, device="cpu")
+    misses = results(pixel_kernel, 2, [view.camera, outside, *SIZE], wp.vec2i)
+    assert (misses[1] == -1).all()
+    assert orthographic or (misses[0] == -1).all()
+
+
+def settings(**changes: object) -> RenderSettings:
+    return RenderSettings(**{**QUALITY, **changes})
+
+
+def alone(room: ResidentScene, camera: Camera, **changes: object) -> bytes:
+    return Renderer(room, SIZE, settings(**changes)).render(camera).radiance().tobytes()
+
+
+def test_a_walk_counts_what_it_keeps(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, settings())
+    first, second = (renderer.render(pose(number), walks=True).stats for number in range(2))
+    assert first.skips["kept_clusters"] == 0
+    assert second.skips["kept_clusters"] > 0.45 * 300 * 100
+    assert 0 < second.counts["rays"] < 0.3 * first.counts["rays"]
+    pairs = second.counts["rays"] + sum(second.skips[name] for name in ("kept_clusters", "facing_away", "weak_pairs"))
+    assert pairs % 100 == 0
+    assert 0.5 * 300 * 100 < pairs <= 300 * 100
+    assert second.counts["unassigned"] == 0
+
+
+def test_the_same_walk_gives_the_same_bits_and_without_the_skip_those_of_single_pictures(room: ResidentScene) -> None:
+    def walk(**changes: object) -> list[bytes]:
+        renderer = Renderer(room, SIZE, settings(**changes))
+        return [renderer.render(pose(number), walks=True).radiance().tobytes() for number in range(3)]
+
+    singles = [alone(room, pose(number)) for number in range(3)]
+    kept = walk()
+    assert kept == walk()
+    assert [bits == single for bits, single in zip(kept, singles, strict=True)] == [True, False, False]
+    assert walk(skip=Skips(kept_clusters=False)) == singles
+    assert walk(skip=Skips(unchanged_lights=False)) == singles  # other lights might be other bits
+
+
+def test_a_picture_that_is_of_no_walk_depends_on_nothing_before(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, settings())
+    for number in range(3):
+        renderer.render(pose(number), walks=True)
+    frame = renderer.render(pose(2))  # the view that is shown
+    assert frame.stats.skips["unchanged_camera"] == frame.stats.skips["kept_clusters"] == 0
+    assert frame.radiance().tobytes() == alone(room, pose(2))
+    assert renderer.render(pose(2)).stats.skips["unchanged_camera"] > 0
+    assert renderer.render(pose(3), walks=True).stats.skips["kept_clusters"] > 0
+    assert renderer.render(pose(4)).radiance().tobytes() == alone(room, pose(4))
+
+
+def test_a_jump_begins_anew(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, settings())
+    renderer.render(pose(0), walks=True)
+    back = look_at((0.0, 0.0, -0.4), (0.0, 0.0, 0.5))
+    frame = renderer.render(back, walks=True)
+    assert frame.stats.skips["kept_clusters"] == 0
+    assert frame.radiance().tobytes() == alone(room, back)
+
+
+def test_a_walk_begins_anew_after_frames_of_other_lights(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, settings())
+    accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
+    for _ in range(2):
+        renderer.render(pose(0), accumulation)
+    assert renderer.render(pose(1), walks=True).radiance().tobytes() == alone(room, pose(1))
+    assert renderer.render(pose(2), walks=True).stats.skips["kept_clusters"] > 0
+
+
+def test_a_walk_that_failed_begins_anew(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("no memory")
+
+    renderer = Renderer(room, SIZE, settings())
+    renderer.render(pose(0), walks=True)
+    with monkeypatch.context() as patched:
+        patched.setattr("gpu.visibility.Visibility.trace", fail)
+        with pytest.raises(RuntimeError, match="no memory"):
+            renderer.render(pose(1), walks=True)
+    assert renderer.render(pose(2), walks=True).radiance().tobytes() == alone(room, pose(2))
+
+
+def error(frame: Frame, reference: Doubles) -> float:
+    picture = frame.radiance()
+    return float(np.mean((picture - reference) ** 2 / (reference**2 + 0.01 * reference.mean() ** 2)))
+
+
+@pytest.mark.parametrize(("of", "bound"), [("room", 1.1), ("slats", 1.4)])
+def test_after_a_long_walk_the_picture_is_about_as_good_as_that_of_a_new_renderer(of: str, bound: float) -> None:
+    """Slats as thin as a pixel come and go with every step, so their clusters do."""
+    resident, camera, size = slats() if of == "slats" else (furnished(), pose(0), SIZE)
+    choice = settings(sp_clusters=150, vpl_clusters=300, near_field=False)
+
+    def at(number: int) -> Camera:
+        to_world = camera.to_world.copy()
+        to_world[:3, 3] += to_world[:3, 0] * 0.004 * (30 - abs(number - 30))
+        return replace(camera, to_world=to_world)
+
+    walking, new = Renderer(resident, size, choice), Renderer(resident, size, choice)
+    exact = Renderer(resident, size, choice.model_copy(update={"method": Method.EXACT_VPL}))
+    errors = []
+    for number in range(60):
+        frame = walking.render(at(number), walks=True)
+        if number >= 40 and number % 3 == 0:
+            assert frame.stats.skips["kept_clusters"] > 0
+            reference = exact.render(at(number)).radiance()
+            errors.append((error(frame, reference), error(new.render(at(number)), reference)))
+    kept, usual = np.mean(errors, axis=0)
+    assert kept < bound * usual
