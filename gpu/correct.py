@@ -16,11 +16,11 @@ from gpu.far_light import FarLight, doubt, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
-from gpu.sampling import TO_UNIT, hashed
-from gpu.shade import CHECKS, Indirect, guides_of
+from gpu.sampling import TO_UNIT, hashed, row_of
+from gpu.shade import CHECKS, REGISTERS, Indirect, guides_of
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_twig_unfolded, is_unfolded, unoccluded
+from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_twig_unfolded, is_unfolded
 from gpu.vpl_clusters import PER_TWIG, VplClusters, disk_at
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
@@ -107,7 +107,7 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
     guides = guides_of(fuzziness)
 
-    @wp.kernel(module="unique", module_options={"fast_math": True})
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
     def kernel(
         first: int,
         gbuffer: GBuffer,
@@ -149,15 +149,14 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
             for f in range(wp.static(fuzziness)):
                 if weights[f] > 0.0 and (chosen < 0 or pick >= 0.0):
                     chosen = cluster[f]
-                    mass = weights[f] * far.whole[chosen]
+                    mass = weights[f] * far.totals[far.totals.shape[0] - 1, chosen]
                     if pick < mass:
                         pick = pick / weights[f]
                         break
                     pick -= mass
-            part = int(0)
-            while part < far.part_mass.shape[0] - 1 and pick >= far.part_mass[part, chosen]:
-                pick -= far.part_mass[part, chosen]
-                part += 1
+            part = row_of(far.totals, chosen, pick)
+            if part > 0:
+                pick -= far.totals[part - 1, chosen]
             begin = part * groups_a_part(vpls)
             end = wp.min(begin + groups_a_part(vpls), vpls.groups)
             group = int(begin)
@@ -180,7 +179,7 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
                         if weights[f] > 0.0:
                             near |= far.near[cluster[f], vpl // 32]
                 bit = wp.uint32(vpl % 32)
-                amount = brightness(unoccluded(position, normal, vpls, vpl))
+                amount = brightness(disk_irradiance(position, normal, disk_at(vpls.disks, vpl)))
                 if amount > 0.0 and ((near >> bit) & wp.uint32(1)) == wp.uint32(0):
                     share = float(0.0)
                     for f in range(wp.static(fuzziness)):

@@ -16,11 +16,11 @@ from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, disk_at, is_behind, me
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
 # Groups are summed in parts, since there are few representatives for a GPU's threads.
-PARTS = 32
+PARTS = 64
 # Cosines below this are so grazing that their light's gradient says nothing.
 GRAZING = wp.constant(0.1)
 # How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
-LEAST_DOUBT = wp.constant(0.5)
+LEAST_DOUBT = wp.constant(0.25)
 
 
 @wp.func
@@ -36,7 +36,7 @@ class FarLight:
     near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; light (representative,):
     irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its brightness by place and by
     normal; mass (group, representative): light of the group's far clusters were none hidden, each times its `doubt`;
-    part_mass (part, representative), whole (representative,): sums of that.
+    totals (part, representative): the sum of that over the groups of a part and of those before it.
     """
 
     near: wp.array2d[wp.uint32]
@@ -44,8 +44,7 @@ class FarLight:
     moved: wp.array[wp.vec3]
     turned: wp.array[wp.vec3]
     mass: wp.array2d[float]
-    part_mass: wp.array2d[float]
-    whole: wp.array[float]
+    totals: wp.array2d[float]
 
 
 @wp.struct
@@ -164,7 +163,7 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
                 out.near[sp, vpl // 32] = near
         out.mass[group, sp] = mass
         part_mass += mass
-    out.part_mass[part, sp] = part_mass
+    out.totals[part, sp] = part_mass
     partial.light[part, sp] = light
     partial.moved[part, sp] = moved
     partial.turned[part, sp] = turned
@@ -185,11 +184,11 @@ def whole_kernel(first: int, sps: SpClusters, partial: Partial, out: FarLight) -
         light += partial.light[part, sp]
         moved += partial.moved[part, sp]
         turned += partial.turned[part, sp]
-        whole += out.part_mass[part, sp]
+        whole += out.totals[part, sp]
+        out.totals[part, sp] = whole
     out.light[sp] = light
     out.moved[sp] = moved
     out.turned[sp] = turned
-    out.whole[sp] = whole
 
 
 @wp.func

@@ -72,7 +72,7 @@ def exhaustive_assign_kernel(first: int, points: Points, clusters: Representativ
     keys[point] = cluster_count
     if point >= points.count[0]:
         return
-    found = nearest_of_all(clusters, points.position[point], points.normal[point], NORMAL_THRESHOLD)
+    found = nearest_of_all(clusters, points.position[point], points.normal[point], NORMAL_THRESHOLD, 1)
     if found >= 0:
         keys[point] = found
 

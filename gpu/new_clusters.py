@@ -106,12 +106,13 @@ def free_kernel(first: int, representatives: Representatives, free: wp.array[int
 
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                spacing_scale: float, free: wp.array[int], representatives: Representatives,
-                pixels: wp.array[int]) -> None:  # fmt: skip
+                spacing_scale: float, free: wp.array[int], representatives: Representatives, pixels: wp.array[int],
+                serving: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: one that is free takes an SP, as long as clusters are lacking.
 
     totals: the running sum of need, by which SPs lack their share of all clusters; free (cluster,): the running number
-    of those that are free; pixels (cluster,): where new representatives are.
+    of those that are free; pixels (cluster,): where new representatives are; serving (cluster,): 1 for them, which are
+    there for an SP that may not see them before the next frame.
     """
     cluster = first + wp.tid()
     count = sp_count[0]
@@ -126,5 +127,6 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     sp = drawn_sp(totals, count, index, number)
     if sp >= 0:
         pixels[cluster] = sps[sp]
+        serving[cluster] = 1
         spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(count)) * spacing_scale
         represent(gbuffer, sps[sp], spacing, cluster, representatives)

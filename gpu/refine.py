@@ -14,7 +14,7 @@ from gpu.dispute import WorstPoints
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
-from gpu.sampling import TO_UNIT, hashed
+from gpu.sampling import TO_UNIT, hashed, row_of
 from gpu.transfer import brightness, unoccluded
 from gpu.vpl_clusters import VplClusters, most_groups, out_of_reach
 
@@ -30,13 +30,14 @@ REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 class Rays:
     """Rays of refined SPs.
 
-    mass (group, place): light of each group of VPL clusters were nothing between; part_mass (part, place): that of
-    each part's groups; whole (place,): of all; vpl (ray, place), flattened: the VPL that each ray goes to, −1 for none;
-    share (ray, place), flattened: its light over its density, relative to `whole`, 0 once it was stopped.
+    mass (group, place): light of each group of VPL clusters were nothing between; totals (part, place): the sum of that
+    over the groups of a part and of those before it; whole (place,): of all; vpl (ray, place), flattened: the VPL that
+    each ray goes to, −1 for none; share (ray, place), flattened: its light over its density, relative to `whole`, 0
+    once it was stopped.
     """
 
     mass: wp.array2d[float]
-    part_mass: wp.array2d[float]
+    totals: wp.array2d[float]
     whole: wp.array[float]
     vpl: wp.array[int]
     share: wp.array[float]
@@ -63,7 +64,7 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
                 mass += brightness(unoccluded(position, normal, vpls, vpl))
         rays.mass[group, place] = mass
         part_mass += mass
-    rays.part_mass[part, place] = part_mass
+    rays.totals[part, place] = part_mass
 
 
 @wp.func
@@ -74,13 +75,14 @@ def groups_a_part(vpls: VplClusters) -> int:
 
 @wp.kernel
 def whole_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
-    """One thread an SP: the sum over its parts."""
+    """One thread an SP: the sums over its parts."""
     place = first + wp.tid()
     if place >= count[0]:
         return
     whole = float(0.0)
-    for part in range(rays.part_mass.shape[0]):
-        whole += rays.part_mass[part, place]
+    for part in range(rays.totals.shape[0]):
+        whole += rays.totals[part, place]
+        rays.totals[part, place] = whole
     rays.whole[place] = whole
 
 
@@ -100,10 +102,9 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     ray = index // capacity
     state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed)))
     pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * rays.whole[place]
-    part = int(0)
-    while part < rays.part_mass.shape[0] - 1 and pick >= rays.part_mass[part, place]:
-        pick -= rays.part_mass[part, place]
-        part += 1
+    part = row_of(rays.totals, place, pick)
+    if part > 0:
+        pick -= rays.totals[part - 1, place]
     group = part * groups_a_part(vpls)
     end = wp.min(group + groups_a_part(vpls), vpls.groups)
     while group < end - 1 and pick >= rays.mass[group, place]:

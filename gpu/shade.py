@@ -20,7 +20,7 @@ from gpu.visibility import Visibility
 from gpu.vpl_clusters import VplClusters, disk_at
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
-CHECKS = 5
+CHECKS = 4
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 Floats = wp.types.vector(length=CHECKS, dtype=float)
 # A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
@@ -141,7 +141,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             if weights[f] > 0.0:
                 light = far_irradiance(far, clusters, cluster[f], position, normal)
                 irradiance = added(irradiance, light * weights[f])
-                far_mass += weights[f] * far.whole[cluster[f]]
+                far_mass += weights[f] * far.totals[far.totals.shape[0] - 1, cluster[f]]
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()

@@ -18,7 +18,7 @@ from gpu.grouping import running_total
 from gpu.kept_clusters import keep
 from gpu.kmeans import KMeans
 from gpu.nearest import nearest_of_all, nearest_search
-from gpu.new_clusters import FILLING, SERVICE, NeedScale, extra_kernel, fill_kernel, free_kernel, need_of
+from gpu.new_clusters import FILLING, SERVICE, WHOLE_NEED, NeedScale, extra_kernel, fill_kernel, free_kernel, need_of
 from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
@@ -31,6 +31,8 @@ EXTRA_SHARE = 0.25
 UNASSIGNED_NEED = wp.constant(2047)
 RELAXED_THRESHOLD = wp.constant(0.0)
 WIDER_LEVELS = wp.constant(3)
+# Of all clusters, about so many where none is near.
+LOOKED_AT = wp.constant(256)
 # Distances below this share of a spacing count as a match: w = 1/d has a pole at the representative (2022, Eq. 10).
 MATCH = wp.constant(1.0e-3)
 
@@ -124,7 +126,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         sp_count: wp.array[int],
         clusters: Representatives,
         spacing_scale: float,
-        only_needy: bool,
+        least_need: int,
         scale: NeedScale,
         need: wp.array[int],
         serving: wp.array[int],
@@ -132,13 +134,14 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     ) -> None:
         """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
 
+        least_need: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
         serving (cluster,): becomes 1 for the nearest one, whoever writes it.
         """
         sp = first + wp.tid()
         if sp >= sp_count[0]:
             need[sp] = 0
             return
-        if only_needy and need[sp] == 0:
+        if need[sp] < least_need:
             return
         pixel = sps[sp]
         position = gbuffer.position[pixel]
@@ -154,9 +157,13 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
             if nearest.cluster[0] < 0:
                 nearest = search(clusters, position, normal, level + wider, RELAXED_THRESHOLD)
         need[sp] = scale.unserved
-        if nearest.cluster[0] < 0 and only_needy:
-            # Few SPs come here; any cluster is better than none, and they are the first to be refined.
-            nearest.cluster[0] = nearest_of_all(clusters, position, normal, RELAXED_THRESHOLD)
+        if nearest.cluster[0] < 0 and least_need > 0:
+            # Few SPs come here; any cluster is better than none, and they are the first to be refined. One that looked
+            # at all clusters would keep the others waiting.
+            every = 1 + clusters.spacing.shape[0] // LOOKED_AT
+            nearest.cluster[0] = nearest_of_all(clusters, position, normal, RELAXED_THRESHOLD, every)
+            if nearest.cluster[0] < 0:
+                nearest.cluster[0] = nearest_of_all(clusters, position, normal, RELAXED_THRESHOLD, 1)
             nearest.distance[0] = spacing
             if nearest.cluster[0] < 0:
                 need[sp] = UNASSIGNED_NEED
@@ -223,11 +230,11 @@ class SpClustering:
         self._samples.draw(sps, gbuffer, scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
-        self._assign(sps, gbuffer, SERVICE, only_needy=False)
+        self._assign(sps, gbuffer, SERVICE, least_need=0)
         running_total(self.need, self._needs)
         inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._base, self._extra]
         launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
-        self._finish(sps, gbuffer, self._base)
+        self._finish(sps, gbuffer, self._base, least_need=1)
 
     def go_on(self, sps: ShadingPoints, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
         """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
@@ -237,26 +244,26 @@ class SpClustering:
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
         keep(camera, size, gbuffer, sps, scale, grid.data, self._serving, self._spacings, self._pixels)
         grid.build()
-        self._assign(sps, gbuffer, FILLING, only_needy=False)
+        self._assign(sps, gbuffer, FILLING, least_need=0)
         running_total(self.need, self._needs)
         launch(free_kernel, self.count, [grid.data, self._free], self.device)
         running_total(self._free, self._frees)
         inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._frees]
-        launch(fill_kernel, self.count, [*inputs, grid.data, self._pixels], self.device)
-        self._finish(sps, gbuffer, 0)
+        launch(fill_kernel, self.count, [*inputs, grid.data, self._pixels, self._serving], self.device)
+        self._finish(sps, gbuffer, 0, least_need=int(WHOLE_NEED))
 
     def _spacing_scale(self, sps: ShadingPoints) -> float:
         return float(sps.stride * self._base**-0.5)
 
-    def _finish(self, sps: ShadingPoints, gbuffer: GBuffer, base: int) -> None:
+    def _finish(self, sps: ShadingPoints, gbuffer: GBuffer, base: int, *, least_need: int) -> None:
         """Serve the needy by the new clusters too, of which the first `base` are medoids, and order all."""
         self._kmeans.grid.build()
-        self._assign(sps, gbuffer, SERVICE, only_needy=True)
+        self._assign(sps, gbuffer, SERVICE, least_need=least_need)
         inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
         launch(representative_kernel, self.count, [*inputs, self._order_keys, self.clusters], self.device)
         radix_sort_pairs(self._order_keys, self.clusters.order, self.count)
         launch(fresh_kernel, self.count, [self._order_keys, self.count, self.clusters], self.device)
 
-    def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, *, only_needy: bool) -> None:
-        inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, self._spacing_scale(sps), only_needy]
+    def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, *, least_need: int) -> None:
+        inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, self._spacing_scale(sps), least_need]
         launch(self._kernel, sps.capacity, [*inputs, scale, self.need, self._serving, self.clusters], self.device)

@@ -297,7 +297,7 @@ def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) ->
     used = np.flatnonzero(np.diff(starts))
     clusters: VplClusters = allocate(VplClusters, len(used), device)
     clusters.count = len(used)
-    starts = np.append(starts[used], vpls.count)
+    starts = np.append(starts[used], vpls.count).astype(np.int32)
     clusters.starts = wp.array(starts, dtype=int, device=device)
     clusters.members = allocate_vpls(vpls.count, device)
     launch(gather_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
@@ -332,7 +332,7 @@ def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
     singles.cone.fill_(1.0)
     singles.members = members
     launch(single_kernel, clusters.count, [clusters, singles.disks], device)
-    starts = np.arange(members.count + 1)
+    starts = np.arange(members.count + 1, dtype=np.int32)
     singles.starts = wp.array(starts, dtype=int, device=device)
     set_twigs(singles, starts, device)
     set_groups(singles, device)

@@ -90,9 +90,11 @@ def test_masses_are_the_far_light_in_doubt_of_groups_and_parts(fuzzy: Pipeline) 
     groups = np.add.reduceat(amount, lights.per_group * np.arange(lights.groups), axis=1)[used]
     assert groups.max() > 0.0
     assert np.allclose(far.mass.numpy()[: lights.groups, used].T, groups, rtol=1e-3, atol=1e-6 * groups.max())
-    assert far.part_mass.shape[0] == PARTS
-    for told in (far.part_mass.numpy().sum(axis=0), far.whole.numpy()):
-        assert np.allclose(told[used], groups.sum(axis=1), rtol=1e-3)
+    assert far.totals.shape[0] == PARTS
+    totals = far.totals.numpy()[:, used]
+    assert (np.diff(totals, axis=0) >= 0.0).all()
+    assert np.allclose(totals[-1], groups.sum(axis=1), rtol=1e-3)
+    assert np.allclose(totals[0], groups[:, :4].sum(axis=1), rtol=1e-3)
 
 
 def test_gradients_are_those_of_finite_differences(fuzzy: Pipeline) -> None:
@@ -138,7 +140,7 @@ def test_switched_off_all_clusters_are_near(fuzzy: Pipeline) -> None:
     whole = Pipeline(fuzzy.resident, fuzzy.camera, (24, 18), sp_clusters=60)
     used = whole.clustering.clusters.used.numpy() == 1
     assert near_bits(whole)[used].all()
-    for name in ("light", "moved", "turned", "mass", "whole"):
+    for name in ("light", "moved", "turned", "mass", "totals"):
         assert not getattr(whole.far.data, name).numpy().any()
 
 

@@ -13,6 +13,7 @@ from gpu.device import duplicate
 from gpu.frame import Frame
 from gpu.gbuffer import CameraData, pixel_of
 from gpu.lights import build_light_table
+from gpu.new_clusters import WHOLE_NEED
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene.types import Camera, Doubles
@@ -224,7 +225,7 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     inner = (np.abs(points[:, :2]) < 0.1).all(axis=1)
     assert inner.sum() < 0.35 * walk.count
     need = walk.clustering.need.numpy()[: walk.view.pixels]
-    assert (need == 0).mean() > 0.95
+    assert (need < WHOLE_NEED).mean() > 0.95
 
 
 @wp.kernel

@@ -44,12 +44,12 @@ def test_a_set_is_renewed_in_its_own_arrays(resident: ResidentScene) -> None:
     lighting.renew(CHOICE, silent)
     assert lighting.holds(CHOICE)
     made = lighting.clusters(CHOICE, silent)
-    positions, fluxes = made.position.numpy(), made.members.flux.numpy()
-    made.position.zero_()
+    positions, fluxes = made.disks.numpy(), made.members.flux.numpy()
+    made.disks.zero_()
     made.members.flux.zero_()
     lighting.renew(CHOICE, silent)
     assert lighting.clusters(CHOICE, silent) is made
-    assert made.position.numpy().tobytes() == positions.tobytes()
+    assert made.disks.numpy().tobytes() == positions.tobytes()
     assert made.members.flux.numpy().tobytes() == fluxes.tobytes()
 
 
@@ -58,7 +58,7 @@ def test_another_choice_is_another_set(resident: ResidentScene, change: dict[str
     lighting = Lighting(resident)
     one, other = lighting.clusters(CHOICE, silent), lighting.clusters(replace(CHOICE, **change), silent)
     assert one is not other
-    assert one.position.numpy().tobytes() != other.position.numpy().tobytes()
+    assert one.disks.numpy().tobytes() != other.disks.numpy().tobytes()
 
 
 def test_unlit_surfaces_reflect_only_as_lambertian_ones() -> None:

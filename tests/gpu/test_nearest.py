@@ -36,10 +36,10 @@ def search_kernel(metric: wp.Function) -> wp.Kernel:
 
 @wp.kernel
 def all_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
-               threshold: float, found: wp.array[int]) -> None:  # fmt: skip
-    """One thread a point: the nearest of all representatives."""
+               threshold: float, every: int, found: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point: the nearest of all representatives, or of each `every`-th."""
     point = first + wp.tid()
-    found[point] = nearest_of_all(clusters, position[point], normal[point], threshold)
+    found[point] = nearest_of_all(clusters, position[point], normal[point], threshold, every)
 
 
 def scattered(count: int, seed: int) -> tuple[NDArray, NDArray]:
@@ -100,9 +100,11 @@ def test_of_all_a_like_normal_comes_first_but_none_is_left_out() -> None:
     used = np.arange(7) > 2
     inputs = [column(points[0], wp.vec3), column(points[1], wp.vec3)]
     threshold = float(NORMAL_THRESHOLD)
-    found = results(all_kernel, 200, [grid_of(clusters, used).data, *inputs, threshold], wp.int32)
+    found = results(all_kernel, 200, [grid_of(clusters, used).data, *inputs, threshold, 1], wp.int32)
     distance, cosine = separations(points, clusters)
     distance = np.where(used[None], distance + 1000.0 * (cosine <= threshold), np.inf)
     assert (distance.min(axis=1) > 1000.0).any()  # for some there is no like normal
     assert np.array_equal(found, distance.argmin(axis=1))
-    assert (results(all_kernel, 200, [grid_of(clusters, used & False).data, *inputs, threshold], wp.int32) == -1).all()
+    assert (
+        results(all_kernel, 200, [grid_of(clusters, used & False).data, *inputs, threshold, 1], wp.int32) == -1
+    ).all()

@@ -84,11 +84,24 @@ def test_rare_light_is_spread_evenly_over_a_plane_and_keeps_its_mean(stride: int
     assert np.mean(after) == pytest.approx(np.mean(before), rel=0.03)
 
 
-def test_only_anchors_share_their_light() -> None:
-    light = rare()
-    light[::2, ::2] = 0.0
-    result, _ = shared(wall(), light, np.ones((HEIGHT, WIDTH)), 2)
-    assert (result[::2, ::2] == 0.0).all()
+def test_only_sps_share_their_light() -> None:
+    _, sps = shared(wall(), rare(), np.ones((HEIGHT, WIDTH)), 2)
+    result, _ = shared(wall(), np.where(sps, 0.0, rare()), np.ones((HEIGHT, WIDTH)), 2)
+    assert 0.2 < sps.mean() < 0.5
+    assert (result[sps] == 0.0).all()
+
+
+def test_sps_between_anchors_of_other_surfaces_share_with_those_beside_them() -> None:
+    # Every second column lies far behind, and has no anchors.
+    deep = (np.arange(WIDTH)[None] + np.zeros((HEIGHT, 1), int)) % 2 == 1
+    stripes = wall(depth=np.where(deep, 50.0, 0.0))
+    light = np.stack([np.where(deep, rare(seed), 0.0) for seed in range(20)])
+    results = [shared(stripes, one, np.ones((HEIGHT, WIDTH)), 2) for one in light]
+    assert all(sps[deep].all() for _, sps in results)
+    after = np.stack([result[deep] for result, _ in results])
+    assert after.mean() == pytest.approx(light[:, deep].mean(), rel=0.03)
+    # Three of a column, by 1/4, 1/2 and 1/4.
+    assert after.var() == pytest.approx(0.375 * light[:, deep].var(), rel=0.1)
 
 
 @pytest.mark.parametrize("stride", [1, 2])
