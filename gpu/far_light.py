@@ -16,7 +16,10 @@ from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, disk_at, is_behind, me
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
 # Groups are summed in parts, since there are few representatives for a GPU's threads.
-PARTS = 64
+PARTS = 256
+# Whose sums are read so many at a time, before any is written: a thread would wait for each else.
+CHUNK = 8
+Chunk = wp.types.vector(length=CHUNK, dtype=float)
 # Cosines below this are so grazing that their light's gradient says nothing.
 GRAZING = wp.constant(0.1)
 # How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
@@ -33,13 +36,15 @@ def doubt(share: float) -> float:
 class FarLight:
     """Of each representative.
 
-    near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; light (representative,):
-    irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its brightness by place and by
-    normal; mass (group, representative): light of the group's far clusters were none hidden, each times its `doubt`;
-    totals (part, representative): the sum of that over the groups of a part and of those before it.
+    near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; octets (representative, byte):
+    the same bits; light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned:
+    gradients of its brightness by place and by normal; mass (group, representative): light of the group's far clusters
+    were none hidden, each times its `doubt`; totals (part, representative): the sum of that over the groups of a part
+    and of those before it.
     """
 
     near: wp.array2d[wp.uint32]
+    octets: wp.array2d[wp.uint8]
     light: wp.array[wp.vec3]
     moved: wp.array[wp.vec3]
     turned: wp.array[wp.vec3]
@@ -58,8 +63,8 @@ class Partial:
 
 @wp.func
 def groups_a_part(vpls: VplClusters) -> int:
-    """How many groups each part has, which fill words; the last parts may have fewer or none."""
-    return 4 * ((vpls.groups + 4 * wp.static(PARTS) - 1) // (4 * wp.static(PARTS)))
+    """How many groups each part has; the last parts may have fewer or none."""
+    return (vpls.groups + wp.static(PARTS) - 1) // wp.static(PARTS)
 
 
 @wp.func
@@ -135,32 +140,32 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
     position = sps.position[sp]
     normal = sps.normal[sp]
     begin = part * groups_a_part(vpls)
-    near = wp.uint32(0)
+    near = int(0)
     seen = wp.uint32(0)
     for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
         mass = float(0.0)
         reached = not out_of_reach(position, normal, vpls, group)
         end = wp.min(vpls.per_group * (group + 1), vpls.count)
         for vpl in range(vpls.per_group * group, end):
-            bit = wp.uint32(vpl % 32)
-            if bit == wp.uint32(0):
-                near = wp.uint32(0)
-                seen = visibility[sp, vpl // 32]
+            bit = vpl % 8
+            if bit == 0:
+                near = 0
+                seen = visibility[sp, vpl // 32] >> wp.uint32(vpl % 32)
             if all_near:
-                near |= wp.uint32(1) << bit
+                near |= 1 << bit
             elif reached and not is_behind(position, normal, vpls, vpl):
                 if is_near(position, sps.spacing[sp], vpls, vpl):
-                    near |= wp.uint32(1) << bit
+                    near |= 1 << bit
                 else:
                     lit = slope_of(position, normal, vpls, vpl)
                     amount = brightness(lit.light)
-                    share = float((seen >> bit) & wp.uint32(1))
+                    share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
                     mass += amount * doubt(share)
                     light += lit.light * share
                     moved += lit.moved * share
                     turned += lit.turned * share
-            if bit == wp.uint32(31) or vpl == vpls.count - 1:
-                out.near[sp, vpl // 32] = near
+            if bit == 7 or vpl == end - 1:
+                out.octets[sp, vpl // 8] = wp.uint8(near)
         out.mass[group, sp] = mass
         part_mass += mass
     out.totals[part, sp] = part_mass
@@ -180,12 +185,17 @@ def whole_kernel(first: int, sps: SpClusters, partial: Partial, out: FarLight) -
     moved = wp.vec3(0.0, 0.0, 0.0)
     turned = wp.vec3(0.0, 0.0, 0.0)
     whole = float(0.0)
-    for part in range(wp.static(PARTS)):
-        light += partial.light[part, sp]
-        moved += partial.moved[part, sp]
-        turned += partial.turned[part, sp]
-        whole += out.totals[part, sp]
-        out.totals[part, sp] = whole
+    masses = Chunk()
+    for chunk in range(out.totals.shape[0] // wp.static(CHUNK)):
+        for place_in in range(wp.static(CHUNK)):
+            part = chunk * wp.static(CHUNK) + place_in
+            light += partial.light[part, sp]
+            moved += partial.moved[part, sp]
+            turned += partial.turned[part, sp]
+            masses[place_in] = out.totals[part, sp]
+        for place_in in range(wp.static(CHUNK)):
+            whole += masses[place_in]
+            out.totals[chunk * wp.static(CHUNK) + place_in, sp] = whole
     out.light[sp] = light
     out.moved[sp] = moved
     out.turned[sp] = turned
@@ -210,7 +220,9 @@ class FarSums:
         self.device, self._sp_count, self._enabled = device, sp_count, enabled
         self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
         self.data.mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
-        self.data.near = wp.zeros((sp_count, max(1, -(-vpl_count // 32))), dtype=wp.uint32, device=device)
+        words = max(1, -(-vpl_count // 32))
+        near = self.data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=device)
+        self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters) -> None:
