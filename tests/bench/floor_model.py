@@ -10,8 +10,10 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.gbuffer import GBuffer
-from gpu.refine import PARTS, RAYS
+from gpu.refine import RAYS
 from gpu.shade import CHECKS
+from gpu.smooth import STEPS
+from gpu.vpl_clusters import LEAST_PER_GROUP
 from tests.bench.store import Row
 
 # Issued instructions, each as dear as a multiply-add: whether a point's normal and a disk's face each other; then the
@@ -19,8 +21,6 @@ from tests.bench.store import Row
 # representative of like normal (gpu.grid.separation).
 FACING, TRANSFER, SEPARATION = 9, 11, 12
 CELLS = 27
-REFINED_RAYS = PARTS * RAYS
-WORD = 32
 VECTOR, NUMBER = 12, 4
 GBUFFER = sum(wp.types.type_size_in_bytes(variable.type.dtype) for variable in GBuffer.vars.values())
 
@@ -41,12 +41,8 @@ def _pairs(n: Counts) -> float:
     return n["sp_clusters"] * n["vpl_clusters"]
 
 
-def _sp_pairs(n: Counts) -> float:
-    return n["sps"] * n["vpl_clusters"]
-
-
-# Positions, normals, a guide and the light read, and the light written, three times.
-SMOOTHED = Term("light of SPs smoothed in three steps", "bytes", lambda n: n["sps"] * 3 * 5 * VECTOR)
+# Positions, normals, a guide and the light read, and the light written, once beside each SP and at each step.
+SMOOTHED = Term("light of SPs smoothed step by step", "bytes", lambda n: n["sps"] * (1 + len(STEPS)) * 5 * VECTOR)
 
 STAGES: dict[str, tuple[Term, ...]] = {
     "gbuffer": (
@@ -68,29 +64,33 @@ STAGES: dict[str, tuple[Term, ...]] = {
         Term("a bit a pair written", "bytes", lambda n: _pairs(n) / 8),
     ),
     "shade": (
-        Term("which SPs and VPL clusters face each other", "fmas", lambda n: _sp_pairs(n) * FACING),
         Term(
-            "the light of those that do, and its visibility",
+            "the light of far VPL clusters at representatives",
             "fmas",
-            lambda n: _sp_pairs(n) * n["facing"] * (TRANSFER + n["fuzziness"]),
+            lambda n: _pairs(n) * (FACING + n["facing"] * TRANSFER),
         ),
         Term(
-            "SPs and bits read, light written",
+            "the light of near ones at SPs, and its visibility",
+            "fmas",
+            lambda n: n["near_pairs"] * (FACING + TRANSFER + n["fuzziness"]),
+        ),
+        Term(
+            "SPs and two bits a pair of clusters read, light written",
             "bytes",
-            lambda n: _pairs(n) / 8 + n["sps"] * (3 * VECTOR + 2 * NUMBER * n["fuzziness"]),
+            lambda n: _pairs(n) / 4 + n["sps"] * (3 * VECTOR + 2 * NUMBER * n["fuzziness"]),
         ),
     ),
     "correct": (
         Term("rays of each SP", "any_hit_rays", lambda n: n["sps"] * CHECKS),
         Term(
-            "their targets, each one of 32",
+            "their targets, each one of a group",
             "fmas",
-            lambda n: n["sps"] * CHECKS * WORD * (FACING + n["facing"] * (TRANSFER + n["fuzziness"])),
+            lambda n: n["sps"] * CHECKS * LEAST_PER_GROUP * (FACING + n["facing"] * (TRANSFER + n["fuzziness"])),
         ),
         SMOOTHED,
     ),
     "refine": (
-        Term("rays of each refined SP", "any_hit_rays", lambda n: n["refined"] * REFINED_RAYS),
+        Term("rays of each refined SP", "any_hit_rays", lambda n: n["refined"] * RAYS),
         Term(
             "the light of all their pairs that face each other",
             "fmas",

@@ -31,9 +31,9 @@ def launches_counted() -> Iterator[Counter[str]]:
         counts[running[0]] += 1
         return launch(*arguments, **options)
 
-    def named(stages: Stages, name: str, work: Callable[[], None], *, repeats: bool = True) -> None:
+    def named(stages: Stages, name: str, work: Callable[[], None], **options: Any) -> None:
         running[0] = name
-        run(stages, name, work, repeats=repeats)
+        run(stages, name, work, **options)
         running[0] = ""
 
     with patch.object(wp, "launch", counted), patch.object(Stages, "run", named):
@@ -46,7 +46,8 @@ def amounts(measured: Measured, settings: RenderSettings) -> dict[str, float]:
     sps = counts.get("shaded", counts["pixels"])
     away = sum(count for name, count in skips.items() if "facing" in name)
     facing = 1.0 - away / max(1, counts["sp_clusters"] * counts["vpl_clusters"])
-    return {**counts, "sps": sps, "facing": facing, "fuzziness": settings.fuzziness}
+    near = sps * counts["vpl_clusters"] - skips["far_pairs"]
+    return {**counts, "sps": sps, "facing": facing, "near_pairs": near, "fuzziness": settings.fuzziness}
 
 
 def run(suite: Suite) -> None:

@@ -33,7 +33,8 @@ SECTIONS = (
         "Total error is against path tracing, clustering error against `exact-vpl` with the same VPLs; what lies "
         "between them is the VPLs' own. The default settings come first, then the 2022 paper's three settings beside "
         "what it reports (conference room, on an RTX 2060 laptop). *Indirect* adds up the medians of all stages but "
-        "primary rays and display.",
+        "primary rays and display. Frames begin from nothing, unless they are said to be in motion: the camera then "
+        "turns by half a degree from frame to frame, which keep SP clusters and what those see; stages in brackets.",
         {
             "stages": "each stage's time",
             "error-time-*": "error over time; stars, pluses and crosses are the paper's figures",
@@ -41,7 +42,7 @@ SECTIONS = (
             "fuzziness": "clustering error and time over fuzziness",
             "vpls": "errors and time over the number of VPLs",
         },
-        (tables.default_table, tables.stages_table, tables.paper_table),
+        (tables.default_table, tables.motion_table, tables.stages_table, tables.paper_table),
     ),
     Section(
         "floors",

@@ -26,6 +26,11 @@ def default_rows(rows: list[Row]) -> list[Row]:
     return [row for row in rows if "default" in row["groups"] and row["settings"]["method"] == "fuzzy-vpl"]
 
 
+def motion_rows(rows: list[Row]) -> list[Row]:
+    """What was measured in motion for those of `rows` that have it, each as a row."""
+    return [{"scene": row["scene"], **row["motion"]} for row in rows if "motion" in row]
+
+
 def setting_rows(rows: list[Row], sp_clusters: int, vpl_clusters: int) -> list[Row]:
     """The sweep's rows of one of the paper's settings, one a scene."""
     wanted = {"sp_clusters": sp_clusters, "vpl_clusters": vpl_clusters}

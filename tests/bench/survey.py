@@ -28,12 +28,12 @@ class Step:
 
 
 STEPS = (
-    Step("floors", 150.0),
-    Step("sweep", 150.0, groups=("default", "paper")),
-    Step("still", 75.0),
+    Step("sweep", 170.0, groups=("default", "paper")),
     Step("walk", 30.0),
-    Step("targets", 60.0, (*PAPER_SCENES, "sponza")),
+    Step("still", 75.0),
+    Step("targets", 90.0, (*PAPER_SCENES, "sponza")),
     Step("skips", 70.0, ("conference", "sponza", "veach-bidir")),
+    Step("floors", 150.0),
     Step("pictures", 30.0),
     Step("growth", 70.0, ("living-room",)),
     Step("temporal", 45.0, ("conference", "living-room")),

@@ -10,6 +10,7 @@ from itertools import product
 from typing import Any
 
 from gpu.renderer import Renderer
+from gpu.scene.types import Floats
 from gpu.settings import Clustering, Component, Method, RenderSettings, Weighting
 from tests.bench import paper
 from tests.bench.store import Row, Task
@@ -21,6 +22,8 @@ VPL_COUNTS = (2000, 8000, 32_000, VPLS, 262_144)
 # More VPLs than this are too slow one by one: their rows have no clustering error.
 MOST_EXACT_VPLS = 100_000
 PATH_SAMPLES = (1, 4, 16, 64)
+# What a camera in motion turns by from frame to frame: at 60 frames a second, a look around takes twelve seconds.
+MOTION_DEGREES = 0.5
 LIGHT_REPEATS = 20
 
 
@@ -109,11 +112,18 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings, names: list[s
     row |= measured.row()
     if "default" in names or "paper" in names:
         row["light_ms"] = light_times(subject.resident, settings, min(LIGHT_REPEATS, suite.frames))
-    errors = {"total": suite.errors(measured.radiance, reference.image)}
-    if settings.method is not Method.PATH and (settings.vpls or 0) <= MOST_EXACT_VPLS:
-        image = subject.exact(settings.vpls or VPLS).image
-        errors["clustering"] = suite.errors(measured.radiance, image)
-    return {**row, "errors": errors}
+
+    def errors(image: Floats) -> dict[str, Any]:
+        found = {"total": suite.errors(image, reference.image)}
+        if settings.method is not Method.PATH and (settings.vpls or 0) <= MOST_EXACT_VPLS:
+            found["clustering"] = suite.errors(image, subject.exact(settings.vpls or VPLS).image)
+        return found
+
+    if "default" in names:
+        renderer = Renderer(subject.resident, subject.size, settings)
+        moving = measure_frames(renderer, subject.camera, suite.frames, step=MOTION_DEGREES, walks=True)
+        row["motion"] = {**moving.row(), "errors": errors(moving.radiance)}
+    return {**row, "errors": errors(measured.radiance)}
 
 
 def run(suite: Suite) -> None:

@@ -11,6 +11,7 @@ from tests.bench.rows import (
     growth_series,
     indirect_ms,
     method_text,
+    motion_rows,
     points_of,
     scenes_of,
     setting_rows,
@@ -66,19 +67,38 @@ def default_table(rows: list[Row]) -> str:
     return table([*head, "clustering MSE", "relMSE", "non-finite", "without a cluster"], lines)
 
 
+def motion_table(rows: list[Row]) -> str:
+    """Times and errors of the default settings while the camera turns, a line a scene."""
+    head = ["scene, in motion", "indirect [ms]", "whole frame [ms]", "relMSE", "MSE", "energy", "clustering MSE"]
+    lines = []
+    for row in motion_rows(default_rows(rows)):
+        total, clustering = row["errors"]["total"], row["errors"].get("clustering", {})
+        errors = [*(total[metric] for metric in ("rel_mse", "mse", "energy")), clustering.get("mse")]
+        kept = row["skips"]["kept_clusters"] / max(row["counts"]["vpl_clusters"], 1)
+        times = [number(indirect_ms(row)), spread_text(row["frame_ms"])]
+        lines.append([row["scene"], *times, *map(number, errors), f"{kept:,.0f} of {row['counts']['sp_clusters']:,}"])
+    return table([*head, "SP clusters kept"], lines)
+
+
 def stages_table(rows: list[Row]) -> str:
-    """Median times of the stages of the default settings."""
+    """Median times of the stages of the default settings, from nothing and in motion."""
     own = default_rows(rows)
     stages = list(dict.fromkeys(name for row in own for name in row["stages"]))
     lines = [
         [
             row["scene"],
-            *(number(row["stages"].get(stage, {}).get("median")) for stage in stages),
+            *(_stage_text(row, stage) for stage in stages),
             number(sum(times["median"] for times in row.get("light_ms", {}).values())),
         ]
         for row in own
     ]
     return table(["scene", *(f"{stage} [ms]" for stage in stages), "VPLs, once [ms]"], lines)
+
+
+def _stage_text(row: Row, stage: str) -> str:
+    """A stage's median time, and in brackets that in motion."""
+    alone, moving = (number(of["stages"].get(stage, {}).get("median")) for of in (row, row.get("motion", row)))
+    return f"{alone} ({moving})" if "motion" in row else alone
 
 
 def paper_table(rows: list[Row]) -> str:

@@ -76,7 +76,7 @@ def test_what_a_frame_does_not_count_has_no_floor() -> None:
 
 
 def test_terms_of_one_rate_add_up_and_those_of_others_hide() -> None:
-    counts = Ones(sps=1e6, vpl_clusters=1e3, facing=0.5)
+    counts = Ones(sps=1e6, sp_clusters=1e5, vpl_clusters=1e4, near_pairs=1e7, facing=0.5)
     stage = floors(["shade", "unheard of"], counts, RATES, {})
     assert set(stage) == {"shade"}
     terms = stage["shade"]["terms"]

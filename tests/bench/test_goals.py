@@ -26,10 +26,17 @@ def test_nothing_measured_meets_nothing() -> None:
 
 
 def test_indirect_light_is_not_charged_for_primary_rays_and_display() -> None:
-    found = by_name({"sweep": [sweep_row("room"), sweep_row("hall", stage_ms=4.0)]})
-    assert found["time of indirect light's stages"].values == {"room": 4.0, "hall": 8.0}
-    assert found["time of indirect light's stages"].missed() == [("hall", 8.0)]
-    assert found["the same with primary rays and display"].values == {"room": 8.0, "hall": 16.0}
+    rows = [sweep_row("room"), sweep_row("hall", stage_ms=4.0)]
+    found = by_name({"sweep": rows})
+    alone = found["time of indirect light's stages, of frames that begin from nothing"]
+    assert alone.values == {"room": 4.0, "hall": 8.0}
+    assert alone.missed() == [("hall", 8.0)]
+    assert found["time of indirect light's stages, in motion"].verdict == "not measured"
+    rows[1]["motion"] = sweep_row("hall", stage_ms=1.0)
+    found = by_name({"sweep": rows})
+    assert found["time of indirect light's stages, in motion"].values == {"hall": 2.0}
+    assert found["time of frames in motion, with primary rays and display"].values == {"hall": 4.0}
+    assert found["total relMSE in motion, each"].values == {"hall": 0.01}
 
 
 def test_one_scene_that_misses_misses_the_goal() -> None:
