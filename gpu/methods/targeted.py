@@ -16,6 +16,8 @@ from gpu.view import View
 KEPT_LEVELS = 8
 # For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise.
 FEWER_FOR_ERROR = 4
+# As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
+MOST_TIMES = 4
 
 
 class TargetedVpl:
@@ -33,7 +35,7 @@ class TargetedVpl:
         self._target = settings.target_error or settings.target_ms or 0.0
         # None: as many as clusters need.
         self._vpls = quality.vpls if settings.target_error else settings.vpls
-        levels = Levels(view.pixels)
+        levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters)
         if self._vpls is not None:
             members = MOST_MEMBERS * (FEWER_FOR_ERROR if settings.target_error else 1)
             levels = Levels(view.pixels, self._vpls // members, self._vpls // LEAST_MEMBERS)
