@@ -45,10 +45,13 @@ class TargetedVpl:
         self._level = self._governor.level
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
         self._kept = {self._level: self._method}  # in the order of their last use
+        self._begins = False
+        self._view = view
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """One frame at the level that was chosen for it."""
-        if sample == 0 and self._level != self._governor.level:
+        self._begins = sample == 0 and self._level != self._governor.level
+        if self._begins:
             self._level = self._governor.level
             known = self._kept.pop(self._level, None)
             self._method = known or self._method.resized(self._quality(self._level), progress)
@@ -63,8 +66,11 @@ class TargetedVpl:
     def learn(self, stages: Stages) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        True when the level can stay: it meets the target, or comes as near to it as any does.
+        True when the level can stay: it meets the target, or comes as near to it as any does. The first frame of a
+        level in a walk has no clusters to keep, and tells nothing of those that follow.
         """
+        if self._begins and self._view.walks:
+            return False
         if self._method.probes is not None:
             return self._governor.learn({"error": self._method.probes.error()})
         return stages.steady and self._governor.learn(stages.milliseconds())

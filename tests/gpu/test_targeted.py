@@ -91,6 +91,36 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: ResidentScene, 
         assert alone.tobytes() == pictures[sp_clusters, vpl_clusters][0]
 
 
+def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It takes ten times as long; were that believed, the next frames would have far fewer clusters."""
+    target, rate, last = 40.0, [RATE], [None]
+    start_frame = Stages.start_frame
+
+    def started(stages: Stages) -> None:
+        last[0] = stages.variant
+        start_frame(stages)
+
+    def milliseconds(stages: Stages) -> dict[str, float]:
+        times = 1.0 if stages.variant == last[0] else 10.0
+        return {"fixed": 5.0, "visibility": times * rate[0] * getattr(stages.variant, "work", 0.0)}
+
+    monkeypatch.setattr(Stages, "start_frame", started)
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
+    monkeypatch.setattr(Stages, "milliseconds", milliseconds)
+    renderer.render(CAMERA)
+    counts = []
+    for number in range(40):
+        if number == 10:
+            rate[0] *= 2.0  # from here on there is a reason to change the level
+        stats = renderer.render(CAMERA, walks=True).stats
+        counts.append((stats.counts["sp_clusters"], stats.counts["vpl_clusters"]))
+    assert len(set(counts[10:])) > 1
+    assert len(set(counts[25:])) == 1
+    assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
+
+
 def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: ResidentScene, simulated_times: None) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
