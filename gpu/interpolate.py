@@ -12,10 +12,17 @@ from gpu.kinship import kinship
 from gpu.resident import NO_HIT
 
 STRIDE = 2
+# Smaller pictures show too little between two pixels for it to be even, and are quickly shaded whole.
+LEAST_PIXELS = 1 << 17
 # A pixel whose anchors have less of a share in it than this, of 1 for those of one plane, is shaded itself.
 LEAST_SHARE = wp.constant(0.75)
 # How far off its plane a pixel still shows a surface, in its spacings a step: a lamp lies deeper than its frame.
 PLANE_TOLERANCE = wp.constant(0.1)
+
+
+def stride_of(pixels: int) -> int:
+    """Of the anchors of a picture of so many pixels; 1 where each pixel is one."""
+    return STRIDE if pixels >= LEAST_PIXELS else 1
 
 
 @wp.struct

@@ -7,7 +7,7 @@ import warp as wp
 from gpu.accumulate import Accumulation, pixel_place
 from gpu.errors import UserError
 from gpu.frame import Frame, FrameStats
-from gpu.interpolate import STRIDE
+from gpu.interpolate import stride_of
 from gpu.lighting import Progress, lighting_of
 from gpu.methods.common import FrameStatistics, RenderMethod
 from gpu.methods.exact_vpl import ExactVpl
@@ -59,7 +59,7 @@ class Renderer:
             raise UserError(f"size: each side must be 1 to {MAX_SIDE} pixels, got {size[0]}x{size[1]}")
         self._progress = progress or _silent
         self._settings = settings
-        stride = STRIDE if settings.skip.interpolated and self._is_fuzzy() else 1
+        stride = stride_of(size[0] * size[1]) if settings.skip.interpolated and self._is_fuzzy() else 1
         self._view = View(resident, size, lambertian=settings.lambertian, skip=settings.skip, stride=stride)
         self._stages = Stages(resident.device)
         self._tonemap = Tonemap(self._view.pixels, resident.device)

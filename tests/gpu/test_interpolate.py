@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
 from gpu.gbuffer import GBuffer
-from gpu.interpolate import STRIDE
+from gpu.interpolate import STRIDE, stride_of
 from gpu.shading_points import ShadingPoints
 
 ROWS, COLUMNS = np.mgrid[0:HEIGHT, 0:WIDTH]
@@ -102,3 +102,7 @@ def test_what_three_of_four_anchors_tell_is_their_light_alone() -> None:
     gbuffer = wall(normals=np.where(odd[..., None], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
     radiance = reflected(gbuffer, STRIDE, np.where(odd, 1000.0, 1.0))
     assert radiance == pytest.approx(np.where(odd, 1000.0, 1.0) / np.pi, rel=1e-5)
+
+
+def test_only_large_pictures_are_interpolated() -> None:
+    assert [stride_of(width * height) for width, height in ((320, 180), (512, 288), (1280, 720))] == [1, STRIDE, STRIDE]

@@ -8,6 +8,7 @@ import pytest
 import warp as wp
 from scenes import box, grey, quad, resident_of, scene_of
 
+from gpu import interpolate
 from gpu.accumulate import Accumulation
 from gpu.camera import look_at
 from gpu.frame import Frame
@@ -154,8 +155,14 @@ def test_where_every_pixel_sees_something_there_are_no_empty_ones(room: Resident
     assert_same(frame(room, without("empty_pixels")), usual, room)
 
 
-def test_indirect_light_of_most_pixels_is_interpolated(room: ResidentScene, usual: Frame) -> None:
-    other = frame(room, without("interpolated"))
+@pytest.fixture
+def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures as small as these are interpolated, too."""
+    monkeypatch.setattr(interpolate, "LEAST_PIXELS", 0)
+
+
+def test_indirect_light_of_most_pixels_is_interpolated(room: ResidentScene, of_any_size: None) -> None:
+    usual, other = frame(room), frame(room, without("interpolated"))
     pixels = SIZE[0] * SIZE[1]
     assert usual.stats.skips["interpolated"] + usual.stats.counts["shaded"] == pixels
     assert usual.stats.skips["interpolated"] > 0.4 * pixels
@@ -165,11 +172,21 @@ def test_indirect_light_of_most_pixels_is_interpolated(room: ResidentScene, usua
     assert relative_error(usual, exact) < 1.5 * relative_error(other, exact) + 1e-3
 
 
-def test_empty_pixels_are_not_counted_as_interpolated(terrace: ResidentScene) -> None:
+def test_empty_pixels_are_not_counted_as_interpolated(terrace: ResidentScene, of_any_size: None) -> None:
     for skip in (EVERY_SKIP, without("interpolated"), without("empty_pixels")):
         stats = frame(terrace, skip).stats
         done = stats.counts["shaded"] + stats.skips["interpolated"] + stats.skips["empty_pixels"]
         assert done == SIZE[0] * SIZE[1]
+
+
+def test_far_vpl_clusters_are_not_shaded_one_by_one(room: ResidentScene, usual: Frame) -> None:
+    other = frame(room, without("far_pairs"))
+    pairs = usual.stats.counts["shaded"] * usual.stats.counts["vpl_clusters"]
+    assert 0.5 * pairs < usual.stats.skips["far_pairs"] < pairs
+    assert other.stats.skips["far_pairs"] == 0
+    exact = frame(room, method=Method.EXACT_VPL)
+    assert relative_error(usual, other) < 5e-3
+    assert relative_error(usual, exact) < 1.5 * relative_error(other, exact) + 1e-3
 
 
 @pytest.mark.parametrize("method", list(Method))
