@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from gpu.device import allocate, launch
+from gpu.disk import disk_at
 from gpu.far_light import FarLight, doubt, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
@@ -21,7 +22,7 @@ from gpu.shade import CHECKS, REGISTERS, Indirect, guides_of
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_twig_unfolded, is_unfolded
-from gpu.vpl_clusters import PER_TWIG, VplClusters, disk_at
+from gpu.vpl_clusters import PER_TWIG, VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 

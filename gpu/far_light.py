@@ -8,10 +8,11 @@ clusters that are near a representative, in its spacings, are shaded SP by SP.
 import warp as wp
 
 from gpu.device import allocate, launch
+from gpu.disk import Disk, disk_at
 from gpu.sampling import PI
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, is_twig_unfolded, is_unfolded
-from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, disk_at, is_behind, member_disk, most_groups, out_of_reach
+from gpu.vpl_clusters import PER_TWIG, VplClusters, is_behind, member_disk, most_groups, out_of_reach
 
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)

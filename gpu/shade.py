@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from gpu.device import allocate, launch
+from gpu.disk import disk_at
 from gpu.far_light import FarLight, doubt, far_irradiance
 from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
@@ -17,7 +18,7 @@ from gpu.sp_clusters import SpClusters
 from gpu.sums import Sum, added
 from gpu.transfer import brightness, unoccluded
 from gpu.visibility import Visibility
-from gpu.vpl_clusters import VplClusters, disk_at
+from gpu.vpl_clusters import VplClusters
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
 CHECKS = 4

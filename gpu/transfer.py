@@ -2,9 +2,10 @@
 
 import warp as wp
 
+from gpu.disk import Disk, disk_at
 from gpu.sampling import PI
 from gpu.sums import Sum, added
-from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, cluster_of, disk_at, is_behind
+from gpu.vpl_clusters import PER_TWIG, VplClusters, cluster_of, is_behind
 
 # A cluster's disk, or a twig's, whose squared reach is more than this times the squared distance gives way to what it
 # stands for.

@@ -14,13 +14,14 @@ from functools import cache
 import warp as wp
 
 from gpu.device import launch
+from gpu.disk import disk_at
 from gpu.grouping import running_total
 from gpu.rays import connection, free_path
 from gpu.resident import SceneData
 from gpu.settings import EVERY_SKIP, Skips
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance
-from gpu.vpl_clusters import VplClusters, disk_at
+from gpu.vpl_clusters import VplClusters
 
 WORD_BITS = 32
 GROUP = wp.constant(8)

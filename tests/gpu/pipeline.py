@@ -9,6 +9,7 @@ from scenes import column, results
 
 from gpu.correct import Correction
 from gpu.device import allocate, launch
+from gpu.disk import disk_at
 from gpu.far_light import FarSums, doubt
 from gpu.gbuffer import GBuffer
 from gpu.lights import build_light_table
@@ -23,7 +24,7 @@ from gpu.transfer import disk_area, disk_transfer, unoccluded
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import trace_vpls
-from gpu.vpl_clusters import VplClusters, cluster_vpls, disk_at
+from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 
 @wp.kernel

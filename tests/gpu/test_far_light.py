@@ -4,10 +4,11 @@ import warp as wp
 from pipeline import Pipeline
 from scenes import column, results, slats
 
+from gpu.disk import disk_at
 from gpu.far_light import NEAR_SPACINGS, PARTS, doubt, slope_of
 from gpu.scene.types import Doubles
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
-from gpu.vpl_clusters import VplClusters, disk_at
+from gpu.vpl_clusters import VplClusters
 
 
 @wp.kernel

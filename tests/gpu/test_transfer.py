@@ -4,10 +4,11 @@ import warp as wp
 from scenes import box, column, grey, resident_of, results, square_of_vpls
 
 from gpu.device import allocate, launch
+from gpu.disk import Disk, disk_at, disk_of
 from gpu.sampling import PI
 from gpu.transfer import TWIG_SHARE, UNFOLD_SHARE, disk_area, disk_irradiance, disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
-from gpu.vpl_clusters import PER_TWIG, Disk, VplClusters, cluster_vpls, disk_at, disk_of, set_twigs
+from gpu.vpl_clusters import PER_TWIG, VplClusters, cluster_vpls, set_twigs
 
 
 @wp.kernel

@@ -4,6 +4,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scenes import results, slats
 
+from gpu.disk import disk_at
 from gpu.lights import build_light_table
 from gpu.rays import connected_solid
 from gpu.resident import ResidentScene, SceneData
@@ -13,7 +14,7 @@ from gpu.transfer import brightness, disk_irradiance
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import trace_vpls
-from gpu.vpl_clusters import VplClusters, cluster_vpls, disk_at
+from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 
 @wp.kernel

@@ -8,6 +8,7 @@ from stress import render
 
 from gpu.camera import look_at
 from gpu.device import allocate
+from gpu.disk import Disk
 from gpu.far_light import FarSums
 from gpu.metrics import rel_mse
 from gpu.scene.types import Floats, Light, LightKind, Material
@@ -17,7 +18,7 @@ from gpu.sp_clusters import allocate_sp_clusters
 from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl import allocate_vpls
-from gpu.vpl_clusters import Disk, VplClusters, unclustered
+from gpu.vpl_clusters import VplClusters, unclustered
 
 SIZE = (24, 18)
 CAMERA = look_at((0.1, 0.05, 0.42), (-0.05, -0.1, -0.5), yfov_degrees=75.0)
