@@ -1,9 +1,10 @@
 """Rays from shading points themselves that correct what their clusters believe. Beyond the 2022 paper.
 
-Fuzzy visibility is a control variate: an SP sends a few rays towards light that some of its clusters see, drawn in
-proportion to it, and the difference between what a ray finds and what the clusters believed is an unbiased estimate of
-their error there. It is zero where they are right, so its noise is small, and neighbours on a surface share it. Rays
-end at members of VPL clusters, so that what clustering VPLs does to penumbrae is corrected, too.
+Fuzzy visibility is a control variate: an SP sends a few rays to VPL clusters, drawn in proportion to their light and
+to how far its clusters may be wrong about them (gpu.far_light.doubt). The difference between what a ray finds and what
+the clusters believed estimates their error, and is right in the mean. It is zero where they are right, so its noise is
+small, and neighbours on a surface share it. Rays end at members of VPL clusters, so that what clustering VPLs does to
+penumbrae is corrected, too.
 """
 
 from functools import cache
@@ -13,21 +14,21 @@ import warp as wp
 
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
-from gpu.far_light import FarLight, doubt, groups_a_part
+from gpu.draws import drawn_group
+from gpu.far_light import FarLight, doubt
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
-from gpu.sampling import TO_UNIT, hashed, row_of
+from gpu.sampling import TO_UNIT, hashed
 from gpu.shade import CHECKS, REGISTERS, Indirect, guides_of
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness, disk_irradiance, disk_transfer, is_twig_unfolded, is_unfolded
+from gpu.transfer import brightness, disk_irradiance, is_twig_unfolded, is_unfolded, member_irradiance
 from gpu.vpl_clusters import PER_TWIG, VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
-
-
-# A member of a cluster counts at most this many times as much as its cluster lets expect.
+# A member of a cluster counts at most this many times as much as its cluster lets expect, and a group of clusters as
+# much as the SP's clusters do.
 MOST_SHARE = wp.constant(4.0)
 
 
@@ -40,13 +41,6 @@ class Target:
 
 
 @wp.func
-def member_light(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, member: int, area: float) -> float:
-    """Brightness that a VPL with a disk of `area` sends a point if nothing hides it."""
-    way = vpls.members.position[member] - position
-    return disk_transfer(way, normal, vpls.members.normal[member], area) * brightness(vpls.members.flux[member])
-
-
-@wp.func
 def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, state: wp.uint32) -> Target:
     """A member of a VPL cluster, drawn in proportion to its light where members are shaded one by one."""
     begin = vpls.starts[cluster]
@@ -56,7 +50,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
     disk = disk_at(vpls.disks, cluster)
     if not is_unfolded(position, disk):
         target.vpl = begin + int(hashed(state) % wp.uint32(end - begin))
-        light = member_light(position, normal, vpls, target.vpl, disk.area) * number
+        light = brightness(member_irradiance(position, normal, vpls, target.vpl, disk.area)) * number
         expected = brightness(disk_irradiance(position, normal, disk))
         target.share = wp.min(light / expected, MOST_SHARE)
         return target
@@ -71,7 +65,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         light = float(0.0)
         if is_twig_unfolded(position, disk):
             for member in range(begin, last):
-                light += member_light(position, normal, vpls, member, area)
+                light += brightness(member_irradiance(position, normal, vpls, member, area))
         else:
             light = brightness(disk_irradiance(position, normal, disk))
         total += light
@@ -81,7 +75,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         begin = last
     total = float(0.0)
     for member in range(chosen, wp.min(chosen + PER_TWIG, end)):
-        light = member_light(position, normal, vpls, member, area)
+        light = brightness(member_irradiance(position, normal, vpls, member, area))
         total += light
         state = hashed(state)
         if float(state) * TO_UNIT * total < light:
@@ -144,26 +138,20 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         believed = float(0.0)
         drawn = indirect.target[check, sp]
         if pick >= 0.0 or drawn < 0:
-            # One of the SP's clusters, one of its parts, one of that one's groups.
+            # One of the SP's clusters that know of far light, then one of its groups.
             pick = wp.max(pick, 0.0)
             chosen = int(-1)
             for f in range(wp.static(fuzziness)):
-                if weights[f] > 0.0 and (chosen < 0 or pick >= 0.0):
+                mass = weights[f] * far.totals[far.totals.shape[0] - 1, cluster[f]]
+                if mass > 0.0:
                     chosen = cluster[f]
-                    mass = weights[f] * far.totals[far.totals.shape[0] - 1, chosen]
                     if pick < mass:
                         pick = pick / weights[f]
                         break
                     pick -= mass
-            part = row_of(far.totals, chosen, pick)
-            if part > 0:
-                pick -= far.totals[part - 1, chosen]
-            begin = part * groups_a_part(vpls)
-            end = wp.min(begin + groups_a_part(vpls), vpls.groups)
-            group = int(begin)
-            while group < end - 1 and pick >= far.mass[group, chosen]:
-                pick -= far.mass[group, chosen]
-                group += 1
+            if chosen < 0:
+                return
+            group = drawn_group(vpls, far.mass, far.totals, chosen, pick)
             expected = float(0.0)
             for f in range(wp.static(fuzziness)):
                 if weights[f] > 0.0:

@@ -9,6 +9,7 @@ import warp as wp
 
 from gpu.device import allocate, launch
 from gpu.disk import Disk, disk_at
+from gpu.draws import groups_a_part
 from gpu.sampling import PI
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, is_twig_unfolded, is_unfolded
@@ -60,12 +61,6 @@ class Partial:
     light: wp.array2d[wp.vec3]
     moved: wp.array2d[wp.vec3]
     turned: wp.array2d[wp.vec3]
-
-
-@wp.func
-def groups_a_part(vpls: VplClusters) -> int:
-    """How many groups each part has; the last parts may have fewer or none."""
-    return (vpls.groups + wp.static(PARTS) - 1) // wp.static(PARTS)
 
 
 @wp.func
@@ -140,10 +135,11 @@ def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, v
     part_mass = float(0.0)
     position = sps.position[sp]
     normal = sps.normal[sp]
-    begin = part * groups_a_part(vpls)
+    groups = groups_a_part(vpls, out.totals.shape[0])
+    begin = part * groups
     near = int(0)
     seen = wp.uint32(0)
-    for group in range(begin, wp.min(begin + groups_a_part(vpls), vpls.groups)):
+    for group in range(begin, wp.min(begin + groups, vpls.groups)):
         mass = float(0.0)
         reached = not out_of_reach(position, normal, vpls, group)
         end = wp.min(vpls.per_group * (group + 1), vpls.count)
@@ -188,15 +184,15 @@ def whole_kernel(first: int, sps: SpClusters, partial: Partial, out: FarLight) -
     whole = float(0.0)
     masses = Chunk()
     for chunk in range(out.totals.shape[0] // wp.static(CHUNK)):
-        for place_in in range(wp.static(CHUNK)):
-            part = chunk * wp.static(CHUNK) + place_in
+        for row in range(wp.static(CHUNK)):
+            part = chunk * wp.static(CHUNK) + row
             light += partial.light[part, sp]
             moved += partial.moved[part, sp]
             turned += partial.turned[part, sp]
-            masses[place_in] = out.totals[part, sp]
-        for place_in in range(wp.static(CHUNK)):
-            whole += masses[place_in]
-            out.totals[chunk * wp.static(CHUNK) + place_in, sp] = whole
+            masses[row] = out.totals[part, sp]
+        for row in range(wp.static(CHUNK)):
+            whole += masses[row]
+            out.totals[chunk * wp.static(CHUNK) + row, sp] = whole
     out.light[sp] = light
     out.moved[sp] = moved
     out.turned[sp] = turned

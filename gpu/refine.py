@@ -11,10 +11,11 @@ import warp as wp
 from gpu.correct import member_of
 from gpu.device import allocate, launch
 from gpu.dispute import WorstPoints
+from gpu.draws import drawn_group, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
-from gpu.sampling import TO_UNIT, hashed, row_of
+from gpu.sampling import TO_UNIT, hashed
 from gpu.transfer import brightness, unoccluded
 from gpu.vpl_clusters import VplClusters, most_groups, out_of_reach
 
@@ -31,14 +32,12 @@ class Rays:
     """Rays of refined SPs.
 
     mass (group, place): light of each group of VPL clusters were nothing between; totals (part, place): the sum of that
-    over the groups of a part and of those before it; whole (place,): of all; vpl (ray, place), flattened: the VPL that
-    each ray goes to, −1 for none; share (ray, place), flattened: its light over its density, relative to `whole`, 0
-    once it was stopped.
+    over the groups of a part and of those before it; vpl (ray, place), flattened: the VPL that each ray goes to, −1 for
+    none; share (ray, place), flattened: its light over its density, relative to all light, 0 once it was stopped.
     """
 
     mass: wp.array2d[float]
     totals: wp.array2d[float]
-    whole: wp.array[float]
     vpl: wp.array[int]
     share: wp.array[float]
 
@@ -55,7 +54,7 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
         return
     position = gbuffer.position[pixels[place]]
     normal = gbuffer.normal[pixels[place]]
-    groups = groups_a_part(vpls)
+    groups = groups_a_part(vpls, rays.totals.shape[0])
     part_mass = float(0.0)
     for group in range(part * groups, wp.min((part + 1) * groups, vpls.groups)):
         mass = float(0.0)
@@ -68,14 +67,14 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
 
 
 @wp.func
-def groups_a_part(vpls: VplClusters) -> int:
-    """How many groups each part has; the last parts may have fewer or none."""
-    return (vpls.groups + wp.static(PARTS) - 1) // wp.static(PARTS)
+def all_light(rays: Rays, place: int) -> float:
+    """What all VPL clusters send an SP if nothing is between."""
+    return rays.totals[rays.totals.shape[0] - 1, place]
 
 
 @wp.kernel
-def whole_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
-    """One thread an SP: the sums over its parts."""
+def total_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
+    """One thread an SP: adds up its parts."""
     place = first + wp.tid()
     if place >= count[0]:
         return
@@ -83,7 +82,6 @@ def whole_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
     for part in range(rays.totals.shape[0]):
         whole += rays.totals[part, place]
         rays.totals[part, place] = whole
-    rays.whole[place] = whole
 
 
 @wp.kernel
@@ -94,22 +92,18 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     capacity = pixels.shape[0]
     place = index % capacity
     rays.vpl[index] = -1
-    if place >= count[0] or rays.whole[place] <= 0.0:
+    if place >= count[0]:
+        return
+    whole = all_light(rays, place)
+    if whole <= 0.0:
         return
     pixel = pixels[place]
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
     ray = index // capacity
     state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed)))
-    pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * rays.whole[place]
-    part = row_of(rays.totals, place, pick)
-    if part > 0:
-        pick -= rays.totals[part - 1, place]
-    group = part * groups_a_part(vpls)
-    end = wp.min(group + groups_a_part(vpls), vpls.groups)
-    while group < end - 1 and pick >= rays.mass[group, place]:
-        pick -= rays.mass[group, place]
-        group += 1
+    pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
+    group = drawn_group(vpls, rays.mass, rays.totals, place, pick)
     total = float(0.0)
     drawn = int(-1)
     for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
@@ -166,7 +160,7 @@ def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: Vp
         if vpl >= 0:
             flux = vpls.members.flux[vpl]
             total += flux * (rays.share[index] / brightness(flux))
-    total *= rays.whole[place] / float(RAYS)
+    total *= all_light(rays, place) / float(RAYS)
     if brightness(total) < CONFIRMED * brightness(irradiance[pixels[place]]):
         irradiance[pixels[place]] = total
 
@@ -186,7 +180,7 @@ class Refinement:
         """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
         rays, capacity, device, pixels = self._rays, self._capacity, self.device, points.pixels
         launch(mass_kernel, PARTS * capacity, [gbuffer, pixels, points.count, vpls, rays], device)
-        launch(whole_kernel, capacity, [points.count, rays], device)
+        launch(total_kernel, capacity, [points.count, rays], device)
         launch(draw_kernel, RAYS * capacity, [gbuffer, pixels, points.count, vpls, seed, rays], device)
         launch(trace_kernel(connection(scene)), RAYS * capacity, [scene, gbuffer, pixels, vpls, rays], device)
         launch(sum_kernel, capacity, [pixels, points.count, vpls, rays, irradiance], device)

@@ -97,20 +97,6 @@ def pixel_seed(pixel: int, seed: int) -> int:
 
 
 @wp.func
-def row_of(totals: wp.array2d[float], column: int, pick: float) -> int:
-    """The first row whose running total, in a column of `totals`, is above `pick`, or the last row."""
-    low = int(0)
-    high = totals.shape[0] - 1
-    while low < high:
-        middle = (low + high) // 2
-        if totals[middle, column] > pick:
-            high = middle
-        else:
-            low = middle + 1
-    return low
-
-
-@wp.func
 def spread_bits(x: int) -> int:
     """The 16 lowest bits, each followed by a zero."""
     x = (x | (x << 8)) & 0x00FF00FF

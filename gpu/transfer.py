@@ -95,6 +95,13 @@ def disk_area(position: wp.vec3, vpls: VplClusters, member: int) -> float:
 
 
 @wp.func
+def member_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, member: int, area: float) -> wp.vec3:
+    """Irradiance at a point from one VPL with a disk of `area`, if nothing hides it [W/m²]."""
+    way = vpls.members.position[member] - position
+    return vpls.members.flux[member] * disk_transfer(way, normal, vpls.members.normal[member], area)
+
+
+@wp.func
 def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
     """Irradiance at a point from a VPL cluster that nothing hides [W/m²].
 
@@ -114,9 +121,7 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
         disk = disk_at(vpls.twigs, twig)
         if is_twig_unfolded(position, disk):
             for member in range(begin, wp.min(begin + PER_TWIG, end)):
-                way = vpls.members.position[member] - position
-                share = disk_transfer(way, normal, vpls.members.normal[member], area)
-                irradiance = added(irradiance, vpls.members.flux[member] * share)
+                irradiance = added(irradiance, member_irradiance(position, normal, vpls, member, area))
         else:
             irradiance = added(irradiance, disk_irradiance(position, normal, disk))
         begin += PER_TWIG

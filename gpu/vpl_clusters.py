@@ -253,11 +253,8 @@ def single_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) ->
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
     area = clusters.disks[cluster].area / float(end - begin)
-    members = clusters.members
     for member in range(begin, end):
-        singles[member] = disk_of(
-            members.position[member], members.normal[member], members.flux[member], area, 0.0, 1.0
-        )
+        singles[member] = member_disk(clusters, member, area)
 
 
 def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:

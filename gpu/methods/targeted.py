@@ -11,7 +11,7 @@ from gpu.stages import Stages
 from gpu.target import LEAST_MEMBERS, MOST_MEMBERS, Governor, Level, Levels, error_model, time_model
 from gpu.view import View
 
-# Levels that are kept, each with arrays of its clusters (0.1 GB for the default counts of a GPU) and captured graphs: a
+# Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
 # For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise.
@@ -35,8 +35,9 @@ class TargetedVpl:
         self._target = settings.target_error or settings.target_ms or 0.0
         # None: as many as clusters need.
         self._vpls = quality.vpls if settings.target_error else settings.vpls
-        levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters)
-        if self._vpls is not None:
+        if self._vpls is None:
+            levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters)
+        else:
             members = MOST_MEMBERS * (FEWER_FOR_ERROR if settings.target_error else 1)
             levels = Levels(view.pixels, self._vpls // members, self._vpls // LEAST_MEMBERS)
         model = error_model() if settings.target_error else time_model()

@@ -13,7 +13,6 @@ from gpu.sampling import (
     cosine_direction,
     orthonormal,
     pixel_seed,
-    row_of,
     sky_direction,
     sobol_pair,
     triangle_barycentrics,
@@ -25,13 +24,6 @@ COUNT = 1 << 14
 AXIS = wp.constant(wp.vec3(0.48, -0.6, 0.64))
 CONE = wp.constant(0.7)
 COSINE, IN_CONE, FROM_SKY = wp.constant(0), wp.constant(1), wp.constant(2)
-
-
-@wp.kernel
-def row_kernel(first: int, totals: wp.array2d[float], column: int, picks: wp.array[float], out: wp.array[int]) -> None:
-    """One thread a pick: the row that it falls into."""
-    index = first + wp.tid()
-    out[index] = row_of(totals, column, picks[index])
 
 
 @wp.kernel
@@ -157,11 +149,3 @@ def test_z_order_numbers_each_block_in_turn() -> None:
     assert sorted(numbers.ravel()) == list(range(64))
     assert numbers[:2, :2].tolist() == [[0, 1], [2, 3]]
     assert numbers[4:, 4:].min() == 48
-
-
-def test_rows_are_found_by_their_running_totals() -> None:
-    totals = np.cumsum([[0.0, 9.0], [2.0, 9.0], [0.0, 9.0], [3.0, 9.0], [0.0, 9.0]], axis=0).astype(np.float32)
-    picks = [-1.0, 0.0, 1.9, 2.0, 4.9, 5.0, 7.0]
-    table = wp.array(totals, dtype=float, device="cpu")
-    rows = results(row_kernel, len(picks), [table, 0, wp.array(picks, dtype=float, device="cpu")], wp.int32)
-    assert rows.tolist() == [0, 1, 1, 3, 3, 4, 4]
