@@ -15,9 +15,11 @@ from gpu.resident import ResidentScene
 from gpu.settings import RenderSettings
 from server.messages import SceneRef
 
-# Device memory of a renderer, nearly all in arrays of its pixels and of pairs of clusters [bytes]; 419 and 6 measured.
+# Device memory of a renderer, nearly all in arrays of its pixels, of SP clusters (light of parts of the VPL clusters) and
+# of pairs of clusters [bytes]; 427, 11,277 and 7.0 fitted to arrays of 6 renderers.
 BYTES_A_PIXEL = 450
-BYTES_A_PAIR = 7
+BYTES_A_CLUSTER = 12_000
+BYTES_A_PAIR = 8
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
 SHARE = 0.25
 CPU_BYTES = 2 << 30
@@ -71,7 +73,8 @@ class Renderers:
 
     def _bytes_of(self, key: _Key) -> int:
         quality = quality_of(key.settings, self._device)
-        return BYTES_A_PIXEL * key.size[0] * key.size[1] + BYTES_A_PAIR * quality.sp_clusters * quality.vpl_clusters
+        clusters = BYTES_A_CLUSTER + BYTES_A_PAIR * quality.vpl_clusters
+        return BYTES_A_PIXEL * key.size[0] * key.size[1] + clusters * quality.sp_clusters
 
     def _make_room(self, new: _Key) -> None:
         while self._kept and (

@@ -8,7 +8,7 @@ from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
 from server.messages import SceneRef
-from server.renderers import BYTES_A_PAIR, BYTES_A_PIXEL, Renderers
+from server.renderers import BYTES_A_CLUSTER, BYTES_A_PAIR, BYTES_A_PIXEL, Renderers
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
 SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
@@ -39,7 +39,8 @@ def test_a_renderer_is_kept_for_its_scene_size_and_settings(resident: ResidentSc
 
 
 def test_the_one_used_longest_ago_makes_room(resident: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server.renderers, "CPU_BYTES", 200 * BYTES_A_PIXEL)
+    clusters = 4 * BYTES_A_CLUSTER + 4 * 4 * BYTES_A_PAIR
+    monkeypatch.setattr(server.renderers, "CPU_BYTES", 200 * BYTES_A_PIXEL + 3 * clusters)
     kept = Renderers(wp.get_device("cpu"))
     first = kept.get(BOX, resident, (10, 10), SETTINGS, silent)
     kept.get(BOX, resident, (9, 10), SETTINGS, silent)
@@ -51,8 +52,12 @@ def test_the_one_used_longest_ago_makes_room(resident: ResidentScene, monkeypatc
     assert len(kept) == 1
 
 
-def test_pairs_of_clusters_take_room_too(resident: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server.renderers, "CPU_BYTES", 3 * 64 * BYTES_A_PIXEL + 2 * 1000 * BYTES_A_PAIR)
+@pytest.mark.parametrize(("clusters", "pairs"), [(3, 2), (2, 3)])
+def test_clusters_and_pairs_of_them_take_room_too(
+    resident: ResidentScene, monkeypatch: pytest.MonkeyPatch, clusters: int, pairs: int
+) -> None:
+    room = 3 * 64 * BYTES_A_PIXEL + clusters * 50 * BYTES_A_CLUSTER + pairs * 1000 * BYTES_A_PAIR
+    monkeypatch.setattr(server.renderers, "CPU_BYTES", room)
     kept = Renderers(wp.get_device("cpu"))
     many = SETTINGS.model_copy(update={"sp_clusters": 50, "vpl_clusters": 20})
     for seed in range(3):
