@@ -16,7 +16,7 @@ WORD, VPL_STEP = 32, 2.0**0.25
 # SP clusters for each VPL cluster: as in the default counts of a GPU, and how many times that or how little of it.
 SPS_PER_VPL, RANGE = 4.0, 6.0
 # Members that a VPL cluster has on average. Those of fewer are not worth their name; those of more than a GPU's default
-# counts have are shaded member by member from afar, so that fewer of them take longer.
+# counts have are shaded in their parts from afar, so that fewer of them take longer.
 LEAST_MEMBERS, MOST_MEMBERS = 12, 48
 # Too near the target to move. Where SP clusters alone come within twice that, no other VPL clusters are taken.
 NEAR_ENOUGH = log(1.04)
