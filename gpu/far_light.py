@@ -245,9 +245,12 @@ class FarSums:
         self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
-    def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters) -> None:
-        """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs."""
-        lanes = lanes_of(self.device)
+    def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
+        """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.
+
+        few: whether most are kept.
+        """
+        lanes = lanes_of(self.device, few=few)
         inputs = [clusters, lanes, vpls, visibility, not self._enabled, self._partial, self.data]
         launch(part_kernel, PARTS * self._sp_count * lanes, inputs, self.device)
         launch(whole_kernel, self._sp_count, [clusters, self._partial, self.data], self.device)

@@ -9,9 +9,9 @@ import warp as wp
 CUDA_LANES = 8
 
 
-def lanes_of(device: wp.Device) -> int:
-    """How many threads of a device share an item: 8 or 1."""
-    return CUDA_LANES if device.is_cuda else 1
+def lanes_of(device: wp.Device, *, few: bool) -> int:
+    """How many threads of a device share an item: 8 or 1. few: whether a GPU's threads would not all have one."""
+    return CUDA_LANES if few and device.is_cuda else 1
 
 
 @wp.func_native("""

@@ -8,22 +8,25 @@ from functools import cache
 
 import warp as wp
 
-from gpu.correct import MOST_SHARE, member_of
+from gpu.correct import member_of
 from gpu.device import allocate, launch
+from gpu.disk import disk_at
 from gpu.dispute import WorstPoints
 from gpu.draws import drawn_group, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.transfer import brightness, rough_brightness
-from gpu.vpl_clusters import VplClusters, most_groups, out_of_reach
+from gpu.transfer import brightness, disk_irradiance, is_unfolded
+from gpu.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
 
 RAYS = 32
 # Groups of VPL clusters are looked at in parts, since there are few SPs to refine for a GPU's threads.
 PARTS = 64
 # Where more rays find more than this share of what was believed, that has less noise than they.
 CONFIRMED = wp.constant(0.5)
+# A cluster near a point counts at most this many times as much as its one disk, by which it is drawn.
+MOST_WHOLE = wp.constant(32.0)
 REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 
 
@@ -41,6 +44,15 @@ class Rays:
     totals: wp.array2d[float]
     vpl: wp.array[int]
     share: wp.array[float]
+
+
+@wp.func
+def disk_brightness(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, vpl: int) -> float:
+    """How bright a VPL cluster's one disk is, also where it is so near that its members light the point."""
+    disk = disk_at(vpls.disks, vpl)
+    if is_unfolded(position, disk) and is_behind(position, normal, vpls, vpl):
+        return 0.0
+    return brightness(disk_irradiance(position, normal, disk))
 
 
 @wp.kernel
@@ -61,7 +73,7 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
         mass = float(0.0)
         if not out_of_reach(position, normal, vpls, group):
             for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-                mass += rough_brightness(position, normal, vpls, vpl)
+                mass += disk_brightness(position, normal, vpls, vpl)
         rays.mass[group, place] = mass
         part_mass += mass
     rays.totals[part, place] = part_mass
@@ -109,7 +121,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     expected = float(0.0)
     drawn = int(-1)
     for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-        light = rough_brightness(position, normal, vpls, vpl)
+        light = disk_brightness(position, normal, vpls, vpl)
         if light > 0.0:
             total += light
             state = hashed(state)
@@ -119,7 +131,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     if drawn >= 0:
         target = member_of(position, normal, vpls, drawn, hashed(state))
         rays.vpl[index] = target.vpl
-        rays.share[index] = target.share * wp.min(target.whole / expected, MOST_SHARE)
+        rays.share[index] = target.share * wp.min(target.whole / expected, MOST_WHOLE)
 
 
 @cache

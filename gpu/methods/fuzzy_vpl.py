@@ -127,10 +127,10 @@ class FuzzyVpl:
         self._begun = repeats
 
         def light() -> None:
-            far.run(clusters, visibility.words, vpls)
+            far.run(clusters, visibility.words, vpls, few=goes_on)
             shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
 
-        stages.run("shade", light, repeats=repeats)
+        stages.run("shade", light, repeats=repeats, way=goes_on)
         if settings.correct:
             stages.run("correct", correct, repeats=repeats)
             if self._refines:

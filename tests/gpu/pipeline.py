@@ -139,7 +139,7 @@ class Pipeline:
     def shade(self, seed: int = 0) -> None:
         """Shade anew with the clusters and visibility as they are now."""
         view, clusters = self.view, self.clustering.clusters
-        self.far.run(clusters, self.visibility.words, self.lights)
+        self.far.run(clusters, self.visibility.words, self.lights, few=False)
         shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
               seed, view.indirect)  # fmt: skip
 

@@ -6,6 +6,7 @@ from scenes import column, results, slats
 
 from gpu.disk import disk_at
 from gpu.far_light import NEAR_SPACINGS, PARTS, Slope, doubt, with_disk, with_twigs
+from gpu.resident import ResidentScene
 from gpu.scene.types import Doubles
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
 from gpu.vpl_clusters import VplClusters
@@ -141,6 +142,20 @@ def test_clusters_that_are_coarse_there_count_by_their_twigs(fuzzy: Pipeline) ->
     told = slopes(fuzzy)[:, :, 0].mean(axis=2)
     assert np.allclose(told[~coarse], one[~coarse], rtol=1e-4)
     assert not np.allclose(told[coarse], one[coarse], rtol=0.1)
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="a CPU has one lane")
+def test_lanes_change_nothing_but_the_order_of_sums(fuzzy: Pipeline) -> None:
+    resident = ResidentScene(fuzzy.resident.scene, wp.get_device("cuda:0"))
+    alone = Pipeline(resident, fuzzy.camera, fuzzy.size, sp_clusters=300, vpl_clusters=150, far_pairs=True)
+    used = alone.clustering.clusters.used.numpy() == 1
+    names = ("light", "moved", "turned", "mass", "totals")
+    near, before = near_bits(alone), {name: getattr(alone.far.data, name).numpy() for name in names}
+    alone.far.run(alone.clustering.clusters, alone.visibility.words, alone.lights, few=True)
+    assert (near_bits(alone) == near)[used].all()
+    for name in names:
+        told, rows = getattr(alone.far.data, name).numpy(), used if name in names[:3] else (slice(None), used)
+        assert np.allclose(told[rows], before[name][rows], rtol=1e-4, atol=1e-5 * np.abs(before[name][rows]).max())
 
 
 def test_switched_off_all_clusters_are_near(fuzzy: Pipeline) -> None:
