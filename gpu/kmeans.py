@@ -148,7 +148,7 @@ class KMeans:
     """K-means of up to `capacity` points into `cluster_count` clusters; arrays are allocated once.
 
     After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
-    is, −1 for a dropped one, and `groups` the members of each cluster. `exhaustive` finds every point the nearest of all
+    is, −1 for a dropped one, and `groups` the members of each. `exhaustive` finds every point the nearest of all
     clusters, so that none is left out: for VPLs, whose light would be lost and whose spacing is not known beforehand.
     """
 
