@@ -34,10 +34,14 @@ MOST_SHARE = wp.constant(4.0)
 
 @wp.struct
 class Target:
-    """A VPL that a ray goes to, and its light over what its cluster lets expect of it."""
+    """A VPL that a ray goes to, and its light over what its cluster lets expect of it.
+
+    whole: brightness of the cluster were nothing between.
+    """
 
     vpl: int
     share: float
+    whole: float
 
 
 @wp.func
@@ -51,8 +55,8 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
     if not is_unfolded(position, disk):
         target.vpl = begin + int(hashed(state) % wp.uint32(end - begin))
         light = brightness(member_irradiance(position, normal, vpls, target.vpl, disk.area)) * number
-        expected = brightness(disk_irradiance(position, normal, disk))
-        target.share = wp.min(light / expected, MOST_SHARE)
+        target.whole = brightness(disk_irradiance(position, normal, disk))
+        target.share = wp.min(light / target.whole, MOST_SHARE)
         return target
     target.vpl = begin
     target.share = 1.0
@@ -73,6 +77,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         if float(state) * TO_UNIT * total < light:
             chosen = begin
         begin = last
+    target.whole = total
     total = float(0.0)
     for member in range(chosen, wp.min(chosen + PER_TWIG, end)):
         light = brightness(member_irradiance(position, normal, vpls, member, area))

@@ -34,8 +34,28 @@ def nearest_search(number: int, metric: wp.Function = separation) -> wp.Function
             nearest.cluster[f] = -1
         scale = cells_per_unit(level)
         centre = cell_at(position, scale)
+        # Cells come by how far they are: on each axis the own one, the one beside the nearer face, and that opposite.
+        side = wp.vec3i(-1, -1, -1)
+        near = wp.vec3(0.0, 0.0, 0.0)
+        for axis in range(3):
+            near[axis] = position[axis] * scale - float(centre[axis])
+            if near[axis] > 0.5:
+                side[axis] = 1
+                near[axis] = 1.0 - near[axis]
         for neighbour in range(27):
-            cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
+            step = wp.vec3i(neighbour % 3, (neighbour // 3) % 3, neighbour // 9)
+            gap = float(0.0)
+            cell = centre
+            for axis in range(3):
+                if step[axis] == 1:
+                    cell[axis] = centre[axis] + side[axis]
+                    gap += near[axis] * near[axis]
+                elif step[axis] == 2:
+                    cell[axis] = centre[axis] - side[axis]
+                    gap += (1.0 - near[axis]) * (1.0 - near[axis])
+            # All that is in the cell is farther than those found; no metric makes anything nearer than it is.
+            if wp.sqrt(gap) > nearest.distance[wp.static(number - 1)] * scale:
+                continue
             bucket = bucket_of(cell, level, clusters.buckets)
             for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
                 entry = clusters.entries[place]

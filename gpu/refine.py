@@ -8,7 +8,7 @@ from functools import cache
 
 import warp as wp
 
-from gpu.correct import member_of
+from gpu.correct import MOST_SHARE, member_of
 from gpu.device import allocate, launch
 from gpu.dispute import WorstPoints
 from gpu.draws import drawn_group, groups_a_part
@@ -16,7 +16,7 @@ from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.transfer import brightness, unoccluded
+from gpu.transfer import brightness, rough_brightness
 from gpu.vpl_clusters import VplClusters, most_groups, out_of_reach
 
 RAYS = 32
@@ -31,9 +31,10 @@ REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 class Rays:
     """Rays of refined SPs.
 
-    mass (group, place): light of each group of VPL clusters were nothing between; totals (part, place): the sum of that
-    over the groups of a part and of those before it; vpl (ray, place), flattened: the VPL that each ray goes to, −1 for
-    none; share (ray, place), flattened: its light over its density, relative to all light, 0 once it was stopped.
+    mass (group, place): about the light of each group of VPL clusters were nothing between; totals (part, place): the
+    sum of that over the groups of a part and of those before it; vpl (ray, place), flattened: the VPL that each ray
+    goes to, −1 for none; share (ray, place), flattened: its light over its density, relative to all light, 0 once it
+    was stopped.
     """
 
     mass: wp.array2d[float]
@@ -60,7 +61,7 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
         mass = float(0.0)
         if not out_of_reach(position, normal, vpls, group):
             for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-                mass += brightness(unoccluded(position, normal, vpls, vpl))
+                mass += rough_brightness(position, normal, vpls, vpl)
         rays.mass[group, place] = mass
         part_mass += mass
     rays.totals[part, place] = part_mass
@@ -68,7 +69,7 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
 
 @wp.func
 def all_light(rays: Rays, place: int) -> float:
-    """What all VPL clusters send an SP if nothing is between."""
+    """About what all VPL clusters send an SP if nothing is between."""
     return rays.totals[rays.totals.shape[0] - 1, place]
 
 
@@ -105,18 +106,20 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
     group = drawn_group(vpls, rays.mass, rays.totals, place, pick)
     total = float(0.0)
+    expected = float(0.0)
     drawn = int(-1)
     for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-        light = brightness(unoccluded(position, normal, vpls, vpl))
+        light = rough_brightness(position, normal, vpls, vpl)
         if light > 0.0:
             total += light
             state = hashed(state)
             if float(state) * TO_UNIT * total < light:
                 drawn = vpl
+                expected = light
     if drawn >= 0:
         target = member_of(position, normal, vpls, drawn, hashed(state))
         rays.vpl[index] = target.vpl
-        rays.share[index] = target.share
+        rays.share[index] = target.share * wp.min(target.whole / expected, MOST_SHARE)
 
 
 @cache

@@ -126,3 +126,16 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
             irradiance = added(irradiance, disk_irradiance(position, normal, disk))
         begin += PER_TWIG
     return irradiance.total
+
+
+@wp.func
+def rough_brightness(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> float:
+    """About how bright what `unoccluded` tells is, for less: twigs do not give way to their members."""
+    disk = disk_at(vpls.disks, cluster)
+    if not is_unfolded(position, disk):
+        return brightness(disk_irradiance(position, normal, disk))
+    total = float(0.0)
+    if not is_behind(position, normal, vpls, cluster):
+        for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
+            total += brightness(disk_irradiance(position, normal, disk_at(vpls.twigs, twig)))
+    return total

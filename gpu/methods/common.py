@@ -2,6 +2,8 @@
 
 from typing import Protocol
 
+import warp as wp
+
 from gpu.direct import add_soft_light, trace_direct_light
 from gpu.lighting import Lighting, LightingChoice, Progress
 from gpu.lights import LightTable
@@ -95,19 +97,27 @@ def render_direct(
     stages.run("direct", direct, repeats=sample == 0)
 
 
-def add_indirect(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",
-                 settings: RenderSettings, stages: Stages, sample: int) -> None:  # fmt: skip
-    """Add the indirect light to the picture; before, by the map `lit`, what `vpls` lack near field."""
-    sps, gbuffer, seed = view.shading_points, view.gbuffer, frame_seed(settings.seed, sample)
-    irradiance, smooth = view.indirect.irradiance, is_smoothed(settings, sample)
+def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",
+              settings: RenderSettings, stages: Stages, sample: int) -> None:  # fmt: skip
+    """Begin to find by the map `lit` what `vpls` lack near field; these rays need no stage but the first."""
+    if lit is None:
+        return
+    args = view.scene, view.gbuffer, view.shading_points, vpls, lit, frame_seed(settings.seed, sample)
+    stages.fork("near rays", lambda: near_field.trace(*args), repeats=sample == 0)
 
-    def near(lit: RadiosityMap) -> None:
-        near_field.trace(view.scene, gbuffer, sps, vpls, lit, seed)
-        light = near_field.light
+
+def add_indirect(view: View, near_field: NearField | None, settings: RenderSettings, stages: Stages,
+                 sample: int) -> None:  # fmt: skip
+    """Add the indirect light to the picture; before, what `near_field` has found, if it was begun."""
+    sps, gbuffer, irradiance = view.shading_points, view.gbuffer, view.indirect.irradiance
+    smooth = is_smoothed(settings, sample)
+
+    def near(light: wp.array) -> None:
         if smooth:
             light = view.smoothing.share(gbuffer, sps, irradiance, light)
         sps.add(light, irradiance, bounded=smooth)
 
-    if lit is not None:
-        stages.run("near", lambda: near(lit), repeats=sample == 0)
+    if near_field:
+        light = near_field.light
+        stages.run("near", lambda: near(light), repeats=sample == 0, joins=True)
     stages.run("interpolate", view.add_indirect, repeats=sample == 0)

@@ -5,7 +5,7 @@ from pipeline import Pipeline
 from scenes import column, results, slats
 
 from gpu.disk import disk_at
-from gpu.far_light import NEAR_SPACINGS, PARTS, doubt, slope_of
+from gpu.far_light import NEAR_SPACINGS, PARTS, Slope, doubt, with_disk, with_twigs
 from gpu.scene.types import Doubles
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
 from gpu.vpl_clusters import VplClusters
@@ -16,7 +16,13 @@ def slope_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.ve
                  out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a point at a cluster: light, and its gradients by place and by normal."""
     index = first + wp.tid()
-    slope = slope_of(position[index // vpls.count], normal[index // vpls.count], vpls, index % vpls.count)
+    point = index // vpls.count
+    disk = disk_at(vpls.disks, index % vpls.count)
+    slope = Slope()
+    if is_unfolded(position[point], disk):
+        slope = with_twigs(slope, position[point], normal[point], vpls, index % vpls.count, 0, 1)
+    else:
+        slope = with_disk(slope, position[point], normal[point], disk)
     out[3 * index] = slope.light
     out[3 * index + 1] = slope.moved
     out[3 * index + 2] = slope.turned
