@@ -18,6 +18,8 @@ from gpu.vpl_clusters import VplClusters
 # Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
 # that the mean forgets the blur.
 SMOOTHED_FRAMES = 4
+# Those have so many times more samples of direct light, whose noise would be most of the mean's.
+SHARPER = 4
 
 # What a frame is made of and what it did not have to do: counts by name; see gpu.frame.FrameStats.
 FrameStatistics = tuple[dict[str, int], dict[str, int]]
@@ -84,11 +86,13 @@ def render_direct(
     if settings.component is Component.INDIRECT:
         view.radiance.zero_()
         return
-    gbuffer, samples, seed = view.gbuffer, quality.samples, frame_seed(settings.seed, sample)
+    gbuffer, seed = view.gbuffer, settings.seed
+    samples = quality.samples * (SHARPER if sample >= SMOOTHED_FRAMES else 1)
 
     def direct() -> None:
         out = (view.radiance, view.soft)
-        trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, samples, seed, *out, view.needs)
+        numbers = samples, sample, seed
+        trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, *numbers, *out, view.needs)
         if view.needs.soft:
             if is_smoothed(settings, sample):
                 view.smoothing.run(gbuffer, view.soft)
