@@ -17,6 +17,7 @@ from gpu.grid import (
     bucket_of,
     cell_at,
     cells_per_unit,
+    entry_at,
     separation,
 )
 from gpu.resident import NO_HIT
@@ -87,13 +88,11 @@ def is_crowded(representatives: Representatives, spacings: wp.array[float], clus
         if not double:
             bucket = bucket_of(cell, level, representatives.buckets)
             for place in range(representatives.starts[bucket], representatives.starts[bucket + 1]):
-                entry = representatives.entries[place]
-                other = entry // 3
-                if other != cluster and spacings[other] > 0.0 and hashed(wp.uint32(other)) < rank:
-                    there = representatives.position[other]
-                    there_normal = representatives.normal[other]
-                    alike = wp.dot(there_normal, normal) > NORMAL_THRESHOLD
-                    if alike and separation(position, normal, there, there_normal) < reach:
+                other = entry_at(representatives, place)
+                alike = wp.dot(other.normal, normal) > NORMAL_THRESHOLD
+                if alike and separation(position, normal, other.position, other.normal) < reach:
+                    number = other.cluster
+                    if number != cluster and spacings[number] > 0.0 and hashed(wp.uint32(number)) < rank:
                         return True
     return False
 

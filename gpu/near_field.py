@@ -5,12 +5,14 @@ of each SP: where that meets a surface, its radiosity counts with this share (T.
 the Presence of Weak Singularities, 2004, with radiosity from a density estimate in place of a path).
 """
 
+from functools import cache
+
 import warp as wp
 
 from gpu.device import allocate, launch
 from gpu.gbuffer import RAY_LENGTH, GBuffer
 from gpu.radiosity import RadiosityMap, vpl_around
-from gpu.rays import closest_hit, occluded, offset_origin
+from gpu.rays import blocking, closest_hit, offset_origin
 from gpu.resident import NO_HIT, SceneData
 from gpu.sampling import PI, cosine_direction, sobol_pair
 from gpu.shading_points import ShadingPoints
@@ -41,25 +43,41 @@ class Hits:
     distance: wp.array[float]
 
 
-@wp.kernel
-def trace_kernel(first: int, threads: int, scene: SceneData, gbuffer: GBuffer, sps: wp.array[int],
-                 sp_count: wp.array[int], seed: int, hits: Hits) -> None:  # fmt: skip
-    """One of `threads` for SPs: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share them."""
-    for sp in range(first + wp.tid(), sps.shape[0], threads):
-        hits.distance[sp] = 0.0
-        if sp < sp_count[0]:
-            pixel = sps[sp]
-            place = sobol_pair(sp, NEAR_PAIR, seed)
-            direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
-            geometric = gbuffer.geometric[pixel]
-            if wp.dot(direction, geometric) > 0.0:
-                origin = offset_origin(gbuffer.position[pixel], geometric, direction)
-                hit = closest_hit(scene, origin, direction, RAY_LENGTH)
-                if hit.face != NO_HIT:
-                    normal = triangle_normal(scene, hit.face)
-                    hits.position[sp] = origin + direction * hit.t
-                    hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
-                    hits.distance[sp] = hit.t
+@cache
+def trace_kernel(alpha: bool) -> wp.Kernel:
+    """The kernel that traces the rays; alpha: whether these must look at masks."""
+
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        threads: int,
+        scene: SceneData,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        sp_count: wp.array[int],
+        seed: int,
+        hits: Hits,
+    ) -> None:
+        """One of `threads` for SPs, whose order keeps neighbours together: a ray with density cosθ/π."""
+        if wp.static(not alpha):
+            scene.ignore_alpha = True
+        for sp in range(first + wp.tid(), sps.shape[0], threads):
+            hits.distance[sp] = 0.0
+            if sp < sp_count[0]:
+                pixel = sps[sp]
+                place = sobol_pair(sp, NEAR_PAIR, seed)
+                direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
+                geometric = gbuffer.geometric[pixel]
+                if wp.dot(direction, geometric) > 0.0:
+                    origin = offset_origin(gbuffer.position[pixel], geometric, direction)
+                    hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+                    if hit.face != NO_HIT:
+                        normal = triangle_normal(scene, hit.face)
+                        hits.position[sp] = origin + direction * hit.t
+                        hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
+                        hits.distance[sp] = hit.t
+
+    return kernel
 
 
 @wp.kernel
@@ -72,41 +90,53 @@ def find_kernel(first: int, threads: int, hits: Hits, lit: RadiosityMap, vpl: wp
             vpl[sp] = vpl_around(lit, hits.position[sp], hits.normal[sp], RADIUS_SHARE * distance)
 
 
-@wp.func
-def is_apart(scene: SceneData, position: wp.vec3, normal: wp.vec3, other: wp.vec3, distance: float) -> bool:
-    """Whether something stands between two points of a surface, as a wall on a floor does.
+@cache
+def light_kernel(blocked: wp.Function) -> wp.Kernel:
+    """The kernel that looks along the surface with `blocked`, one of gpu.rays.occluded and occluded_solid."""
 
-    distance: of whoever sees the first.
-    """
-    way = other - position
-    length = wp.length(way)
-    if length == 0.0:
-        return False
-    lift = normal * wp.min(CLEARANCE * length, 0.5 * distance)
-    return occluded(scene, position + lift, way / length, length)
+    @wp.func
+    def is_apart(scene: SceneData, position: wp.vec3, normal: wp.vec3, other: wp.vec3, distance: float) -> bool:
+        way = other - position
+        length = wp.length(way)
+        if length == 0.0:
+            return False
+        lift = normal * wp.min(CLEARANCE * length, 0.5 * distance)
+        return blocked(scene, position + lift, way / length, length)
 
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        threads: int,
+        scene: SceneData,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        count: wp.array[int],
+        hits: Hits,
+        vpls: VplClusters,
+        lit: RadiosityMap,
+        vpl: wp.array[int],
+        light: wp.array[wp.vec3],
+        found: wp.array[int],
+    ) -> None:
+        """One of `threads` for SPs: the irradiance that disks took from where rays went [W/m²], in light (pixel,).
 
-@wp.kernel
-def light_kernel(first: int, threads: int, scene: SceneData, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int],
-                 hits: Hits, vpls: VplClusters, lit: RadiosityMap, vpl: wp.array[int], light: wp.array[wp.vec3],
-                 found: wp.array[int]) -> None:  # fmt: skip
-    """One of `threads` for SPs: the irradiance that disks took from where rays went [W/m²], in light (pixel,).
+        Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
+        there. found (sp,): 1 where there is light, or 0.
+        """
+        for sp in range(first + wp.tid(), vpl.shape[0], threads):
+            found[sp] = 0
+            if sp < count[0]:
+                pixel = sps[sp]
+                light[pixel] = wp.vec3(0.0, 0.0, 0.0)
+                near = vpl[sp]
+                distance = hits.distance[sp]
+                if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
+                    squared = distance * distance
+                    area = disk_area(gbuffer.position[pixel], vpls, near)
+                    light[pixel] = lit.radiosity[near] * (area / (PI * squared + area))
+                    found[sp] = 1
 
-    Where something stands between that point and the VPL, what the VPL knows is not so there. found (sp,): 1 where
-    there is light, or 0.
-    """
-    for sp in range(first + wp.tid(), vpl.shape[0], threads):
-        found[sp] = 0
-        if sp < count[0]:
-            pixel = sps[sp]
-            light[pixel] = wp.vec3(0.0, 0.0, 0.0)
-            near = vpl[sp]
-            distance = hits.distance[sp]
-            if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
-                squared = distance * distance
-                area = disk_area(gbuffer.position[pixel], vpls, near)
-                light[pixel] = lit.radiosity[near] * (area / (PI * squared + area))
-                found[sp] = 1
+    return kernel
 
 
 class NearField:
@@ -128,7 +158,7 @@ class NearField:
         capacity = sps.capacity
         threads = min(capacity, CUDA_THREADS) if self.device.is_cuda else capacity
         points, hits = (scene, gbuffer, sps.pixels, sps.count), self._hits
-        launch(trace_kernel, threads, [threads, *points, seed, hits], self.device)
+        launch(trace_kernel(scene.alpha), threads, [threads, *points, seed, hits], self.device)
         launch(find_kernel, threads, [threads, hits, lit, self._vpl], self.device)
         inputs = [threads, *points, hits, vpls, lit, self._vpl, self.light, self.found]
-        launch(light_kernel, threads, inputs, self.device)
+        launch(light_kernel(blocking(scene)), threads, inputs, self.device)
