@@ -27,9 +27,6 @@ RADIUS_SHARE = wp.constant(0.06)
 # How far above its surface the way between two of its points is looked along, as a share of its length.
 CLEARANCE = wp.constant(0.1)
 
-# So few threads leave room on a GPU for what runs beside them, which is small kernels that wait for each other.
-CUDA_THREADS = 1 << 16
-
 
 @wp.struct
 class Hits:
@@ -50,7 +47,6 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
     @wp.kernel(module="unique")
     def kernel(
         first: int,
-        threads: int,
         scene: SceneData,
         gbuffer: GBuffer,
         sps: wp.array[int],
@@ -58,36 +54,39 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
         seed: int,
         hits: Hits,
     ) -> None:
-        """One of `threads` for SPs, whose order keeps neighbours together: a ray with density cosθ/π."""
+        """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share a sequence."""
+        sp = first + wp.tid()
+        hits.distance[sp] = 0.0
+        if sp >= sp_count[0]:
+            return
         if wp.static(not alpha):
             scene.ignore_alpha = True
-        for sp in range(first + wp.tid(), sps.shape[0], threads):
-            hits.distance[sp] = 0.0
-            if sp < sp_count[0]:
-                pixel = sps[sp]
-                place = sobol_pair(sp, NEAR_PAIR, seed)
-                direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
-                geometric = gbuffer.geometric[pixel]
-                if wp.dot(direction, geometric) > 0.0:
-                    origin = offset_origin(gbuffer.position[pixel], geometric, direction)
-                    hit = closest_hit(scene, origin, direction, RAY_LENGTH)
-                    if hit.face != NO_HIT:
-                        normal = triangle_normal(scene, hit.face)
-                        hits.position[sp] = origin + direction * hit.t
-                        hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
-                        hits.distance[sp] = hit.t
+        pixel = sps[sp]
+        place = sobol_pair(sp, NEAR_PAIR, seed)
+        direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
+        geometric = gbuffer.geometric[pixel]
+        if wp.dot(direction, geometric) <= 0.0:
+            return
+        origin = offset_origin(gbuffer.position[pixel], geometric, direction)
+        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+        if hit.face == NO_HIT:
+            return
+        normal = triangle_normal(scene, hit.face)
+        hits.position[sp] = origin + direction * hit.t
+        hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
+        hits.distance[sp] = hit.t
 
     return kernel
 
 
 @wp.kernel
-def find_kernel(first: int, threads: int, hits: Hits, lit: RadiosityMap, vpl: wp.array[int]) -> None:
-    """One of `threads` for SPs: the VPL that answers for where a ray went. vpl (sp,): −1 for none."""
-    for sp in range(first + wp.tid(), vpl.shape[0], threads):
-        vpl[sp] = -1
-        distance = hits.distance[sp]
-        if distance > 0.0:
-            vpl[sp] = vpl_around(lit, hits.position[sp], hits.normal[sp], RADIUS_SHARE * distance)
+def find_kernel(first: int, hits: Hits, lit: RadiosityMap, vpl: wp.array[int]) -> None:
+    """One thread an SP: the VPL that answers for where its ray went. vpl (sp,): −1 for none."""
+    sp = first + wp.tid()
+    vpl[sp] = -1
+    distance = hits.distance[sp]
+    if distance > 0.0:
+        vpl[sp] = vpl_around(lit, hits.position[sp], hits.normal[sp], RADIUS_SHARE * distance)
 
 
 @cache
@@ -106,7 +105,6 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
     @wp.kernel(module="unique")
     def kernel(
         first: int,
-        threads: int,
         scene: SceneData,
         gbuffer: GBuffer,
         sps: wp.array[int],
@@ -118,23 +116,24 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
         light: wp.array[wp.vec3],
         found: wp.array[int],
     ) -> None:
-        """One of `threads` for SPs: the irradiance that disks took from where rays went [W/m²], in light (pixel,).
+        """One thread an SP: the irradiance that disks took from where its ray went [W/m²], in light (pixel,).
 
         Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
         there. found (sp,): 1 where there is light, or 0.
         """
-        for sp in range(first + wp.tid(), vpl.shape[0], threads):
-            found[sp] = 0
-            if sp < count[0]:
-                pixel = sps[sp]
-                light[pixel] = wp.vec3(0.0, 0.0, 0.0)
-                near = vpl[sp]
-                distance = hits.distance[sp]
-                if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
-                    squared = distance * distance
-                    area = disk_area(gbuffer.position[pixel], vpls, near)
-                    light[pixel] = lit.radiosity[near] * (area / (PI * squared + area))
-                    found[sp] = 1
+        sp = first + wp.tid()
+        found[sp] = 0
+        if sp >= count[0]:
+            return
+        pixel = sps[sp]
+        light[pixel] = wp.vec3(0.0, 0.0, 0.0)
+        near = vpl[sp]
+        distance = hits.distance[sp]
+        if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
+            squared = distance * distance
+            area = disk_area(gbuffer.position[pixel], vpls, near)
+            light[pixel] = lit.radiosity[near] * (area / (PI * squared + area))
+            found[sp] = 1
 
     return kernel
 
@@ -155,10 +154,8 @@ class NearField:
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityMap,
               seed: int) -> None:  # fmt: skip
         """Estimate the irradiance of `sps` that the disks of `vpls`, from which `lit` is, have lost."""
-        capacity = sps.capacity
-        threads = min(capacity, CUDA_THREADS) if self.device.is_cuda else capacity
-        points, hits = (scene, gbuffer, sps.pixels, sps.count), self._hits
-        launch(trace_kernel(scene.alpha), threads, [threads, *points, seed, hits], self.device)
-        launch(find_kernel, threads, [threads, hits, lit, self._vpl], self.device)
-        inputs = [threads, *points, hits, vpls, lit, self._vpl, self.light, self.found]
-        launch(light_kernel(blocking(scene)), threads, inputs, self.device)
+        capacity, points, hits = sps.capacity, (scene, gbuffer, sps.pixels, sps.count), self._hits
+        launch(trace_kernel(scene.alpha), capacity, [*points, seed, hits], self.device)
+        launch(find_kernel, capacity, [hits, lit, self._vpl], self.device)
+        inputs = [*points, hits, vpls, lit, self._vpl, self.light, self.found]
+        launch(light_kernel(blocking(scene)), capacity, inputs, self.device)

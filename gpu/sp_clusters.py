@@ -32,7 +32,7 @@ UNASSIGNED_NEED = wp.constant(2047)
 # Of all clusters, about so many where none is near.
 LOOKED_AT = wp.constant(256)
 # Of a thread, which waits for memory most of the time: so that many wait at once.
-REGISTERS = 64
+REGISTERS = 112
 # Distances below this share of a spacing count as a match: w = 1/d has a pole at the representative (2022, Eq. 10).
 MATCH = wp.constant(1.0e-3)
 

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 import warp as wp
 from pipeline import Pipeline
-from scenes import column, results, slats
+from scenes import column, results, slats, traced_vpls
 
 from gpu.disk import disk_at
 from gpu.far_light import NEAR_SPACINGS, PARTS, Slope, doubt, with_disk, with_twigs
 from gpu.resident import ResidentScene
 from gpu.scene.types import Doubles
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 
 @wp.kernel
@@ -170,3 +170,15 @@ def test_the_same_clusters_give_the_same_bits(fuzzy: Pipeline) -> None:
     before = fuzzy.irradiance().tobytes()
     fuzzy.shade()
     assert fuzzy.irradiance().tobytes() == before
+
+
+def test_lights_with_fewer_clusters_leave_no_bits_behind_the_last(fuzzy: Pipeline) -> None:
+    whole = Pipeline(fuzzy.resident, fuzzy.camera, (24, 18), sp_clusters=60, vpls=400, vpl_clusters=150)
+    assert whole.lights.count > 100
+    few = cluster_vpls(fuzzy.resident, traced_vpls(fuzzy.resident, whole.view.scene, 400, 3), 50, 1)
+    whole.far.run(whole.clustering.clusters, whole.visibility.words, few, few=False)
+    used = whole.clustering.clusters.used.numpy() == 1
+    near = np.unpackbits(whole.far.data.near.numpy()[used].view(np.uint8), axis=1, bitorder="little")
+    assert near[:, : few.count].all()
+    assert not near[:, few.count :].any()
+    assert (whole.far.data.words.numpy()[used] == 2 ** -(-few.count // 32) - 1).all()
