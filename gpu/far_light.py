@@ -41,7 +41,7 @@ class FarLight:
     """Of each representative.
 
     near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; octets (representative, byte):
-    the same bits; words (representative, run): bit w of run r is 1 where word 32·r + w has any.
+    the same bits.
     light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its
     brightness by place and by normal; mass (group, representative): light of the group's far clusters were none hidden,
     each times its `doubt`; totals (part, representative): the sum of that over the groups of a part and of those before
@@ -50,7 +50,6 @@ class FarLight:
 
     near: wp.array2d[wp.uint32]
     octets: wp.array2d[wp.uint8]
-    words: wp.array2d[wp.uint32]
     light: wp.array[wp.vec3]
     moved: wp.array[wp.vec3]
     turned: wp.array[wp.vec3]
@@ -198,7 +197,7 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
 
 @wp.kernel
 def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partial, out: FarLight) -> None:
-    """One thread a new representative: the sums over its parts, and which words have bits of near clusters."""
+    """One thread a new representative: the sums over its parts."""
     place = first + wp.tid()
     if place >= sps.fresh[0]:
         return
@@ -206,12 +205,6 @@ def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partia
     # Bits of lights with more clusters may still stand behind the last.
     for octet in range((vpls.count + 7) // 8, out.octets.shape[1]):
         out.octets[sp, octet] = wp.uint8(0)
-    for run in range(out.words.shape[1]):
-        words = wp.uint32(0)
-        for octet in range(128 * run, wp.min(128 * run + 128, (vpls.count + 7) // 8)):
-            if out.octets[sp, octet] != wp.uint8(0):
-                words |= wp.uint32(1) << wp.uint32(octet // 4 % 32)
-        out.words[sp, run] = words
     light = wp.vec3(0.0, 0.0, 0.0)
     moved = wp.vec3(0.0, 0.0, 0.0)
     turned = wp.vec3(0.0, 0.0, 0.0)
@@ -254,7 +247,6 @@ class FarSums:
         words = max(1, -(-vpl_count // 32))
         near = self.data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=device)
         self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
-        self.data.words = wp.zeros((sp_count, -(-words // 32)), dtype=wp.uint32, device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:

@@ -35,8 +35,8 @@ class Rays:
     """Rays of refined SPs.
 
     mass (group, place): about the light of each group of VPL clusters were nothing between; totals (part, place): the
-    sum of that over the groups of a part and of those before it; vpl (ray, place), flattened: the VPL that each ray
-    goes to, −1 for none; share (ray, place), flattened: its light over its density, relative to all light, 0 once it
+    sum of that over the groups of a part and of those before it; vpl (place, ray), flattened: the VPL that each ray
+    goes to, −1 for none; share (place, ray), flattened: its light over its density, relative to all light, 0 once it
     was stopped.
     """
 
@@ -102,8 +102,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
                 seed: int, rays: Rays) -> None:  # fmt: skip
     """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""
     index = first + wp.tid()
-    capacity = pixels.shape[0]
-    place = index % capacity
+    place = index // RAYS
     rays.vpl[index] = -1
     if place >= count[0]:
         return
@@ -113,7 +112,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     pixel = pixels[place]
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
-    ray = index // capacity
+    ray = index % RAYS
     state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed)))
     pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
     group = drawn_group(vpls, rays.mass, rays.totals, place, pick)
@@ -152,7 +151,7 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
         vpl = rays.vpl[index]
         if vpl < 0:
             return
-        pixel = pixels[index % pixels.shape[0]]
+        pixel = pixels[index // RAYS]
         position = vpls.members.position[vpl]
         normal = vpls.members.normal[vpl]
         if not connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
@@ -169,8 +168,8 @@ def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: Vp
     if place >= count[0]:
         return
     total = wp.vec3(0.0, 0.0, 0.0)
-    for ray in range(rays.vpl.shape[0] // pixels.shape[0]):
-        index = ray * pixels.shape[0] + place
+    for ray in range(RAYS):
+        index = place * RAYS + ray
         vpl = rays.vpl[index]
         if vpl >= 0:
             flux = vpls.members.flux[vpl]

@@ -145,47 +145,42 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             following[check] = 0.0
         near = words_type()
         seen = words_type()
-        for run in range(far.words.shape[1]):
-            words = wp.uint32(0)
+        for word in range((vpls.count + 31) // 32):
+            bits = wp.uint32(0)
             for f in range(wp.static(fuzziness)):
+                near[f] = wp.uint32(0)
                 if weights[f] > 0.0:
-                    words |= far.words[cluster[f], run]
-            while words != wp.uint32(0):
-                word = 32 * run + lowest_bit(words)
-                words &= words - wp.uint32(1)
-                bits = wp.uint32(0)
-                for f in range(wp.static(fuzziness)):
-                    near[f] = wp.uint32(0)
-                    if weights[f] > 0.0:
-                        near[f] = far.near[cluster[f], word]
-                    bits |= near[f]
-                for f in range(wp.static(fuzziness)):
-                    seen[f] = visibility[cluster[f], word]
-                light = wp.vec3(0.0, 0.0, 0.0)
-                while bits != wp.uint32(0):
-                    bit = wp.uint32(lowest_bit(bits))
-                    bits &= bits - wp.uint32(1)
-                    pairs += 1
-                    whole = unoccluded(position, normal, vpls, 32 * word + int(bit))
-                    amount = brightness(whole)
-                    if amount > 0.0:
-                        share = float(0.0)
-                        near_share = float(0.0)
-                        for f in range(wp.static(fuzziness)):
-                            sees = weights[f] * float((seen[f] >> bit) & wp.uint32(1))
-                            share += sees
-                            near_share += sees * float((near[f] >> bit) & wp.uint32(1))
-                        light += whole * near_share
-                        mass += amount * doubt(share)
-                        if mass >= next_change:
-                            next_change = FAR_AWAY
-                            for check in range(wp.static(CHECKS)):
-                                if mass >= following[check]:
-                                    state = hashed(state)
-                                    target[check] = 32 * word + int(bit)
-                                    following[check] = mass / ((float(state) + 1.0) * TO_UNIT)
-                                next_change = wp.min(next_change, following[check])
-                irradiance = added(irradiance, light)
+                    near[f] = far.near[cluster[f], word]
+                bits |= near[f]
+            if bits == wp.uint32(0):
+                continue
+            for f in range(wp.static(fuzziness)):
+                seen[f] = visibility[cluster[f], word]
+            light = wp.vec3(0.0, 0.0, 0.0)
+            while bits != wp.uint32(0):
+                bit = wp.uint32(lowest_bit(bits))
+                bits &= bits - wp.uint32(1)
+                pairs += 1
+                whole = unoccluded(position, normal, vpls, 32 * word + int(bit))
+                amount = brightness(whole)
+                if amount > 0.0:
+                    share = float(0.0)
+                    near_share = float(0.0)
+                    for f in range(wp.static(fuzziness)):
+                        sees = weights[f] * float((seen[f] >> bit) & wp.uint32(1))
+                        share += sees
+                        near_share += sees * float((near[f] >> bit) & wp.uint32(1))
+                    light += whole * near_share
+                    mass += amount * doubt(share)
+                    if mass >= next_change:
+                        next_change = FAR_AWAY
+                        for check in range(wp.static(CHECKS)):
+                            if mass >= following[check]:
+                                state = hashed(state)
+                                target[check] = 32 * word + int(bit)
+                                following[check] = mass / ((float(state) + 1.0) * TO_UNIT)
+                            next_change = wp.min(next_change, following[check])
+            irradiance = added(irradiance, light)
         out.irradiance[pixel] = irradiance.total
         out.near[sp] = mass
         out.far[sp] = far_mass

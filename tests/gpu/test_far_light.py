@@ -181,4 +181,3 @@ def test_lights_with_fewer_clusters_leave_no_bits_behind_the_last(fuzzy: Pipelin
     near = np.unpackbits(whole.far.data.near.numpy()[used].view(np.uint8), axis=1, bitorder="little")
     assert near[:, : few.count].all()
     assert not near[:, few.count :].any()
-    assert (whole.far.data.words.numpy()[used] == 2 ** -(-few.count // 32) - 1).all()
