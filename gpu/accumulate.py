@@ -1,7 +1,7 @@
 """A still view's frames averaged into one picture: anti-aliased, and free of the error of any one set of lights.
 
-Frame n looks through its own place in the pixels and is lit by its own light paths and samples (gpu.methods), so the
-mean converges to what an endless number of VPLs would give, spread over each pixel.
+Frame n looks through its own place in the pixels and has its own samples; light paths are new every few frames
+(gpu.methods). So the mean converges to what an endless number of VPLs would give, spread over each pixel.
 """
 
 import warp as wp

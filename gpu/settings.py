@@ -87,7 +87,7 @@ class RenderSettings(BaseModel):
     bounces: int = Field(4, ge=1, le=16, description="indirect bounces")
     samples: int | None = Field(None, ge=1, le=65_536, description="light samples a pixel; for path: paths a pixel")
     frames: int | None = Field(
-        None, ge=1, le=4096, description="frames averaged when still, each with its own light paths and pixel positions"
+        None, ge=1, le=4096, description="frames averaged when still, each with its own rays and pixel positions"
     )
     correct: bool = Field(True, description="check what clusters believe of visibility by rays of the pixels shaded")
     near_field: bool = Field(

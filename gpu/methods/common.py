@@ -31,7 +31,7 @@ class RenderMethod(Protocol):
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Fill the view's radiance for its camera.
 
-        sample: the frame's number among those of a still view; each has its own light paths and samples.
+        sample: the frame's number among those of a still view; each has its own samples.
         """
 
     def statistics(self) -> FrameStatistics:

@@ -34,6 +34,8 @@ from gpu.vpl_clusters import unclustered
 # SPs with more rays of their own, per SP cluster; what may be too bright by less than this, relatively, is well served.
 REFINED_SHARE = 1.0
 LEAST_DISPUTE = 0.25
+# Frames of a still view that a light set serves: what sets differ by is little beside the noise of the SPs' own rays.
+FRAMES_A_SET = 4
 
 
 class FuzzyVpl:
@@ -87,8 +89,8 @@ class FuzzyVpl:
         render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if not self._has_indirect:
             return
-        choice = lighting_choice(settings, self._quality, 0 if self._fixed else sample)
-        first = self._fixed or repeats
+        number = 0 if self._fixed else sample // FRAMES_A_SET
+        choice, first = lighting_choice(settings, self._quality, number), number == 0
         self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
         self._vpls, lit = self._first, self._first_lit
         if not first:

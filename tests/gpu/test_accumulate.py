@@ -7,6 +7,9 @@ from scenes import box, grey, quad, resident_of
 
 from gpu.accumulate import Accumulation, pixel_place
 from gpu.camera import look_at
+from gpu.direct import trace_direct_light
+from gpu.methods.common import SHARPER, SMOOTHED_FRAMES
+from gpu.methods.fuzzy_vpl import FRAMES_A_SET
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene.types import Floats
@@ -81,7 +84,7 @@ def test_frames_converge_to_the_reference_spread_over_the_pixels(
     assert error(many, exact) < 0.3 * error(few, exact)
 
 
-def test_every_frame_has_its_own_light_paths(room: ResidentScene) -> None:
+def test_every_frame_has_its_own_rays(room: ResidentScene) -> None:
     one, two = (averaged(room, frames, component=Component.INDIRECT) for frames in (1, 2))
     second = 2.0 * two - one
     centre = Renderer(room, SIZE, RenderSettings(**QUALITY, component=Component.INDIRECT, seed=5)).render(CAMERA)
@@ -102,7 +105,24 @@ def test_the_first_frames_light_outlives_what_lighting_keeps(
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=31, method=method))
     first = renderer._method._first
     accumulation = Accumulation(SIZE[0] * SIZE[1], CPU)
-    for _ in range(3):
+    for _ in range(FRAMES_A_SET + 1):
         renderer.render(CAMERA, accumulation)
     renderer.render(CAMERA)
     assert renderer._method._vpls is first
+
+
+def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_other(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[int, int, int]] = []
+
+    def trace(*args: Any) -> None:
+        asked.append(args[5:8])
+        trace_direct_light(*args)
+
+    monkeypatch.setattr("gpu.methods.common.trace_direct_light", trace)
+    averaged(room, SMOOTHED_FRAMES + 2, component=Component.DIRECT, seed=3)
+    few, many = QUALITY["samples"], QUALITY["samples"] * SHARPER
+    samples = [few] * SMOOTHED_FRAMES + [many] * 2
+    assert asked == [(samples[frame], frame, 3) for frame in range(SMOOTHED_FRAMES + 2)]
+    assert many > few

@@ -13,6 +13,7 @@ from gpu.accumulate import Accumulation
 from gpu.camera import look_at
 from gpu.frame import Frame
 from gpu.lights import MAX_VISITED
+from gpu.methods.fuzzy_vpl import FRAMES_A_SET
 from gpu.needs import EVERYTHING, Needs, needs_of
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
@@ -264,16 +265,17 @@ def test_a_set_that_a_renderer_holds_is_not_made_again(room: ResidentScene, monk
     assert stats.skips["unchanged_lights"] > 0
 
 
-def test_light_sets_of_a_still_view_are_kept_for_the_next(room: ResidentScene) -> None:
+def test_light_sets_of_a_still_view_serve_several_frames_and_are_kept_for_the_next(room: ResidentScene) -> None:
     def lights(skip: Skips, seed: int) -> list[bool]:
         kept = []
         for _ in range(2):
             renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=skip, seed=seed))
             accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
-            for _ in range(2):
+            for _ in range(FRAMES_A_SET + 1):
                 stats = renderer.render(CAMERA, accumulation).stats
                 kept.append(stats.skips["unchanged_lights"] > 0)
         return kept
 
-    assert lights(EVERY_SKIP, 7) == [True, False, True, True]
-    assert lights(without("unchanged_lights"), 8) == [False, False, False, False]
+    several = FRAMES_A_SET * [True]
+    assert lights(EVERY_SKIP, 7) == [*several, False, *several, True]
+    assert not any(lights(without("unchanged_lights"), 8))
