@@ -12,6 +12,8 @@ from gpu.errors import DeviceError
 # Warp reports its start on stdout, which belongs to `--json`; adjoints are never used and double the compile time.
 wp.config.log_level = wp.LOG_WARNING
 wp.config.enable_backward = False
+# Longer loops in a row are more code than a GPU's caches hold, and more registers.
+wp.config.max_unroll = 4
 
 CORES = cpu_count() or 1
 SMALLEST_SLICE = 1024

@@ -13,9 +13,6 @@ from gpu.resident import NO_HIT
 from gpu.shading_points import ShadingPoints
 from gpu.transfer import brightness
 
-# Nine neighbours in a row are more code than a GPU's caches hold.
-wp.set_module_options({"max_unroll": 1})
-
 STEPS = (1, 2, 4)
 # How far off its plane a pixel still shows a surface, in its spacings a step.
 PLANE_TOLERANCE = wp.constant(1.0)

@@ -34,6 +34,7 @@ SHARED_SHIFT = wp.constant(8)
 LEADER_SHIFT = wp.constant(16)
 # Threads that trace: each takes every so-manieth ray, since only the device knows how many there are.
 TRACING_THREADS = 1 << 20
+SPREAD = wp.constant(4)
 # Of all light that a representative gets if nothing hides any: a VPL cluster that sends less is weak.
 WEAK_SHARE = wp.constant(1.0 / 512.0)
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
@@ -177,12 +178,20 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
         threads: int,
         pairs: wp.array[int],
     ) -> None:
-        """One thread every threads-th ray of the list: its pair becomes 1 if it arrives, else 0."""
-        ray = first + wp.tid()
+        """One thread every threads-th ray of the list: its pair becomes 1 if it arrives, else 0.
+
+        Where rays are few, only each SPREAD-th thread has one: fewer wait for each other.
+        """
+        thread = first + wp.tid()
         fresh = sps.fresh[0]
         if fresh == 0:
             return
-        while ray < totals[groups * fresh - 1]:
+        rays = totals[groups * fresh - 1]
+        spread = wp.clamp(threads // wp.max(rays, 1), 1, SPREAD)
+        if thread % spread != 0:
+            return
+        ray = thread // spread
+        while ray < rays:
             index = pairs[ray] // GROUP
             sp = sps.order[index % fresh]
             vpl = first_vpl + GROUP * (index // fresh) + pairs[ray] % GROUP
@@ -191,7 +200,7 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
             if see(scene, sps.position[sp], sps.geometric[sp], disk.position, disk.normal):
                 seen = 1
             pairs[ray] = seen
-            ray += threads
+            ray += (threads + spread - 1) // spread
 
     return kernel
 
