@@ -56,6 +56,9 @@ STAGES: dict[str, tuple[Term, ...]] = {
             lambda n: n["sps"] * (2 * VECTOR + 2 * NUMBER + 2 * NUMBER * n["fuzziness"]),
         ),
         Term("a distance in each of 27 cells an SP", "fmas", lambda n: n["sps"] * CELLS * SEPARATION),
+        # These run beside, and slow down what they run beside.
+        Term("near field: a ray an SP, as if rays stayed together", "primary_rays", lambda n: n["sps"]),
+        Term("near field: rays from where those went to VPLs", "any_hit_rays", lambda n: n["near"]),
     ),
     "visibility": (
         Term("rays between representatives", "any_hit_rays", lambda n: n["rays"]),
@@ -97,11 +100,7 @@ STAGES: dict[str, tuple[Term, ...]] = {
             lambda n: n["refined"] * n["vpl_clusters"] * (FACING + n["facing"] * TRANSFER),
         ),
     ),
-    "near": (
-        Term("a ray an SP, as if rays stayed together", "primary_rays", lambda n: n["sps"]),
-        Term("rays from where those went to VPLs", "any_hit_rays", lambda n: n["near"]),
-        SMOOTHED,
-    ),
+    "near": (SMOOTHED,),
     "interpolate": (Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),),
     "display": (Term("radiance read, pixels written", "bytes", lambda n: n["pixels"] * (VECTOR + 3)),),
 }
