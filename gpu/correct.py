@@ -230,8 +230,11 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
 
 @wp.kernel
 def correction_kernel(first: int, sps: wp.array[int], count: wp.array[int], vpls: VplClusters, checks: Checks,
-                      correction: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: the mean over its rays of what is to be added to its irradiance, in correction (pixel,)."""
+                      begins: bool, share: float, correction: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: the mean over its rays of what is to be added to its irradiance, in correction (pixel,).
+
+    share: of that in the correction; begins: it has nothing yet.
+    """
     sp = first + wp.tid()
     if sp >= count[0]:
         return
@@ -242,7 +245,11 @@ def correction_kernel(first: int, sps: wp.array[int], count: wp.array[int], vpls
         if vpl >= 0:
             flux = vpls.members.flux[vpl]
             total += flux * (checks.share[index] / brightness(flux))
-    correction[sps[sp]] = total / float(CHECKS)
+    total = total * (share / float(CHECKS))
+    pixel = sps[sp]
+    if not begins:
+        total += correction[pixel]
+    correction[pixel] = total
 
 
 class Correction:
@@ -257,10 +264,16 @@ class Correction:
         self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, words: wp.array,
-              vpls: VplClusters, far: FarLight, seed: int, indirect: Indirect) -> None:  # fmt: skip
-        """Check the light of `sps`, which were shaded by all these; words: the visibility bits of `clusters`."""
+              vpls: VplClusters, far: FarLight, seed: int, indirect: Indirect, *, first: bool = True,
+              share: float = 1.0) -> None:  # fmt: skip
+        """Check the light of `sps`, which were shaded by all these; words: the visibility bits of `clusters`.
+
+        A mean of several runs needs a `share` for each; the `first` begins it anew.
+        """
         rays, checks = CHECKS * sps.capacity, self._checks
         inputs: list[Any] = [gbuffer, sps.pixels, sps.count, clusters, words, vpls, far, seed, indirect, checks]
         launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
         launch(check_kernel(connection(scene)), rays, [scene, gbuffer, sps.pixels, vpls, checks], self.device)
-        launch(correction_kernel, sps.capacity, [sps.pixels, sps.count, vpls, checks, self.own], self.device)
+        launch(
+            correction_kernel, sps.capacity, [sps.pixels, sps.count, vpls, checks, first, share, self.own], self.device
+        )

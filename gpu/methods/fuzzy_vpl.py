@@ -36,6 +36,9 @@ REFINED_SHARE = 1.0
 LEAST_DISPUTE = 0.25
 # Frames of a still view that a light set serves: what sets differ by is little beside the noise of the SPs' own rays.
 FRAMES_A_SET = 4
+# Frames that are not smoothed correct so many times as often: what their rays find is most of a mean's noise.
+SHARP_PASSES = 2
+PASS_SEED = 0x3C6EF372
 
 
 class FuzzyVpl:
@@ -105,6 +108,8 @@ class FuzzyVpl:
         correction, far, probes, smooth = self._correction, self._far, self.probes, is_smoothed(settings, sample)
         self._refines = settings.correct and smooth
 
+        passes = 1 if smooth else SHARP_PASSES
+
         def cluster() -> None:
             if goes_on:
                 clustering.go_on(sps, gbuffer, view.camera, view.size)
@@ -112,7 +117,9 @@ class FuzzyVpl:
                 clustering.run(sps, gbuffer, seed)
 
         def correct() -> None:
-            correction.trace(view.scene, gbuffer, sps, clusters, visibility.words, vpls, far.data, seed, indirect)
+            for number in range(passes):
+                args = clusters, visibility.words, vpls, far.data, (seed + number * PASS_SEED) % 2**31, indirect
+                correction.trace(view.scene, gbuffer, sps, *args, first=number == 0, share=1.0 / passes)
             shared = correction.own
             if smooth:
                 shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)
