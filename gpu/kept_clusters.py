@@ -17,8 +17,11 @@ from gpu.sampling import hashed
 from gpu.shading_points import ShadingPoints
 
 # Nearer than this share of a spacing, two representatives are one too many. New ones are added for SPs that are farther
-# from all, so that a view that rests comes to rest (gpu.new_clusters.FILLING).
-CROWDED = wp.constant(0.5)
+# from all, so that a view that rests comes to rest (gpu.new_clusters.FILLING). With less, flat surfaces take up every
+# cluster, and there are none for what comes into view and for thin parts.
+CROWDED = wp.constant(0.7)
+# In spacings of pixels: nearer than this, a representative is seen where its pixel's SP is, whatever its normal.
+SAME_PLACE = wp.constant(1.5)
 # The nearest of these are looked at, the representative itself among them.
 NEIGHBOURS = 4
 around = nearest_search(NEIGHBOURS)
@@ -26,11 +29,15 @@ around = nearest_search(NEIGHBOURS)
 
 @wp.func
 def shows(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spacing: float) -> bool:
-    """Whether a pixel's SP is of the surface that has a point at `position`, and less than a spacing away."""
+    """Whether a pixel's SP is of the surface that has a point at `position`, and less than a spacing away.
+
+    A pixel shows one point of the folds and edges within it, so one at the same place counts, too.
+    """
     way = gbuffer.position[pixel] - position
     there = gbuffer.normal[pixel]
     plane = wp.max(wp.abs(wp.dot(way, normal)), wp.abs(wp.dot(way, there)))
-    return wp.dot(there, normal) > NORMAL_THRESHOLD and wp.length(way) < spacing and PLANE_WEIGHT * plane < spacing
+    alike = wp.dot(there, normal) > NORMAL_THRESHOLD and wp.length(way) < spacing and PLANE_WEIGHT * plane < spacing
+    return alike or wp.length(way) < SAME_PLACE * gbuffer.spacing[pixel]
 
 
 @wp.kernel

@@ -35,8 +35,8 @@ UNSERVED_NEED = wp.constant(1023)
 SERVICE = _need_scale(1.0, 16.0, 255, 0, int(UNSERVED_NEED))
 # Need of an SP that lacks its whole share of a cluster.
 WHOLE_NEED = wp.constant(64)
-# Representatives of k-means leave few SPs farther than this; one that none serves needs a cluster the most.
-FILLING = _need_scale(0.5, 128.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
+# Beyond gpu.kept_clusters.CROWDED; one that none serves needs a cluster the most.
+FILLING = _need_scale(0.75, 256.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
 
 
 @wp.func

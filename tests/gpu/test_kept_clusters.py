@@ -152,7 +152,7 @@ def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: ResidentScene) 
     walk.step(pose(0))
     assert len(walk.fresh) == 0
     assert np.array_equal(walk.kept, kept)
-    assert kept.sum() > 0.8 * walk.count
+    assert kept.sum() > 0.7 * walk.count
     assert walk.visibility.rays.numpy().sum() == walk.visibility.shared.numpy().sum() == 0
     assert np.array_equal(walk.visibility.words.numpy(), words)
     assert np.array_equal(walk.clusters.position.numpy(), position)
@@ -205,6 +205,28 @@ def test_what_is_hidden_now_is_dropped() -> None:
     assert walk.kept.sum() > 0.5 * walk.used.sum()
 
 
+def test_clusters_of_folds_as_narrow_as_a_pixel_are_kept() -> None:
+    """The pixel of most shows the other side of a fold in the next frame."""
+    width = 0.01
+    folds = []
+    for number in range(100):
+        depth = width if number % 2 else 0.0
+        folds.append(quad((-0.5 + width * number, -0.5, depth), (width, 0.0, width - 2.0 * depth), (0.0, 1.0, 0.0)))
+    walk = Walk(resident_of(folds, [grey(0.5, 1.0)]))
+    walk.step(look_at((0.0, 0.0, 0.6), (0.0, 0.0, 0.0), yfov_degrees=45.0), begins=True)
+    walk.step(look_at((0.003, 0.0, 0.6), (0.003, 0.0, 0.0), yfov_degrees=45.0))
+    assert walk.kept.sum() > 0.9 * walk.used.sum()
+
+
+def test_what_comes_into_view_finds_free_clusters(room: ResidentScene) -> None:
+    walk = Walk(room)
+    for number in range(12):
+        walk.step(look_at(EYE, (0.06 * number, -0.1, -0.5), yfov_degrees=60.0), begins=number == 0)
+        if number > 1:
+            far = walk.clustering.need.numpy()[: walk.view.pixels] >= int(WHOLE_NEED)
+            assert far.mean() < 0.05
+
+
 def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5, 1.0)])
     walk = Walk(plane)
@@ -219,7 +241,7 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     points = walk.clusters.position.numpy()[walk.used].astype(np.float64)
     distances = np.linalg.norm(points[:, None] - points[None], axis=2)
     np.fill_diagonal(distances, 1.0)
-    crowded = distances.min(axis=1) < 0.45 * walk.spacing()[walk.used]
+    crowded = distances.min(axis=1) < 0.65 * walk.spacing()[walk.used]
     assert crowded.mean() < 0.05
     # Kept ones are no more than there were, on a third of each side: without thinning they would be packed there.
     inner = (np.abs(points[:, :2]) < 0.1).all(axis=1)

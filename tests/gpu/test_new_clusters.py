@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 from scenes import column, results
 
+from gpu.kept_clusters import CROWDED
 from gpu.new_clusters import FILLING, SERVICE, UNSERVED_NEED, WHOLE_NEED, NeedScale, drawn_sp, need_of
 from gpu.scene.types import Doubles
 
@@ -47,7 +48,7 @@ def test_an_sp_is_drawn_once_and_none_without_need() -> None:
 
 
 def needs(scale: NeedScale, *, alike: bool = True) -> Doubles:
-    distances = column([0.0, 0.49, 0.75, 1.0, 2.0, 100.0], float)
+    distances = column([0.0, 0.74, 0.875, 1.0, 2.0, 100.0], float)
     return results(need_kernel, 6, [scale, alike, distances], wp.int32)
 
 
@@ -59,3 +60,7 @@ def test_need_grows_with_distance_up_to_a_bound() -> None:
     assert needs(FILLING, alike=False).tolist() == [whole] * 6
     assert SERVICE.unserved == int(UNSERVED_NEED)
     assert FILLING.unserved > whole
+
+
+def test_a_new_cluster_does_not_crowd_those_that_are_kept() -> None:
+    assert FILLING.good > CROWDED
