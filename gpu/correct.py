@@ -34,10 +34,14 @@ MOST_SHARE = wp.constant(4.0)
 
 @wp.struct
 class Target:
-    """A VPL that a ray goes to, and its light over what its cluster lets expect of it."""
+    """A VPL that a ray goes to, and its light over what its cluster lets expect of it.
+
+    whole: brightness of the cluster were nothing between.
+    """
 
     vpl: int
     share: float
+    whole: float
 
 
 @wp.func
@@ -51,8 +55,8 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
     if not is_unfolded(position, disk):
         target.vpl = begin + int(hashed(state) % wp.uint32(end - begin))
         light = brightness(member_irradiance(position, normal, vpls, target.vpl, disk.area)) * number
-        expected = brightness(disk_irradiance(position, normal, disk))
-        target.share = wp.min(light / expected, MOST_SHARE)
+        target.whole = brightness(disk_irradiance(position, normal, disk))
+        target.share = wp.min(light / target.whole, MOST_SHARE)
         return target
     target.vpl = begin
     target.share = 1.0
@@ -73,6 +77,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         if float(state) * TO_UNIT * total < light:
             chosen = begin
         begin = last
+    target.whole = total
     total = float(0.0)
     for member in range(chosen, wp.min(chosen + PER_TWIG, end)):
         light = brightness(member_irradiance(position, normal, vpls, member, area))
@@ -85,7 +90,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
 
 @wp.struct
 class Checks:
-    """Rays of SPs, (check, sp) flattened.
+    """Rays of SPs, (sp, check) flattened: those of one SP run side by side.
 
     vpl: that each goes to, −1 for none; believed: the share of the SP's clusters that see it; share: its light over its
     density [W/m²], and, once traced, times what the SP's clusters are wrong by.
@@ -118,8 +123,8 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
     ) -> None:
         """One thread a ray: draws to which member of which VPL cluster it goes."""
         index = first + wp.tid()
-        sp = index % sps.shape[0]
-        check = index // sps.shape[0]
+        sp = index // CHECKS
+        check = index % CHECKS
         checks.vpl[index] = -1
         if sp >= count[0]:
             return
@@ -212,8 +217,7 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         vpl = checks.vpl[index]
         if vpl < 0:
             return
-        sp = index % sps.shape[0]
-        pixel = sps[sp]
+        pixel = sps[index // CHECKS]
         position = vpls.members.position[vpl]
         normal = vpls.members.normal[vpl]
         seen = float(0.0)
@@ -233,7 +237,7 @@ def correction_kernel(first: int, sps: wp.array[int], count: wp.array[int], vpls
         return
     total = wp.vec3(0.0, 0.0, 0.0)
     for check in range(CHECKS):
-        index = check * sps.shape[0] + sp
+        index = sp * CHECKS + check
         vpl = checks.vpl[index]
         if vpl >= 0:
             flux = vpls.members.flux[vpl]

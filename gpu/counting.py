@@ -6,7 +6,9 @@ import warp as wp
 
 from gpu.device import launch
 
-PARTIALS = 1024
+# A GPU's threads, each with few values; their sums are summed on the device once more before they travel.
+PARTIALS = 16_384
+SUMS = 128
 
 
 @wp.kernel
@@ -33,12 +35,24 @@ def count_kernel(first: int, values: wp.array[int], value: int, row: int, partia
     partials[row, partial] = total
 
 
+@wp.kernel
+def fold_kernel(first: int, partials: wp.array2d[int], sums: wp.array2d[int]) -> None:
+    """One thread a sum in a row: over every SUMS-th of its partial sums."""
+    index = first + wp.tid()
+    row = index // SUMS
+    total = int(0)
+    for partial in range(index % SUMS, PARTIALS, SUMS):
+        total += partials[row, partial]
+    sums[row, index % SUMS] = total
+
+
 class Counter:
-    """Sums or counts in `rows` int arrays of a device at a time; its own array is allocated once."""
+    """Sums or counts in `rows` int arrays of a device at a time; its own arrays are allocated once."""
 
     def __init__(self, rows: int, device: wp.Device) -> None:
         self.device = device
         self._partials = wp.zeros((rows, PARTIALS), dtype=int, device=device)
+        self._sums = wp.zeros((rows, SUMS), dtype=int, device=device)
 
     def sums(self, arrays: Sequence[tuple[wp.array, int]], counted: Sequence[tuple[wp.array, int]] = ()) -> list[int]:
         """For each (values, least) the sum of those non-negative values that are `least` or more. One round trip.
@@ -49,5 +63,6 @@ class Counter:
             launch(sum_kernel, PARTIALS, [values, least, row, self._partials], self.device)
         for row, (values, value) in enumerate(counted, start=len(arrays)):
             launch(count_kernel, PARTIALS, [values, value, row, self._partials], self.device)
-        totals = self._partials.numpy().sum(axis=1, dtype="int64")
+        launch(fold_kernel, self._sums.size, [self._partials, self._sums], self.device)
+        totals = self._sums.numpy().sum(axis=1, dtype="int64")
         return [int(total) for total in totals[: len(arrays) + len(counted)]]

@@ -18,6 +18,7 @@ SMALLEST_SLICE = 1024
 # Threads that a GPU starts and ends together: where they take unlike long, as with rays, fewer wait for fewer.
 BLOCK = 128
 
+_prioritised: set[str] = set()
 _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
 
 
@@ -33,7 +34,12 @@ def choose_device(name: str | None) -> wp.Device:
         name = "cuda:0"
     if name not in available:
         raise DeviceError(f"no device {name!r} here; available: {', '.join(available)}")
-    return available[name]
+    device = available[name]
+    if device.is_cuda and device.alias not in _prioritised:
+        # What runs beside a frame's stages (gpu.stages.Stages.fork) takes what these leave of the device.
+        wp.set_stream(wp.Stream(device, priority=-1), device)
+        _prioritised.add(device.alias)
+    return device
 
 
 def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device) -> None:

@@ -17,7 +17,7 @@ from gpu.lights import LightTable
 from gpu.needs import EVERYTHING, Needs
 from gpu.rays import closest_hit, connected, offset_origin
 from gpu.resident import NO_HIT, ResidentScene, SceneData
-from gpu.sampling import sobol_pair, z_order
+from gpu.sampling import sobol_pair_at, z_order
 from gpu.surface import Surface
 
 CANDIDATES = wp.constant(8)
@@ -37,20 +37,20 @@ def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, gloss
 
 
 @wp.func
-def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int, seed: int,
-                    glossy: bool) -> wp.vec3:  # fmt: skip
+def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+                    seed: int, glossy: bool) -> wp.vec3:  # fmt: skip
     """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
 
     Candidates share a place on their emitters and stand in the emitters' order. So the choice among them, by one number
     along the sum of their weights, leaves the samples as well stratified as they come.
     """
-    pick = sobol_pair(index, 0, seed)
-    place = sobol_pair(index, 1, seed)
+    pick = sobol_pair_at(place, moment, 0, seed)
+    point = sobol_pair_at(place, moment, 1, seed)
     weights = Weights()
     total = float(0.0)
     for candidate in range(CANDIDATES):
         value = STRATUM * wp.uint32(candidate) + pick.a // wp.uint32(CANDIDATES)
-        sample = sample_light(scene, table, table.sampled, surface.position, value, place)
+        sample = sample_light(scene, table, table.sampled, surface.position, value, point)
         weights[candidate] = largest(unshadowed_light(surface, view, sample, glossy))
         total += weights[candidate]
     if total <= 0.0:
@@ -65,18 +65,18 @@ def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view:
             weight = weights[candidate]
             rest -= weight
     value = STRATUM * wp.uint32(chosen) + pick.a // wp.uint32(CANDIDATES)
-    sample = sample_light(scene, table, table.sampled, surface.position, value, place)
+    sample = sample_light(scene, table, table.sampled, surface.position, value, point)
     if not connected(scene, surface.position, surface.geometric, sample.point, sample.normal):
         return wp.vec3(0.0, 0.0, 0.0)
     return unshadowed_light(surface, view, sample, glossy) * (total / (weight * float(CANDIDATES)))
 
 
 @wp.func
-def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
+def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
                seed: int) -> wp.vec3:  # fmt: skip
     """The other part of the estimate on a glossy surface: light that a ray of the specular lobe meets."""
-    place = sobol_pair(index, 2, seed)
-    lobe = sample_specular(surface, view, place.x, place.y)
+    point = sobol_pair_at(place, moment, 2, seed)
+    lobe = sample_specular(surface, view, point.x, point.y)
     if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
     origin = offset_origin(surface.position, surface.geometric, lobe.direction)
@@ -100,19 +100,19 @@ def hard_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
 
 
 @wp.func
-def soft_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, first: int, samples: int,
-               seed: int) -> wp.vec3:  # fmt: skip
+def soft_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+               samples: int, seed: int) -> wp.vec3:  # fmt: skip
     """Radiance that `surface` reflects of all other lights, estimated [W/m²/sr].
 
-    The mean of `samples` estimates, numbers `first` and on of the sample sequences of `seed`.
+    The mean of `samples` estimates, of `moment` and those that follow; see gpu.sampling.sobol_pair_at.
     """
     light = wp.vec3(0.0, 0.0, 0.0)
     if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or largest(surface.f0) > 0.0):
         glossy = scene.glossy and largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
-        for index in range(first, first + samples):
-            estimate = resampled_light(scene, table, surface, view, index, seed, glossy)
+        for number in range(moment, moment + samples):
+            estimate = resampled_light(scene, table, surface, view, place, number, seed, glossy)
             if glossy:
-                estimate += lobe_light(scene, table, surface, view, index, seed)
+                estimate += lobe_light(scene, table, surface, view, place, number, seed)
             light += estimate / float(samples)
     return light
 
@@ -136,6 +136,7 @@ def direct_light_kernel(needs: Needs) -> wp.Kernel:
         gbuffer: GBuffer,
         width: int,
         samples: int,
+        frame: int,
         seed: int,
         out: wp.array[wp.vec3],
         soft: wp.array[wp.vec3],
@@ -143,7 +144,8 @@ def direct_light_kernel(needs: Needs) -> wp.Kernel:
         """One thread a pixel: what the camera sees of emitters and hard light (out), and its SP's soft light (soft).
 
         Pixels take their samples from one sequence in the order of a space-filling curve, so that neighbours complement
-        each other and the noise is blue (Ahmed and Wonka, Screen-Space Blue-Noise Diffusion, 2020).
+        each other and the noise is blue (Ahmed and Wonka, Screen-Space Blue-Noise Diffusion, 2020). So do a pixel's
+        samples, over all frames of a view: their mean converges faster than that of independent ones.
         """
         pixel = first + wp.tid()
         out[pixel] = gbuffer.shown[pixel]
@@ -174,8 +176,8 @@ def direct_light_kernel(needs: Needs) -> wp.Kernel:
         surface.roughness = gbuffer.roughness[pixel]
         view = gbuffer.view[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], hard_light(scene, table, surface, view))
-        number = z_order(pixel % width, pixel // width) * samples
-        light = soft_light(scene, table, surface, view, number, samples, seed)
+        place = z_order(pixel % width, pixel // width)
+        light = soft_light(scene, table, surface, view, place, frame * samples, samples, seed)
         soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
 
     return kernel
@@ -191,16 +193,16 @@ def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: 
 
 
 def trace_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
-                       size: tuple[int, int], samples: int, seed: int, out: wp.array,
+                       size: tuple[int, int], samples: int, frame: int, seed: int, out: wp.array,
                        soft: wp.array, needs: Needs = EVERYTHING) -> None:  # fmt: skip
     """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
 
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
-    gpu.smooth and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights; needs: of
-    the scene.
+    gpu.smooth and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights; frame: its
+    number among those of a view, which complement each other; needs: of the scene.
     """
     width, height = size
-    inputs = [scene, table, gbuffer, width, samples, seed, out, soft]
+    inputs = [scene, table, gbuffer, width, samples, frame, seed, out, soft]
     launch(direct_light_kernel(needs), width * height, inputs, resident.device)
 
 

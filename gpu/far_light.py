@@ -7,9 +7,11 @@ clusters that are near a representative, in its spacings, are shaded SP by SP.
 
 import warp as wp
 
+from gpu.bits import lowest_bit
 from gpu.device import allocate, launch
 from gpu.disk import Disk, disk_at
 from gpu.draws import groups_a_part
+from gpu.lanes import bits_of_all, float_sum, lanes_of, vector_sum
 from gpu.sampling import PI
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, is_twig_unfolded, is_unfolded
@@ -17,8 +19,8 @@ from gpu.vpl_clusters import PER_TWIG, VplClusters, is_behind, member_disk, most
 
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
-# Groups are summed in parts, since there are few representatives for a GPU's threads.
-PARTS = 256
+# Groups are summed in parts, for threads to share.
+PARTS = 64
 # Whose sums are read so many at a time, before any is written: a thread would wait for each else.
 CHUNK = 8
 Chunk = wp.types.vector(length=CHUNK, dtype=float)
@@ -39,10 +41,11 @@ class FarLight:
     """Of each representative.
 
     near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; octets (representative, byte):
-    the same bits; light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned:
-    gradients of its brightness by place and by normal; mass (group, representative): light of the group's far clusters
-    were none hidden, each times its `doubt`; totals (part, representative): the sum of that over the groups of a part
-    and of those before it.
+    the same bits.
+    light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its
+    brightness by place and by normal; mass (group, representative): light of the group's far clusters were none hidden,
+    each times its `doubt`; totals (part, representative): the sum of that over the groups of a part and of those before
+    it.
     """
 
     near: wp.array2d[wp.uint32]
@@ -64,9 +67,8 @@ class Partial:
 
 
 @wp.func
-def is_near(position: wp.vec3, spacing: float, vpls: VplClusters, vpl: int) -> bool:
-    """Whether a VPL cluster is so near a representative that its light may be other at its SPs."""
-    disk = disk_at(vpls.disks, vpl)
+def is_near(position: wp.vec3, spacing: float, disk: Disk) -> bool:
+    """Whether a VPL cluster's disk is so near a representative that its light may be other at its SPs."""
     return wp.length(disk.position - position) - disk.reach < NEAR_SPACINGS * spacing
 
 
@@ -100,84 +102,109 @@ def with_disk(slope: Slope, position: wp.vec3, normal: wp.vec3, disk: Disk) -> S
 
 
 @wp.func
-def slope_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> Slope:
-    """Light of a VPL cluster that nothing hides, of as few disks as `unoccluded` takes there."""
-    disk = disk_at(vpls.disks, cluster)
-    slope = Slope()
-    if not is_unfolded(position, disk):
-        return with_disk(slope, position, normal, disk)
-    begin = vpls.starts[cluster]
+def with_share(slope: Slope, other: Slope, share: float) -> Slope:
+    """`slope` with a share of another's light."""
+    slope.light += other.light * share
+    slope.moved += other.moved * share
+    slope.turned += other.turned * share
+    return slope
+
+
+@wp.func
+def with_twigs(slope: Slope, position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, lane: int,
+               lanes: int) -> Slope:  # fmt: skip
+    """`slope` with the light of every `lanes`-th twig of a VPL cluster that is unfolded, as `unoccluded` takes it."""
     end = vpls.starts[cluster + 1]
-    area = disk.area / float(end - begin)
-    for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
+    area = vpls.disks[cluster].area / float(end - vpls.starts[cluster])
+    begin = vpls.starts[cluster] + PER_TWIG * lane
+    for twig in range(vpls.twig_starts[cluster] + lane, vpls.twig_starts[cluster + 1], lanes):
         disk = disk_at(vpls.twigs, twig)
         if is_twig_unfolded(position, disk):
             for member in range(begin, wp.min(begin + PER_TWIG, end)):
                 slope = with_disk(slope, position, normal, member_disk(vpls, member, area))
         else:
             slope = with_disk(slope, position, normal, disk)
-        begin += PER_TWIG
+        begin += PER_TWIG * lanes
     return slope
 
 
 @wp.kernel
-def part_kernel(first: int, sps: SpClusters, sp_count: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
+def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
                 all_near: bool, partial: Partial, out: FarLight) -> None:  # fmt: skip
-    """One thread a part of the groups at one new representative; neighbouring threads have neighbouring ones."""
+    """`lanes` threads a part of the groups at one new representative; neighbours have neighbouring ones."""
     index = first + wp.tid()
-    if index % sp_count >= sps.fresh[0]:
+    fresh = sps.fresh[0]
+    lane = index % lanes
+    place = index // lanes
+    if place >= out.totals.shape[0] * fresh:
         return
-    sp = sps.order[index % sp_count]
-    part = index // sp_count
-    light = wp.vec3(0.0, 0.0, 0.0)
-    moved = wp.vec3(0.0, 0.0, 0.0)
-    turned = wp.vec3(0.0, 0.0, 0.0)
-    part_mass = float(0.0)
+    sp = sps.order[place % fresh]
+    part = place // fresh
     position = sps.position[sp]
     normal = sps.normal[sp]
+    whole = Slope()
+    part_mass = float(0.0)
     groups = groups_a_part(vpls, out.totals.shape[0])
     begin = part * groups
-    near = int(0)
-    seen = wp.uint32(0)
     for group in range(begin, wp.min(begin + groups, vpls.groups)):
         mass = float(0.0)
-        reached = not out_of_reach(position, normal, vpls, group)
+        reached = all_near or not out_of_reach(position, normal, vpls, group)
         end = wp.min(vpls.per_group * (group + 1), vpls.count)
-        for vpl in range(vpls.per_group * group, end):
-            bit = vpl % 8
-            if bit == 0:
-                near = 0
-                seen = visibility[sp, vpl // 32] >> wp.uint32(vpl % 32)
-            if all_near:
-                near |= 1 << bit
-            elif reached and not is_behind(position, normal, vpls, vpl):
-                if is_near(position, sps.spacing[sp], vpls, vpl):
-                    near |= 1 << bit
-                else:
-                    lit = slope_of(position, normal, vpls, vpl)
-                    amount = brightness(lit.light)
-                    share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
-                    mass += amount * doubt(share)
-                    light += lit.light * share
-                    moved += lit.moved * share
-                    turned += lit.turned * share
-            if bit == 7 or vpl == end - 1:
-                out.octets[sp, vpl // 8] = wp.uint8(near)
-        out.mass[group, sp] = mass
+        for octet in range(vpls.per_group * group // 8, (end + 7) // 8):
+            near = int(0)
+            unfolded = int(0)
+            seen = visibility[sp, octet // 4] >> wp.uint32(8 * (octet % 4))
+            if reached:
+                for bit in range(lane, wp.min(8, end - 8 * octet), lanes):
+                    vpl = 8 * octet + bit
+                    disk = disk_at(vpls.disks, vpl)
+                    if all_near:
+                        near |= 1 << bit
+                    elif not is_behind(position, normal, vpls, vpl):
+                        if is_near(position, sps.spacing[sp], disk):
+                            near |= 1 << bit
+                        elif is_unfolded(position, disk):
+                            unfolded |= 1 << bit
+                        else:
+                            share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
+                            lit = with_disk(Slope(), position, normal, disk)
+                            mass += brightness(lit.light) * doubt(share)
+                            whole = with_share(whole, lit, share)
+            unfolded = bits_of_all(unfolded, lanes)
+            while unfolded != 0:
+                bit = lowest_bit(wp.uint32(unfolded))
+                unfolded &= unfolded - 1
+                share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
+                lit = with_twigs(Slope(), position, normal, vpls, 8 * octet + bit, lane, lanes)
+                mass += brightness(lit.light) * doubt(share)
+                whole = with_share(whole, lit, share)
+            near = bits_of_all(near, lanes)
+            if lane == 0:
+                out.octets[sp, octet] = wp.uint8(near)
+        mass = float_sum(mass, lanes)
+        if lane == 0:
+            out.mass[group, sp] = mass
         part_mass += mass
-    out.totals[part, sp] = part_mass
-    partial.light[part, sp] = light
-    partial.moved[part, sp] = moved
-    partial.turned[part, sp] = turned
+    light = vector_sum(whole.light, lanes)
+    moved = vector_sum(whole.moved, lanes)
+    turned = vector_sum(whole.turned, lanes)
+    if lane == 0:
+        out.totals[part, sp] = part_mass
+        partial.light[part, sp] = light
+        partial.moved[part, sp] = moved
+        partial.turned[part, sp] = turned
 
 
 @wp.kernel
-def whole_kernel(first: int, sps: SpClusters, partial: Partial, out: FarLight) -> None:
+def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partial, out: FarLight) -> None:
     """One thread a new representative: the sums over its parts."""
     place = first + wp.tid()
     if place >= sps.fresh[0]:
         return
     sp = sps.order[place]
+    # Bits of lights with more clusters may still stand behind the last.
+    for octet in range((vpls.count + 7) // 8, out.octets.shape[1]):
+        out.octets[sp, octet] = wp.uint8(0)
     light = wp.vec3(0.0, 0.0, 0.0)
     moved = wp.vec3(0.0, 0.0, 0.0)
     turned = wp.vec3(0.0, 0.0, 0.0)
@@ -222,8 +249,12 @@ class FarSums:
         self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
-    def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters) -> None:
-        """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs."""
-        inputs = [clusters, self._sp_count, vpls, visibility, not self._enabled, self._partial, self.data]
-        launch(part_kernel, PARTS * self._sp_count, inputs, self.device)
-        launch(whole_kernel, self._sp_count, [clusters, self._partial, self.data], self.device)
+    def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
+        """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.
+
+        few: whether most are kept.
+        """
+        lanes = lanes_of(self.device, few=few)
+        inputs = [clusters, lanes, vpls, visibility, not self._enabled, self._partial, self.data]
+        launch(part_kernel, PARTS * self._sp_count * lanes, inputs, self.device)
+        launch(whole_kernel, self._sp_count, [clusters, vpls, self._partial, self.data], self.device)

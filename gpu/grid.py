@@ -11,6 +11,7 @@ import warp as wp
 from gpu.device import launch
 from gpu.grouping import Groups
 from gpu.sampling import hashed
+from gpu.wide import four_at
 
 LEVELS_HELD = wp.constant(3)
 CELL_PER_SPACING = wp.constant(1.5)
@@ -25,15 +26,16 @@ FAR_AWAY = wp.constant(1.0e30)
 class Representatives:
     """The clusters' points. position, normal, spacing (cluster,); spacing ≤ 0 marks a cluster that is not in use.
 
-    level (cluster,): the grid's, by spacing; entries: encoded 3·cluster + (level − own level + 1), grouped by the hash
-    of their cell; starts (bucket + 1,).
+    level (cluster,): the grid's, by spacing; entries: (position, cluster), then (normal, level) of each level of each
+    representative, side by side as a search reads them, grouped by the hash of their cell; starts (bucket + 1,): in
+    such pairs.
     """
 
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     spacing: wp.array[float]
     level: wp.array[int]
-    entries: wp.array[int]
+    entries: wp.array[wp.vec4]
     starts: wp.array[int]
     buckets: int
 
@@ -89,6 +91,43 @@ def entry_key_kernel(first: int, clusters: Representatives, keys: wp.array[int])
     keys[entry] = bucket_of(cell, level, clusters.buckets)
 
 
+@wp.kernel
+def entry_kernel(first: int, items: wp.array[int], clusters: Representatives) -> None:
+    """One thread a place among the entries: writes the one that is there. items: as of entry_key_kernel, sorted."""
+    place = first + wp.tid()
+    if place >= clusters.starts[clusters.buckets]:
+        return
+    cluster = items[place] // LEVELS_HELD
+    level = clusters.level[cluster] + items[place] % LEVELS_HELD - 1
+    p = clusters.position[cluster]
+    n = clusters.normal[cluster]
+    clusters.entries[2 * place] = wp.vec4(p[0], p[1], p[2], float(cluster))
+    clusters.entries[2 * place + 1] = wp.vec4(n[0], n[1], n[2], float(level))
+
+
+@wp.struct
+class Entry:
+    """One representative in one of its cells."""
+
+    position: wp.vec3
+    cluster: int
+    normal: wp.vec3
+    level: int
+
+
+@wp.func
+def entry_at(clusters: Representatives, place: int) -> Entry:
+    """One of the entries."""
+    one = four_at(clusters.entries, 2 * place)
+    two = four_at(clusters.entries, 2 * place + 1)
+    entry = Entry()
+    entry.position = wp.vec3(one[0], one[1], one[2])
+    entry.cluster = int(one[3])
+    entry.normal = wp.vec3(two[0], two[1], two[2])
+    entry.level = int(two[3])
+    return entry
+
+
 class Grid:
     """The grid over up to `capacity` representatives; `data` is what kernels take."""
 
@@ -102,9 +141,11 @@ class Grid:
         self.data.normal = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self.data.spacing = wp.zeros(capacity, dtype=float, device=device)
         self.data.level = wp.zeros(capacity, dtype=int, device=device)
-        self.data.entries, self.data.starts, self.data.buckets = self._groups.items, self._groups.starts, buckets
+        self.data.entries = wp.zeros(2 * entries, dtype=wp.vec4, device=device)
+        self.data.starts, self.data.buckets = self._groups.starts, buckets
 
     def build(self) -> None:
         """Sort the representatives now in `data` into cells."""
         launch(entry_key_kernel, self._groups.capacity, [self.data, self._groups.keys], self.device)
         self._groups.sort()
+        launch(entry_kernel, self._groups.capacity, [self._groups.items, self.data], self.device)

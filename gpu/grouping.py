@@ -19,10 +19,10 @@ def starts_kernel(first: int, sorted_keys: wp.array[int], count: int, key_count:
     index = first + wp.tid()
     previous = int(-1)
     if index > 0:
-        previous = wp.min(sorted_keys[index - 1], key_count)
+        previous = sorted_keys[index - 1]
     current = key_count
     if index < count:
-        current = wp.min(sorted_keys[index], key_count)
+        current = sorted_keys[index]
     for key in range(previous + 1, current + 1):
         starts[key] = index
 
@@ -30,7 +30,7 @@ def starts_kernel(first: int, sorted_keys: wp.array[int], count: int, key_count:
 class Groups:
     """Items grouped by an integer key; after `sort`, key k's items are items[starts[k] : starts[k + 1]], ascending.
 
-    keys (2·capacity,) is written by the caller; items with a key of `key_count` or more belong to no group.
+    keys (2·capacity,), up to `key_count`, is written by the caller; items with that key belong to no group.
     """
 
     def __init__(self, capacity: int, key_count: int, device: wp.Device) -> None:
@@ -42,7 +42,7 @@ class Groups:
     def sort(self) -> None:
         """Group the `capacity` items by `keys`; the order within a group is that of the items, on every device."""
         launch(iota_kernel, self.capacity, [self.items], self.device)
-        radix_sort_pairs(self.keys, self.items, self.capacity)
+        radix_sort_pairs(self.keys, self.items, self.capacity, end_bit=self.key_count.bit_length())
         inputs = [self.keys, self.capacity, self.key_count, self.starts]
         launch(starts_kernel, self.capacity + 1, inputs, self.device)
 

@@ -10,8 +10,16 @@ import warp as wp
 
 from gpu.device import launch
 from gpu.gbuffer import CameraData, GBuffer, pixel_of
-from gpu.grid import NORMAL_THRESHOLD, PLANE_WEIGHT, Representatives
-from gpu.nearest import nearest_search
+from gpu.grid import (
+    NORMAL_THRESHOLD,
+    PLANE_WEIGHT,
+    Representatives,
+    bucket_of,
+    cell_at,
+    cells_per_unit,
+    entry_at,
+    separation,
+)
 from gpu.resident import NO_HIT
 from gpu.sampling import hashed
 from gpu.shading_points import ShadingPoints
@@ -22,9 +30,6 @@ from gpu.shading_points import ShadingPoints
 CROWDED = wp.constant(0.7)
 # In spacings of pixels: nearer than this, a representative is seen where its pixel's SP is, whatever its normal.
 SAME_PLACE = wp.constant(1.5)
-# The nearest of these are looked at, the representative itself among them.
-NEIGHBOURS = 4
-around = nearest_search(NEIGHBOURS)
 
 
 @wp.func
@@ -66,6 +71,39 @@ def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: i
             spacings[cluster] = spacing
 
 
+@wp.func
+def is_crowded(representatives: Representatives, spacings: wp.array[float], cluster: int) -> bool:
+    """Whether a representative that stays, and has a lower rank, is too near another to keep both.
+
+    Cells are wider than that, so at most two of them on each axis can hold it.
+    """
+    position = representatives.position[cluster]
+    normal = representatives.normal[cluster]
+    level = representatives.level[cluster]
+    reach = CROWDED * spacings[cluster]
+    rank = hashed(wp.uint32(cluster))
+    scale = cells_per_unit(level)
+    lowest = cell_at(position - wp.vec3(reach, reach, reach), scale)
+    highest = cell_at(position + wp.vec3(reach, reach, reach), scale)
+    for corner in range(8):
+        cell = lowest
+        double = bool(False)
+        for axis in range(3):
+            if (corner >> axis) % 2 == 1:
+                cell[axis] = highest[axis]
+                double = double or highest[axis] == lowest[axis]
+        if not double:
+            bucket = bucket_of(cell, level, representatives.buckets)
+            for place in range(representatives.starts[bucket], representatives.starts[bucket + 1]):
+                other = entry_at(representatives, place)
+                alike = wp.dot(other.normal, normal) > NORMAL_THRESHOLD
+                if alike and separation(position, normal, other.position, other.normal) < reach:
+                    number = other.cluster
+                    if number != cluster and spacings[number] > 0.0 and hashed(wp.uint32(number)) < rank:
+                        return True
+    return False
+
+
 @wp.kernel
 def thin_kernel(first: int, spacings: wp.array[float], representatives: Representatives, pixels: wp.array[int]) -> None:
     """One thread a cluster: keeps it with its spacing in this view, unless it is seen no more or another is too near.
@@ -75,19 +113,8 @@ def thin_kernel(first: int, spacings: wp.array[float], representatives: Represen
     cluster = first + wp.tid()
     pixels[cluster] = -1
     spacing = spacings[cluster]
-    if spacing > 0.0:
-        level = representatives.level[cluster]
-        nearest = around(
-            representatives, representatives.position[cluster], representatives.normal[cluster], level, NORMAL_THRESHOLD
-        )
-        rank = hashed(wp.uint32(cluster))
-        crowded = bool(False)
-        for n in range(wp.static(NEIGHBOURS)):
-            other = nearest.cluster[n]
-            if other >= 0 and other != cluster and spacings[other] > 0.0 and hashed(wp.uint32(other)) < rank:
-                crowded = crowded or nearest.distance[n] < CROWDED * spacing
-        if crowded:
-            spacing = 0.0
+    if spacing > 0.0 and is_crowded(representatives, spacings, cluster):
+        spacing = 0.0
     representatives.spacing[cluster] = spacing
 
 

@@ -7,10 +7,11 @@ bits; a cluster that lost its members starts again at a random point; distances 
 
 import warp as wp
 
+from gpu.bounds import Runs, allocate_runs, bound_runs, nearest_in_runs
 from gpu.device import launch
 from gpu.grid import FAR_AWAY, NORMAL_THRESHOLD, Grid, Representatives, level_of, separation
 from gpu.grouping import Groups
-from gpu.nearest import nearest_of_all, nearest_search
+from gpu.nearest import nearest_search
 from gpu.sampling import hashed
 
 nearest = nearest_search(1)
@@ -65,16 +66,28 @@ def assign_kernel(
 
 
 @wp.kernel
-def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, cluster_count: int,
-                             keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any."""
+def guess_kernel(first: int, points: Points, cluster_count: int, owner: wp.array[int]) -> None:
+    """One thread a point: the cluster that starts in its run of the points' order."""
+    point = first + wp.tid()
+    count = points.count[0]
+    if point < count:
+        owner[point] = int(wp.int64(point) * wp.int64(wp.min(cluster_count, count)) / wp.int64(count))
+
+
+@wp.kernel
+def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, cluster_count: int, runs: Runs,
+                             owner: wp.array[int], keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any.
+
+    owner (point,): what that was before.
+    """
     point = first + wp.tid()
     keys[point] = cluster_count
     if point >= points.count[0]:
         return
-    found = nearest_of_all(clusters, points.position[point], points.normal[point], NORMAL_THRESHOLD, 1)
-    if found >= 0:
-        keys[point] = found
+    found = nearest_in_runs(clusters, runs, points.position[point], points.normal[point], owner[point])
+    owner[point] = found
+    keys[point] = found
 
 
 @wp.kernel
@@ -135,23 +148,28 @@ class KMeans:
     """K-means of up to `capacity` points into `cluster_count` clusters; arrays are allocated once.
 
     After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
-    is, −1 for a dropped one, and `groups` the members of each cluster. `exhaustive` compares every point with every
-    cluster, so that none is left out: for VPLs, whose light would be lost and whose spacing is not known beforehand.
+    is, −1 for a dropped one, and `groups` the members of each. `exhaustive` finds every point the nearest of all
+    clusters, so that none is left out: for VPLs, whose light would be lost and whose spacing is not known beforehand.
     """
 
     def __init__(
         self, capacity: int, cluster_count: int, device: wp.Device, *, extra: int = 0, exhaustive: bool = False
     ) -> None:
         self.cluster_count, self.device = cluster_count, device
-        self._assign_kernel = exhaustive_assign_kernel if exhaustive else assign_kernel
+        self._exhaustive = exhaustive
         self.grid = Grid(cluster_count + extra, device)
         self.groups = Groups(capacity, cluster_count, device)
         self.medoids = wp.zeros(cluster_count + extra, dtype=int, device=device)
+        if exhaustive:
+            self._runs = allocate_runs(cluster_count, device)
+            self._owner = wp.zeros(capacity, dtype=int, device=device)
 
     def run(self, points: Points, iterations: int, seed: int) -> None:
         """Cluster `points`: `iterations` rounds of assignment and update, then the medoids."""
         clusters, groups, k = self.grid.data, self.groups, self.cluster_count
         launch(seed_kernel, k, [points, k, seed, clusters], self.device)
+        if self._exhaustive:
+            launch(guess_kernel, groups.capacity, [points, k, self._owner], self.device)
         for iteration in range(iterations):
             self._assign(points)
             inputs = [points, groups.items, groups.starts, k, seed + iteration + 1, clusters]
@@ -160,8 +178,12 @@ class KMeans:
         launch(medoid_kernel, k, [points, groups.items, groups.starts, clusters, self.medoids], self.device)
 
     def _assign(self, points: Points) -> None:
-        if self._assign_kernel is assign_kernel:
+        clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
+        if self._exhaustive:
+            bound_runs(clusters, self._runs)
+            inputs = [points, clusters, self.cluster_count, self._runs, self._owner, keys]
+            launch(exhaustive_assign_kernel, capacity, inputs, self.device)
+        else:
             self.grid.build()
-        inputs = [points, self.grid.data, self.cluster_count, self.groups.keys]
-        launch(self._assign_kernel, self.groups.capacity, inputs, self.device)
+            launch(assign_kernel, capacity, [points, clusters, self.cluster_count, keys], self.device)
         self.groups.sort()

@@ -1,7 +1,7 @@
 """The light of a scene that no camera changes: its emitters, VPLs and VPL clusters. Made once, shared by renderers."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import proxy
 
 from gpu.device import overwrite
@@ -9,7 +9,7 @@ from gpu.lights import LightTable, build_light_table
 from gpu.needs import needs_of
 from gpu.radiosity import RadiosityMap, radiosity_map
 from gpu.resident import ResidentScene
-from gpu.vpl import Vpls, trace_vpls
+from gpu.vpl import Vpls, paths_for, trace_light_paths
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 Progress = Callable[[str, float], None]
@@ -36,6 +36,8 @@ class Lighting:
         self._resident: ResidentScene = proxy(resident)
         self._sets: dict[LightingChoice, VplClusters] = {}
         self._radiosity: dict[LightingChoice, RadiosityMap] = {}
+        # Light paths of sets that differ by their seed.
+        self._paths: dict[LightingChoice, int] = {}
         self.table: LightTable = build_light_table(resident)
 
     def clusters(self, choice: LightingChoice, progress: Progress) -> VplClusters:
@@ -69,7 +71,11 @@ class Lighting:
         scene = self._resident.view(lambertian=choice.lambertian)
         needs = needs_of(self._resident.scene, lambertian=choice.lambertian)
         progress("tracing virtual point lights", 0.0)
-        vpls = trace_vpls(self._resident, scene, self.table, choice.vpls, choice.bounces, choice.seed, needs)
+        alike = replace(choice, seed=0)
+        if alike not in self._paths:
+            self._paths[alike] = paths_for(self._resident, scene, self.table, choice.vpls, choice.bounces, needs)
+        paths = self._paths[alike]
+        vpls = trace_light_paths(self._resident, scene, self.table, paths, choice.bounces, choice.seed, needs)
         progress("clustering virtual point lights", 0.5)
         clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
         progress("clustering virtual point lights", 1.0)

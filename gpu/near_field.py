@@ -5,12 +5,14 @@ of each SP: where that meets a surface, its radiosity counts with this share (T.
 the Presence of Weak Singularities, 2004, with radiosity from a density estimate in place of a path).
 """
 
+from functools import cache
+
 import warp as wp
 
 from gpu.device import allocate, launch
 from gpu.gbuffer import RAY_LENGTH, GBuffer
 from gpu.radiosity import RadiosityMap, vpl_around
-from gpu.rays import closest_hit, occluded, offset_origin
+from gpu.rays import blocking, closest_hit, offset_origin
 from gpu.resident import NO_HIT, SceneData
 from gpu.sampling import PI, cosine_direction, sobol_pair
 from gpu.shading_points import ShadingPoints
@@ -38,28 +40,43 @@ class Hits:
     distance: wp.array[float]
 
 
-@wp.kernel
-def trace_kernel(first: int, scene: SceneData, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int],
-                 seed: int, hits: Hits) -> None:  # fmt: skip
-    """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share one sequence."""
-    sp = first + wp.tid()
-    hits.distance[sp] = 0.0
-    if sp >= sp_count[0]:
-        return
-    pixel = sps[sp]
-    place = sobol_pair(sp, NEAR_PAIR, seed)
-    direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
-    geometric = gbuffer.geometric[pixel]
-    if wp.dot(direction, geometric) <= 0.0:
-        return
-    origin = offset_origin(gbuffer.position[pixel], geometric, direction)
-    hit = closest_hit(scene, origin, direction, RAY_LENGTH)
-    if hit.face == NO_HIT:
-        return
-    normal = triangle_normal(scene, hit.face)
-    hits.position[sp] = origin + direction * hit.t
-    hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
-    hits.distance[sp] = hit.t
+@cache
+def trace_kernel(alpha: bool) -> wp.Kernel:
+    """The kernel that traces the rays; alpha: whether these must look at masks."""
+
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        scene: SceneData,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        sp_count: wp.array[int],
+        seed: int,
+        hits: Hits,
+    ) -> None:
+        """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share a sequence."""
+        sp = first + wp.tid()
+        hits.distance[sp] = 0.0
+        if sp >= sp_count[0]:
+            return
+        if wp.static(not alpha):
+            scene.ignore_alpha = True
+        pixel = sps[sp]
+        place = sobol_pair(sp, NEAR_PAIR, seed)
+        direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
+        geometric = gbuffer.geometric[pixel]
+        if wp.dot(direction, geometric) <= 0.0:
+            return
+        origin = offset_origin(gbuffer.position[pixel], geometric, direction)
+        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+        if hit.face == NO_HIT:
+            return
+        normal = triangle_normal(scene, hit.face)
+        hits.position[sp] = origin + direction * hit.t
+        hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
+        hits.distance[sp] = hit.t
+
+    return kernel
 
 
 @wp.kernel
@@ -72,33 +89,53 @@ def find_kernel(first: int, hits: Hits, lit: RadiosityMap, vpl: wp.array[int]) -
         vpl[sp] = vpl_around(lit, hits.position[sp], hits.normal[sp], RADIUS_SHARE * distance)
 
 
-@wp.kernel
-def light_kernel(first: int, scene: SceneData, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int], hits: Hits,
-                 vpls: VplClusters, lit: RadiosityMap, vpl: wp.array[int], light: wp.array[wp.vec3],
-                 found: wp.array[int]) -> None:  # fmt: skip
-    """One thread an SP: the irradiance that disks took from where its ray went [W/m²], in light (pixel,).
+@cache
+def light_kernel(blocked: wp.Function) -> wp.Kernel:
+    """The kernel that looks along the surface with `blocked`, one of gpu.rays.occluded and occluded_solid."""
 
-    Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
-    there. found (sp,): 1 where there is light, or 0.
-    """
-    sp = first + wp.tid()
-    found[sp] = 0
-    if sp >= count[0]:
-        return
-    light[sps[sp]] = wp.vec3(0.0, 0.0, 0.0)
-    if vpl[sp] < 0:
-        return
-    distance = hits.distance[sp]
-    way = lit.position[vpl[sp]] - hits.position[sp]
-    length = wp.length(way)
-    if length > 0.0:
-        lift = hits.normal[sp] * wp.min(CLEARANCE * length, 0.5 * distance)
-        if occluded(scene, hits.position[sp] + lift, way / length, length):
+    @wp.func
+    def is_apart(scene: SceneData, position: wp.vec3, normal: wp.vec3, other: wp.vec3, distance: float) -> bool:
+        way = other - position
+        length = wp.length(way)
+        if length == 0.0:
+            return False
+        lift = normal * wp.min(CLEARANCE * length, 0.5 * distance)
+        return blocked(scene, position + lift, way / length, length)
+
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        scene: SceneData,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        count: wp.array[int],
+        hits: Hits,
+        vpls: VplClusters,
+        lit: RadiosityMap,
+        vpl: wp.array[int],
+        light: wp.array[wp.vec3],
+        found: wp.array[int],
+    ) -> None:
+        """One thread an SP: the irradiance that disks took from where its ray went [W/m²], in light (pixel,).
+
+        Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
+        there. found (sp,): 1 where there is light, or 0.
+        """
+        sp = first + wp.tid()
+        found[sp] = 0
+        if sp >= count[0]:
             return
-    squared = distance * distance
-    area = disk_area(gbuffer.position[sps[sp]], vpls, vpl[sp])
-    light[sps[sp]] = lit.radiosity[vpl[sp]] * (area / (PI * squared + area))
-    found[sp] = 1
+        pixel = sps[sp]
+        light[pixel] = wp.vec3(0.0, 0.0, 0.0)
+        near = vpl[sp]
+        distance = hits.distance[sp]
+        if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
+            squared = distance * distance
+            area = disk_area(gbuffer.position[pixel], vpls, near)
+            light[pixel] = lit.radiosity[near] * (area / (PI * squared + area))
+            found[sp] = 1
+
+    return kernel
 
 
 class NearField:
@@ -117,7 +154,8 @@ class NearField:
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityMap,
               seed: int) -> None:  # fmt: skip
         """Estimate the irradiance of `sps` that the disks of `vpls`, from which `lit` is, have lost."""
-        launch(trace_kernel, sps.capacity, [scene, gbuffer, sps.pixels, sps.count, seed, self._hits], self.device)
-        launch(find_kernel, sps.capacity, [self._hits, lit, self._vpl], self.device)
-        inputs = [scene, gbuffer, sps.pixels, sps.count, self._hits, vpls, lit, self._vpl, self.light, self.found]
-        launch(light_kernel, sps.capacity, inputs, self.device)
+        capacity, points, hits = sps.capacity, (scene, gbuffer, sps.pixels, sps.count), self._hits
+        launch(trace_kernel(scene.alpha), capacity, [*points, seed, hits], self.device)
+        launch(find_kernel, capacity, [hits, lit, self._vpl], self.device)
+        inputs = [*points, hits, vpls, lit, self._vpl, self.light, self.found]
+        launch(light_kernel(blocking(scene)), capacity, inputs, self.device)

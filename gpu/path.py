@@ -101,7 +101,7 @@ def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.arr
         if direct:
             total += surface.emission
             total += hard_light(scene, table, surface, -ray.direction)
-            total += soft_light(scene, table, surface, -ray.direction, index, 1, own_seed)
+            total += soft_light(scene, table, surface, -ray.direction, index, 0, 1, own_seed)
         if indirect and table.count > 0:
             total += indirect_light(scene, table, surface, bounces, index, own_seed)
     before = wp.vec3(0.0, 0.0, 0.0)

@@ -22,6 +22,9 @@ NEIGHBOURS = 12
 # VPLs off the plane by more than this share of the disk's radius are of another surface. They bound the disk all the
 # same, which is so no wider than slats are apart.
 PLANE_SHARE = wp.constant(0.3)
+# They are searched for no farther than if all VPLs lay evenly on so many unit squares, in cells of 1 to 2 such radii.
+MOST_AREA = wp.constant(16.0)
+SEARCH_SHARE = wp.constant(2.0 / 3.0)  # of gpu.grid's cells
 # Places around a VPL where its surface is looked for, at this share of its disk's radius: half of the area is nearer.
 PLACES = wp.constant(8)
 MIDDLE = wp.constant(0.70710678)
@@ -68,14 +71,17 @@ class RadiosityMap:
 
 
 @wp.kernel
-def first_radius_kernel(first: int, clusters: VplClusters, radius: wp.array[float]) -> None:
-    """One thread a cluster: about how far its members' last neighbours are; 0 where the cluster has no extent."""
+def search_kernel(first: int, clusters: VplClusters, spacing: wp.array[float]) -> None:
+    """One thread a cluster: the spacing of cells that its members' neighbours are searched in; 0 if it has no extent.
+
+    A cluster of strays is far wider than its members are apart. Searching all of that would keep the others waiting.
+    """
     cluster = first + wp.tid()
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
-    area = clusters.disks[cluster].area / float(end - begin)
+    area = wp.min(clusters.disks[cluster].area / float(end - begin), MOST_AREA / float(clusters.members.count))
     for member in range(begin, end):
-        radius[member] = wp.sqrt(float(wp.static(NEIGHBOURS)) * area / PI)
+        spacing[member] = SEARCH_SHARE * wp.sqrt(float(wp.static(NEIGHBOURS)) * area / PI)
 
 
 @wp.kernel
@@ -166,7 +172,7 @@ def radiosity_map(resident: ResidentScene, scene: SceneData, clusters: VplCluste
     grid = Grid(members.count, device)
     vpls = grid.data
     vpls.position, vpls.normal = members.position, members.normal
-    launch(first_radius_kernel, clusters.count, [clusters, vpls.spacing], device)
+    launch(search_kernel, clusters.count, [clusters, vpls.spacing], device)
     grid.build()
     lit = RadiosityMap()
     lit.position, lit.normal = members.position, members.normal

@@ -162,3 +162,8 @@ def connection(scene: SceneData) -> wp.Function:
 def free_path(scene: SceneData) -> wp.Function:
     """The cheaper of `unblocked` and `unblocked_solid` that is right for `scene`."""
     return unblocked if connection(scene) is connected else unblocked_solid
+
+
+def blocking(scene: SceneData) -> wp.Function:
+    """The cheaper of `occluded` and `occluded_solid` that is right for `scene`."""
+    return occluded if scene.alpha else occluded_solid

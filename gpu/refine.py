@@ -10,20 +10,23 @@ import warp as wp
 
 from gpu.correct import member_of
 from gpu.device import allocate, launch
+from gpu.disk import disk_at
 from gpu.dispute import WorstPoints
 from gpu.draws import drawn_group, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.transfer import brightness, unoccluded
-from gpu.vpl_clusters import VplClusters, most_groups, out_of_reach
+from gpu.transfer import brightness, disk_irradiance, is_unfolded
+from gpu.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
 
 RAYS = 32
 # Groups of VPL clusters are looked at in parts, since there are few SPs to refine for a GPU's threads.
 PARTS = 64
 # Where more rays find more than this share of what was believed, that has less noise than they.
 CONFIRMED = wp.constant(0.5)
+# A cluster near a point counts at most this many times as much as its one disk, by which it is drawn.
+MOST_WHOLE = wp.constant(32.0)
 REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 
 
@@ -31,15 +34,25 @@ REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 class Rays:
     """Rays of refined SPs.
 
-    mass (group, place): light of each group of VPL clusters were nothing between; totals (part, place): the sum of that
-    over the groups of a part and of those before it; vpl (ray, place), flattened: the VPL that each ray goes to, −1 for
-    none; share (ray, place), flattened: its light over its density, relative to all light, 0 once it was stopped.
+    mass (group, place): about the light of each group of VPL clusters were nothing between; totals (part, place): the
+    sum of that over the groups of a part and of those before it; vpl (place, ray), flattened: the VPL that each ray
+    goes to, −1 for none; share (place, ray), flattened: its light over its density, relative to all light, 0 once it
+    was stopped.
     """
 
     mass: wp.array2d[float]
     totals: wp.array2d[float]
     vpl: wp.array[int]
     share: wp.array[float]
+
+
+@wp.func
+def disk_brightness(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, vpl: int) -> float:
+    """How bright a VPL cluster's one disk is, also where it is so near that its members light the point."""
+    disk = disk_at(vpls.disks, vpl)
+    if is_unfolded(position, disk) and is_behind(position, normal, vpls, vpl):
+        return 0.0
+    return brightness(disk_irradiance(position, normal, disk))
 
 
 @wp.kernel
@@ -60,7 +73,7 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
         mass = float(0.0)
         if not out_of_reach(position, normal, vpls, group):
             for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-                mass += brightness(unoccluded(position, normal, vpls, vpl))
+                mass += disk_brightness(position, normal, vpls, vpl)
         rays.mass[group, place] = mass
         part_mass += mass
     rays.totals[part, place] = part_mass
@@ -68,7 +81,7 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
 
 @wp.func
 def all_light(rays: Rays, place: int) -> float:
-    """What all VPL clusters send an SP if nothing is between."""
+    """About what all VPL clusters send an SP if nothing is between."""
     return rays.totals[rays.totals.shape[0] - 1, place]
 
 
@@ -89,8 +102,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
                 seed: int, rays: Rays) -> None:  # fmt: skip
     """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""
     index = first + wp.tid()
-    capacity = pixels.shape[0]
-    place = index % capacity
+    place = index // RAYS
     rays.vpl[index] = -1
     if place >= count[0]:
         return
@@ -100,23 +112,25 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     pixel = pixels[place]
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
-    ray = index // capacity
+    ray = index % RAYS
     state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed)))
     pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
     group = drawn_group(vpls, rays.mass, rays.totals, place, pick)
     total = float(0.0)
+    expected = float(0.0)
     drawn = int(-1)
     for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-        light = brightness(unoccluded(position, normal, vpls, vpl))
+        light = disk_brightness(position, normal, vpls, vpl)
         if light > 0.0:
             total += light
             state = hashed(state)
             if float(state) * TO_UNIT * total < light:
                 drawn = vpl
+                expected = light
     if drawn >= 0:
         target = member_of(position, normal, vpls, drawn, hashed(state))
         rays.vpl[index] = target.vpl
-        rays.share[index] = target.share
+        rays.share[index] = target.share * wp.min(target.whole / expected, MOST_WHOLE)
 
 
 @cache
@@ -137,7 +151,7 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
         vpl = rays.vpl[index]
         if vpl < 0:
             return
-        pixel = pixels[index % pixels.shape[0]]
+        pixel = pixels[index // RAYS]
         position = vpls.members.position[vpl]
         normal = vpls.members.normal[vpl]
         if not connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
@@ -154,8 +168,8 @@ def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: Vp
     if place >= count[0]:
         return
     total = wp.vec3(0.0, 0.0, 0.0)
-    for ray in range(rays.vpl.shape[0] // pixels.shape[0]):
-        index = ray * pixels.shape[0] + place
+    for ray in range(RAYS):
+        index = place * RAYS + ray
         vpl = rays.vpl[index]
         if vpl >= 0:
             flux = vpls.members.flux[vpl]

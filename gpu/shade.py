@@ -5,6 +5,7 @@ from typing import Any
 
 import warp as wp
 
+from gpu.bits import lowest_bit
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
 from gpu.far_light import FarLight, doubt, far_irradiance
@@ -53,17 +54,6 @@ def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
     indirect: Indirect = allocate(Indirect, pixels, device, CHECKS)
     return indirect
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    return __ffs(bits) - 1;
-#else
-    return __builtin_ctz(bits);
-#endif
-""")
-def lowest_bit(bits: wp.uint32) -> wp.uint32:
-    """The place of the lowest bit that is set."""
 
 
 @cache
@@ -168,7 +158,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 seen[f] = visibility[cluster[f], word]
             light = wp.vec3(0.0, 0.0, 0.0)
             while bits != wp.uint32(0):
-                bit = lowest_bit(bits)
+                bit = wp.uint32(lowest_bit(bits))
                 bits &= bits - wp.uint32(1)
                 pairs += 1
                 whole = unoccluded(position, normal, vpls, 32 * word + int(bit))

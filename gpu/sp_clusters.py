@@ -17,7 +17,7 @@ from gpu.grid import NORMAL_THRESHOLD, Representatives, level_of
 from gpu.grouping import running_total
 from gpu.kept_clusters import keep
 from gpu.kmeans import KMeans
-from gpu.nearest import nearest_of_all, nearest_search
+from gpu.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
 from gpu.new_clusters import FILLING, SERVICE, WHOLE_NEED, NeedScale, extra_kernel, fill_kernel, free_kernel, need_of
 from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
@@ -29,10 +29,10 @@ SAMPLES_PER_CLUSTER = 4
 EXTRA_SHARE = 0.25
 # No cluster is in use at all.
 UNASSIGNED_NEED = wp.constant(2047)
-RELAXED_THRESHOLD = wp.constant(0.0)
-WIDER_LEVELS = wp.constant(3)
 # Of all clusters, about so many where none is near.
 LOOKED_AT = wp.constant(256)
+# Of a thread, which waits for memory most of the time: so that many wait at once.
+REGISTERS = 112
 # Distances below this share of a spacing count as a match: w = 1/d has a pole at the representative (2022, Eq. 10).
 MATCH = wp.constant(1.0e-3)
 
@@ -116,9 +116,9 @@ def fresh_kernel(first: int, sorted_keys: wp.array[int], count: int, out: SpClus
 @cache
 def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     """The kernel of Algorithm 2 for F = `fuzziness`; its weights are 1/distance (Eq. 10) or equal (Eq. 8)."""
-    search = nearest_search(fuzziness)
+    search = nearest_search(fuzziness, widens=True)
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", cuda_max_registers=REGISTERS)
     def kernel(
         first: int,
         gbuffer: GBuffer,
@@ -147,15 +147,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale
-        level = level_of(spacing)
-        nearest = search(clusters, position, normal, level, NORMAL_THRESHOLD)
-        for wider in range(1, WIDER_LEVELS):
-            if nearest.cluster[0] < 0:
-                nearest = search(clusters, position, normal, level + wider, NORMAL_THRESHOLD)
-        alike = nearest.cluster[0] >= 0
-        for wider in range(WIDER_LEVELS):
-            if nearest.cluster[0] < 0:
-                nearest = search(clusters, position, normal, level + wider, RELAXED_THRESHOLD)
+        nearest = search(clusters, position, normal, level_of(spacing), NORMAL_THRESHOLD)
         need[sp] = scale.unserved
         if nearest.cluster[0] < 0 and least_need > 0:
             # Few SPs come here; any cluster is better than none, and they are the first to be refined. One that looked
@@ -168,7 +160,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
             if nearest.cluster[0] < 0:
                 need[sp] = UNASSIGNED_NEED
         elif nearest.cluster[0] >= 0:
-            need[sp] = need_of(scale, nearest.distance[0] / spacing, alike)
+            need[sp] = need_of(scale, nearest.distance[0] / spacing, nearest.alike)
         if nearest.cluster[0] >= 0:
             serving[nearest.cluster[0]] = 1
         total = float(0.0)

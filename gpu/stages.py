@@ -6,6 +6,12 @@ from time import perf_counter
 import warp as wp
 
 
+def _seconds(work: Callable[[], None]) -> float:
+    begun = perf_counter()
+    work()
+    return perf_counter() - begun
+
+
 class Stages:
     """Runs and times the named stages of one renderer's frames.
 
@@ -21,6 +27,10 @@ class Stages:
         self._loaded: set[tuple[str, Hashable, bool]] = set()
         self._order: list[str] = []
         self._seconds: dict[str, float] = {}
+        # What was forked runs on a stream of its own.
+        self._side: wp.Stream | None = None
+        self._forked: wp.Event | None = None
+        self._forked_seconds = 0.0
         self.variant: Hashable = None
         self.steady = False
 
@@ -34,39 +44,67 @@ class Stages:
         """Free the graphs of a variant, whose arrays go too."""
         self._graphs = {key: graph for key, graph in self._graphs.items() if key[2] != variant}
 
-    def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, way: Hashable = None) -> None:
+    def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, way: Hashable = None,
+            joins: bool = False) -> None:  # fmt: skip
         """Run the stage `name`, once a frame. repeats: `work` launches the same every frame, so it may be captured.
 
-        way: which of several things a stage launches, where it is not the same in every frame of a variant.
+        way: which of several things a stage launches, where it is not the same in every frame of a variant; joins:
+        it waits for what was forked, in its own time.
         """
         self._order.append(name)
-        # A stage's first run loads its kernels, whatever the variant; later ones can be captured.
-        loaded = (name, way, repeats) in self._loaded
-        self._loaded.add((name, way, repeats))
-        self.steady &= loaded
         if not self._device.is_cuda:
-            begun = perf_counter()
-            work()
-            self._seconds[name] = perf_counter() - begun
+            self._seconds[name] = _seconds(work) + (self._forked_seconds if joins else 0.0)
+            self._note((name, way, repeats))
             return
         if name not in self._events:
             pair = wp.Event(self._device, enable_timing=True), wp.Event(self._device, enable_timing=True)
             self._events[name] = pair
         stream, (begin, end) = wp.get_stream(self._device), self._events[name]
+        if joins:
+            stream.record_event(begin)
+            stream.wait_event(self._forked)
 
         def timed() -> None:
-            stream.record_event(begin)
+            # Events are part of the graph: what the host does for its first launch is no time of the device.
+            if not joins:
+                stream.record_event(begin)
             work()
             stream.record_event(end)
 
+        self._launch((name, way, repeats), timed)
+
+    def fork(self, name: str, work: Callable[[], None], *, repeats: bool = True) -> None:
+        """Run `work` beside the stages that follow, up to one that joins it. It takes what that has to wait for it.
+
+        It must write nothing that those read, nor read what they write.
+        """
+        if not self._device.is_cuda:
+            self._forked_seconds = _seconds(work)
+            self._note((name, None, repeats))
+            return
+        if self._side is None:
+            self._side, self._forked = wp.Stream(self._device), wp.Event(self._device)
+        with wp.ScopedStream(self._side):
+            self._launch((name, None, repeats), work)
+            self._side.record_event(self._forked)
+
+    def _note(self, key: tuple[str, Hashable, bool]) -> bool:
+        """Whether a stage has run before; its first run loads its kernels, whatever the variant."""
+        loaded = key in self._loaded
+        self._loaded.add(key)
+        self.steady &= loaded
+        return loaded
+
+    def _launch(self, key: tuple[str, Hashable, bool], work: Callable[[], None]) -> None:
+        """Launch on the current stream what `work` does, by a graph if it repeats and its kernels are loaded."""
+        (name, way, repeats), loaded = key, self._note(key)
         graph = self._graphs.get((name, way, self.variant)) if repeats else None
         if repeats and loaded and graph is None:
-            # Its events are part of the graph: what the host does for its first launch is no time of the device.
             with wp.ScopedCapture(self._device) as capture:
-                timed()
+                work()
             graph = self._graphs[name, way, self.variant] = capture.graph
         if graph is None:
-            timed()
+            work()
         else:
             wp.capture_launch(graph)
 

@@ -2,9 +2,11 @@
 
 import warp as wp
 
-from gpu.device import launch
+from gpu.device import allocate, launch
 
-PARTIALS = 1024
+# A GPU's threads, each with few pixels; so many others sum up what they find.
+PARTIALS = 16_384
+SUMS = 128
 # The geometric mean of a picture's luminance is shown as this reflectance.
 MIDDLE_GREY = wp.constant(0.18)
 # Luminance below this share of an even picture's is black to the exposure; logarithms stay finite.
@@ -14,7 +16,7 @@ BRIGHTEST = wp.constant(1.0e20)
 
 @wp.struct
 class Tally:
-    """Partial sums over pixels, (partial,): of log luminance, of lit pixels, and of pixels with non-finite radiance."""
+    """Sums over some pixels each, (sum,): of log luminance, of lit pixels, and of pixels with non-finite radiance."""
 
     log_luminance: wp.array[float]
     lit: wp.array[int]
@@ -61,18 +63,32 @@ def tally_kernel(first: int, radiance: wp.array[wp.vec3], out: Tally) -> None:
 
 
 @wp.kernel
-def exposure_kernel(
-    first: int, tally: Tally, fixed: float, exposure: wp.array[float], nonfinite: wp.array[int]
-) -> None:
-    """One thread: sums the tally; exposure (1,) becomes `fixed`, or when that is 0 what the picture needs."""
+def fold_kernel(first: int, tally: Tally, out: Tally) -> None:
+    """One thread a sum over every SUMS-th partial sum."""
+    place = first + wp.tid()
+    total = float(0.0)
+    lit = int(0)
+    nonfinite = int(0)
+    for partial in range(place, PARTIALS, SUMS):
+        total += tally.log_luminance[partial]
+        lit += tally.lit[partial]
+        nonfinite += tally.nonfinite[partial]
+    out.log_luminance[place] = total
+    out.lit[place] = lit
+    out.nonfinite[place] = nonfinite
+
+
+@wp.kernel
+def exposure_kernel(first: int, sums: Tally, fixed: float, exposure: wp.array[float], nonfinite: wp.array[int]) -> None:
+    """One thread: adds up the sums; exposure (1,) becomes `fixed`, or when that is 0 what the picture needs."""
     _single = first + wp.tid()
     total = float(0.0)
     lit = int(0)
     bad = int(0)
-    for partial in range(PARTIALS):
-        total += tally.log_luminance[partial]
-        lit += tally.lit[partial]
-        bad += tally.nonfinite[partial]
+    for place in range(SUMS):
+        total += sums.log_luminance[place]
+        lit += sums.lit[place]
+        bad += sums.nonfinite[place]
     exposure[0] = fixed
     if fixed == 0.0:
         exposure[0] = MIDDLE_GREY / wp.exp(total / float(wp.max(lit, 1)))
@@ -99,10 +115,8 @@ class Tonemap:
         self.pixels = wp.zeros((pixels, 3), dtype=wp.uint8, device=device)
         self.nonfinite = wp.zeros(1, dtype=int, device=device)
         self._exposure = wp.zeros(1, dtype=float, device=device)
-        self._tally = Tally()
-        self._tally.log_luminance = wp.zeros(PARTIALS, dtype=float, device=device)
-        self._tally.lit = wp.zeros(PARTIALS, dtype=int, device=device)
-        self._tally.nonfinite = wp.zeros(PARTIALS, dtype=int, device=device)
+        self._tally: Tally = allocate(Tally, PARTIALS, device)
+        self._sums: Tally = allocate(Tally, SUMS, device)
 
     def run(self, radiance: wp.array, exposure: float | None) -> None:
         """Write `radiance` (pixel,) as sRGB bytes; `exposure` multiplies it, None chooses one for the picture.
@@ -110,6 +124,7 @@ class Tonemap:
         Source: K. Narkowicz, "ACES filmic tone mapping curve", 2015; middle grey: E. Reinhard et al. 2002, Eq. 1–2.
         """
         launch(tally_kernel, PARTIALS, [radiance, self._tally], self.device)
-        inputs = [self._tally, exposure or 0.0, self._exposure, self.nonfinite]
+        launch(fold_kernel, SUMS, [self._tally, self._sums], self.device)
+        inputs = [self._sums, exposure or 0.0, self._exposure, self.nonfinite]
         launch(exposure_kernel, 1, inputs, self.device)
         launch(tonemap_kernel, len(radiance), [radiance, self._exposure, self.pixels], self.device)

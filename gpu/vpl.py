@@ -104,6 +104,17 @@ def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> No
     out.flux[index] = vpls.flux[source]
 
 
+@wp.kernel
+def filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array[int]) -> None:
+    """One thread a key: where the first is empty, writes how many are not. filled (1,): before, how many there are."""
+    index = first + wp.tid()
+    if sorted_keys[index] == EMPTY_KEY:
+        if index == 0:
+            filled[0] = 0
+        elif sorted_keys[index - 1] != EMPTY_KEY:
+            filled[0] = index
+
+
 def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
                       seed: int, needs: Needs = EVERYTHING) -> Vpls:  # fmt: skip
     """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
@@ -117,21 +128,22 @@ def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTab
     launch(order_key_kernel, slots, [raw, keys], device)
     launch(iota_kernel, slots, [order], device)
     radix_sort_pairs(keys, order, slots)
-    count = int((keys.numpy()[:slots] != EMPTY_KEY).sum())
+    filled = wp.full(1, slots, dtype=int, device=device)
+    launch(filled_kernel, slots, [keys, filled], device)
+    count = int(filled.numpy()[0])
     vpls = allocate_vpls(count, device)
     launch(gather_kernel, count, [order, raw, vpls], device)
     return vpls
 
 
-def trace_vpls(resident: ResidentScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
-               seed: int, needs: Needs = EVERYTHING) -> Vpls:  # fmt: skip
-    """About `wanted` VPLs: a pilot run tells how many a light path leaves; none when no light reaches a surface."""
+def paths_for(resident: ResidentScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
+              needs: Needs = EVERYTHING) -> int:  # fmt: skip
+    """How many light paths leave about `wanted` VPLs, by a pilot run; none when there is no light."""
     if table.count == 0:
-        return allocate_vpls(0, resident.device)
-    pilot = trace_light_paths(resident, scene, table, PILOT_PATHS, bounces, seed, needs)
+        return 0
+    pilot = trace_light_paths(resident, scene, table, PILOT_PATHS, bounces, 0, needs)
     per_path = max(pilot.count / PILOT_PATHS, 1.0 / MAX_PATHS_PER_VPL)
-    paths = max(1, round(wanted / per_path))
-    return trace_light_paths(resident, scene, table, paths, bounces, seed, needs)
+    return max(1, round(wanted / per_path))
 
 
 @wp.kernel

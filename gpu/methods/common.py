@@ -2,6 +2,8 @@
 
 from typing import Protocol
 
+import warp as wp
+
 from gpu.direct import add_soft_light, trace_direct_light
 from gpu.lighting import Lighting, LightingChoice, Progress
 from gpu.lights import LightTable
@@ -16,6 +18,8 @@ from gpu.vpl_clusters import VplClusters
 # Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
 # that the mean forgets the blur.
 SMOOTHED_FRAMES = 4
+# Those have so many times more samples of direct light, whose noise would be most of the mean's.
+SHARPER = 4
 
 # What a frame is made of and what it did not have to do: counts by name; see gpu.frame.FrameStats.
 FrameStatistics = tuple[dict[str, int], dict[str, int]]
@@ -82,11 +86,13 @@ def render_direct(
     if settings.component is Component.INDIRECT:
         view.radiance.zero_()
         return
-    gbuffer, samples, seed = view.gbuffer, quality.samples, frame_seed(settings.seed, sample)
+    gbuffer, seed = view.gbuffer, settings.seed
+    samples = quality.samples * (SHARPER if sample >= SMOOTHED_FRAMES else 1)
 
     def direct() -> None:
         out = (view.radiance, view.soft)
-        trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, samples, seed, *out, view.needs)
+        numbers = samples, sample, seed
+        trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, *numbers, *out, view.needs)
         if view.needs.soft:
             if is_smoothed(settings, sample):
                 view.smoothing.run(gbuffer, view.soft)
@@ -95,19 +101,27 @@ def render_direct(
     stages.run("direct", direct, repeats=sample == 0)
 
 
-def add_indirect(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",
-                 settings: RenderSettings, stages: Stages, sample: int) -> None:  # fmt: skip
-    """Add the indirect light to the picture; before, by the map `lit`, what `vpls` lack near field."""
-    sps, gbuffer, seed = view.shading_points, view.gbuffer, frame_seed(settings.seed, sample)
-    irradiance, smooth = view.indirect.irradiance, is_smoothed(settings, sample)
+def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",
+              settings: RenderSettings, stages: Stages, sample: int) -> None:  # fmt: skip
+    """Begin to find by the map `lit` what `vpls` lack near field; these rays need no stage but the first."""
+    if lit is None:
+        return
+    args = view.scene, view.gbuffer, view.shading_points, vpls, lit, frame_seed(settings.seed, sample)
+    stages.fork("near rays", lambda: near_field.trace(*args), repeats=sample == 0)
 
-    def near(lit: RadiosityMap) -> None:
-        near_field.trace(view.scene, gbuffer, sps, vpls, lit, seed)
-        light = near_field.light
+
+def add_indirect(view: View, near_field: NearField | None, settings: RenderSettings, stages: Stages,
+                 sample: int) -> None:  # fmt: skip
+    """Add the indirect light to the picture; before, what `near_field` has found, if it was begun."""
+    sps, gbuffer, irradiance = view.shading_points, view.gbuffer, view.indirect.irradiance
+    smooth = is_smoothed(settings, sample)
+
+    def near(light: wp.array) -> None:
         if smooth:
             light = view.smoothing.share(gbuffer, sps, irradiance, light)
         sps.add(light, irradiance, bounded=smooth)
 
-    if lit is not None:
-        stages.run("near", lambda: near(lit), repeats=sample == 0)
+    if near_field:
+        light = near_field.light
+        stages.run("near", lambda: near(light), repeats=sample == 0, joins=True)
     stages.run("interpolate", view.add_indirect, repeats=sample == 0)

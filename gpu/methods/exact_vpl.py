@@ -8,6 +8,7 @@ from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
     FrameStatistics,
     add_indirect,
+    fork_near,
     keeps_lights,
     lighting_choice,
     render_direct,
@@ -58,9 +59,10 @@ class ExactVpl:
         self._vpls = self._light(sample, progress) if sample else self._first
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._has_indirect:
-            stages.run("gather", lambda: self._gather(progress), repeats=False)
             lit = self._lit(sample, progress) if sample else self._first_lit
-            add_indirect(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
+            fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
+            stages.run("gather", lambda: self._gather(progress), repeats=False)
+            add_indirect(self._view, self._near_field if lit is not None else None, self._settings, stages, sample)
 
     def _gather(self, progress: Progress) -> None:
         view = self._view

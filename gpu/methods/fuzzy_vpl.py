@@ -10,6 +10,7 @@ from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
     FrameStatistics,
     add_indirect,
+    fork_near,
     frame_seed,
     is_smoothed,
     keeps_lights,
@@ -120,22 +121,23 @@ class FuzzyVpl:
         def refine() -> None:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
 
+        fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=goes_on)
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
         self._begun = repeats
 
         def light() -> None:
-            far.run(clusters, visibility.words, vpls)
+            far.run(clusters, visibility.words, vpls, few=goes_on)
             shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
 
-        stages.run("shade", light, repeats=repeats)
+        stages.run("shade", light, repeats=repeats, way=goes_on)
         if settings.correct:
             stages.run("correct", correct, repeats=repeats)
             if self._refines:
                 stages.run("refine", refine, repeats=repeats)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
-        add_indirect(view, self._near_field, vpls, lit, settings, stages, sample)
+        add_indirect(view, self._near_field if lit is not None else None, settings, stages, sample)
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, SPs, those refined, rays between representatives and to near surfaces, and SPs unserved."""

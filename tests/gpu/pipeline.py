@@ -5,14 +5,13 @@ from functools import cache
 
 import numpy as np
 import warp as wp
-from scenes import column, results
+from scenes import column, results, traced_vpls
 
 from gpu.correct import Correction
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
 from gpu.far_light import FarSums, doubt
 from gpu.gbuffer import GBuffer
-from gpu.lights import build_light_table
 from gpu.rays import connected_solid
 from gpu.resident import ResidentScene, SceneData
 from gpu.scene.types import Camera, Doubles, Ints
@@ -23,7 +22,6 @@ from gpu.sums import Sum, added
 from gpu.transfer import disk_area, disk_transfer, unoccluded
 from gpu.view import View
 from gpu.visibility import Visibility
-from gpu.vpl import trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 
@@ -119,7 +117,7 @@ class Pipeline:
         device = view.device
         self.clustering = SpClustering(view.pixels, self.sp_clusters, self.fuzziness, Weighting.DISTANCE, device)
         self.clustering.run(view.shading_points, view.gbuffer, 0)
-        vpls = trace_vpls(self.resident, view.scene, build_light_table(self.resident), self.vpls, 3, 0)
+        vpls = traced_vpls(self.resident, view.scene, self.vpls, 3)
         self.lights = cluster_vpls(self.resident, vpls, self.vpl_clusters, 0)
         self.visibility = Visibility(self.clustering.count, self.lights.count, device)
         self.visibility.trace(view.scene, self.clustering.clusters, self.lights)
@@ -139,7 +137,7 @@ class Pipeline:
     def shade(self, seed: int = 0) -> None:
         """Shade anew with the clusters and visibility as they are now."""
         view, clusters = self.view, self.clustering.clusters
-        self.far.run(clusters, self.visibility.words, self.lights)
+        self.far.run(clusters, self.visibility.words, self.lights, few=False)
         shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
               seed, view.indirect)  # fmt: skip
 

@@ -9,10 +9,11 @@ import warp as wp
 from gpu.camera import look_at
 from gpu.device import launch
 from gpu.gbuffer import CameraData, camera_data
-from gpu.resident import ResidentScene
+from gpu.lights import build_light_table
+from gpu.resident import ResidentScene, SceneData
 from gpu.scene.assemble import MeshPart, assemble
 from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
-from gpu.vpl import Vpls, allocate_vpls
+from gpu.vpl import Vpls, allocate_vpls, paths_for, trace_light_paths
 
 
 def quad(corner: Sequence[float], edge_u: Sequence[float], edge_v: Sequence[float], material: int = 0) -> MeshPart:
@@ -108,3 +109,9 @@ def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[R
         parts.append(quad((x, -0.4, -0.3), (0.02, 0.0, 0.02), (0.0, 0.8, 0.0), 0))
     resident = resident_of(parts, [grey(0.6), grey(0.0, 8.0)])
     return resident, look_at((0.0, 0.0, 0.48), (0.0, 0.0, -0.5), yfov_degrees=70.0), resident_size
+
+
+def traced_vpls(resident: ResidentScene, scene: SceneData, wanted: int, bounces: int) -> Vpls:
+    """About `wanted` VPLs of the scene's own lights."""
+    table = build_light_table(resident)
+    return trace_light_paths(resident, scene, table, paths_for(resident, scene, table, wanted, bounces), bounces, 0)

@@ -20,14 +20,16 @@ GRID = wp.constant(200)
 UP = (0.0, 1.0, 0.0)
 
 
-def direct(resident: ResidentScene, camera: Camera, samples: int = 1, seed: int = 0, **view: Any) -> Doubles:
+def direct(
+    resident: ResidentScene, camera: Camera, samples: int = 1, seed: int = 0, frame: int = 0, **view: Any
+) -> Doubles:
     """What `camera` sees of direct light, (height, width, 3)."""
     scene = resident.view(lambertian=view.get("lambertian", False))
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], resident.device)
     trace_primary_rays(resident, scene, camera_of(resident, camera, SIZE), SIZE, gbuffer)
     out = wp.full(SIZE[0] * SIZE[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
-    trace_direct_light(resident, scene, build_light_table(resident), gbuffer, SIZE, samples, seed, out, soft)
+    trace_direct_light(resident, scene, build_light_table(resident), gbuffer, SIZE, samples, frame, seed, out, soft)
     add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64).reshape(SIZE[1], SIZE[0], 3)
 
@@ -90,6 +92,16 @@ def test_noise_falls_with_samples_and_averages_out_among_neighbours() -> None:
     assert four.var() < one.var() / 4.0
     blocks = one.reshape(8, 4, 8, 4).mean(axis=(1, 3))
     assert blocks.var() < one.var() / 16.0 / 2.0  # white noise would give a sixteenth
+
+
+def test_frames_complement_each_other() -> None:
+    lamp = quad([-0.2, 0.3, -0.2], [0.4, 0.0, 0.0], [0.0, 0.0, 0.4], 1)
+    blocker = quad([0.0, 0.15, -0.5], [0.1, 0.0, 0.0], [0.0, 0.0, 1.0])
+    resident, camera = resident_of([floor(), lamp, blocker], [grey(0.5), grey(0.0, emission=2.0)]), down_at(0.0, 0.0)
+    together = np.mean([direct(resident, camera, frame=frame) for frame in range(16)], axis=0)
+    independent = np.mean([direct(resident, camera, seed=seed) for seed in range(16)], axis=0)
+    assert together.mean() == pytest.approx(independent.mean(), rel=0.01)
+    assert together.var() < independent.var() / 2.0
 
 
 def test_many_punctual_lights_have_the_mean_of_few() -> None:

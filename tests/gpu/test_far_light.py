@@ -2,13 +2,14 @@ import numpy as np
 import pytest
 import warp as wp
 from pipeline import Pipeline
-from scenes import column, results, slats
+from scenes import column, results, slats, traced_vpls
 
 from gpu.disk import disk_at
-from gpu.far_light import NEAR_SPACINGS, PARTS, doubt, slope_of
+from gpu.far_light import NEAR_SPACINGS, PARTS, Slope, doubt, with_disk, with_twigs
+from gpu.resident import ResidentScene
 from gpu.scene.types import Doubles
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
-from gpu.vpl_clusters import VplClusters
+from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 
 @wp.kernel
@@ -16,7 +17,13 @@ def slope_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.ve
                  out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a point at a cluster: light, and its gradients by place and by normal."""
     index = first + wp.tid()
-    slope = slope_of(position[index // vpls.count], normal[index // vpls.count], vpls, index % vpls.count)
+    point = index // vpls.count
+    disk = disk_at(vpls.disks, index % vpls.count)
+    slope = Slope()
+    if is_unfolded(position[point], disk):
+        slope = with_twigs(slope, position[point], normal[point], vpls, index % vpls.count, 0, 1)
+    else:
+        slope = with_disk(slope, position[point], normal[point], disk)
     out[3 * index] = slope.light
     out[3 * index + 1] = slope.moved
     out[3 * index + 2] = slope.turned
@@ -137,6 +144,20 @@ def test_clusters_that_are_coarse_there_count_by_their_twigs(fuzzy: Pipeline) ->
     assert not np.allclose(told[coarse], one[coarse], rtol=0.1)
 
 
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="a CPU has one lane")
+def test_lanes_change_nothing_but_the_order_of_sums(fuzzy: Pipeline) -> None:
+    resident = ResidentScene(fuzzy.resident.scene, wp.get_device("cuda:0"))
+    alone = Pipeline(resident, fuzzy.camera, fuzzy.size, sp_clusters=300, vpl_clusters=150, far_pairs=True)
+    used = alone.clustering.clusters.used.numpy() == 1
+    names = ("light", "moved", "turned", "mass", "totals")
+    near, before = near_bits(alone), {name: getattr(alone.far.data, name).numpy() for name in names}
+    alone.far.run(alone.clustering.clusters, alone.visibility.words, alone.lights, few=True)
+    assert (near_bits(alone) == near)[used].all()
+    for name in names:
+        told, rows = getattr(alone.far.data, name).numpy(), used if name in names[:3] else (slice(None), used)
+        assert np.allclose(told[rows], before[name][rows], rtol=1e-4, atol=1e-5 * np.abs(before[name][rows]).max())
+
+
 def test_switched_off_all_clusters_are_near(fuzzy: Pipeline) -> None:
     whole = Pipeline(fuzzy.resident, fuzzy.camera, (24, 18), sp_clusters=60)
     used = whole.clustering.clusters.used.numpy() == 1
@@ -149,3 +170,14 @@ def test_the_same_clusters_give_the_same_bits(fuzzy: Pipeline) -> None:
     before = fuzzy.irradiance().tobytes()
     fuzzy.shade()
     assert fuzzy.irradiance().tobytes() == before
+
+
+def test_lights_with_fewer_clusters_leave_no_bits_behind_the_last(fuzzy: Pipeline) -> None:
+    whole = Pipeline(fuzzy.resident, fuzzy.camera, (24, 18), sp_clusters=60, vpls=400, vpl_clusters=150)
+    assert whole.lights.count > 100
+    few = cluster_vpls(fuzzy.resident, traced_vpls(fuzzy.resident, whole.view.scene, 400, 3), 50, 1)
+    whole.far.run(whole.clustering.clusters, whole.visibility.words, few, few=False)
+    used = whole.clustering.clusters.used.numpy() == 1
+    near = np.unpackbits(whole.far.data.near.numpy()[used].view(np.uint8), axis=1, bitorder="little")
+    assert near[:, : few.count].all()
+    assert not near[:, few.count :].any()

@@ -2,7 +2,17 @@ import numpy as np
 import warp as wp
 from scenes import column, results
 
-from gpu.grid import PLANE_WEIGHT, Grid, Representatives, bucket_of, cell_at, cells_per_unit, level_of, separation
+from gpu.grid import (
+    PLANE_WEIGHT,
+    Grid,
+    Representatives,
+    bucket_of,
+    cell_at,
+    cells_per_unit,
+    entry_at,
+    level_of,
+    separation,
+)
 
 CPU = wp.get_device("cpu")
 
@@ -20,11 +30,9 @@ def near_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec
         cell = centre + wp.vec3i(neighbour % 3 - 1, (neighbour // 3) % 3 - 1, neighbour // 9 - 1)
         bucket = bucket_of(cell, level, clusters.buckets)
         for place in range(clusters.starts[bucket], clusters.starts[bucket + 1]):
-            entry = clusters.entries[place]
-            cluster = entry // 3
-            candidate = clusters.position[cluster]
-            here = clusters.level[cluster] + entry % 3 - 1 == level and cell_at(candidate, scale) == cell
-            if here and wp.length(candidate - position[point]) < limit:
+            entry = entry_at(clusters, place)
+            here = entry.level == level and cell_at(entry.position, scale) == cell
+            if here and wp.length(entry.position - position[point]) < limit:
                 number += 1
     found[point] = number
 

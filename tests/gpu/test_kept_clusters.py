@@ -5,14 +5,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 import warp as wp
-from scenes import box, grey, quad, resident_of, results, slats
+from scenes import box, grey, quad, resident_of, results, slats, traced_vpls
 
 from gpu.accumulate import Accumulation
 from gpu.camera import look_at
 from gpu.device import duplicate
 from gpu.frame import Frame
 from gpu.gbuffer import CameraData, pixel_of
-from gpu.lights import build_light_table
 from gpu.new_clusters import WHOLE_NEED
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
@@ -21,7 +20,6 @@ from gpu.settings import Component, Method, RenderSettings, Skips, Weighting
 from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering, SpClusters
 from gpu.view import View
 from gpu.visibility import Visibility
-from gpu.vpl import trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 SIZE = (64, 48)
@@ -61,7 +59,7 @@ class Walk:
     def __post_init__(self) -> None:
         self.view = View(self.resident, self.size, lambertian=True)
         self.clustering = SpClustering(self.view.pixels, self.count, 6, Weighting.DISTANCE, self.view.device)
-        vpls = trace_vpls(self.resident, self.view.scene, build_light_table(self.resident), 2000, 3, 0)
+        vpls = traced_vpls(self.resident, self.view.scene, 2000, 3)
         self.lights = cluster_vpls(self.resident, vpls, 70, 0)
         self.visibility = Visibility(self.count, max(self.lights.count, 1), self.view.device)
 

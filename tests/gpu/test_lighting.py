@@ -8,6 +8,7 @@ from scenes import box, grey, resident_of
 from gpu.lighting import Lighting, LightingChoice, lighting_of
 from gpu.resident import ResidentScene
 from gpu.scene.types import Light, LightKind, Material
+from gpu.vpl import paths_for
 
 CHOICE = LightingChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
 
@@ -36,6 +37,17 @@ def test_a_light_set_is_made_once_and_its_making_is_told(resident: ResidentScene
     told.clear()
     assert lighting.clusters(replace(CHOICE), lambda what, fraction: told.append((what, fraction))) is made
     assert told == []
+
+
+def test_sets_that_differ_by_their_seed_need_one_pilot(
+    resident: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[object] = []
+    monkeypatch.setattr("gpu.lighting.paths_for", lambda *args: calls.append(args) or paths_for(*args))
+    lighting = Lighting(resident)
+    for choice in (CHOICE, replace(CHOICE, seed=1), replace(CHOICE, vpls=500)):
+        assert lighting.clusters(choice, silent).members.count == pytest.approx(choice.vpls, rel=0.1)
+    assert len(calls) == 2
 
 
 def test_a_set_is_renewed_in_its_own_arrays(resident: ResidentScene) -> None:

@@ -82,7 +82,7 @@ def test_direct_light_is_that_of_the_other_methods() -> None:
     trace_primary_rays(resident, resident.data, camera_of(resident, INSIDE, SIZE), SIZE, gbuffer)
     out = wp.zeros(SIZE[0] * SIZE[1], dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
-    trace_direct_light(resident, resident.data, build_light_table(resident), gbuffer, SIZE, 64, 0, out, soft)
+    trace_direct_light(resident, resident.data, build_light_table(resident), gbuffer, SIZE, 64, 0, 0, out, soft)
     add_soft_light(gbuffer, soft, out)
     expected = out.numpy().reshape(SIZE[1], SIZE[0], 3)
     picture = paths(resident, component=Component.DIRECT, runs=(64,))

@@ -15,6 +15,7 @@ from gpu.sampling import (
     pixel_seed,
     sky_direction,
     sobol_pair,
+    sobol_pair_at,
     triangle_barycentrics,
     z_order,
 )
@@ -30,6 +31,15 @@ COSINE, IN_CONE, FROM_SKY = wp.constant(0), wp.constant(1), wp.constant(2)
 def sobol_kernel(first: int, pair: int, seed: int, out: wp.array[wp.vec2]) -> None:
     index = first + wp.tid()
     point = sobol_pair(index, pair, seed)
+    out[index] = wp.vec2(point.x, point.y)
+
+
+@wp.kernel
+def place_kernel(first: int, first_place: int, places: int, first_moment: int, pair: int, seed: int,
+                 out: wp.array[wp.vec2]) -> None:  # fmt: skip
+    """One thread a sample: that of a place, and of a moment once all places have one."""
+    index = first + wp.tid()
+    point = sobol_pair_at(first_place + index % places, first_moment + index // places, pair, seed)
     out[index] = wp.vec2(point.x, point.y)
 
 
@@ -79,6 +89,15 @@ def uniform(values: Doubles, bins: int = 64) -> float:
 def test_every_power_of_two_of_points_is_stratified() -> None:
     for pair, seed in ((0, 0), (1, 0), (5, 123)):
         points = results(sobol_kernel, 256, [pair, seed], wp.vec2)
+        for columns in (1, 2, 4, 8, 16, 32, 64, 128, 256):
+            cells = np.floor(points * (columns, 256 // columns)).astype(int)
+            assert len(np.unique(cells, axis=0)) == 256, (pair, seed, columns)
+
+
+@pytest.mark.parametrize(("place", "places", "moment"), [(256, 256, 3), (77, 1, 256)])
+def test_places_of_a_moment_and_moments_of_a_place_are_stratified(place: int, places: int, moment: int) -> None:
+    for pair, seed in ((0, 0), (1, 0), (5, 123)):
+        points = results(place_kernel, 256, [place, places, moment, pair, seed], wp.vec2)
         for columns in (1, 2, 4, 8, 16, 32, 64, 128, 256):
             cells = np.floor(points * (columns, 256 // columns)).astype(int)
             assert len(np.unique(cells, axis=0)) == 256, (pair, seed, columns)

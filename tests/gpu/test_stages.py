@@ -1,3 +1,5 @@
+from time import sleep
+
 import pytest
 import warp as wp
 
@@ -32,6 +34,49 @@ def test_a_frame_is_steady_when_each_stage_has_run_before() -> None:
     assert [frame("one"), frame("one"), frame("one", "two"), frame("one", "two")] == [False, True, False, True]
     assert [frame("one", repeats=False), frame("one", repeats=False)] == [False, True]
     assert [frame("one", way=way) for way in (1, 1, 2, 1, 2)] == [False, True, False, True, True]
+
+
+def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> None:
+    stages, ran = Stages(wp.get_device("cpu")), []
+
+    def beside() -> None:
+        ran.append(2)
+        sleep(0.1)
+
+    for _ in range(2):
+        stages.start_frame()
+        stages.run("first", lambda: ran.append(1))
+        stages.fork("beside", beside)
+        stages.run("second", lambda: ran.append(3))
+        stages.run("third", lambda: ran.append(4), joins=True)
+    assert ran == [1, 2, 3, 4] * 2
+    times = stages.milliseconds()
+    assert list(times) == ["first", "second", "third"]
+    assert times["second"] < 100.0 <= times["third"]
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="streams are CUDA's")
+@pytest.mark.parametrize("repeats", [False, True])
+def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_joins_it(repeats: bool) -> None:
+    device, count = wp.get_device("cuda:0"), 1 << 24
+    stages = Stages(device)
+    one, two, three = (wp.zeros(count, dtype=int, device=device) for _ in range(3))
+
+    def turn(values: wp.array, source: wp.array | None) -> None:
+        if source:
+            wp.copy(values, source)
+        for _ in range(20):
+            launch(turn_kernel, count, [values], device)
+
+    for frame in range(1, 5):
+        stages.start_frame()
+        stages.run("one", lambda: turn(one, None), repeats=repeats)
+        stages.fork("two", lambda: turn(two, one), repeats=repeats)
+        stages.run("three", lambda: turn(three, one), repeats=repeats)
+        stages.run("four", lambda: turn(three, two), repeats=repeats, joins=True)
+        wp.synchronize_device(device)
+        expected = [20 * frame, 20 * frame + 20, 20 * frame + 40]
+        assert [int(values.numpy()[-1]) for values in (one, two, three)] == expected
 
 
 @pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")

@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 import warp as wp
 from numpy.typing import NDArray
-from scenes import results, slats
+from scenes import results, slats, traced_vpls
 
 from gpu.disk import disk_at
-from gpu.lights import build_light_table
 from gpu.rays import connected_solid
 from gpu.resident import ResidentScene, SceneData
 from gpu.settings import EVERY_SKIP, Skips, Weighting
@@ -13,7 +12,6 @@ from gpu.sp_clusters import SpClustering
 from gpu.transfer import brightness, disk_irradiance
 from gpu.view import View
 from gpu.visibility import Visibility
-from gpu.vpl import trace_vpls
 from gpu.vpl_clusters import VplClusters, cluster_vpls
 
 
@@ -45,7 +43,7 @@ def traced() -> tuple[ResidentScene, View, SpClustering, VplClusters]:
     view.find_shading_points()
     clustering = SpClustering(view.pixels, 90, 6, Weighting.DISTANCE, resident.device)
     clustering.run(view.shading_points, view.gbuffer, 0)
-    vpls = trace_vpls(resident, view.scene, build_light_table(resident), 3000, 3, 0)
+    vpls = traced_vpls(resident, view.scene, 3000, 3)
     return resident, view, clustering, cluster_vpls(resident, vpls, 77, 0)
 
 

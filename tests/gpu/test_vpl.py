@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
-from scenes import box, grey, quad, resident_of
+from scenes import box, grey, quad, resident_of, traced_vpls
 
 from gpu.lights import build_light_table
 from gpu.resident import ResidentScene
 from gpu.scene.types import Light, LightKind, Material
-from gpu.vpl import Vpls, trace_light_paths, trace_vpls
+from gpu.vpl import Vpls, trace_light_paths
 
 PATHS = 8192
 BULB = Light("bulb", LightKind.POINT, (1.0, 2.0, 4.0), position=(0.1, 0.0, -0.2))
@@ -57,7 +57,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
 
 def test_about_as_many_as_wanted_each_with_flux_and_near_the_next() -> None:
     resident = resident_of(box(), [grey(0.7)], lights=[BULB])
-    vpls = trace_vpls(resident, resident.data, build_light_table(resident), 20_000, 4, 0)
+    vpls = traced_vpls(resident, resident.data, 20_000, 4)
     assert vpls.count == pytest.approx(20_000, rel=0.05)
     position, flux = vpls.position.numpy(), vpls.flux.numpy()
     assert (flux.sum(axis=1) > 0.0).all()
@@ -69,4 +69,4 @@ def test_about_as_many_as_wanted_each_with_flux_and_near_the_next() -> None:
 def test_no_light_and_black_walls_leave_no_vpl() -> None:
     dark = Light("dark", LightKind.POINT, (0.0, 0.0, 0.0))
     for resident in (resident_of(box(), [grey(0.7)], lights=[dark]), resident_of(box(), [grey(0.0)], lights=[BULB])):
-        assert trace_vpls(resident, resident.data, build_light_table(resident), 1000, 4, 0).count == 0
+        assert traced_vpls(resident, resident.data, 1000, 4).count == 0

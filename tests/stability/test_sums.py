@@ -96,7 +96,7 @@ def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster:
     clusters.fresh.fill_(2)
     clusters.order.assign(np.arange(4, dtype=np.int32) % 2)
     far = FarSums(2, COUNT, view.device, enabled=False)
-    far.run(clusters, visibility.words, singles)
+    far.run(clusters, visibility.words, singles, few=False)
     shade(2, view.gbuffer, sps, clusters, visibility, singles, far.data, 0, view.indirect)
     weight = np.where(np.arange(COUNT) % 2 == 0, 1.0, share)
     assert error(view.indirect.irradiance.numpy(), expected(view, cluster, weight)) < 1e-6

@@ -1,0 +1,14 @@
+"""Loops over the bits of a word that are set."""
+
+import warp as wp
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __ffs(bits) - 1;
+#else
+    return __builtin_ctz(bits);
+#endif
+""")
+def lowest_bit(bits: wp.uint32) -> wp.int32:
+    """The place of the lowest bit that is set."""

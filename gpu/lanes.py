@@ -1,0 +1,42 @@
+"""Lanes: neighbouring threads that share the work of one item, where there are too few items for a GPU's threads.
+
+Item i has the threads `lanes`·i to `lanes`·i + lanes − 1, of one warp. All of them must come to each sum. On a CPU,
+whose threads have work enough, an item has one lane.
+"""
+
+import warp as wp
+
+CUDA_LANES = 8
+
+
+def lanes_of(device: wp.Device, *, few: bool) -> int:
+    """How many threads of a device share an item: 8 or 1. few: whether a GPU's threads would not all have one."""
+    return CUDA_LANES if few and device.is_cuda else 1
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned mask = ((1u << lanes) - 1u) << (threadIdx.x & 31u & ~(lanes - 1u));
+    for (int other = 1; other < lanes; other <<= 1) value += __shfl_xor_sync(mask, value, other);
+#endif
+    return value;
+""")
+def float_sum(value: float, lanes: int) -> wp.float32:
+    """The sum of a value over the lanes of an item, the same bits for each of them."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned mask = ((1u << lanes) - 1u) << (threadIdx.x & 31u & ~(lanes - 1u));
+    for (int other = 1; other < lanes; other <<= 1) value |= __shfl_xor_sync(mask, value, other);
+#endif
+    return value;
+""")
+def bits_of_all(value: int, lanes: int) -> wp.int32:
+    """The bits that are set in any lane of an item."""
+
+
+@wp.func
+def vector_sum(value: wp.vec3, lanes: int) -> wp.vec3:
+    """`float_sum` of each element."""
+    return wp.vec3(float_sum(value[0], lanes), float_sum(value[1], lanes), float_sum(value[2], lanes))
