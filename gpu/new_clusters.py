@@ -18,31 +18,38 @@ class NeedScale:
     unlike: if none near has a like normal, at least; unserved: if there is none near at all.
     """
 
-    good: float
     steps: float
     most: int
     unlike: int
     unserved: int
 
 
-def _need_scale(good: float, steps: float, most: int, unlike: int, unserved: int) -> NeedScale:
+def _need_scale(steps: float, most: int, unlike: int, unserved: int) -> NeedScale:
     scale = NeedScale()
-    scale.good, scale.steps, scale.most, scale.unlike, scale.unserved = good, steps, most, unlike, unserved
+    scale.steps, scale.most, scale.unlike, scale.unserved = steps, most, unlike, unserved
     return scale
 
 
 UNSERVED_NEED = wp.constant(1023)
-SERVICE = _need_scale(1.0, 16.0, 255, 0, int(UNSERVED_NEED))
+SERVICE = _need_scale(16.0, 255, 0, int(UNSERVED_NEED))
 # Need of an SP that lacks its whole share of a cluster.
 WHOLE_NEED = wp.constant(64)
-# Beyond gpu.kept_clusters.CROWDED; one that none serves needs a cluster the most.
-FILLING = _need_scale(0.75, 256.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
+# One that none serves needs a cluster the most.
+FILLING = _need_scale(256.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
+
+# Distance of an SP from its nearest representative that is good enough, in spacings; after k-means; in a walk it adapts
+# until a share of the clusters is free for what comes into view, which else flat surfaces would take up.
+GOOD = 0.65
+LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(0.9)
+LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
+# In a frame.
+MOST_CHANGE = wp.constant(0.03)
 
 
 @wp.func
-def need_of(scale: NeedScale, spacings: float, alike: bool) -> int:
+def need_of(scale: NeedScale, good: float, spacings: float, alike: bool) -> int:
     """The need of an SP whose nearest representative is so many spacings away; alike: their normals are."""
-    return wp.max(wp.clamp(int(scale.steps * (spacings - scale.good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
+    return wp.max(wp.clamp(int(scale.steps * (spacings - good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
 
 
 @wp.func
@@ -104,6 +111,12 @@ def free_kernel(first: int, representatives: Representatives, free: wp.array[int
     free[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 0, 1)
 
 
+@wp.func
+def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
+    """How many more clusters `count` SPs need; totals: the running sum of need, by which they lack a share of all."""
+    return int(wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED)))
+
+
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
                 spacing_scale: float, free: wp.array[int], representatives: Representatives, pixels: wp.array[int],
@@ -119,9 +132,8 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     if count == 0 or representatives.spacing[cluster] > 0.0:
         return
     clusters = free.shape[0]
-    lacking = wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED))
     index = free[cluster] - 1
-    number = int(wp.min(wp.int64(free[clusters - 1]), lacking))
+    number = wp.min(free[clusters - 1], lacking_of(totals, count, clusters))
     if index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
@@ -130,3 +142,18 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
         serving[cluster] = 1
         spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(count)) * spacing_scale
         represent(gbuffer, sps[sp], spacing, cluster, representatives)
+
+
+@wp.kernel
+def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], free: wp.array[int],
+                 good: wp.array[float]) -> None:  # fmt: skip
+    """One thread in all: changes `good` (1,) if too few or too many clusters stay free. Others as in fill_kernel."""
+    count = sp_count[0]
+    if count == 0:
+        return
+    clusters = free.shape[0]
+    left = float(free[clusters - 1] - lacking_of(totals, count, clusters)) / float(clusters)
+    if left < LEAST_FREE or left > MOST_FREE:
+        # Surfaces take as many as their area has squares of that side.
+        change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)
+        good[0] = wp.clamp(good[0] * (1.0 + change), LEAST_GOOD, MOST_GOOD)

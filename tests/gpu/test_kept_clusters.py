@@ -12,7 +12,8 @@ from gpu.camera import look_at
 from gpu.device import duplicate
 from gpu.frame import Frame
 from gpu.gbuffer import CameraData, pixel_of
-from gpu.new_clusters import WHOLE_NEED
+from gpu.kept_clusters import CROWDED
+from gpu.new_clusters import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, WHOLE_NEED
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene.types import Camera, Doubles
@@ -98,6 +99,11 @@ class Walk:
         """Of each cluster in this view."""
         return np.asarray(self.clustering._kmeans.grid.data.spacing.numpy(), np.float64)
 
+    @property
+    def good(self) -> float:
+        """The distance that is good enough."""
+        return float(self.clustering._good.numpy()[0])
+
     def assert_served(self) -> None:
         """Every SP has clusters in use whose shares add up to 1."""
         sps = int(self.view.shading_points.count.numpy()[0])
@@ -143,14 +149,16 @@ def test_new_clusters_come_first_in_the_order_and_each_once(room: ResidentScene)
 def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: ResidentScene) -> None:
     walk = Walk(room)
     walk.step(pose(0), begins=True)
-    for _ in range(30):
+    for _ in range(45):
         walk.step(pose(0))
+    good = walk.good
     words, position = walk.visibility.words.numpy().copy(), walk.clusters.position.numpy().copy()
     kept = walk.used
     walk.step(pose(0))
     assert len(walk.fresh) == 0
     assert np.array_equal(walk.kept, kept)
-    assert kept.sum() > 0.7 * walk.count
+    assert walk.good == good
+    assert float(LEAST_FREE) * walk.count <= walk.count - kept.sum() <= float(MOST_FREE) * walk.count
     assert walk.visibility.rays.numpy().sum() == walk.visibility.shared.numpy().sum() == 0
     assert np.array_equal(walk.visibility.words.numpy(), words)
     assert np.array_equal(walk.clusters.position.numpy(), position)
@@ -225,6 +233,21 @@ def test_what_comes_into_view_finds_free_clusters(room: ResidentScene) -> None:
             assert far.mean() < 0.05
 
 
+def test_the_good_distance_adapts_within_its_bounds_and_is_forgotten_by_a_walk_that_begins(room: ResidentScene) -> None:
+    walk = Walk(room)
+    places = []
+    for _ in range(2):
+        goods = []
+        for number in range(10):
+            walk.step(pose(3 * number), begins=number == 0)
+            goods.append(walk.good)
+        assert goods[0] == pytest.approx(GOOD)
+        assert len(set(goods)) > 5
+        assert float(LEAST_GOOD) <= min(goods) <= max(goods) <= float(MOST_GOOD) + 1e-6
+        places.append(walk.clusters.position.numpy()[walk.used])
+    assert np.array_equal(*places)
+
+
 def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5, 1.0)])
     walk = Walk(plane)
@@ -239,7 +262,7 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     points = walk.clusters.position.numpy()[walk.used].astype(np.float64)
     distances = np.linalg.norm(points[:, None] - points[None], axis=2)
     np.fill_diagonal(distances, 1.0)
-    crowded = distances.min(axis=1) < 0.65 * walk.spacing()[walk.used]
+    crowded = distances.min(axis=1) < 0.9 * CROWDED * walk.good * walk.spacing()[walk.used]
     assert crowded.mean() < 0.05
     # Kept ones are no more than there were, on a third of each side: without thinning they would be packed there.
     inner = (np.abs(points[:, :2]) < 0.1).all(axis=1)
