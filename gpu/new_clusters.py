@@ -33,14 +33,14 @@ def _need_scale(steps: float, most: int, unlike: int, unserved: int) -> NeedScal
 UNSERVED_NEED = wp.constant(1023)
 SERVICE = _need_scale(16.0, 255, 0, int(UNSERVED_NEED))
 # Need of an SP that lacks its whole share of a cluster.
-WHOLE_NEED = wp.constant(64)
-# One that none serves needs a cluster the most.
-FILLING = _need_scale(256.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
+WHOLE_NEED = wp.constant(16)
+# Where few are free, they are for SPs that are far from all, and most for those that none serves.
+FILLING = _need_scale(64.0, 4 * int(WHOLE_NEED), 4 * int(WHOLE_NEED), 16 * int(WHOLE_NEED))
 
 # Distance of an SP from its nearest representative that is good enough, in spacings; after k-means; in a walk it adapts
 # until a share of the clusters is free for what comes into view, which else flat surfaces would take up.
 GOOD = 0.65
-LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(0.9)
+LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(0.8)
 LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
 # In a frame.
 MOST_CHANGE = wp.constant(0.03)
