@@ -15,7 +15,8 @@ from gpu.grid import Representatives
 class NeedScale:
     """What an SP needs that is `d` spacings from its nearest representative: steps · (d − good), from 0 to `most`.
 
-    unlike: if none near has a like normal, at least; unserved: if there is none near at all.
+    good: 1 for SERVICE, for FILLING what a walk has come to. unlike: if none near has a like normal, at least;
+    unserved: if there is none near at all.
     """
 
     steps: float
@@ -35,20 +36,25 @@ SERVICE = _need_scale(16.0, 255, 0, int(UNSERVED_NEED))
 # Need of an SP that lacks its whole share of a cluster.
 WHOLE_NEED = wp.constant(16)
 # Where few are free, they are for SPs that are far from all, and most for those that none serves.
-FILLING = _need_scale(64.0, 4 * int(WHOLE_NEED), 4 * int(WHOLE_NEED), 16 * int(WHOLE_NEED))
+FILLING = _need_scale(64.0, 2 * int(WHOLE_NEED), 2 * int(WHOLE_NEED), 16 * int(WHOLE_NEED))
 
-# Distance of an SP from its nearest representative that is good enough, in spacings; after k-means; in a walk it adapts
-# until a share of the clusters is free for what comes into view, which else flat surfaces would take up.
+# In spacings, the distance of an SP from its nearest representative that is good enough: to begin with, for a walk
+# adapts it until a share of the clusters stays free. Else flat surfaces take up all, and none are left for what comes
+# into view.
 GOOD = 0.65
 LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(0.8)
+# Shares of the clusters; as nothing changes between least and most, a view that rests comes to rest.
 LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
-# In a frame.
+# In a frame, as a share of it.
 MOST_CHANGE = wp.constant(0.03)
 
 
 @wp.func
 def need_of(scale: NeedScale, good: float, spacings: float, alike: bool) -> int:
-    """The need of an SP whose nearest representative is so many spacings away; alike: their normals are."""
+    """The need of an SP whose nearest representative is so many spacings away; alike: their normals are.
+
+    good: the distance that is good enough.
+    """
     return wp.max(wp.clamp(int(scale.steps * (spacings - good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
 
 
@@ -147,13 +153,16 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
 @wp.kernel
 def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], free: wp.array[int],
                  good: wp.array[float]) -> None:  # fmt: skip
-    """One thread in all: changes `good` (1,) if too few or too many clusters stay free. Others as in fill_kernel."""
+    """One thread in all: changes the distance `good` (1,) where too few or too many clusters are left for others.
+
+    That is what is free less what is lacking, from `totals` and `free` of fill_kernel.
+    """
     count = sp_count[0]
     if count == 0:
         return
     clusters = free.shape[0]
     left = float(free[clusters - 1] - lacking_of(totals, count, clusters)) / float(clusters)
     if left < LEAST_FREE or left > MOST_FREE:
-        # Surfaces take as many as their area has squares of that side.
+        # A surface takes as many as it has squares of that side.
         change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)
         good[0] = wp.clamp(good[0] * (1.0 + change), LEAST_GOOD, MOST_GOOD)

@@ -147,7 +147,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
 
         least_need: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
-        serving (cluster,): becomes 1 for the nearest one, whoever writes it.
+        good (1,): the distance that is good enough [spacings]; serving (cluster,): becomes 1 for the nearest one, whoever writes it.
         """
         sp = first + wp.tid()
         if sp >= sp_count[0]:
@@ -222,7 +222,7 @@ class SpClustering:
         self._serving = wp.zeros(self.count, dtype=int, device=self.device)
         self._free = wp.zeros(self.count, dtype=int, device=self.device)
         self._frees = wp.zeros(self.count, dtype=int, device=self.device)
-        self._good = wp.full(1, GOOD, dtype=float, device=self.device)
+        self._good = wp.zeros(1, dtype=float, device=self.device)
         self._order_keys = wp.zeros(2 * self.count, dtype=int, device=self.device)
         members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
         self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
