@@ -125,7 +125,8 @@ def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: Shading
 
     camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale: from a pixel's spacing and the
     square root of the SPs' count to that of clusters; good (1,): the distance from an SP that is good enough
-    [spacings]; serving (cluster,): 1 for the nearest of an SP in the last frame, becomes 0; spacings (cluster,): for the work; pixels (cluster,): becomes −1.
+    [spacings]; serving (cluster,): 1 for the nearest of an SP in the last frame, becomes 0; spacings (cluster,): for
+    the work; pixels (cluster,): becomes −1.
     """
     count, device = len(spacings), sps.device
     inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, serving, spacings]

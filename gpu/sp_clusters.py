@@ -147,7 +147,8 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
 
         least_need: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
-        good (1,): the distance that is good enough [spacings]; serving (cluster,): becomes 1 for the nearest one, whoever writes it.
+        good (1,): the distance that is good enough [spacings]; serving (cluster,): becomes 1 for the nearest one,
+        whoever writes it.
         """
         sp = first + wp.tid()
         if sp >= sp_count[0]:
