@@ -36,7 +36,7 @@ SERVICE = _need_scale(16.0, 255, 0, int(UNSERVED_NEED))
 # Need of an SP that lacks its whole share of a cluster.
 WHOLE_NEED = wp.constant(16)
 # Where few are free, they are for SPs that are far from all, and most for those that none serves.
-FILLING = _need_scale(64.0, 2 * int(WHOLE_NEED), 2 * int(WHOLE_NEED), 16 * int(WHOLE_NEED))
+FILLING = _need_scale(64.0, 2 * int(WHOLE_NEED), 2 * int(WHOLE_NEED), 8 * int(WHOLE_NEED))
 
 # In spacings, the distance of an SP from its nearest representative that is good enough: to begin with, for a walk
 # adapts it until a share of the clusters stays free. Else flat surfaces take up all, and none are left for what comes

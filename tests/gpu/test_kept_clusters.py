@@ -224,26 +224,28 @@ def test_clusters_of_folds_as_narrow_as_a_pixel_are_kept() -> None:
     assert walk.kept.sum() > 0.9 * walk.used.sum()
 
 
-def test_what_comes_into_view_finds_free_clusters(room: ResidentScene) -> None:
+def test_a_walk_keeps_few_clusters_free_for_what_comes_into_view(room: ResidentScene) -> None:
+    """With one distance for all scenes, either flat surfaces take all or many are in no use."""
     walk = Walk(room)
-    for number in range(12):
-        walk.step(look_at(EYE, (0.06 * number, -0.1, -0.5), yfov_degrees=60.0), begins=number == 0)
-        if number > 1:
-            far = walk.clustering.need.numpy()[: walk.view.pixels] >= int(WHOLE_NEED)
-            assert far.mean() < 0.05
+    goods, used = [], []
+    for number in range(60):
+        walk.step(pose(abs(number % 40 - 20)), begins=number == 0)
+        goods.append(walk.good)
+        used.append(walk.used.mean())
+    assert goods[0] == pytest.approx(GOOD)
+    assert float(LEAST_GOOD) < min(goods) < max(goods) < float(MOST_GOOD)
+    assert 0.94 < np.mean(used[-15:]) < 0.99
+    need = walk.clustering.need.numpy()[: walk.view.pixels]
+    assert (need < WHOLE_NEED).mean() > 0.99
 
 
-def test_the_good_distance_adapts_within_its_bounds_and_is_forgotten_by_a_walk_that_begins(room: ResidentScene) -> None:
+def test_a_walk_that_begins_anew_forgets_the_distance_of_the_last(room: ResidentScene) -> None:
     walk = Walk(room)
     places = []
     for _ in range(2):
-        goods = []
-        for number in range(10):
-            walk.step(pose(3 * number), begins=number == 0)
-            goods.append(walk.good)
-        assert goods[0] == pytest.approx(GOOD)
-        assert len(set(goods)) > 5
-        assert float(LEAST_GOOD) <= min(goods) <= max(goods) <= float(MOST_GOOD) + 1e-6
+        for number in range(4):
+            walk.step(pose(number), begins=number == 0)
+        assert walk.good != pytest.approx(GOOD)
         places.append(walk.clusters.position.numpy()[walk.used])
     assert np.array_equal(*places)
 
