@@ -24,18 +24,24 @@ from gpu.resident import NO_HIT
 from gpu.sampling import hashed
 from gpu.shading_points import ShadingPoints
 
-# Nearer than this share of a spacing, two representatives are one too many. New ones are added for SPs that are farther
-# from all, so that a view that rests comes to rest (gpu.new_clusters.FILLING).
-CROWDED = wp.constant(0.5)
+# Nearer than this share of the distance that is good enough, two representatives are one too many. As new ones are
+# added for SPs that are farther than that from all, a view that rests comes to rest.
+CROWDED = wp.constant(0.93)
+# In spacings of pixels: nearer than this, a representative is seen where its pixel's SP is, whatever its normal.
+SAME_PLACE = wp.constant(1.5)
 
 
 @wp.func
 def shows(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spacing: float) -> bool:
-    """Whether a pixel's SP is of the surface that has a point at `position`, and less than a spacing away."""
+    """Whether a pixel's SP is of the surface that has a point at `position`, and less than a spacing away.
+
+    A pixel shows one point of the folds and edges within it, so one at the same place counts, too.
+    """
     way = gbuffer.position[pixel] - position
     there = gbuffer.normal[pixel]
     plane = wp.max(wp.abs(wp.dot(way, normal)), wp.abs(wp.dot(way, there)))
-    return wp.dot(there, normal) > NORMAL_THRESHOLD and wp.length(way) < spacing and PLANE_WEIGHT * plane < spacing
+    alike = wp.dot(there, normal) > NORMAL_THRESHOLD and wp.length(way) < spacing and PLANE_WEIGHT * plane < spacing
+    return alike or wp.length(way) < SAME_PLACE * gbuffer.spacing[pixel]
 
 
 @wp.kernel
@@ -65,7 +71,7 @@ def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: i
 
 
 @wp.func
-def is_crowded(representatives: Representatives, spacings: wp.array[float], cluster: int) -> bool:
+def is_crowded(representatives: Representatives, spacings: wp.array[float], cluster: int, good: float) -> bool:
     """Whether a representative that stays, and has a lower rank, is too near another to keep both.
 
     Cells are wider than that, so at most two of them on each axis can hold it.
@@ -73,7 +79,7 @@ def is_crowded(representatives: Representatives, spacings: wp.array[float], clus
     position = representatives.position[cluster]
     normal = representatives.normal[cluster]
     level = representatives.level[cluster]
-    reach = CROWDED * spacings[cluster]
+    reach = CROWDED * good * spacings[cluster]
     rank = hashed(wp.uint32(cluster))
     scale = cells_per_unit(level)
     lowest = cell_at(position - wp.vec3(reach, reach, reach), scale)
@@ -98,7 +104,8 @@ def is_crowded(representatives: Representatives, spacings: wp.array[float], clus
 
 
 @wp.kernel
-def thin_kernel(first: int, spacings: wp.array[float], representatives: Representatives, pixels: wp.array[int]) -> None:
+def thin_kernel(first: int, spacings: wp.array[float], good: wp.array[float], representatives: Representatives,
+                pixels: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: keeps it with its spacing in this view, unless it is seen no more or another is too near.
 
     Of two that are too near, chance decides, but always alike. The grid is still that of the frame before.
@@ -106,21 +113,22 @@ def thin_kernel(first: int, spacings: wp.array[float], representatives: Represen
     cluster = first + wp.tid()
     pixels[cluster] = -1
     spacing = spacings[cluster]
-    if spacing > 0.0 and is_crowded(representatives, spacings, cluster):
+    if spacing > 0.0 and is_crowded(representatives, spacings, cluster, good[0]):
         spacing = 0.0
     representatives.spacing[cluster] = spacing
 
 
 def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: float,
-         representatives: Representatives, serving: wp.array, spacings: wp.array,
+         good: wp.array, representatives: Representatives, serving: wp.array, spacings: wp.array,
          pixels: wp.array) -> None:  # fmt: skip
     """Keep of the last frame's `representatives` those that are still good; the others become free.
 
     camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale: from a pixel's spacing and the
-    square root of the SPs' count to that of clusters; serving (cluster,): 1 for the nearest of an SP in the last frame,
-    becomes 0; spacings (cluster,): for the work; pixels (cluster,): becomes −1.
+    square root of the SPs' count to that of clusters; good (1,): the distance from an SP that is good enough
+    [spacings]; serving (cluster,): 1 for the nearest of an SP in the last frame, becomes 0; spacings (cluster,): for
+    the work; pixels (cluster,): becomes −1.
     """
     count, device = len(spacings), sps.device
     inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, serving, spacings]
     launch(keep_kernel, count, inputs, device)
-    launch(thin_kernel, count, [spacings, representatives, pixels], device)
+    launch(thin_kernel, count, [spacings, good, representatives, pixels], device)

@@ -15,34 +15,47 @@ from gpu.grid import Representatives
 class NeedScale:
     """What an SP needs that is `d` spacings from its nearest representative: steps · (d − good), from 0 to `most`.
 
-    unlike: if none near has a like normal, at least; unserved: if there is none near at all.
+    good: 1 for SERVICE, for FILLING what a walk has come to. unlike: if none near has a like normal, at least;
+    unserved: if there is none near at all.
     """
 
-    good: float
     steps: float
     most: int
     unlike: int
     unserved: int
 
 
-def _need_scale(good: float, steps: float, most: int, unlike: int, unserved: int) -> NeedScale:
+def _need_scale(steps: float, most: int, unlike: int, unserved: int) -> NeedScale:
     scale = NeedScale()
-    scale.good, scale.steps, scale.most, scale.unlike, scale.unserved = good, steps, most, unlike, unserved
+    scale.steps, scale.most, scale.unlike, scale.unserved = steps, most, unlike, unserved
     return scale
 
 
 UNSERVED_NEED = wp.constant(1023)
-SERVICE = _need_scale(1.0, 16.0, 255, 0, int(UNSERVED_NEED))
+SERVICE = _need_scale(16.0, 255, 0, int(UNSERVED_NEED))
 # Need of an SP that lacks its whole share of a cluster.
-WHOLE_NEED = wp.constant(64)
-# Representatives of k-means leave few SPs farther than this; one that none serves needs a cluster the most.
-FILLING = _need_scale(0.5, 128.0, int(WHOLE_NEED), int(WHOLE_NEED), 4 * int(WHOLE_NEED))
+WHOLE_NEED = wp.constant(16)
+# Where few are free, they are for SPs that are far from all, and most for those that none serves.
+FILLING = _need_scale(64.0, 2 * int(WHOLE_NEED), 2 * int(WHOLE_NEED), 8 * int(WHOLE_NEED))
+
+# In spacings, the distance of an SP from its nearest representative that is good enough: to begin with, for a walk
+# adapts it until a share of the clusters stays free. Else flat surfaces take up all, and none are left for what comes
+# into view.
+GOOD = 0.65
+LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(0.8)
+# Shares of the clusters; as nothing changes between least and most, a view that rests comes to rest.
+LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
+# In a frame, as a share of it.
+MOST_CHANGE = wp.constant(0.03)
 
 
 @wp.func
-def need_of(scale: NeedScale, spacings: float, alike: bool) -> int:
-    """The need of an SP whose nearest representative is so many spacings away; alike: their normals are."""
-    return wp.max(wp.clamp(int(scale.steps * (spacings - scale.good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
+def need_of(scale: NeedScale, good: float, spacings: float, alike: bool) -> int:
+    """The need of an SP whose nearest representative is so many spacings away; alike: their normals are.
+
+    good: the distance that is good enough.
+    """
+    return wp.max(wp.clamp(int(scale.steps * (spacings - good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
 
 
 @wp.func
@@ -104,6 +117,12 @@ def free_kernel(first: int, representatives: Representatives, free: wp.array[int
     free[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 0, 1)
 
 
+@wp.func
+def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
+    """How many more clusters `count` SPs need; totals: the running sum of need, by which they lack a share of all."""
+    return int(wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED)))
+
+
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
                 spacing_scale: float, free: wp.array[int], representatives: Representatives, pixels: wp.array[int],
@@ -119,9 +138,8 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     if count == 0 or representatives.spacing[cluster] > 0.0:
         return
     clusters = free.shape[0]
-    lacking = wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED))
     index = free[cluster] - 1
-    number = int(wp.min(wp.int64(free[clusters - 1]), lacking))
+    number = wp.min(free[clusters - 1], lacking_of(totals, count, clusters))
     if index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
@@ -130,3 +148,21 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
         serving[cluster] = 1
         spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(count)) * spacing_scale
         represent(gbuffer, sps[sp], spacing, cluster, representatives)
+
+
+@wp.kernel
+def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], free: wp.array[int],
+                 good: wp.array[float]) -> None:  # fmt: skip
+    """One thread in all: changes the distance `good` (1,) where too few or too many clusters are left for others.
+
+    That is what is free less what is lacking, from `totals` and `free` of fill_kernel.
+    """
+    count = sp_count[0]
+    if count == 0:
+        return
+    clusters = free.shape[0]
+    left = float(free[clusters - 1] - lacking_of(totals, count, clusters)) / float(clusters)
+    if left < LEAST_FREE or left > MOST_FREE:
+        # A surface takes as many as it has squares of that side.
+        change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)
+        good[0] = wp.clamp(good[0] * (1.0 + change), LEAST_GOOD, MOST_GOOD)

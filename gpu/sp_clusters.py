@@ -18,7 +18,18 @@ from gpu.grouping import running_total
 from gpu.kept_clusters import keep
 from gpu.kmeans import KMeans
 from gpu.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
-from gpu.new_clusters import FILLING, SERVICE, WHOLE_NEED, NeedScale, extra_kernel, fill_kernel, free_kernel, need_of
+from gpu.new_clusters import (
+    FILLING,
+    GOOD,
+    SERVICE,
+    WHOLE_NEED,
+    NeedScale,
+    adapt_kernel,
+    extra_kernel,
+    fill_kernel,
+    free_kernel,
+    need_of,
+)
 from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
@@ -128,6 +139,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         spacing_scale: float,
         least_need: int,
         scale: NeedScale,
+        good: wp.array[float],
         need: wp.array[int],
         serving: wp.array[int],
         out: SpClusters,
@@ -135,7 +147,8 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
 
         least_need: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
-        serving (cluster,): becomes 1 for the nearest one, whoever writes it.
+        good (1,): the distance that is good enough [spacings]; serving (cluster,): becomes 1 for the nearest one,
+        whoever writes it.
         """
         sp = first + wp.tid()
         if sp >= sp_count[0]:
@@ -160,7 +173,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
             if nearest.cluster[0] < 0:
                 need[sp] = UNASSIGNED_NEED
         elif nearest.cluster[0] >= 0:
-            need[sp] = need_of(scale, nearest.distance[0] / spacing, nearest.alike)
+            need[sp] = need_of(scale, good[0], nearest.distance[0] / spacing, nearest.alike)
         if nearest.cluster[0] >= 0:
             serving[nearest.cluster[0]] = 1
         total = float(0.0)
@@ -190,6 +203,7 @@ class SpClustering:
         self.need = wp.zeros(capacity, dtype=int, device=device)
         self._needs = wp.zeros(capacity, dtype=int, device=device)
         self.clusters = allocate_sp_clusters(0, fuzziness, capacity, device)
+        self._one = wp.ones(1, dtype=float, device=device)
         self._allocate(cluster_count)
 
     def resized(self, cluster_count: int) -> "SpClustering":
@@ -209,6 +223,7 @@ class SpClustering:
         self._serving = wp.zeros(self.count, dtype=int, device=self.device)
         self._free = wp.zeros(self.count, dtype=int, device=self.device)
         self._frees = wp.zeros(self.count, dtype=int, device=self.device)
+        self._good = wp.zeros(1, dtype=float, device=self.device)
         self._order_keys = wp.zeros(2 * self.count, dtype=int, device=self.device)
         members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
         self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
@@ -219,10 +234,11 @@ class SpClustering:
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
         grid.data.spacing.zero_()
         self._serving.zero_()
+        self._good.fill_(GOOD)
         self._samples.draw(sps, gbuffer, scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
-        self._assign(sps, gbuffer, SERVICE, least_need=0)
+        self._assign(sps, gbuffer, SERVICE, self._one, least_need=0)
         running_total(self.need, self._needs)
         inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._base, self._extra]
         launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
@@ -234,14 +250,15 @@ class SpClustering:
         camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
         """
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
-        keep(camera, size, gbuffer, sps, scale, grid.data, self._serving, self._spacings, self._pixels)
+        keep(camera, size, gbuffer, sps, scale, self._good, grid.data, self._serving, self._spacings, self._pixels)
         grid.build()
-        self._assign(sps, gbuffer, FILLING, least_need=0)
+        self._assign(sps, gbuffer, FILLING, self._good, least_need=0)
         running_total(self.need, self._needs)
         launch(free_kernel, self.count, [grid.data, self._free], self.device)
         running_total(self._free, self._frees)
         inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._frees]
         launch(fill_kernel, self.count, [*inputs, grid.data, self._pixels, self._serving], self.device)
+        launch(adapt_kernel, 1, [sps.count, self._needs, self._frees, self._good], self.device)
         self._finish(sps, gbuffer, 0, least_need=int(WHOLE_NEED))
 
     def _spacing_scale(self, sps: ShadingPoints) -> float:
@@ -250,12 +267,14 @@ class SpClustering:
     def _finish(self, sps: ShadingPoints, gbuffer: GBuffer, base: int, *, least_need: int) -> None:
         """Serve the needy by the new clusters too, of which the first `base` are medoids, and order all."""
         self._kmeans.grid.build()
-        self._assign(sps, gbuffer, SERVICE, least_need=least_need)
+        self._assign(sps, gbuffer, SERVICE, self._one, least_need=least_need)
         inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
         launch(representative_kernel, self.count, [*inputs, self._order_keys, self.clusters], self.device)
         radix_sort_pairs(self._order_keys, self.clusters.order, self.count)
         launch(fresh_kernel, self.count, [self._order_keys, self.count, self.clusters], self.device)
 
-    def _assign(self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, *, least_need: int) -> None:
+    def _assign(
+        self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, good: wp.array, *, least_need: int
+    ) -> None:
         inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, self._spacing_scale(sps), least_need]
-        launch(self._kernel, sps.capacity, [*inputs, scale, self.need, self._serving, self.clusters], self.device)
+        launch(self._kernel, sps.capacity, [*inputs, scale, good, self.need, self._serving, self.clusters], self.device)

@@ -5,7 +5,21 @@ import pytest
 import warp as wp
 from scenes import column, results
 
-from gpu.new_clusters import FILLING, SERVICE, UNSERVED_NEED, WHOLE_NEED, NeedScale, drawn_sp, need_of
+from gpu.new_clusters import (
+    FILLING,
+    GOOD,
+    LEAST_GOOD,
+    MOST_CHANGE,
+    MOST_GOOD,
+    SERVICE,
+    UNSERVED_NEED,
+    WHOLE_NEED,
+    NeedScale,
+    adapt_kernel,
+    drawn_sp,
+    lacking_of,
+    need_of,
+)
 from gpu.scene.types import Doubles
 
 
@@ -17,10 +31,11 @@ def draw_kernel(first: int, totals: wp.array[int], count: int, number: int, out:
 
 
 @wp.kernel
-def need_kernel(first: int, scale: NeedScale, alike: bool, spacings: wp.array[float], out: wp.array[int]) -> None:
+def need_kernel(first: int, scale: NeedScale, good: float, alike: bool, spacings: wp.array[float],
+                out: wp.array[int]) -> None:  # fmt: skip
     """One thread a distance."""
     index = first + wp.tid()
-    out[index] = need_of(scale, spacings[index], alike)
+    out[index] = need_of(scale, good, spacings[index], alike)
 
 
 def drawn(need: list[int], number: int) -> list[int]:
@@ -46,16 +61,53 @@ def test_an_sp_is_drawn_once_and_none_without_need() -> None:
     assert drawn([7], 2) == [0, -1]
 
 
-def needs(scale: NeedScale, *, alike: bool = True) -> Doubles:
-    distances = column([0.0, 0.49, 0.75, 1.0, 2.0, 100.0], float)
-    return results(need_kernel, 6, [scale, alike, distances], wp.int32)
+def needs(scale: NeedScale, good: float, *, alike: bool = True) -> Doubles:
+    distances = column([0.0, 0.74, 0.875, 1.0, 2.0, 100.0], float)
+    return results(need_kernel, 6, [scale, good, alike, distances], wp.int32)
 
 
 def test_need_grows_with_distance_up_to_a_bound() -> None:
-    assert needs(SERVICE).tolist() == [0, 0, 0, 0, 16, 255]
-    assert needs(SERVICE, alike=False).tolist() == needs(SERVICE).tolist()
+    assert needs(SERVICE, 1.0).tolist() == [0, 0, 0, 0, 16, 255]
+    assert needs(SERVICE, 1.0, alike=False).tolist() == needs(SERVICE, 1.0).tolist()
     whole = int(WHOLE_NEED)
-    assert needs(FILLING).tolist() == [0, 0, whole // 2, whole, whole, whole]
-    assert needs(FILLING, alike=False).tolist() == [whole] * 6
+    assert needs(FILLING, 0.75).tolist() == [0, 0, whole // 2, whole, FILLING.most, FILLING.most]
+    assert min(needs(FILLING, 0.75, alike=False)) >= whole
     assert SERVICE.unserved == int(UNSERVED_NEED)
     assert FILLING.unserved > whole
+
+
+@wp.kernel
+def lacking_kernel(first: int, totals: wp.array[int], count: int, clusters: int, out: wp.array[int]) -> None:
+    """One thread: how many clusters are lacking."""
+    index = first + wp.tid()
+    out[index] = lacking_of(totals, count, clusters)
+
+
+def test_sps_in_whole_need_lack_their_share_of_all_clusters() -> None:
+    totals = column(np.cumsum([0, int(WHOLE_NEED)] * 1000), wp.int32)
+    assert results(lacking_kernel, 1, [totals, 2000, 8000], wp.int32).tolist() == [4000]
+    # More than an int holds on the way.
+    totals = column([0, 2_000_000 * int(WHOLE_NEED)], wp.int32)
+    assert results(lacking_kernel, 1, [totals, 2, 1000], wp.int32)[0] == 1_000_000_000
+
+
+def adapted(free: int, lacking: int, good: float = GOOD, *, sps: int = 100) -> float:
+    """The good distance after a frame of 1000 clusters."""
+    held = column([good], float)
+    totals = column([0] * 99 + [lacking * int(WHOLE_NEED) // 10], wp.int32)
+    frees = column([0] * 999 + [free], wp.int32)
+    wp.launch(adapt_kernel, 1, [0, column([sps], wp.int32), totals, frees, held], device="cpu")
+    return float(held.numpy()[0])
+
+
+def test_the_good_distance_follows_how_many_clusters_stay_free() -> None:
+    resting = float(np.float32(GOOD))
+    for free, lacking in ((15, 0), (35, 0), (130, 100)):
+        assert adapted(free, lacking) == resting
+    assert adapted(300, 0, sps=0) == resting
+    assert adapted(50, 0) == pytest.approx(resting * (1.0 - 0.5 * 0.03))
+    assert adapted(0, 0) == pytest.approx(resting * (1.0 + 0.5 * 0.02))
+    assert adapted(100, 0) == adapted(500, 100) == pytest.approx(resting * (1.0 - float(MOST_CHANGE)))
+    assert adapted(100, 300) == pytest.approx(resting * (1.0 + float(MOST_CHANGE)))
+    assert adapted(0, 500, float(MOST_GOOD)) == pytest.approx(float(MOST_GOOD))
+    assert adapted(500, 0, float(LEAST_GOOD)) == pytest.approx(float(LEAST_GOOD))
