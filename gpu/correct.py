@@ -32,6 +32,10 @@ CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 MOST_SHARE = wp.constant(4.0)
 
 
+# Between the seeds of several passes.
+PASS_SEED = 0x3C6EF372
+
+
 @wp.struct
 class Target:
     """A VPL that a ray goes to, and its light over what its cluster lets expect of it.
@@ -264,16 +268,16 @@ class Correction:
         self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, words: wp.array,
-              vpls: VplClusters, far: FarLight, seed: int, indirect: Indirect, *, first: bool = True,
-              share: float = 1.0) -> None:  # fmt: skip
-        """Check the light of `sps`, which were shaded by all these; words: the visibility bits of `clusters`.
+              vpls: VplClusters, far: FarLight, indirect: Indirect, seed: int, passes: int = 1) -> None:  # fmt: skip
+        """Check the light of `sps`, which were shaded by all these, so many times, and take the mean.
 
-        A mean of several runs needs a `share` for each; the `first` begins it anew.
+        words: the visibility bits of `clusters`.
         """
         rays, checks = CHECKS * sps.capacity, self._checks
-        inputs: list[Any] = [gbuffer, sps.pixels, sps.count, clusters, words, vpls, far, seed, indirect, checks]
-        launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
-        launch(check_kernel(connection(scene)), rays, [scene, gbuffer, sps.pixels, vpls, checks], self.device)
-        launch(
-            correction_kernel, sps.capacity, [sps.pixels, sps.count, vpls, checks, first, share, self.own], self.device
-        )
+        for number in range(passes):
+            own = (seed + number * PASS_SEED) % 2**31
+            inputs: list[Any] = [gbuffer, sps.pixels, sps.count, clusters, words, vpls, far, own, indirect, checks]
+            launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
+            launch(check_kernel(connection(scene)), rays, [scene, gbuffer, sps.pixels, vpls, checks], self.device)
+            inputs = [sps.pixels, sps.count, vpls, checks, number == 0, 1.0 / passes, self.own]
+            launch(correction_kernel, sps.capacity, inputs, self.device)

@@ -73,9 +73,14 @@ def view_skips(view: View, settings: RenderSettings, empty: int) -> dict[str, in
     }
 
 
+def is_sharper(sample: int) -> bool:
+    """Whether frame `sample` of a still view is of those that make its mean sharp: nothing smooths them."""
+    return sample >= SMOOTHED_FRAMES
+
+
 def is_smoothed(settings: RenderSettings, sample: int) -> bool:
     """Whether frame `sample` of a still view shares light between neighbouring pixels."""
-    return settings.smooth and sample < SMOOTHED_FRAMES
+    return settings.smooth and not is_sharper(sample)
 
 
 def render_direct(
@@ -87,7 +92,7 @@ def render_direct(
         view.radiance.zero_()
         return
     gbuffer, seed = view.gbuffer, settings.seed
-    samples = quality.samples * (SHARPER if sample >= SMOOTHED_FRAMES else 1)
+    samples = quality.samples * (SHARPER if is_sharper(sample) else 1)
 
     def direct() -> None:
         out = (view.radiance, view.soft)

@@ -12,6 +12,7 @@ from gpu.methods.common import (
     add_indirect,
     fork_near,
     frame_seed,
+    is_sharper,
     is_smoothed,
     keeps_lights,
     lighting_choice,
@@ -36,9 +37,8 @@ REFINED_SHARE = 1.0
 LEAST_DISPUTE = 0.25
 # Frames of a still view that a light set serves: what sets differ by is little beside the noise of the SPs' own rays.
 FRAMES_A_SET = 4
-# Frames that are not smoothed correct so many times as often: what their rays find is most of a mean's noise.
-SHARP_PASSES = 2
-PASS_SEED = 0x3C6EF372
+# Later frames of a still view correct so many times: what these rays find is most of their mean's noise.
+SHARPER_PASSES = 2
 
 
 class FuzzyVpl:
@@ -108,8 +108,6 @@ class FuzzyVpl:
         correction, far, probes, smooth = self._correction, self._far, self.probes, is_smoothed(settings, sample)
         self._refines = settings.correct and smooth
 
-        passes = 1 if smooth else SHARP_PASSES
-
         def cluster() -> None:
             if goes_on:
                 clustering.go_on(sps, gbuffer, view.camera, view.size)
@@ -117,9 +115,8 @@ class FuzzyVpl:
                 clustering.run(sps, gbuffer, seed)
 
         def correct() -> None:
-            for number in range(passes):
-                args = clusters, visibility.words, vpls, far.data, (seed + number * PASS_SEED) % 2**31, indirect
-                correction.trace(view.scene, gbuffer, sps, *args, first=number == 0, share=1.0 / passes)
+            by = clusters, visibility.words, vpls, far.data, indirect
+            correction.trace(view.scene, gbuffer, sps, *by, seed, SHARPER_PASSES if is_sharper(sample) else 1)
             shared = correction.own
             if smooth:
                 shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)

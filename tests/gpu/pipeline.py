@@ -141,11 +141,11 @@ class Pipeline:
         shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
               seed, view.indirect)  # fmt: skip
 
-    def correct(self, correction: Correction, seed: int) -> None:
+    def correct(self, correction: Correction, seed: int, passes: int = 1) -> None:
         """Check what is shaded."""
         view = self.view
         correction.trace(view.scene, view.gbuffer, view.shading_points, self.clustering.clusters,
-                         self.visibility.words, self.lights, self.far.data, seed, view.indirect)  # fmt: skip
+                         self.visibility.words, self.lights, self.far.data, view.indirect, seed, passes)  # fmt: skip
 
     def believe(self, seen: Doubles) -> None:
         """Have the clusters believe `seen` (sp cluster, VPL cluster), 0 or 1, and shade anew."""

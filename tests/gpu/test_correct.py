@@ -4,7 +4,7 @@ from pipeline import Pipeline, relative_error
 from scenes import box, grey, quad, resident_of, slats
 
 from gpu.camera import look_at
-from gpu.correct import Correction
+from gpu.correct import PASS_SEED, Correction
 from gpu.scene.types import Doubles
 from gpu.shade import CHECKS
 
@@ -93,6 +93,18 @@ def test_a_correction_has_less_noise_than_the_light_it_corrects() -> None:
     noise = corrections(room, 100).std(axis=0)[room.pixels]
     room.believe(np.zeros((room.clustering.count, room.lights.count)))
     assert (noise**2).mean() < 0.3 * (corrections(room, 100).std(axis=0)[room.pixels] ** 2).mean()
+
+
+def test_several_passes_give_the_mean_of_as_many_corrections(clustered: Pipeline) -> None:
+    correction = Correction(clustered.view.pixels, clustered.view.device)
+
+    def corrected(seed: int, passes: int) -> Doubles:
+        clustered.correct(correction, seed, passes)
+        return correction.own.numpy()[clustered.pixels].astype(np.float64)
+
+    one, other = corrected(3, 1), corrected(3 + PASS_SEED, 1)
+    assert not np.allclose(one, other)
+    assert np.allclose(corrected(3, 2), (one + other) / 2.0, rtol=1e-5, atol=1e-7 * np.abs(one).max())
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(clustered: Pipeline) -> None:
