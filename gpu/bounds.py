@@ -15,6 +15,8 @@ PER_RUN = wp.constant(8)
 # Spheres are this much wider than what they hold, against rounding.
 WIDER = wp.constant(1.0001)
 ROUNDING = wp.constant(1.0e-3)  # and cones, by this angle
+# What a run of unlike normals is farther by, which distances that have it are rounded by.
+UNLIKE = wp.constant(1.0e-4 - float(OTHER_NORMAL))
 
 
 @wp.struct
@@ -87,8 +89,9 @@ def nearest_in_runs(clusters: Representatives, runs: Runs, position: wp.vec3, no
     best_distance = stretched(clusters, guess, position, normal)
     for run in range(runs.radius.shape[0]):
         reach = best_distance + runs.radius[run]
-        near = runs.radius[run] >= 0.0 and wp.length_sq(runs.centre[run] - position) <= reach * reach
-        if near and (best_distance >= OTHER_NORMAL or wp.dot(runs.axis[run], normal) >= runs.alike[run]):
+        if wp.dot(runs.axis[run], normal) < runs.alike[run]:
+            reach += UNLIKE
+        if runs.radius[run] >= 0.0 and reach >= 0.0 and wp.length_sq(runs.centre[run] - position) <= reach * reach:
             for cluster in range(run * PER_RUN, wp.min((run + 1) * PER_RUN, clusters.spacing.shape[0])):
                 if clusters.spacing[cluster] > 0.0:
                     distance = stretched(clusters, cluster, position, normal)

@@ -82,3 +82,17 @@ def test_far_and_unlike_runs_are_not_looked_at() -> None:
         bound_runs(clusters, runs)
         moved = clusters_at(near, up, second >= 0)
         assert (results(runs_kernel, 1, [moved, runs, *inputs], wp.int32)[0] >= int(PER_RUN)) == looked_at
+
+
+@pytest.mark.parametrize(("away", "looked_at"), [(0.2, False), (0.05, True)])
+def test_far_runs_are_not_looked_at_from_where_all_normals_are_unlike(away: float, looked_at: bool) -> None:
+    count = 2 * int(PER_RUN)
+    second, up = np.arange(count) >= int(PER_RUN), np.tile([0.0, 1.0, 0.0], (count, 1))
+
+    def at(x: float) -> Representatives:
+        return clusters_at(np.where(second, x, 0.1)[:, None] * [1.0, 0.0, 0.0], up, second >= 0)
+
+    runs = allocate_runs(count, CPU)
+    bound_runs(at(away), runs)
+    inputs = [column(np.zeros((1, 3)), wp.vec3), column(-up[:1], wp.vec3), column([0], wp.int32)]
+    assert (results(runs_kernel, 1, [at(0.0), runs, *inputs], wp.int32)[0] >= int(PER_RUN)) == looked_at
