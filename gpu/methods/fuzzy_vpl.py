@@ -35,8 +35,9 @@ from gpu.vpl_clusters import unclustered
 # SPs with more rays of their own, per SP cluster; what may be too bright by less than this, relatively, is well served.
 REFINED_SHARE = 1.0
 LEAST_DISPUTE = 0.25
-# Frames of a still view that a light set serves: what sets differ by is little beside the noise of the SPs' own rays.
-FRAMES_A_SET = 4
+# Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
+# by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
+FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
 # Later frames of a still view correct so many times: what these rays find is most of their mean's noise.
 SHARPER_PASSES = 2
 
@@ -92,7 +93,7 @@ class FuzzyVpl:
         render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if not self._has_indirect:
             return
-        number = 0 if self._fixed else sample // FRAMES_A_SET
+        number = 0 if self._fixed else sample // (FRAMES_A_SET if self._quality.vpls >= MANY_VPLS else 1)
         choice, first = lighting_choice(settings, self._quality, number), number == 0
         self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
         self._vpls, lit = self._first, self._first_lit

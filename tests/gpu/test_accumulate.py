@@ -9,7 +9,6 @@ from gpu.accumulate import Accumulation, pixel_place
 from gpu.camera import look_at
 from gpu.direct import trace_direct_light
 from gpu.methods.common import SHARPER, SMOOTHED_FRAMES
-from gpu.methods.fuzzy_vpl import FRAMES_A_SET
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene.types import Floats
@@ -105,7 +104,7 @@ def test_the_first_frames_light_outlives_what_lighting_keeps(
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=31, method=method))
     first = renderer._method._first
     accumulation = Accumulation(SIZE[0] * SIZE[1], CPU)
-    for _ in range(FRAMES_A_SET + 1):
+    for _ in range(2):
         renderer.render(CAMERA, accumulation)
     renderer.render(CAMERA)
     assert renderer._method._vpls is first

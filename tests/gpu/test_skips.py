@@ -265,7 +265,12 @@ def test_a_set_that_a_renderer_holds_is_not_made_again(room: ResidentScene, monk
     assert stats.skips["unchanged_lights"] > 0
 
 
-def test_light_sets_of_a_still_view_serve_several_frames_and_are_kept_for_the_next(room: ResidentScene) -> None:
+@pytest.mark.parametrize("many", [True, False])
+def test_light_sets_of_a_still_view_serve_several_frames_where_they_are_large_and_are_kept_for_the_next(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, many: bool
+) -> None:
+    monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", QUALITY["vpls"] + (0 if many else 1))
+
     def lights(skip: Skips, seed: int) -> list[bool]:
         kept = []
         for _ in range(2):
@@ -276,6 +281,6 @@ def test_light_sets_of_a_still_view_serve_several_frames_and_are_kept_for_the_ne
                 kept.append(stats.skips["unchanged_lights"] > 0)
         return kept
 
-    several = FRAMES_A_SET * [True]
-    assert lights(EVERY_SKIP, 7) == [*several, False, *several, True]
-    assert not any(lights(without("unchanged_lights"), 8))
+    first = FRAMES_A_SET * [True] + [False] if many else [True] + FRAMES_A_SET * [False]
+    assert lights(EVERY_SKIP, 7 + many) == [*first, *(FRAMES_A_SET + 1) * [True]]
+    assert not any(lights(without("unchanged_lights"), 9 + many))
