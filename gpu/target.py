@@ -19,8 +19,8 @@ SPS_PER_VPL, RANGE = 4.0, 6.0
 # counts have are shaded in their parts from afar, so that fewer of them take longer.
 LEAST_MEMBERS, MOST_MEMBERS = 12, 48
 # Too near the target to move: a move begins from nothing, which takes a frame longer. Where SP clusters alone come as
-# near, no other VPL clusters are taken.
-NEAR_ENOUGH = log(1.08)
+# near as ALMOST, no other VPL clusters are taken.
+NEAR_ENOUGH, ALMOST = log(1.06), log(1.08)
 # A model is trusted no farther than this from what it has seen, in work.
 FARTHEST = 4.0
 
@@ -187,7 +187,7 @@ class Governor:
             return min([level, *within], key=self._off)
 
         same = nearest(levels.of(level.vpl_clusters))
-        if self._off(same) <= NEAR_ENOUGH:
+        if self._off(same) <= ALMOST:
             return same
         usual = nearest([levels.usual(number) for number in levels.vpl_clusters])
         return min(same, nearest(levels.of(usual.vpl_clusters)), key=self._off)
