@@ -30,8 +30,6 @@ CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 # A member of a cluster counts at most this many times as much as its cluster lets expect, and a group of clusters as
 # much as the SP's clusters do.
 MOST_SHARE = wp.constant(4.0)
-
-
 # Between the seeds of several passes.
 PASS_SEED = 0x3C6EF372
 

@@ -27,8 +27,8 @@ class Representatives:
     """The clusters' points. position, normal, spacing (cluster,); spacing ≤ 0 marks a cluster that is not in use.
 
     level (cluster,): the grid's, by spacing; entries: (position, cluster), then (normal, level) of each level of each
-    representative, side by side as a search reads them, grouped by the hash of their cell; starts (bucket + 1,): in
-    such pairs.
+    representative, side by side as a search reads them, grouped by the hash of their cell, numbers as floats, which are
+    exact below 2²⁴; starts (bucket + 1,): in such pairs.
     """
 
     position: wp.array[wp.vec3]

@@ -6,7 +6,7 @@ from time import perf_counter
 import warp as wp
 
 
-def _seconds(work: Callable[[], None]) -> float:
+def _duration(work: Callable[[], None]) -> float:
     begun = perf_counter()
     work()
     return perf_counter() - begun
@@ -53,7 +53,7 @@ class Stages:
         """
         self._order.append(name)
         if not self._device.is_cuda:
-            self._seconds[name] = _seconds(work) + (self._forked_seconds if joins else 0.0)
+            self._seconds[name] = _duration(work) + (self._forked_seconds if joins else 0.0)
             self._note((name, way, repeats))
             return
         if name not in self._events:
@@ -79,7 +79,7 @@ class Stages:
         It must write nothing that those read, nor read what they write.
         """
         if not self._device.is_cuda:
-            self._forked_seconds = _seconds(work)
+            self._forked_seconds = _duration(work)
             self._note((name, None, repeats))
             return
         if self._side is None:

@@ -19,7 +19,7 @@ from gpu.vpl_clusters import VplClusters
 # that the mean forgets the blur.
 SMOOTHED_FRAMES = 4
 # Those have so many times more samples of direct light, whose noise would be most of the mean's.
-SHARPER = 4
+SHARPER_SAMPLES = 4
 
 # What a frame is made of and what it did not have to do: counts by name; see gpu.frame.FrameStats.
 FrameStatistics = tuple[dict[str, int], dict[str, int]]
@@ -92,7 +92,7 @@ def render_direct(
         view.radiance.zero_()
         return
     gbuffer, seed = view.gbuffer, settings.seed
-    samples = quality.samples * (SHARPER if is_sharper(sample) else 1)
+    samples = quality.samples * (SHARPER_SAMPLES if is_sharper(sample) else 1)
 
     def direct() -> None:
         out = (view.radiance, view.soft)
@@ -107,17 +107,21 @@ def render_direct(
 
 
 def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",
-              settings: RenderSettings, stages: Stages, sample: int) -> None:  # fmt: skip
-    """Begin to find by the map `lit` what `vpls` lack near field; these rays need no stage but the first."""
+              settings: RenderSettings, stages: Stages, sample: int) -> NearField | None:  # fmt: skip
+    """Begin to find by the map `lit` what `vpls` lack near field; these rays need no stage but the first.
+
+    Returns what `add_indirect` is to add, None where there is no map.
+    """
     if lit is None:
-        return
+        return None
     args = view.scene, view.gbuffer, view.shading_points, vpls, lit, frame_seed(settings.seed, sample)
     stages.fork("near rays", lambda: near_field.trace(*args), repeats=sample == 0)
+    return near_field
 
 
 def add_indirect(view: View, near_field: NearField | None, settings: RenderSettings, stages: Stages,
                  sample: int) -> None:  # fmt: skip
-    """Add the indirect light to the picture; before, what `near_field` has found, if it was begun."""
+    """Add the indirect light to the picture; before, what `near_field` of `fork_near` has found."""
     sps, gbuffer, irradiance = view.shading_points, view.gbuffer, view.indirect.irradiance
     smooth = is_smoothed(settings, sample)
 

@@ -60,9 +60,9 @@ class ExactVpl:
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._has_indirect:
             lit = self._lit(sample, progress) if sample else self._first_lit
-            fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
+            near = fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
             stages.run("gather", lambda: self._gather(progress), repeats=False)
-            add_indirect(self._view, self._near_field if lit is not None else None, self._settings, stages, sample)
+            add_indirect(self._view, near, self._settings, stages, sample)
 
     def _gather(self, progress: Progress) -> None:
         view = self._view

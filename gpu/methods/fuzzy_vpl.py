@@ -128,7 +128,7 @@ class FuzzyVpl:
         def refine() -> None:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
 
-        fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
+        near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=goes_on)
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
         self._begun = repeats
@@ -144,7 +144,7 @@ class FuzzyVpl:
                 stages.run("refine", refine, repeats=repeats)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
-        add_indirect(view, self._near_field if lit is not None else None, settings, stages, sample)
+        add_indirect(view, near, settings, stages, sample)
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, SPs, those refined, rays between representatives and to near surfaces, and SPs unserved."""

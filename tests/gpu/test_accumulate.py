@@ -8,7 +8,7 @@ from scenes import box, grey, quad, resident_of
 from gpu.accumulate import Accumulation, pixel_place
 from gpu.camera import look_at
 from gpu.direct import trace_direct_light
-from gpu.methods.common import SHARPER, SMOOTHED_FRAMES
+from gpu.methods.common import SHARPER_SAMPLES, SMOOTHED_FRAMES
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene.types import Floats
@@ -121,7 +121,7 @@ def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_o
 
     monkeypatch.setattr("gpu.methods.common.trace_direct_light", trace)
     averaged(room, SMOOTHED_FRAMES + 2, component=Component.DIRECT, seed=3)
-    few, many = QUALITY["samples"], QUALITY["samples"] * SHARPER
+    few, many = QUALITY["samples"], QUALITY["samples"] * SHARPER_SAMPLES
     samples = [few] * SMOOTHED_FRAMES + [many] * 2
     assert asked == [(samples[frame], frame, 3) for frame in range(SMOOTHED_FRAMES + 2)]
     assert many > few
