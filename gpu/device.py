@@ -27,8 +27,8 @@ _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
 def choose_device(name: str | None) -> wp.Device:
     """The device called `name` ("cpu", "cuda:0", …), or the first CUDA device, or the CPU when there is none.
 
-    The current stream of a CUDA device becomes one that comes before others. Raises DeviceError, which lists the devices
-    there are, when `name` is not one of them.
+    The current stream of a CUDA device becomes one that comes before others. Raises DeviceError, which lists the
+    devices there are, when `name` is not one of them.
     """
     if name is None:
         name = "cuda:0" if wp.is_cuda_available() else "cpu"
