@@ -21,7 +21,7 @@ from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
 from gpu.shade import CHECKS, REGISTERS, Indirect, guides_of
-from gpu.shading_points import ShadingPoints
+from gpu.shading_points import ListedPoints
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance, is_twig_unfolded, is_unfolded, member_irradiance
 from gpu.vpl_clusters import PER_TWIG, VplClusters
@@ -92,7 +92,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
 
 @wp.struct
 class Checks:
-    """Rays of SPs, (sp, check) flattened: those of one SP run side by side.
+    """Rays of listed SPs, (place, check) flattened: those of one SP run side by side.
 
     vpl: that each goes to, −1 for none; believed: the share of the SP's clusters that see it; share: its light over its
     density [W/m²], and, once traced, times what the SP's clusters are wrong by.
@@ -113,7 +113,8 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
     def kernel(
         first: int,
         gbuffer: GBuffer,
-        sps: wp.array[int],
+        pixels: wp.array[int],
+        numbers: wp.array[int],
         count: wp.array[int],
         clusters: SpClusters,
         visibility: wp.array2d[wp.uint32],
@@ -125,15 +126,16 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
     ) -> None:
         """One thread a ray: draws to which member of which VPL cluster it goes."""
         index = first + wp.tid()
-        sp = index // CHECKS
+        place = index // CHECKS
         check = index % CHECKS
         checks.vpl[index] = -1
-        if sp >= count[0]:
+        if place >= count[0]:
             return
+        sp = numbers[place]
         whole = indirect.near[sp] + indirect.far[sp]
         if whole <= 0.0:
             return
-        pixel = sps[sp]
+        pixel = pixels[place]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * wp.uint32(seed)))
@@ -210,7 +212,7 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         first: int,
         scene: SceneData,
         gbuffer: GBuffer,
-        sps: wp.array[int],
+        pixels: wp.array[int],
         vpls: VplClusters,
         checks: Checks,
     ) -> None:
@@ -219,7 +221,7 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         vpl = checks.vpl[index]
         if vpl < 0:
             return
-        pixel = sps[index // CHECKS]
+        pixel = pixels[index // CHECKS]
         position = vpls.members.position[vpl]
         normal = vpls.members.normal[vpl]
         seen = float(0.0)
@@ -231,27 +233,27 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
 
 
 @wp.kernel
-def correction_kernel(first: int, sps: wp.array[int], count: wp.array[int], vpls: VplClusters, checks: Checks,
-                      begins: bool, share: float, correction: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: the mean over its rays of what is to be added to its irradiance, in correction (pixel,).
+def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, checks: Checks,
+                      before: int, correction: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: the mean over its rays of what its irradiance lacks, taken into `correction` (pixel,).
 
-    share: of that in the correction; begins: it has nothing yet.
+    before: of how many such means that is the mean already.
     """
-    sp = first + wp.tid()
-    if sp >= count[0]:
+    place = first + wp.tid()
+    if place >= count[0]:
         return
-    total = wp.vec3(0.0, 0.0, 0.0)
+    mean = wp.vec3(0.0, 0.0, 0.0)
     for check in range(CHECKS):
-        index = sp * CHECKS + check
+        index = place * CHECKS + check
         vpl = checks.vpl[index]
         if vpl >= 0:
             flux = vpls.members.flux[vpl]
-            total += flux * (checks.share[index] / brightness(flux))
-    total = total * (share / float(CHECKS))
-    pixel = sps[sp]
-    if not begins:
-        total += correction[pixel]
-    correction[pixel] = total
+            mean += flux * (checks.share[index] / brightness(flux))
+    mean = mean / float(CHECKS)
+    pixel = pixels[place]
+    if before > 0:
+        mean = correction[pixel] + (mean - correction[pixel]) / float(before + 1)
+    correction[pixel] = mean
 
 
 class Correction:
@@ -265,17 +267,28 @@ class Correction:
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
 
-    def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, words: wp.array,
-              vpls: VplClusters, far: FarLight, indirect: Indirect, seed: int, passes: int = 1) -> None:  # fmt: skip
-        """Check the light of `sps`, which were shaded by all these, so many times, and take the mean.
+    def trace(
+        self,
+        scene: SceneData,
+        gbuffer: GBuffer,
+        points: ListedPoints,
+        clusters: SpClusters,
+        words: wp.array,
+        vpls: VplClusters,
+        far: FarLight,
+        indirect: Indirect,
+        seed: int,
+        passes: range = range(1),
+    ) -> None:
+        """Check the light of `points`, which were shaded by all these, once for each of `passes`, numbered from 0 on.
 
-        words: the visibility bits of `clusters`.
+        Each takes its mean into that of those before. words: the visibility bits of `clusters`.
         """
-        rays, checks = CHECKS * sps.capacity, self._checks
-        for number in range(passes):
+        rays, checks, pixels = CHECKS * points.capacity, self._checks, points.pixels
+        for number in passes:
             own = (seed + number * PASS_SEED) % 2**31
-            inputs: list[Any] = [gbuffer, sps.pixels, sps.count, clusters, words, vpls, far, own, indirect, checks]
-            launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
-            launch(check_kernel(connection(scene)), rays, [scene, gbuffer, sps.pixels, vpls, checks], self.device)
-            inputs = [sps.pixels, sps.count, vpls, checks, number == 0, 1.0 / passes, self.own]
-            launch(correction_kernel, sps.capacity, inputs, self.device)
+            inputs: list[Any] = [gbuffer, pixels, points.numbers, points.count, clusters, words, vpls, far, own]
+            launch(draw_kernel(clusters.cluster.shape[0]), rays, [*inputs, indirect, checks], self.device)
+            launch(check_kernel(connection(scene)), rays, [scene, gbuffer, pixels, vpls, checks], self.device)
+            inputs = [pixels, points.count, vpls, checks, number, self.own]
+            launch(correction_kernel, points.capacity, inputs, self.device)

@@ -2,7 +2,8 @@
 
 What rays correct is shared between neighbours on a surface. That is wrong at few pixels, but far: in cracks, behind
 slats, at contacts, where one percent of the pixels hold nine tenths of the relative error. There an SP's own rays find
-it much darker than what it shares. Few rays often do so by chance, too: such SPs get more of them (gpu.refine).
+it much darker than what it shares. Few rays often do so by chance, too, forty times for each time that it is true. So
+suspects get as many rays again, and those that remain get many (gpu.refine).
 """
 
 import math
@@ -14,7 +15,7 @@ from gpu.device import launch
 from gpu.gbuffer import GBuffer, reflectance
 from gpu.grouping import iota_kernel
 from gpu.new_clusters import UNSERVED_NEED
-from gpu.shading_points import ShadingPoints
+from gpu.shading_points import ListedPoints, ShadingPoints
 from gpu.transfer import brightness
 
 # Keys are 8 bits, so that one pass sorts them; 0 is an SP without a cluster, SETTLED one that is not worth a ray.
@@ -26,7 +27,7 @@ WORST_OCTAVE = wp.constant(12.0)
 SAMPLES = wp.constant(1024)
 # Of the mean picture's brightness: darker than that is as good as black to the eye and to relMSE.
 DARK = wp.constant(0.1)
-SETTLED_SP = wp.constant(0x7FFFFFFF)
+NOWHERE = wp.constant(0x7FFFFFFF)
 
 
 @wp.kernel
@@ -51,36 +52,36 @@ def mean_kernel(first: int, samples: wp.array[float], mean: wp.array[float]) -> 
 
 
 @wp.kernel
-def dispute_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], need: wp.array[int],
-                   irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3], shared: wp.array[wp.vec3],
-                   mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread an SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first.
+def dispute_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], numbers: wp.array[int], count: wp.array[int],
+                   need: wp.array[int], irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3],
+                   shared: wp.array[wp.vec3], mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a listed SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first.
 
     need (sp,): UNSERVED_NEED marks SPs without a cluster, which come before all others; own, shared (pixel,): what
     corrects the `irradiance` (pixel,) by the SP's rays alone, and with its neighbours'.
     """
-    sp = first + wp.tid()
-    keys[sp] = SETTLED
-    if sp >= sp_count[0]:
+    place = first + wp.tid()
+    keys[place] = SETTLED
+    if place >= count[0]:
         return
-    if need[sp] >= UNSERVED_NEED:
-        keys[sp] = 0
+    if need[numbers[place]] >= UNSERVED_NEED:
+        keys[place] = 0
         return
-    pixel = sps[sp]
+    pixel = pixels[place]
     reflected = reflectance(gbuffer, pixel)
     high = brightness(wp.cw_mul(reflected, irradiance[pixel] + shared[pixel]))
     low = wp.max(brightness(wp.cw_mul(reflected, irradiance[pixel] + own[pixel])), 0.0)
     ratio = (high - low) / (low + DARK * mean[0] + 1.0e-30)
     if ratio > 0.0:
-        keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 1, SETTLED)
+        keys[place] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 1, SETTLED)
 
 
 @wp.kernel
 def select_kernel(first: int, keys: wp.array[int], order: wp.array[int], settled: int, selected: wp.array[int],
                   count: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place in the list of the worst SPs: which they are, up to the first that is good enough."""
+    """One thread a place in the list of the worst: their places in the list of all, up to the first good enough."""
     place = first + wp.tid()
-    selected[place] = SETTLED_SP
+    selected[place] = NOWHERE
     if keys[place] >= settled:
         return
     selected[place] = order[place]
@@ -89,46 +90,58 @@ def select_kernel(first: int, keys: wp.array[int], order: wp.array[int], settled
 
 
 @wp.kernel
-def selected_pixel_kernel(first: int, sps: wp.array[int], selected: wp.array[int], count: wp.array[int],
-                          pixels: wp.array[int]) -> None:  # fmt: skip
-    """One thread a selected SP, now sorted as the SPs are, so that neighbours' rays run together: its pixel."""
+def list_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], selected: wp.array[int],
+                count: wp.array[int], to_pixels: wp.array[int], to_numbers: wp.array[int]) -> None:  # fmt: skip
+    """One thread a selected SP, now sorted as the SPs are, so that neighbours' rays run together: which it is."""
     place = first + wp.tid()
     if place < count[0]:
-        pixels[place] = sps[selected[place]]
+        to_pixels[place] = pixels[selected[place]]
+        to_numbers[place] = numbers[selected[place]]
+
+
+class MeanBrightness:
+    """About how bright a picture is: `value` (1,) [W/m²/sr]."""
+
+    def __init__(self, device: wp.Device) -> None:
+        self.device = device
+        self._samples = wp.zeros(SAMPLES, dtype=float, device=device)
+        self.value = wp.zeros(1, dtype=float, device=device)
+
+    def find(self, gbuffer: GBuffer, sps: ShadingPoints, irradiance: wp.array) -> None:
+        """Measure it by some of all `sps`; irradiance (pixel,)."""
+        inputs = [gbuffer, sps.pixels, sps.count, irradiance, self._samples]
+        launch(brightness_kernel, SAMPLES, inputs, self.device)
+        launch(mean_kernel, 1, [self._samples, self.value], self.device)
 
 
 class WorstPoints:
-    """Finds the at most `capacity` SPs that are most likely far too bright: `pixels` (place,), of which `count` (1,).
+    """Of up to `among` SPs the at most `capacity` that are most likely far too bright: ListedPoints.
 
     least: what may be too bright, relative to how dark the SP may be, below which it is left as it is.
     """
 
-    def __init__(self, pixels: int, capacity: int, least: float, device: wp.Device) -> None:
+    def __init__(self, among: int, capacity: int, least: float, device: wp.Device) -> None:
         self.device = device
+        self.capacity = min(capacity, among)
         self._settled = int(float(STEPS_PER_OCTAVE) * (float(WORST_OCTAVE) - math.log2(least)))
-        capacity = min(capacity, pixels)
-        self._keys = wp.zeros(2 * pixels, dtype=int, device=device)
-        self._order = wp.zeros(2 * pixels, dtype=int, device=device)
-        self._samples = wp.zeros(SAMPLES, dtype=float, device=device)
-        self._mean = wp.zeros(1, dtype=float, device=device)
-        self._selected = wp.zeros(2 * capacity, dtype=int, device=device)
-        self.pixels = wp.zeros(capacity, dtype=int, device=device)
+        self._keys = wp.zeros(2 * among, dtype=int, device=device)
+        self._order = wp.zeros(2 * among, dtype=int, device=device)
+        self._selected = wp.zeros(2 * self.capacity, dtype=int, device=device)
+        self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
+        self.numbers = wp.zeros(self.capacity, dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
 
-    def find(self, gbuffer: GBuffer, sps: ShadingPoints, need: wp.array, irradiance: wp.array, own: wp.array,
-             shared: wp.array) -> None:  # fmt: skip
-        """List the worst of `sps`, as `dispute_kernel` tells."""
-        device, points = self.device, [gbuffer, sps.pixels, sps.count]
-        launch(brightness_kernel, SAMPLES, [*points, irradiance, self._samples], device)
-        launch(mean_kernel, 1, [self._samples, self._mean], device)
-        inputs = [*points, need, irradiance, own, shared, self._mean, self._keys]
-        launch(dispute_kernel, sps.capacity, inputs, device)
-        launch(iota_kernel, sps.capacity, [self._order], device)
-        radix_sort_pairs(self._keys, self._order, sps.capacity, 0, KEY_BITS)
+    def find(self, points: ListedPoints, gbuffer: GBuffer, need: wp.array, irradiance: wp.array, own: wp.array,
+             shared: wp.array, mean: MeanBrightness) -> None:  # fmt: skip
+        """List the worst of `points`, as `dispute_kernel` tells."""
+        device, listed = self.device, [points.pixels, points.numbers]
+        inputs = [gbuffer, *listed, points.count, need, irradiance, own, shared, mean.value, self._keys]
+        launch(dispute_kernel, points.capacity, inputs, device)
+        launch(iota_kernel, points.capacity, [self._order], device)
+        radix_sort_pairs(self._keys, self._order, points.capacity, 0, KEY_BITS)
         self.count.zero_()
-        capacity = len(self.pixels)
         inputs = [self._keys, self._order, self._settled, self._selected, self.count]
-        launch(select_kernel, capacity, inputs, device)
-        radix_sort_pairs(self._selected, self._order, capacity)
-        inputs = [sps.pixels, self._selected, self.count, self.pixels]
-        launch(selected_pixel_kernel, capacity, inputs, device)
+        launch(select_kernel, self.capacity, inputs, device)
+        radix_sort_pairs(self._selected, self._order, self.capacity)
+        inputs = [*listed, self._selected, self.count, self.pixels, self.numbers]
+        launch(list_kernel, self.capacity, inputs, device)

@@ -11,12 +11,12 @@ import warp as wp
 from gpu.correct import member_of
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
-from gpu.dispute import WorstPoints
 from gpu.draws import drawn_group, groups_a_part
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
+from gpu.shading_points import ListedPoints
 from gpu.transfer import brightness, disk_irradiance, is_unfolded
 from gpu.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
 
@@ -189,7 +189,7 @@ class Refinement:
         self._rays.vpl = wp.zeros(RAYS * capacity, dtype=int, device=device)
         self._rays.share = wp.zeros(RAYS * capacity, dtype=float, device=device)
 
-    def run(self, scene: SceneData, gbuffer: GBuffer, points: WorstPoints, vpls: VplClusters, seed: int,
+    def run(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, vpls: VplClusters, seed: int,
             irradiance: wp.array) -> None:  # fmt: skip
         """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
         rays, capacity, device, pixels = self._rays, self._capacity, self.device, points.pixels

@@ -1,5 +1,7 @@
 """A frame's shading points, listed in an order that keeps neighbours together, and the sample that is clustered."""
 
+from typing import Protocol
+
 import numpy as np
 import warp as wp
 
@@ -89,8 +91,20 @@ def sample_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], total: wp
     out.spacing[index] = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count)) * scale
 
 
+class ListedPoints(Protocol):
+    """All SPs of an image or some of them, at most `capacity`, in Z order.
+
+    pixels, numbers (place,): their pixels, and which of all SPs they are; the first count[0] are valid.
+    """
+
+    capacity: int
+    pixels: wp.array
+    numbers: wp.array
+    count: wp.array
+
+
 class ShadingPoints:
-    """The SPs of an image of `size` (width, height), found anew each frame without leaving the device.
+    """The SPs of an image of `size` (width, height), found anew each frame without leaving the device: ListedPoints.
 
     pixels (sp,): their pixels in Z order, of which the first count[0] are valid; listed (pixel,): 1 for these, else 0.
     stride: of the anchors of gpu.interpolate; with 1 every pixel that meets a surface has an SP.
@@ -101,6 +115,7 @@ class ShadingPoints:
         self._size = size
         self.capacity = size[0] * size[1]
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
+        self.numbers = wp.array(np.arange(self.capacity), dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
         self._order = wp.array(z_order(*size), dtype=int, device=device)
         self.listed = wp.zeros(self.capacity, dtype=int, device=device)

@@ -1,10 +1,11 @@
 """`fuzzy-vpl`: clustered VPLs and SPs with fuzzy visibility, the 2022 paper's method."""
 
 from copy import copy
+from functools import partial
 
 from gpu.correct import Correction
 from gpu.counting import Counter
-from gpu.dispute import WorstPoints
+from gpu.dispute import MeanBrightness, WorstPoints
 from gpu.far_light import FarSums
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
@@ -32,8 +33,10 @@ from gpu.view import View
 from gpu.visibility import Visibility
 from gpu.vpl_clusters import unclustered
 
-# SPs with more rays of their own, per SP cluster; what may be too bright by less than this, relatively, is well served.
-REFINED_SHARE = 1.0
+# SPs that may be far too bright, and those of them with many rays of their own, per SP cluster; what may be too bright
+# by less than this, relatively, is well served.
+SUSPECTED_SHARE = 3.0
+REFINED_SHARE = 0.75
 LEAST_DISPUTE = 0.25
 # Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
 # by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
@@ -55,6 +58,7 @@ class FuzzyVpl:
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
         self._correction = Correction(view.pixels, view.device)
+        self._mean = MeanBrightness(view.device)
         self._near_field = NearField(view.pixels, view.device)
         self._counter = Counter(10, view.device)
         self.probes = Probes(view) if settings.target_error else None
@@ -84,8 +88,10 @@ class FuzzyVpl:
         most = self._vpls.count if self._fixed else quality.vpl_clusters
         self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
         self._far = FarSums(self._clustering.count, most, view.device, enabled=settings.skip.far_pairs)
-        self._worst = WorstPoints(view.pixels, int(quality.sp_clusters * REFINED_SHARE), LEAST_DISPUTE, view.device)
-        self._refinement = Refinement(len(self._worst.pixels), most, view.device)
+        suspects, worst = (int(quality.sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
+        self._suspects = WorstPoints(view.pixels, suspects, LEAST_DISPUTE, view.device)
+        self._worst = WorstPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
+        self._refinement = Refinement(self._worst.capacity, most, view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
@@ -116,13 +122,17 @@ class FuzzyVpl:
                 clustering.run(sps, gbuffer, seed)
 
         def correct() -> None:
-            by = clusters, visibility.words, vpls, far.data, indirect
-            correction.trace(view.scene, gbuffer, sps, *by, seed, SHARPER_PASSES if is_sharper(sample) else 1)
+            check = partial(correction.trace, view.scene, gbuffer)
+            by = clusters, visibility.words, vpls, far.data, indirect, seed
+            check(sps, *by, range(SHARPER_PASSES if is_sharper(sample) else 1))
             shared = correction.own
             if smooth:
                 shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)
-                args = gbuffer, sps, clustering.need, indirect.irradiance, correction.own, shared
-                self._worst.find(*args)
+                dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, self._mean
+                self._mean.find(gbuffer, sps, indirect.irradiance)
+                self._suspects.find(sps, *dispute)
+                check(self._suspects, *by, range(1, 2))
+                self._worst.find(self._suspects, *dispute)
             sps.add(shared, indirect.irradiance, bounded=smooth)
 
         def refine() -> None:

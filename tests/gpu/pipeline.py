@@ -17,6 +17,7 @@ from gpu.resident import ResidentScene, SceneData
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.settings import Weighting
 from gpu.shade import allocate_indirect, gather, guides_of, shade
+from gpu.shading_points import ListedPoints
 from gpu.sp_clusters import SpClustering, SpClusters
 from gpu.sums import Sum, added
 from gpu.transfer import disk_area, disk_transfer, unoccluded
@@ -141,10 +142,11 @@ class Pipeline:
         shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
               seed, view.indirect)  # fmt: skip
 
-    def correct(self, correction: Correction, seed: int, passes: int = 1) -> None:
-        """Check what is shaded."""
+    def correct(self, correction: Correction, seed: int, passes: range = range(1),
+                points: ListedPoints | None = None) -> None:  # fmt: skip
+        """Check what is shaded, at all SPs or at `points`."""
         view = self.view
-        correction.trace(view.scene, view.gbuffer, view.shading_points, self.clustering.clusters,
+        correction.trace(view.scene, view.gbuffer, points or view.shading_points, self.clustering.clusters,
                          self.visibility.words, self.lights, self.far.data, view.indirect, seed, passes)  # fmt: skip
 
     def believe(self, seen: Doubles) -> None:

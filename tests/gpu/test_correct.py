@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 from pipeline import Pipeline, relative_error
-from scenes import box, grey, quad, resident_of, slats
+from scenes import box, column, grey, quad, resident_of, slats
 
 from gpu.camera import look_at
 from gpu.correct import PASS_SEED, Correction
+from gpu.dispute import WorstPoints
 from gpu.scene.types import Doubles
 from gpu.shade import CHECKS
 
@@ -99,12 +100,28 @@ def test_several_passes_give_the_mean_of_as_many_corrections(clustered: Pipeline
     correction = Correction(clustered.view.pixels, clustered.view.device)
 
     def corrected(seed: int, passes: int) -> Doubles:
-        clustered.correct(correction, seed, passes)
+        clustered.correct(correction, seed, range(passes))
         return correction.own.numpy()[clustered.pixels].astype(np.float64)
 
     one, other = corrected(3, 1), corrected(3 + PASS_SEED, 1)
     assert not np.allclose(one, other)
     assert np.allclose(corrected(3, 2), (one + other) / 2.0, rtol=1e-5, atol=1e-7 * np.abs(one).max())
+
+
+def test_a_second_look_at_some_takes_as_many_rays_into_their_mean_and_leaves_the_others(clustered: Pipeline) -> None:
+    view, correction = clustered.view, Correction(clustered.view.pixels, clustered.view.device)
+    sps, some = view.shading_points, np.arange(5, clustered.sp_count, 7)
+    points = WorstPoints(view.pixels, view.pixels, 0.25, view.device)
+    points.numbers, points.pixels = column(some, int), column(sps.pixels.numpy()[some], int)
+    points.count, points.capacity = column([len(some)], int), len(some)
+    clustered.correct(correction, 3, range(2))
+    both = correction.own.numpy().copy()
+    clustered.correct(correction, 3)
+    once = correction.own.numpy().copy()
+    clustered.correct(correction, 3, range(1, 2), points)
+    looked = np.isin(np.arange(view.pixels), clustered.pixels[some])
+    assert (once != both)[looked].any()
+    assert np.array_equal(correction.own.numpy(), np.where(looked[:, None], both, once))
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(clustered: Pipeline) -> None:

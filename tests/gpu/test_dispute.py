@@ -4,10 +4,10 @@ import warp as wp
 from scenes import column
 
 from gpu.device import allocate
-from gpu.dispute import WorstPoints
+from gpu.dispute import MeanBrightness, WorstPoints
 from gpu.gbuffer import GBuffer
 from gpu.new_clusters import UNSERVED_NEED
-from gpu.shading_points import ShadingPoints
+from gpu.shading_points import ListedPoints, ShadingPoints
 
 CPU = wp.get_device("cpu")
 PIXELS = 400
@@ -28,8 +28,11 @@ def by_pixel(values: np.ndarray) -> wp.array:
 
 
 def worst(capacity: int, low: np.ndarray, high: np.ndarray, *, need: dict[int, int] | None = None,
-          albedo: np.ndarray | None = None) -> list[int]:  # fmt: skip
-    """The SPs that are listed, in the list's order, where their own rays say `low` and their neighbours' `high`."""
+          albedo: np.ndarray | None = None, among: int | None = None) -> list[int]:  # fmt: skip
+    """The SPs that are listed, in the list's order, where their own rays say `low` and their neighbours' `high`.
+
+    among: how many may be in a first list, of which those are.
+    """
     needs = np.zeros(PIXELS)
     for sp, value in (need or {}).items():
         needs[sp] = value
@@ -37,10 +40,17 @@ def worst(capacity: int, low: np.ndarray, high: np.ndarray, *, need: dict[int, i
     gbuffer.albedo = by_pixel(np.full(PIXELS, np.pi) if albedo is None else albedo * np.pi)
     gbuffer.throughput.fill_(1.0)
     irradiance = 0.5 * (np.maximum(low, 0.0) + high)
-    points = WorstPoints(PIXELS, capacity, 0.25, CPU)
-    points.find(gbuffer, sps_backwards(), column(needs, wp.int32), by_pixel(irradiance), by_pixel(low - irradiance),
-                by_pixel(high - irradiance))  # fmt: skip
-    return [PIXELS - 1 - int(pixel) for pixel in points.pixels.numpy()[: points.count.numpy()[0]]]
+    sps, mean = sps_backwards(), MeanBrightness(CPU)
+    mean.find(gbuffer, sps, by_pixel(irradiance))
+    light = [by_pixel(irradiance), by_pixel(low - irradiance), by_pixel(high - irradiance)]
+    listed: ListedPoints = sps
+    for count in (capacity,) if among is None else (among, capacity):
+        points = WorstPoints(listed.capacity, count, 0.25, CPU)
+        points.find(listed, gbuffer, column(needs, wp.int32), *light, mean)
+        listed = points
+    count = points.count.numpy()[0]
+    assert np.array_equal(points.pixels.numpy()[:count], PIXELS - 1 - points.numbers.numpy()[:count])
+    return [int(number) for number in points.numbers.numpy()[:count]]
 
 
 def test_those_in_dispute_are_listed_in_the_order_of_the_sps() -> None:
@@ -101,3 +111,12 @@ def test_what_reflects_hardly_any_light_is_in_the_dark() -> None:
     high[[20, 30]] = 2.0
     albedo[20] = 1e-3
     assert worst(50, low, high, albedo=albedo) == [30]
+
+
+def test_the_worst_of_a_list_of_suspects_are_suspects() -> None:
+    low, high = np.ones(PIXELS), np.ones(PIXELS)
+    disputed = np.arange(10, 110, 10)
+    high[disputed] = 2.0 ** np.arange(1, 11)
+    assert worst(3, low, high, among=5, need={200: int(UNSERVED_NEED)}) == [90, 100, 200]
+    assert worst(8, low, high, among=2) == [90, 100]
+    assert worst(PIXELS, low, high, among=PIXELS) == disputed.tolist()

@@ -4,9 +4,10 @@ from pipeline import Pipeline, relative_error
 from scenes import column, slats
 
 from gpu.correct import Correction
-from gpu.dispute import WorstPoints
+from gpu.dispute import MeanBrightness, WorstPoints
 from gpu.refine import CONFIRMED, PARTS, Refinement
 from gpu.scene.types import Doubles
+from gpu.shading_points import ListedPoints
 
 SEEDS = 200
 
@@ -17,17 +18,10 @@ def fuzzy() -> Pipeline:
     return Pipeline(resident, camera, size, sp_clusters=80)
 
 
-def everyone(fuzzy: Pipeline) -> WorstPoints:
-    """All SPs, as if each were one of the worst."""
-    points = WorstPoints(fuzzy.view.pixels, fuzzy.view.pixels, 0.25, fuzzy.view.device)
-    points.pixels, points.count = fuzzy.view.shading_points.pixels, fuzzy.view.shading_points.count
-    return points
-
-
-def refine(fuzzy: Pipeline, points: WorstPoints, seeds: int = 1, believed: float | None = None) -> Doubles:
+def refine(fuzzy: Pipeline, points: ListedPoints, seeds: int = 1, believed: float | None = None) -> Doubles:
     """Irradiance after refining `points` by each seed, (seed, pixel, 3); believed: before, all over."""
     view, irradiance = fuzzy.view, fuzzy.view.indirect.irradiance
-    refinement = Refinement(len(points.pixels), fuzzy.lights.count, view.device)
+    refinement = Refinement(points.capacity, fuzzy.lights.count, view.device)
     found = []
     for seed in range(seeds):
         fuzzy.shade()
@@ -45,7 +39,7 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
     points = Pipeline(fuzzy.resident, fuzzy.camera, (16, 12), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
     assert (points.lights.groups > PARTS) == (vpls == 1500)
     exact = points.exact()[points.pixels]
-    found = refine(points, everyone(points), SEEDS, believed=1e6)[:, points.pixels]
+    found = refine(points, points.view.shading_points, SEEDS, believed=1e6)[:, points.pixels]
     whole = found.sum(axis=1)
     error = whole.std(axis=0, ddof=1) / np.sqrt(SEEDS)
     assert (np.abs(whole.mean(axis=0) - exact.sum(axis=0)) < 4.0 * error).all()
@@ -57,7 +51,7 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
 
 def test_rays_to_members_of_clusters_come_near_the_light_of_all_members(fuzzy: Pipeline) -> None:
     exact = fuzzy.of_members()
-    mean = refine(fuzzy, everyone(fuzzy), 50, believed=1e6).mean(axis=0)
+    mean = refine(fuzzy, fuzzy.view.shading_points, 50, believed=1e6).mean(axis=0)
     assert mean.mean() == pytest.approx(exact.mean(), rel=0.02)
     assert relative_error(mean, exact) < 0.3 * relative_error(fuzzy.irradiance(), exact)
 
@@ -70,12 +64,14 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     irradiance = view.indirect.irradiance
     shared = view.smoothing.share(view.gbuffer, view.shading_points, irradiance, correction.own)
     points = WorstPoints(view.pixels, 400, 0.25, view.device)
-    points.find(view.gbuffer, view.shading_points, many.clustering.need, irradiance, correction.own, shared)
+    mean = MeanBrightness(view.device)
+    mean.find(view.gbuffer, view.shading_points, irradiance)
+    points.find(view.shading_points, view.gbuffer, many.clustering.need, irradiance, correction.own, shared, mean)
     refined = points.pixels.numpy()[: points.count.numpy()[0]]
     assert len(refined) > 100
     smoothed = np.maximum(before + shared.numpy(), 0.0)
     irradiance.assign(smoothed.astype(np.float32))
-    Refinement(len(points.pixels), many.lights.count, view.device).run(
+    Refinement(points.capacity, many.lights.count, view.device).run(
         view.scene, view.gbuffer, points, many.lights, 0, irradiance
     )
     after = many.irradiance()
@@ -88,17 +84,17 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
 
 
 def test_only_much_less_light_is_taken_for_more_than_chance(fuzzy: Pipeline) -> None:
-    said = refine(fuzzy, everyone(fuzzy), believed=1e6)[0]
+    said = refine(fuzzy, fuzzy.view.shading_points, believed=1e6)[0]
     assert (said[fuzzy.pixels] < 1e5).all()
     believed = float(2.0 * np.median(said))
-    after = refine(fuzzy, everyone(fuzzy), believed=believed)[0]
+    after = refine(fuzzy, fuzzy.view.shading_points, believed=believed)[0]
     less = said.mean(axis=1) < float(CONFIRMED) * believed
     assert 0.2 < less.mean() < 0.8
     assert np.allclose(after, np.where(less[:, None], said, believed))
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(fuzzy: Pipeline) -> None:
-    first, second = refine(fuzzy, everyone(fuzzy), 2), refine(fuzzy, everyone(fuzzy), 2)
+    first, second = refine(fuzzy, fuzzy.view.shading_points, 2), refine(fuzzy, fuzzy.view.shading_points, 2)
     assert first.tobytes() == second.tobytes()
     assert (first[0] != first[1]).any()
 
