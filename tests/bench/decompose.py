@@ -19,7 +19,7 @@ def measure_row(suite: Suite, name: str, counts: dict[str, int]) -> Row:
     subject = suite.subject(name)
     reference = subject.reference(Component.INDIRECT)
     settings = [suite.settings(**counts, seed=seed) for seed in range(SEEDS)]
-    exact = [subject.exact(counts["vpls"], seed).image for seed in range(SEEDS)]
+    exact = [subject.exact(choice).image for choice in settings]
     clustered = [subject.render(choice) for choice in settings]
     return {
         "scene": name,

@@ -16,6 +16,16 @@ def spread(values: ArrayLike) -> dict[str, float]:
     return {"median": float(median), "p5": float(p5), "p95": float(p95)}
 
 
+def error_beyond_noise(render: NDArray[Any], reference: NDArray[Any], other: NDArray[Any]) -> float:
+    """relMSE of a render against the truth, of which `reference` and `other` are two pictures with noise of their own.
+
+    The product of the differences from both is right in the mean where the square of one would count its noise, too.
+    Weights are the reference's, as in gpu.metrics.
+    """
+    x, r, o = (np.asarray(image, np.float64) for image in (render, reference, other))
+    return float(np.mean((x - r) * (x - o) / (r**2 + 0.01 * np.mean(r) ** 2)))
+
+
 def slope(xs: ArrayLike, ys: ArrayLike) -> float:
     """The power p of y ∝ xᵖ: the least-squares line's slope in logarithms. NaN with fewer than two different x."""
     x, y = np.log(np.asarray(xs, np.float64)), np.log(np.asarray(ys, np.float64))

@@ -30,9 +30,10 @@ SECTIONS = (
     Section(
         "sweep",
         "Time and error of indirect light",
-        "Total error is against path tracing, clustering error against `exact-vpl` with the same VPLs; what lies "
-        "between them is the VPLs' own. The default settings come first, then the 2022 paper's three settings beside "
-        "what it reports (conference room, on an RTX 2060 laptop). *Indirect* adds up the medians of all stages but "
+        "Total error is against path tracing. Clustering error is against `exact-vpl` with the same VPLs, their disks "
+        "as the row's own clusters make them, and neither picture has near-field light, in which clusters have no "
+        "part. The default settings come first, then the 2022 paper's three settings beside what it reports "
+        "(conference room, on an RTX 2060 laptop). *Indirect* adds up the medians of all stages but "
         "primary rays and display. Frames begin from nothing, unless they are said to be in motion: the camera then "
         "turns by half a degree from frame to frame, which keep SP clusters and what those see; stages in brackets.",
         {
@@ -80,8 +81,9 @@ SECTIONS = (
     Section(
         "still",
         "A view that rests",
-        "All light, against path tracing spread over the pixels: after one frame, after a second, and at the end.",
-        {"rest": "relMSE over the time that a view has rested"},
+        "All light, against path tracing spread over the pixels: after one frame, after a second, and at the end. "
+        "What is beyond the reference's noise is measured with a second picture by path tracing, of other paths.",
+        {"rest": "relMSE over the time that a view has rested, beyond the reference's noise; dotted: with it"},
         (tables.still_table,),
     ),
     Section(

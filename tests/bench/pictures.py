@@ -74,8 +74,9 @@ def measure_row(suite: Suite, name: str, counts: dict[str, int]) -> Row:
         "total_error": encoded(error_map(shrunk(render), shrunk(reference))),
     }
     if counts["vpls"] <= MOST_EXACT_VPLS:
-        exact = subject.exact(counts["vpls"]).image
-        row["clustering_error"] = encoded(error_map(shrunk(render), shrunk(exact)))
+        bare = settings.model_copy(update={"near_field": False})
+        images = subject.render(bare), subject.exact(bare).image
+        row["clustering_error"] = encoded(error_map(*map(shrunk, images)))
     return row
 
 

@@ -110,11 +110,13 @@ def _walk_name(row: Row) -> str:
 
 
 def rest(rows: list[Row], folder: Path) -> Plots:
-    """One figure: relMSE of the whole picture over the time that the view has rested, a curve a scene."""
+    """One figure: relMSE of the whole picture over the time that the view has rested, two curves a scene."""
     figure, axes = panels(1, 1, 6.8, 4.4)
     for colour, row in zip(SCENES, rows, strict=False):
         points = [(point["seconds"], point["errors"]["rel_mse"]) for point in row["points"]]
-        axes[0].plot(*zip(*points, strict=True), "o-", color=colour, label=row["scene"])
+        beyond = [(point["seconds"], point["rel_mse_beyond_noise"]) for point in row["points"]]
+        axes[0].plot(*zip(*beyond, strict=True), "o-", color=colour, label=row["scene"])
+        axes[0].plot(*zip(*points, strict=True), ":", color=colour, lw=1.0)
     log_log(axes[0], "seconds of rest", "relMSE")
     left, low = axes[0].get_xlim()[0], axes[0].get_ylim()[0]
     axes[0].fill_between([left, STILL_SECONDS], low, STILL_ERROR, color=GREEN, alpha=0.09, lw=0, label="the goal")

@@ -1,4 +1,8 @@
-"""A view that rests: error over time while its frames are averaged, against path tracing spread over the pixels."""
+"""A view that rests: error over time while its frames are averaged, against path tracing spread over the pixels.
+
+Such a picture has noise of its own, which a view that converges ends at: so there is also the error beyond that noise,
+by a second picture of other paths.
+"""
 
 from functools import partial
 from time import perf_counter
@@ -8,6 +12,7 @@ import numpy as np
 from gpu.accumulate import Accumulation
 from gpu.renderer import Renderer
 from gpu.settings import Component, Method, RenderSettings
+from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
@@ -15,6 +20,7 @@ from tests.bench.timing import load_kernels, turned
 
 FRAMES, QUICK_FRAMES = 128, 4
 REFERENCE_PATHS = 16  # paths a pixel in each frame of a reference that is rendered here
+SECOND_PATHS, SECOND_SEED = 256, 303  # of the second one
 
 
 def run(suite: Suite) -> None:
@@ -34,14 +40,15 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     subject = suite.subject(name)
     pixels = subject.size[0] * subject.size[1]
 
-    def trace(samples: int) -> np.ndarray:
-        paths = suite.settings(component=Component.FULL, method=Method.PATH, samples=min(samples, REFERENCE_PATHS))
+    def trace(samples: int, seed: int = 0) -> np.ndarray:
+        number = min(samples, REFERENCE_PATHS)
+        paths = suite.settings(component=Component.FULL, method=Method.PATH, samples=number, seed=seed)
         renderer, mean = Renderer(subject.resident, subject.size, paths), Accumulation(pixels, subject.resident.device)
         for _ in range(max(1, samples // REFERENCE_PATHS)):
             frame = renderer.render(subject.camera, mean)
         return frame.radiance()
 
-    reference = subject.spread_reference(trace)
+    reference, second = subject.spread_reference(trace), trace(suite.count(SECOND_PATHS), SECOND_SEED)
     load_kernels(subject.resident, settings)
     renderer = Renderer(subject.resident, subject.size, settings)
     accumulation = Accumulation(pixels, subject.resident.device)
@@ -61,7 +68,12 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
         "size": list(subject.size),
         "settings": settings.model_dump(mode="json"),
         "points": [
-            {"frames": number, "seconds": time, "errors": suite.errors(picture, reference)}
+            {
+                "frames": number,
+                "seconds": time,
+                "errors": suite.errors(picture, reference),
+                "rel_mse_beyond_noise": error_beyond_noise(picture, reference, second),
+            }
             for number, time, picture in pictures
         ],
     }

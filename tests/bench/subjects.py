@@ -17,8 +17,6 @@ from gpu.scene.types import Camera, Floats, Scene
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.timing import load_kernels
 
-# `exact-vpl` shades VPLs as disks whose areas come from clusters: always as many, whatever is compared with it.
-EXACT_CLUSTERS = 2048
 Size = tuple[int, int]
 
 
@@ -51,7 +49,7 @@ class Subject:
         self.resident = ResidentScene(scene, device)
         self.size = size
         self._references: dict[Component, Reference] = {}
-        self._exact: dict[tuple[int, int], Exact] = {}
+        self._exact: dict[RenderSettings, Exact] = {}
 
     @property
     def camera(self) -> Camera:
@@ -68,21 +66,17 @@ class Subject:
             self._references[component] = self._read(component) if self._images else self._trace(component)
         return self._references[component]
 
-    def exact(self, vpls: int, seed: int = 0) -> Exact:
-        """Indirect light of about `vpls` VPLs, each with a shadow ray from every pixel."""
-        if (vpls, seed) not in self._exact:
-            settings = RenderSettings(
-                method=Method.EXACT_VPL,
-                component=Component.INDIRECT,
-                lambertian=True,
-                vpls=vpls,
-                vpl_clusters=min(EXACT_CLUSTERS, vpls),
-                seed=seed,
-            )
+    def exact(self, settings: RenderSettings) -> Exact:
+        """The lights of `settings`, each VPL with a shadow ray from every pixel and a disk as its cluster has it."""
+        kept = ("component", "lambertian", "vpls", "vpl_clusters", "near_field", "seed")
+        lights = settings.model_dump(include=set(kept))
+        choice = RenderSettings(method=Method.EXACT_VPL, **lights)
+        if choice not in self._exact:
             commit = os.environ.get("COMMIT")
-            made = self._kept(f"exact-{vpls}-{seed}-{commit}", lambda: self._render_exact(settings), keep=bool(commit))
-            self._exact[vpls, seed] = Exact(made["image"], float(made["ms"]))
-        return self._exact[vpls, seed]
+            what = "-".join(str(lights[name]) for name in kept)
+            made = self._kept(f"exact-{what}-{commit}", lambda: self._render_exact(choice), keep=bool(commit))
+            self._exact[choice] = Exact(made["image"], float(made["ms"]))
+        return self._exact[choice]
 
     def spread_reference(self, trace: Callable[[int], Floats]) -> Floats:
         """All light, rays spread over the pixel: `full_aa` of the reference file, or what `trace`(samples) makes."""

@@ -1,7 +1,8 @@
 """Times and errors of indirect light over clusters, VPLs, fuzziness and weighting; most telling rows first.
 
-Total error is against path tracing, clustering error against `exact-vpl` with the same VPLs; what is between those two
-is the VPLs' own. The groups are the paper's figures where they have its names.
+Total error is against path tracing. Clustering error is against `exact-vpl` with the same VPLs, their disks as the
+row's own clusters make them, and neither picture has near-field light, which clusters have no part in. The groups are
+the paper's figures where they have its names.
 """
 
 from collections.abc import Iterator
@@ -14,8 +15,9 @@ from gpu.scene.types import Floats
 from gpu.settings import Clustering, Component, Method, RenderSettings, Weighting
 from tests.bench import paper
 from tests.bench.store import Row, Task
+from tests.bench.subjects import Subject
 from tests.bench.suite import CLUSTERS, VPLS, Suite
-from tests.bench.timing import light_times, load_kernels, measure_frames
+from tests.bench.timing import Measured, light_times, load_kernels, measure_frames
 
 REFERENCES = (Method.EXACT_VPL, Method.PATH)
 VPL_COUNTS = (2000, 8000, 32_000, VPLS, 262_144)
@@ -103,27 +105,37 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings, names: list[s
     reference = subject.reference(Component.INDIRECT)
     row["reference_noise"] = reference.noise
     if settings.method is Method.EXACT_VPL:
-        exact = subject.exact(settings.vpls or VPLS)
+        exact = subject.exact(settings)
         times = {"median": exact.ms, "p5": exact.ms, "p95": exact.ms}
         return {**row, "frames": 1, "frame_ms": times, "errors": {"total": suite.errors(exact.image, reference.image)}}
     if settings.method is Method.PATH:
         load_kernels(subject.resident, settings)
-    measured = measure_frames(Renderer(subject.resident, subject.size, settings), subject.camera, suite.frames)
+    walk = partial(measure_walk, suite, subject)
+    measured = walk(settings)
     row |= measured.row()
     if "default" in names or "paper" in names:
         row["light_ms"] = light_times(subject.resident, settings, min(LIGHT_REPEATS, suite.frames))
 
-    def errors(image: Floats) -> dict[str, Any]:
+    def errors(image: Floats, *, moves: bool = False) -> dict[str, Any]:
         found = {"total": suite.errors(image, reference.image)}
         if settings.method is not Method.PATH and (settings.vpls or 0) <= MOST_EXACT_VPLS:
-            found["clustering"] = suite.errors(image, subject.exact(settings.vpls or VPLS).image)
+            bare = settings.model_copy(update={"near_field": False})
+            image = walk(bare, moves=True).radiance if moves else subject.render(bare)
+            found["clustering"] = suite.errors(image, subject.exact(bare).image)
         return found
 
     if "default" in names:
-        renderer = Renderer(subject.resident, subject.size, settings)
-        moving = measure_frames(renderer, subject.camera, suite.frames, step=MOTION_DEGREES, walks=True)
-        row["motion"] = {**moving.row(), "errors": errors(moving.radiance)}
+        moving = walk(settings, moves=True)
+        row["motion"] = {**moving.row(), "errors": errors(moving.radiance, moves=True)}
     return {**row, "errors": errors(measured.radiance)}
+
+
+def measure_walk(suite: Suite, subject: Subject, settings: RenderSettings, *, moves: bool = False) -> Measured:
+    """Frames that each begin from nothing, or of a camera that `moves`."""
+    renderer = Renderer(subject.resident, subject.size, settings)
+    if moves:
+        return measure_frames(renderer, subject.camera, suite.frames, step=MOTION_DEGREES, walks=True)
+    return measure_frames(renderer, subject.camera, suite.frames)
 
 
 def run(suite: Suite) -> None:

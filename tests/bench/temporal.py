@@ -13,7 +13,7 @@ from gpu.settings import Method, RenderSettings
 from tests.bench import paper
 from tests.bench.figures import flicker
 from tests.bench.store import Row, Task
-from tests.bench.subjects import EXACT_CLUSTERS, Subject
+from tests.bench.subjects import Subject
 from tests.bench.suite import CLUSTERS, Suite
 from tests.bench.sweep import title
 from tests.bench.timing import turned
@@ -52,7 +52,7 @@ def run(suite: Suite) -> None:
 
     @cache
     def reference_of(name: str) -> Floats:
-        settings = suite.settings(method=Method.EXACT_VPL, vpls=vpls, vpl_clusters=min(EXACT_CLUSTERS, vpls))
+        settings = suite.settings(method=Method.EXACT_VPL, vpls=vpls)
         return render_walk(suite.subject(name), settings, frames)
 
     def measure_row(name: str, settings: RenderSettings) -> Row:

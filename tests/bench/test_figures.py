@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gpu.metrics import rel_mse
-from tests.bench.figures import flicker, front, slope, spread, tell_apart, time_to_equal_error
+from tests.bench.figures import error_beyond_noise, flicker, front, slope, spread, tell_apart, time_to_equal_error
 
 
 def test_spread_is_the_median_and_the_percentiles_not_the_best() -> None:
@@ -81,6 +81,16 @@ def test_errors_told_apart_are_what_was_put_in() -> None:
     assert parts.clustering_noise == pytest.approx(0.0025 * unit, rel=0.1)
     total = np.mean([rel_mse(image, reference) for image in clustered])
     assert parts.total_bias + parts.total_noise == pytest.approx(total)
+
+
+def test_error_beyond_noise_is_that_against_the_truth() -> None:
+    generator = np.random.default_rng(2)
+    truth = 1.0 + generator.random((200, 200, 3))
+    render = truth + 0.05 * generator.standard_normal(truth.shape)
+    pictures = [truth + 0.15 * generator.standard_normal(truth.shape) for _ in range(2)]
+    wanted = rel_mse(render, truth)
+    assert rel_mse(render, pictures[0]) > 5.0 * wanted
+    assert error_beyond_noise(render, *pictures) == pytest.approx(wanted, rel=0.15)
 
 
 def test_the_references_noise_is_no_bias_of_the_vpls() -> None:
