@@ -11,6 +11,7 @@ from functools import cache
 import warp as wp
 from warp.utils import radix_sort_pairs
 
+from gpu.carry import carry
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.grid import NORMAL_THRESHOLD, Representatives, level_of
@@ -228,6 +229,17 @@ class SpClustering:
         members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
         self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
         self.clusters.cluster, self.clusters.weight = members.cluster, members.weight
+
+    def take_over(self, other: "SpClustering") -> None:
+        """Have the clusters of `other`, for `go_on` to keep."""
+        known, own = other._kmeans.grid.data, self._kmeans.grid.data
+        for name in ("position", "normal", "spacing", "level"):
+            carry(getattr(known, name), getattr(own, name))
+        for name in ("position", "geometric", "normal", "spacing"):
+            carry(getattr(other.clusters, name), getattr(self.clusters, name))
+        carry(other._serving, self._serving)
+        wp.copy(self._good, other._good)
+        self._kmeans.grid.build()
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of `sps`, then the F nearest clusters of every SP."""

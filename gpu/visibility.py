@@ -13,6 +13,7 @@ from functools import cache
 
 import warp as wp
 
+from gpu.carry import carry
 from gpu.device import launch
 from gpu.disk import disk_at
 from gpu.grouping import running_total
@@ -270,6 +271,10 @@ class Visibility:
         self.rays = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
         self.shared = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
+
+    def take_over(self, other: "Visibility") -> None:
+        """Have the bits that `other` has of as many VPL clusters, as gpu.sp_clusters takes over the others."""
+        carry(other.words, self.words)
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays."""

@@ -93,6 +93,14 @@ class FuzzyVpl:
         self._worst = WorstPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
+    def take_over(self, other: "FuzzyVpl") -> None:
+        """Go on where `other` left off in a walk, if its lights are the same; else a walk begins from nothing here."""
+        self._begun = other._begun and other._first is self._first
+        if self._begun:
+            self._clustering.take_over(other._clustering)
+            self._visibility.take_over(other._visibility)
+            self._far.take_over(other._far)
+
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
         view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0

@@ -54,9 +54,11 @@ class TargetedVpl:
         self._begins = sample == 0 and self._level != self._governor.level
         if self._begins:
             self._level = self._governor.level
-            known = self._kept.pop(self._level, None)
-            self._method = known or self._method.resized(self._quality(self._level), progress)
+            known, before = self._kept.pop(self._level, None), self._method
+            self._method = known or before.resized(self._quality(self._level), progress)
             self._kept[self._level] = self._method
+            if self._view.walks:
+                stages.run("carry", lambda: self._method.take_over(before), repeats=False)
             if len(self._kept) > KEPT_LEVELS:
                 oldest = next(iter(self._kept))
                 del self._kept[oldest]
@@ -68,7 +70,7 @@ class TargetedVpl:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frame of a
-        level in a walk has no clusters to keep, and tells nothing of those that follow.
+        level in a walk has more new clusters than others, and tells nothing of those that follow.
         """
         if self._begins and self._view.walks:
             return False

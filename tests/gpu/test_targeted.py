@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import box, grey, quad, resident_of
@@ -150,3 +152,22 @@ def test_a_scene_without_indirect_light_meets_any_error() -> None:
     dark = resident_of(box(), [grey(0.7)])
     frame = Renderer(dark, SIZE, RenderSettings(**INDIRECT, target_error=1e-3)).render(CAMERA)
     assert np.all(frame.radiance() == 0.0)
+
+
+@pytest.mark.parametrize("step", [1.2, 1.0 / 1.2])
+def test_a_walk_goes_on_where_its_counts_change(room: ResidentScene, simulated_times: None, step: float) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
+    targeted = renderer._targeted
+    assert targeted is not None
+    for _ in range(4):
+        frame = renderer.render(CAMERA, walks=True)
+    level = targeted._level
+    changed = targeted._governor.level = replace(level, sp_clusters=round(level.sp_clusters * step))
+    picture = renderer.render(CAMERA, walks=True)
+    assert picture.stats.counts["sp_clusters"] == changed.sp_clusters
+    kept = frame.stats.skips["kept_clusters"], picture.stats.skips["kept_clusters"]
+    assert kept[1] > 0.8 * kept[0] * min(1.0, step)
+    assert np.abs(picture.radiance() - frame.radiance()).mean() < 0.05 * frame.radiance().mean()
+    # Other lights see other things.
+    targeted._governor.level = replace(changed, vpl_clusters=level.vpl_clusters + 32)
+    assert renderer.render(CAMERA, walks=True).stats.skips["kept_clusters"] == 0
