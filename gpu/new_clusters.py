@@ -47,6 +47,9 @@ LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(0.8)
 LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
 # In a frame, as a share of it.
 MOST_CHANGE = wp.constant(0.03)
+# Of a walk that goes on with more clusters than before, at most this share is new in a frame until nothing is lacking:
+# new ones trace rays, and frames are to take alike.
+MOST_NEW = 0.0625
 
 
 @wp.func
@@ -125,9 +128,9 @@ def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
 
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                spacing_scale: float, free: wp.array[int], representatives: Representatives, pixels: wp.array[int],
-                serving: wp.array[int]) -> None:  # fmt: skip
-    """One thread a cluster: one that is free takes an SP, as long as clusters are lacking.
+                spacing_scale: float, free: wp.array[int], most: wp.array[int], representatives: Representatives,
+                pixels: wp.array[int], serving: wp.array[int]) -> None:  # fmt: skip
+    """One thread a cluster: one that is free takes an SP, as long as clusters are lacking, and at most `most` (1,) do.
 
     totals: the running sum of need, by which SPs lack their share of all clusters; free (cluster,): the running number
     of those that are free; pixels (cluster,): where new representatives are; serving (cluster,): 1 for them, which are
@@ -139,7 +142,7 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
         return
     clusters = free.shape[0]
     index = free[cluster] - 1
-    number = wp.min(free[clusters - 1], lacking_of(totals, count, clusters))
+    number = wp.min(wp.min(free[clusters - 1], most[0]), lacking_of(totals, count, clusters))
     if index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
@@ -152,16 +155,20 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
 
 @wp.kernel
 def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], free: wp.array[int],
-                 good: wp.array[float]) -> None:  # fmt: skip
+                 good: wp.array[float], most: wp.array[int]) -> None:  # fmt: skip
     """One thread in all: changes the distance `good` (1,) where too few or too many clusters are left for others.
 
-    That is what is free less what is lacking, from `totals` and `free` of fill_kernel.
+    That is what is free less what is lacking, from `totals` and `free` of fill_kernel. Where no more than `most` (1,)
+    are lacking, that becomes all clusters.
     """
     count = sp_count[0]
     if count == 0:
         return
     clusters = free.shape[0]
-    left = float(free[clusters - 1] - lacking_of(totals, count, clusters)) / float(clusters)
+    lacking = lacking_of(totals, count, clusters)
+    if lacking <= most[0]:
+        most[0] = clusters
+    left = float(free[clusters - 1] - lacking) / float(clusters)
     if left < LEAST_FREE or left > MOST_FREE:
         # A surface takes as many as it has squares of that side.
         change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)

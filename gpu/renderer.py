@@ -64,7 +64,7 @@ class Renderer:
         self._stages = Stages(resident.device)
         self._tonemap = Tonemap(self._view.pixels, resident.device)
         self._targeted: TargetedVpl | None = None
-        self._settled = False
+        self._settled: set[bool] = set()
         self._method = self._make_method(resident)
         # What the last picture is of, and what it was made of: none when there is no sound one.
         self._shown: _Sight | None = None
@@ -92,13 +92,13 @@ class Renderer:
         """
         if self._targeted is None:
             return self._render(camera, accumulation, walks)
-        for number in range(0 if self._settled else SETTLING_FRAMES):
+        for number in range(0 if walks in self._settled else SETTLING_FRAMES):
             self._shown = None  # one more of the same
-            self._render(camera, None, walks=False)
+            self._render(camera, None, walks)
             self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
             if self._targeted.learn(self._stages):
                 break
-        self._settled = True
+        self._settled.add(walks)
         frame = self._render(camera, accumulation, walks)
         if frame.stats.counts["frames"] == 1 and not frame.stats.skips["unchanged_camera"]:
             self._targeted.learn(self._stages)

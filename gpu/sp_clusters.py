@@ -22,6 +22,7 @@ from gpu.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
 from gpu.new_clusters import (
     FILLING,
     GOOD,
+    MOST_NEW,
     SERVICE,
     WHOLE_NEED,
     NeedScale,
@@ -225,6 +226,7 @@ class SpClustering:
         self._free = wp.zeros(self.count, dtype=int, device=self.device)
         self._frees = wp.zeros(self.count, dtype=int, device=self.device)
         self._good = wp.zeros(1, dtype=float, device=self.device)
+        self._most_new = wp.full(1, self.count, dtype=int, device=self.device)
         self._order_keys = wp.zeros(2 * self.count, dtype=int, device=self.device)
         members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
         self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
@@ -239,6 +241,7 @@ class SpClustering:
             carry(getattr(other.clusters, name), getattr(self.clusters, name))
         carry(other._serving, self._serving)
         wp.copy(self._good, other._good)
+        self._most_new.fill_(1 + int(MOST_NEW * self.count))
         self._kmeans.grid.build()
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
@@ -247,6 +250,7 @@ class SpClustering:
         grid.data.spacing.zero_()
         self._serving.zero_()
         self._good.fill_(GOOD)
+        self._most_new.fill_(self.count)
         self._samples.draw(sps, gbuffer, scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
@@ -268,9 +272,10 @@ class SpClustering:
         running_total(self.need, self._needs)
         launch(free_kernel, self.count, [grid.data, self._free], self.device)
         running_total(self._free, self._frees)
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._frees]
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._frees, self._most_new]
         launch(fill_kernel, self.count, [*inputs, grid.data, self._pixels, self._serving], self.device)
-        launch(adapt_kernel, 1, [sps.count, self._needs, self._frees, self._good], self.device)
+        inputs = [sps.count, self._needs, self._frees, self._good, self._most_new]
+        launch(adapt_kernel, 1, inputs, self.device)
         self._finish(sps, gbuffer, 0, least_need=int(WHOLE_NEED))
 
     def _spacing_scale(self, sps: ShadingPoints) -> float:

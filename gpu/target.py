@@ -156,14 +156,14 @@ def error_model() -> Model:
 
 
 class Governor:
-    """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`; starts at about `work`.
+    """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`.
 
-    level: that of the next frame; expected: what it will give, None before the first frame.
+    level: that of the next frame, the first one to begin with; expected: what it will give, None before that frame.
     """
 
-    def __init__(self, levels: Levels, model: Model, target: float, work: float) -> None:
+    def __init__(self, levels: Levels, model: Model, target: float, level: Level) -> None:
         self._levels, self._model, self._target = levels, model, target
-        self.level = levels.nearest(work)
+        self.level = level
         self.expected: float | None = None
 
     def learn(self, parts: Mapping[str, float]) -> bool:

@@ -14,6 +14,8 @@ from gpu.view import View
 # Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
+# Frames of a walk whose counts are other than before that tell nothing yet of those to come.
+UNLIKE_FRAMES = 3
 # For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise.
 FEWER_FOR_ERROR = 4
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
@@ -25,7 +27,8 @@ class TargetedVpl:
 
     For a time, VPLs are in proportion to clusters of them; errors are of pictures whose VPLs stay. A new number of VPL
     clusters needs a light set; those are kept by `lighting`, and there are few such numbers. Later frames of a still
-    view have the counts of its first, since their times and errors are others.
+    view have the counts of its first, since their times and errors are others. Frames of a walk, which keep clusters,
+    are governed apart from those that begin from nothing.
     """
 
     def __init__(
@@ -40,20 +43,28 @@ class TargetedVpl:
         else:
             members = MOST_MEMBERS * (FEWER_FOR_ERROR if settings.target_error else 1)
             levels = Levels(view.pixels, self._vpls // members, self._vpls // LEAST_MEMBERS)
-        model = error_model() if settings.target_error else time_model()
-        work = float(quality.sp_clusters * quality.vpl_clusters)
-        self._governor = Governor(levels, model, self._target, work)
-        self._level = self._governor.level
+        self._levels = levels
+        self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
+        self._governors: dict[bool, Governor] = {}
+        self._unlike = 0
+        self._view = view
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
         self._kept = {self._level: self._method}  # in the order of their last use
-        self._begins = False
-        self._view = view
+
+    @property
+    def _governor(self) -> Governor:
+        """That of a walk, or of frames that begin from nothing, whatever the last one was."""
+        walks = self._view.walks
+        if walks not in self._governors:
+            model = error_model() if self._settings.target_error else time_model()
+            self._governors[walks] = Governor(self._levels, model, self._target, self._level)
+        return self._governors[walks]
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """One frame at the level that was chosen for it."""
-        self._begins = sample == 0 and self._level != self._governor.level
-        if self._begins:
+        if sample == 0 and self._level != self._governor.level:
             self._level = self._governor.level
+            self._unlike = UNLIKE_FRAMES if self._view.walks else 0
             known, before = self._kept.pop(self._level, None), self._method
             self._method = known or before.resized(self._quality(self._level), progress)
             self._kept[self._level] = self._method
@@ -69,10 +80,11 @@ class TargetedVpl:
     def learn(self, stages: Stages) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        True when the level can stay: it meets the target, or comes as near to it as any does. The first frame of a
-        level in a walk has more new clusters than others, and tells nothing of those that follow.
+        True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
+        level in a walk have more new clusters than others, and tell nothing of those that follow.
         """
-        if self._begins and self._view.walks:
+        if self._unlike > 0:
+            self._unlike -= 1
             return False
         if self._method.probes is not None:
             return self._governor.learn({"error": self._method.probes.error()})

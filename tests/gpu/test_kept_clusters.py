@@ -13,7 +13,7 @@ from gpu.device import duplicate
 from gpu.frame import Frame
 from gpu.gbuffer import CameraData, pixel_of
 from gpu.kept_clusters import CROWDED
-from gpu.new_clusters import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, WHOLE_NEED
+from gpu.new_clusters import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, MOST_NEW, WHOLE_NEED
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene.types import Camera, Doubles
@@ -401,3 +401,39 @@ def test_after_a_long_walk_the_picture_is_about_as_good_as_that_of_a_new_rendere
             errors.append((error(frame, reference), error(new.render(at(number)), reference)))
     kept, usual = np.mean(errors, axis=0)
     assert kept < bound * usual
+
+
+def go_on_with(walk: Walk, count: int) -> Walk:
+    """The walk with another number of clusters."""
+    other = replace(walk, count=count)
+    other.view, other.lights = walk.view, walk.lights
+    other.clustering = walk.clustering.resized(count)
+    other.clustering.take_over(walk.clustering)
+    other.visibility.take_over(walk.visibility)
+    return other
+
+
+@pytest.mark.parametrize("count", [450, 200])
+def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: int) -> None:
+    walk = Walk(room)
+    walk.step(pose(0.0), begins=True)
+    walk.step(pose(0.0))
+    before, known = walk.used.sum(), {row.tobytes() for row in walk.clusters.position.numpy()[walk.used]}
+    walk = go_on_with(walk, count)
+    numbers, new = [], []
+    for step in range(14):
+        walk.step(pose(0.1 * step))
+        walk.assert_served()
+        numbers.append(walk.used.sum())
+        new.append(len(walk.fresh))
+        if step == 0:
+            kept = {row.tobytes() for row in walk.clusters.position.numpy()[walk.kept]}
+            assert kept <= known
+            assert len(kept) > 0.8 * before * min(1.0, count / 300)
+            words = walk.visibility.words.numpy().copy()
+            walk.clusters.fresh.fill_(count)
+            walk.visibility.trace(walk.view.scene, walk.clusters, walk.lights)
+            assert np.array_equal(walk.visibility.words.numpy()[walk.used], words[walk.used])
+    assert max(new[:3]) <= 1 + int(MOST_NEW * count)
+    assert numbers[-1] > 0.8 * count
+    assert (new[0] < numbers[-1] - before) == (count > before)

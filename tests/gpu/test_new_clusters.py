@@ -91,23 +91,32 @@ def test_sps_in_whole_need_lack_their_share_of_all_clusters() -> None:
     assert results(lacking_kernel, 1, [totals, 2, 1000], wp.int32)[0] == 1_000_000_000
 
 
-def adapted(free: int, lacking: int, good: float = GOOD, *, sps: int = 100) -> float:
-    """The good distance after a frame of 1000 clusters."""
-    held = column([good], float)
+def adapted(free: int, lacking: int, good: float = GOOD, *, sps: int = 100, most: int = 1000) -> tuple[float, int]:
+    """The good distance after a frame of 1000 clusters, `most` of them new, and how many may be new in the next."""
+    held, new = column([good], float), column([most], wp.int32)
     totals = column([0] * 99 + [lacking * int(WHOLE_NEED) // 10], wp.int32)
     frees = column([0] * 999 + [free], wp.int32)
-    wp.launch(adapt_kernel, 1, [0, column([sps], wp.int32), totals, frees, held], device="cpu")
-    return float(held.numpy()[0])
+    wp.launch(adapt_kernel, 1, [0, column([sps], wp.int32), totals, frees, held, new], device="cpu")
+    return float(held.numpy()[0]), int(new.numpy()[0])
+
+
+def adapted_good(free: int, lacking: int, good: float = GOOD, sps: int = 100) -> float:
+    return adapted(free, lacking, good, sps=sps)[0]
+
+
+def test_all_may_be_new_again_once_no_more_are_lacking_than_may_be_new() -> None:
+    assert [adapted(300, lacking, most=60)[1] for lacking in (300, 100, 60, 0)] == [60, 60, 1000, 1000]
+    assert adapted(300, 0, sps=0, most=60)[1] == 60
 
 
 def test_the_good_distance_follows_how_many_clusters_stay_free() -> None:
     resting = float(np.float32(GOOD))
     for free, lacking in ((15, 0), (35, 0), (130, 100)):
-        assert adapted(free, lacking) == resting
-    assert adapted(300, 0, sps=0) == resting
-    assert adapted(50, 0) == pytest.approx(resting * (1.0 - 0.5 * 0.03))
-    assert adapted(0, 0) == pytest.approx(resting * (1.0 + 0.5 * 0.02))
-    assert adapted(100, 0) == adapted(500, 100) == pytest.approx(resting * (1.0 - float(MOST_CHANGE)))
-    assert adapted(100, 300) == pytest.approx(resting * (1.0 + float(MOST_CHANGE)))
-    assert adapted(0, 500, float(MOST_GOOD)) == pytest.approx(float(MOST_GOOD))
-    assert adapted(500, 0, float(LEAST_GOOD)) == pytest.approx(float(LEAST_GOOD))
+        assert adapted_good(free, lacking) == resting
+    assert adapted_good(300, 0, sps=0) == resting
+    assert adapted_good(50, 0) == pytest.approx(resting * (1.0 - 0.5 * 0.03))
+    assert adapted_good(0, 0) == pytest.approx(resting * (1.0 + 0.5 * 0.02))
+    assert adapted_good(100, 0) == adapted_good(500, 100) == pytest.approx(resting * (1.0 - float(MOST_CHANGE)))
+    assert adapted_good(100, 300) == pytest.approx(resting * (1.0 + float(MOST_CHANGE)))
+    assert adapted_good(0, 500, float(MOST_GOOD)) == pytest.approx(float(MOST_GOOD))
+    assert adapted_good(500, 0, float(LEAST_GOOD)) == pytest.approx(float(LEAST_GOOD))

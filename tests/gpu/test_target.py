@@ -27,6 +27,11 @@ def milliseconds(level: Level) -> Stages:
     }
 
 
+def governor_of(levels: Levels, model: Model, target: float) -> Governor:
+    """One that starts at about the usual counts."""
+    return Governor(levels, model, target, levels.nearest(USUAL.work))
+
+
 def scaled(times: Stages, factor: float) -> Stages:
     return {name: factor * value for name, value in times.items()}
 
@@ -39,7 +44,7 @@ def walk(
     outliers: tuple[int, ...] = (),
 ) -> tuple[np.ndarray, list[Level]]:
     """Times of a walk's frames over the target, and their levels; the governor hears noisy ones, some threefold."""
-    random, governor = np.random.default_rng(5), Governor(Levels(PIXELS), time_model(), target, USUAL.work)
+    random, governor = np.random.default_rng(5), governor_of(Levels(PIXELS), time_model(), target)
     times, levels = [], []
     for number in range(frames):
         levels.append(governor.level)
@@ -171,7 +176,7 @@ def test_a_noisy_error_is_met_in_the_mean(target: float, power: float) -> None:
     assert len(levels.vpl_clusters) > 12
     means = []
     for seed in range(8):
-        random, governor = np.random.default_rng(seed), Governor(levels, error_model(), target, USUAL.work)
+        random, governor = np.random.default_rng(seed), governor_of(levels, error_model(), target)
         errors = []
         for _ in range(200):
             assert governor.level == levels.usual(governor.level.vpl_clusters)
@@ -187,7 +192,7 @@ def test_an_error_that_changes_with_the_view_is_met_in_the_mean_of_few_frames() 
     running, moved = [], []
     for seed in range(4):
         random = np.random.default_rng(seed)
-        governor = Governor(Levels(PIXELS, 512, 8192), error_model(), 1e-3, USUAL.work)
+        governor = governor_of(Levels(PIXELS, 512, 8192), error_model(), 1e-3)
         errors, levels = [], []
         for number in range(200):
             levels.append(governor.level)
@@ -204,7 +209,7 @@ def test_an_error_that_changes_with_the_view_is_met_in_the_mean_of_few_frames() 
 
 def test_noise_of_an_error_alone_moves_no_level_for_long() -> None:
     random = np.random.default_rng(2)
-    governor = Governor(Levels(PIXELS, 512, 8192), error_model(), 1e-3, USUAL.work)
+    governor = governor_of(Levels(PIXELS, 512, 8192), error_model(), 1e-3)
     levels = []
     for _ in range(200):
         levels.append(governor.level)
@@ -214,12 +219,12 @@ def test_noise_of_an_error_alone_moves_no_level_for_long() -> None:
 
 
 def test_a_first_picture_waits_for_as_many_estimates_as_are_pooled() -> None:
-    governor = Governor(Levels(PIXELS), error_model(), 1e-3, USUAL.work)
+    governor = governor_of(Levels(PIXELS), error_model(), 1e-3)
     assert [governor.learn({"error": 1e-3}) for _ in range(7)] == [False] * 5 + [True] * 2
 
 
 def test_an_error_below_what_can_be_is_told() -> None:
-    governor = Governor(Levels(PIXELS, 512, 8192), error_model(), 1e-4, USUAL.work)
+    governor = governor_of(Levels(PIXELS, 512, 8192), error_model(), 1e-4)
     for _ in range(60):
         floor = 5e-4 + 5e-4 * (governor.level.vpl_clusters / USUAL.vpl_clusters) ** -0.7
         governor.learn({"error": floor})
@@ -229,14 +234,14 @@ def test_an_error_below_what_can_be_is_told() -> None:
 
 def test_estimates_below_zero_count_as_no_error() -> None:
     levels = Levels(PIXELS)
-    governor = Governor(levels, error_model(), 1e-3, USUAL.work)
+    governor = governor_of(levels, error_model(), 1e-3)
     for _ in range(30):
         governor.learn({"error": -1e-4})
     assert governor.level == levels.usual(32)
 
 
 def test_a_first_picture_waits_until_the_level_stays() -> None:
-    governor = Governor(Levels(PIXELS), time_model(), 30.0, USUAL.work)
+    governor = governor_of(Levels(PIXELS), time_model(), 30.0)
     waited = [governor.learn(milliseconds(governor.level)) for _ in range(FEW)]
     assert not waited[0]
     assert waited[-1]
