@@ -30,7 +30,7 @@ def room() -> ResidentScene:
 @pytest.fixture(scope="module")
 def truth(room: ResidentScene) -> float:
     """The mean of the path-traced picture of the corner."""
-    return float(picture(room, method=Method.PATH, samples=1024).mean())
+    return float(picture(room, method=Method.PATH, samples=128).mean())
 
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
@@ -45,7 +45,7 @@ def test_a_corner_gets_the_light_back_that_few_vpls_lose(room: ResidentScene, tr
 
 def test_close_to_a_corner_what_comes_back_is_what_was_lost(room: ResidentScene) -> None:
     camera = look_at((-0.2, -0.2, -0.2), (-0.5, -0.5, -0.5), yfov_degrees=20.0)
-    truth = picture(room, camera, method=Method.PATH, samples=2048).mean()
+    truth = picture(room, camera, method=Method.PATH, samples=128).mean()
     # So many seeds as a few VPLs in a corner need for a mean that is good to 1.5 %.
     without, restored = (
         np.mean([picture(room, camera, near_field=near, seed=seed).mean() for seed in range(48)]) / truth
