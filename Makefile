@@ -19,7 +19,7 @@ run: .venv/.installed ## serve SCENE, or a built-in scene, on http://127.0.0.1:8
 	@$(BIN)/lumenwalk serve $(if $(SCENE),--scene "$(SCENE)") $(ARGS)
 
 test: lint unit-js browser ## lint and every test
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
 
 lint: .venv/.installed types-js ## style and types
 	$(BIN)/ruff check .
@@ -48,6 +48,9 @@ clean: ## remove everything that these targets made
 
 LOCK := --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-annotate --custom-compile-command "make lock"
+
+# A process for each core, as far as a GPU has memory for all; a file stays in one process, with its fixtures.
+PARALLEL := -n auto --maxprocesses 4 --dist loadfile
 
 .venv/.installed: requirements-dev.lock pyproject.toml .ci/setup
 	@.ci/setup

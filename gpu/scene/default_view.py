@@ -63,14 +63,14 @@ def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint
     """What `eye` sees of `points`: the nearest in each cell of directions."""
     offsets = points - eye
     distance = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
-    azimuth = ((np.arctan2(offsets[:, 2], offsets[:, 0]) / (2.0 * np.pi)) % 1.0 * _AZIMUTHS).astype(int) % _AZIMUTHS
+    azimuth = np.floor(np.arctan2(offsets[:, 2], offsets[:, 0]) / (2.0 * np.pi) * _AZIMUTHS).astype(int) % _AZIMUTHS
     height = ((offsets[:, 1] / distance + 1.0) / 2.0 * _HEIGHTS).astype(int).clip(0, _HEIGHTS - 1)
-    farthest_first = np.argsort(-distance)
-    nearest = np.full((_AZIMUTHS, _HEIGHTS), -1)
-    nearest[azimuth[farthest_first], height[farthest_first]] = farthest_first
-    seen = nearest[nearest >= 0]
+    cell = azimuth * _HEIGHTS + height
+    nearest = np.full(_AZIMUTHS * _HEIGHTS, np.inf)
+    np.minimum.at(nearest, cell, distance)
+    seen = distance == nearest[cell]
     fronts = np.einsum("sc,sc->s", offsets[seen], normals[seen]) < 0.0
-    depth = np.where(nearest >= 0, distance[nearest], 0.0)
+    depth = np.where(np.isfinite(nearest), nearest, 0.0).reshape(_AZIMUTHS, _HEIGHTS)
     # The mean of logarithms: one thing close in front of the camera, or the void, spoils a view.
     column = np.log(np.maximum(depth[:, _HEIGHTS // 4 : -_HEIGHTS // 4], _NEAR)).mean(axis=1)
     openness = sum(np.roll(column, turn) for turn in range(-2, 3))  # as wide as the picture
