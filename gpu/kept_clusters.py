@@ -27,6 +27,7 @@ from gpu.shading_points import ShadingPoints
 # Nearer than this share of the distance that is good enough, two representatives are one too many. As new ones are
 # added for SPs that are farther than that from all, a view that rests comes to rest.
 CROWDED = wp.constant(0.93)
+CORNERS = 8
 # In spacings of pixels: nearer than this, a representative is seen where its pixel's SP is, whatever its normal.
 SAME_PLACE = wp.constant(1.5)
 
@@ -47,14 +48,16 @@ def shows(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spac
 @wp.kernel
 def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: int, gbuffer: GBuffer,
                 sp_count: wp.array[int], spacing_scale: float, representatives: Representatives,
-                serving: wp.array[int], spacings: wp.array[float]) -> None:  # fmt: skip
+                serving: wp.array[int], spacings: wp.array[float], crowded: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: its spacing in this view, 0 where its representative's surface is not seen.
 
     Its own pixel must show it: one hidden behind slats, which neighbours show, sees other light than what is seen.
-    serving (cluster,): 1 for those that were the nearest of an SP, of which the others are in vain; becomes 0.
+    serving (cluster,): 1 for those that were the nearest of an SP, of which the others are in vain; becomes 0, as does
+    crowded (cluster,).
     """
     cluster = first + wp.tid()
     spacings[cluster] = 0.0
+    crowded[cluster] = 0
     served = serving[cluster]
     serving[cluster] = 0
     if representatives.spacing[cluster] <= 0.0 or served == 0:
@@ -70,65 +73,68 @@ def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: i
             spacings[cluster] = spacing
 
 
-@wp.func
-def is_crowded(representatives: Representatives, spacings: wp.array[float], cluster: int, good: float) -> bool:
-    """Whether a representative that stays, and has a lower rank, is too near another to keep both.
+@wp.kernel
+def crowd_kernel(first: int, spacings: wp.array[float], good: wp.array[float], representatives: Representatives,
+                 crowded: wp.array[int]) -> None:  # fmt: skip
+    """One thread a corner of a cluster's surroundings: whether one there is too near to keep both.
 
-    Cells are wider than that, so at most two of them on each axis can hold it.
+    Cells are wider than that, so at most two of them on each axis can hold it, and the eight corners lie in all.
+    crowded (cluster,): becomes 1 where one that stays has a lower rank, whoever writes it. The grid is still that of
+    the frame before.
     """
+    index = first + wp.tid()
+    cluster = index // CORNERS
+    corner = index % CORNERS
+    if spacings[cluster] <= 0.0:
+        return
     position = representatives.position[cluster]
     normal = representatives.normal[cluster]
     level = representatives.level[cluster]
-    reach = CROWDED * good * spacings[cluster]
+    reach = CROWDED * good[0] * spacings[cluster]
     rank = hashed(wp.uint32(cluster))
     scale = cells_per_unit(level)
-    lowest = cell_at(position - wp.vec3(reach, reach, reach), scale)
+    cell = cell_at(position - wp.vec3(reach, reach, reach), scale)
     highest = cell_at(position + wp.vec3(reach, reach, reach), scale)
-    for corner in range(8):
-        cell = lowest
-        double = bool(False)
-        for axis in range(3):
-            if (corner >> axis) % 2 == 1:
-                cell[axis] = highest[axis]
-                double = double or highest[axis] == lowest[axis]
-        if not double:
-            bucket = bucket_of(cell, level, representatives.buckets)
-            for place in range(representatives.starts[bucket], representatives.starts[bucket + 1]):
-                other = entry_at(representatives, place)
-                alike = wp.dot(other.normal, normal) > NORMAL_THRESHOLD
-                if alike and separation(position, normal, other.position, other.normal) < reach:
-                    number = other.cluster
-                    if number != cluster and spacings[number] > 0.0 and hashed(wp.uint32(number)) < rank:
-                        return True
-    return False
+    for axis in range(3):
+        if (corner >> axis) % 2 == 1:
+            if highest[axis] == cell[axis]:
+                return  # another corner's cell
+            cell[axis] = highest[axis]
+    bucket = bucket_of(cell, level, representatives.buckets)
+    for place in range(representatives.starts[bucket], representatives.starts[bucket + 1]):
+        other = entry_at(representatives, place)
+        alike = wp.dot(other.normal, normal) > NORMAL_THRESHOLD
+        if alike and separation(position, normal, other.position, other.normal) < reach:
+            number = other.cluster
+            if number != cluster and spacings[number] > 0.0 and hashed(wp.uint32(number)) < rank:
+                crowded[cluster] = 1
+                return
 
 
 @wp.kernel
-def thin_kernel(first: int, spacings: wp.array[float], good: wp.array[float], representatives: Representatives,
+def thin_kernel(first: int, spacings: wp.array[float], crowded: wp.array[int], representatives: Representatives,
                 pixels: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: keeps it with its spacing in this view, unless it is seen no more or another is too near.
 
-    Of two that are too near, chance decides, but always alike. The grid is still that of the frame before.
+    Of two that are too near, chance decides, but always alike.
     """
     cluster = first + wp.tid()
     pixels[cluster] = -1
-    spacing = spacings[cluster]
-    if spacing > 0.0 and is_crowded(representatives, spacings, cluster, good[0]):
-        spacing = 0.0
-    representatives.spacing[cluster] = spacing
+    representatives.spacing[cluster] = wp.where(crowded[cluster] == 1, 0.0, spacings[cluster])
 
 
 def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: float,
-         good: wp.array, representatives: Representatives, serving: wp.array, spacings: wp.array,
+         good: wp.array, representatives: Representatives, serving: wp.array, spacings: wp.array, crowded: wp.array,
          pixels: wp.array) -> None:  # fmt: skip
     """Keep of the last frame's `representatives` those that are still good; the others become free.
 
     camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale: from a pixel's spacing and the
     square root of the SPs' count to that of clusters; good (1,): the distance from an SP that is good enough
-    [spacings]; serving (cluster,): 1 for the nearest of an SP in the last frame, becomes 0; spacings (cluster,): for
-    the work; pixels (cluster,): becomes −1.
+    [spacings]; serving (cluster,): 1 for the nearest of an SP in the last frame, becomes 0; spacings, crowded
+    (cluster,): for the work; pixels (cluster,): becomes −1.
     """
     count, device = len(spacings), sps.device
-    inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, serving, spacings]
+    inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, serving, spacings, crowded]
     launch(keep_kernel, count, inputs, device)
-    launch(thin_kernel, count, [spacings, good, representatives, pixels], device)
+    launch(crowd_kernel, CORNERS * count, [spacings, good, representatives, crowded], device)
+    launch(thin_kernel, count, [spacings, crowded, representatives, pixels], device)

@@ -222,6 +222,7 @@ class SpClustering:
         self._kmeans = KMeans(self._samples.capacity, self._base, self.device, extra=self._extra)
         self._pixels = wp.zeros(self.count, dtype=int, device=self.device)
         self._spacings = wp.zeros(self.count, dtype=float, device=self.device)
+        self._crowded = wp.zeros(self.count, dtype=int, device=self.device)
         self._serving = wp.zeros(self.count, dtype=int, device=self.device)
         self._free = wp.zeros(self.count, dtype=int, device=self.device)
         self._frees = wp.zeros(self.count, dtype=int, device=self.device)
@@ -266,7 +267,8 @@ class SpClustering:
         camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
         """
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
-        keep(camera, size, gbuffer, sps, scale, self._good, grid.data, self._serving, self._spacings, self._pixels)
+        work = self._spacings, self._crowded, self._pixels
+        keep(camera, size, gbuffer, sps, scale, self._good, grid.data, self._serving, *work)
         grid.build()
         self._assign(sps, gbuffer, FILLING, self._good, least_need=0)
         running_total(self.need, self._needs)
