@@ -16,6 +16,7 @@ from gpu.rays import blocking, closest_hit, offset_origin
 from gpu.resident import NO_HIT, SceneData
 from gpu.sampling import PI, cosine_direction, sobol_pair
 from gpu.shading_points import ShadingPoints
+from gpu.smooth import Smoothing
 from gpu.surface import triangle_normal
 from gpu.transfer import disk_area
 from gpu.vpl_clusters import VplClusters
@@ -139,13 +140,17 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
 
 
 class NearField:
-    """Near-field light of up to `capacity` SPs; arrays are allocated once.
+    """Near-field light of the SPs of an image of `size` (width, height); arrays are allocated once.
 
     light (pixel,): what each SP's ray found [W/m²]; found (sp,): 1 where that is some, or 0.
     """
 
-    def __init__(self, capacity: int, device: wp.Device) -> None:
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
         self.device = device
+        capacity = size[0] * size[1]
+        # Arrays of its own, since light is shared while other stages share theirs and change what guides it.
+        self._smoothing = Smoothing(size, device)
+        self._guide = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._hits: Hits = allocate(Hits, capacity, device)
         self._vpl = wp.zeros(capacity, dtype=int, device=device)
         self.light = wp.zeros(capacity, dtype=wp.vec3, device=device)
@@ -159,3 +164,11 @@ class NearField:
         launch(find_kernel, capacity, [hits, lit, self._vpl], self.device)
         inputs = [*points, hits, vpls, lit, self._vpl, self.light, self.found]
         launch(light_kernel(blocking(scene)), capacity, inputs, self.device)
+
+    def keep_guide(self, irradiance: wp.array) -> None:
+        """Have the `irradiance` (pixel,) of the SPs, as it is now, guide `share`."""
+        wp.copy(self._guide, irradiance)
+
+    def share(self, gbuffer: GBuffer, sps: ShadingPoints) -> None:
+        """Share `light` between neighbours of one surface (gpu.smooth)."""
+        wp.copy(self.light, self._smoothing.share(gbuffer, sps, self._guide, self.light))

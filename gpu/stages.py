@@ -38,6 +38,7 @@ class Stages:
         """Forget the last frame's times."""
         self._order.clear()
         self._seconds.clear()
+        self._forked_seconds = 0.0
         self.steady = True
 
     def forget(self, variant: Hashable) -> None:
@@ -53,7 +54,10 @@ class Stages:
         """
         self._order.append(name)
         if not self._device.is_cuda:
-            self._seconds[name] = _duration(work) + (self._forked_seconds if joins else 0.0)
+            self._seconds[name] = _duration(work)
+            if joins:
+                self._seconds[name] += self._forked_seconds
+                self._forked_seconds = 0.0
             self._note((name, way, repeats))
             return
         if name not in self._events:
@@ -76,10 +80,11 @@ class Stages:
     def fork(self, name: str, work: Callable[[], None], *, repeats: bool = True) -> None:
         """Run `work` beside the stages that follow, up to one that joins it. It takes what that has to wait for it.
 
-        It must write nothing that those read, nor read what they write.
+        It comes after the stages before and what was forked before. It must write nothing that those which follow
+        read, nor read what they write.
         """
         if not self._device.is_cuda:
-            self._forked_seconds = _duration(work)
+            self._forked_seconds += _duration(work)
             self._note((name, None, repeats))
             return
         if self._side is None:

@@ -2,8 +2,6 @@
 
 from typing import Protocol
 
-import warp as wp
-
 from gpu.direct import add_soft_light, trace_direct_light
 from gpu.lighting import Lighting, LightingChoice, Progress
 from gpu.lights import LightTable
@@ -119,18 +117,22 @@ def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "Radios
     return near_field
 
 
+def fork_near_sharing(view: View, near_field: NearField | None, settings: RenderSettings, stages: Stages,
+                      sample: int) -> None:  # fmt: skip
+    """Begin to smooth what `near_field` of `fork_near` has found, guided by the light that it keeps."""
+    if near_field and is_smoothed(settings, sample):
+        args = view.gbuffer, view.shading_points
+        stages.fork("near sharing", lambda: near_field.share(*args), repeats=sample == 0)
+
+
 def add_indirect(view: View, near_field: NearField | None, settings: RenderSettings, stages: Stages,
                  sample: int) -> None:  # fmt: skip
     """Add the indirect light to the picture; before, what `near_field` of `fork_near` has found."""
-    sps, gbuffer, irradiance = view.shading_points, view.gbuffer, view.indirect.irradiance
-    smooth = is_smoothed(settings, sample)
-
-    def near(light: wp.array) -> None:
-        if smooth:
-            light = view.smoothing.share(gbuffer, sps, irradiance, light)
-        sps.add(light, irradiance, bounded=smooth)
-
     if near_field:
-        light = near_field.light
-        stages.run("near", lambda: near(light), repeats=sample == 0, joins=True)
+        light, smooth = near_field.light, is_smoothed(settings, sample)
+
+        def near() -> None:
+            view.shading_points.add(light, view.indirect.irradiance, bounded=smooth)
+
+        stages.run("near", near, repeats=sample == 0, joins=True)
     stages.run("interpolate", view.add_indirect, repeats=sample == 0)

@@ -9,6 +9,7 @@ from gpu.methods.common import (
     FrameStatistics,
     add_indirect,
     fork_near,
+    fork_near_sharing,
     keeps_lights,
     lighting_choice,
     render_direct,
@@ -40,7 +41,7 @@ class ExactVpl:
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         # Captured graphs read it, so it must live as long as they do.
         self._first_lit = self._lit(0, progress) if self._has_indirect else None
-        self._near_field = NearField(view.pixels, view.device)
+        self._near_field = NearField(view.size, view.device)
         self._counter = Counter(2, view.device)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
@@ -62,6 +63,9 @@ class ExactVpl:
             lit = self._lit(sample, progress) if sample else self._first_lit
             near = fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
             stages.run("gather", lambda: self._gather(progress), repeats=False)
+            if near:
+                near.keep_guide(self._view.indirect.irradiance)
+            fork_near_sharing(self._view, near, self._settings, stages, sample)
             add_indirect(self._view, near, self._settings, stages, sample)
 
     def _gather(self, progress: Progress) -> None:

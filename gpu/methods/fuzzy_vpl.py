@@ -12,6 +12,7 @@ from gpu.methods.common import (
     FrameStatistics,
     add_indirect,
     fork_near,
+    fork_near_sharing,
     frame_seed,
     is_sharper,
     is_smoothed,
@@ -59,7 +60,7 @@ class FuzzyVpl:
         )
         self._correction = Correction(view.pixels, view.device)
         self._mean = MeanBrightness(view.device)
-        self._near_field = NearField(view.pixels, view.device)
+        self._near_field = NearField(view.size, view.device)
         self._counter = Counter(10, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
@@ -154,8 +155,11 @@ class FuzzyVpl:
         def light() -> None:
             far.run(clusters, visibility.words, vpls, few=goes_on)
             shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
+            if near:
+                near.keep_guide(indirect.irradiance)
 
         stages.run("shade", light, repeats=repeats, way=goes_on)
+        fork_near_sharing(view, near, settings, stages, sample)
         if settings.correct:
             stages.run("correct", correct, repeats=repeats)
             if self._refines:

@@ -48,11 +48,14 @@ def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> No
         stages.run("first", lambda: ran.append(1))
         stages.fork("beside", beside)
         stages.run("second", lambda: ran.append(3))
+        stages.fork("beside, too", beside)
         stages.run("third", lambda: ran.append(4), joins=True)
-    assert ran == [1, 2, 3, 4] * 2
+        stages.run("fourth", lambda: ran.append(5))
+    assert ran == [1, 2, 3, 2, 4, 5] * 2
     times = stages.milliseconds()
-    assert list(times) == ["first", "second", "third"]
-    assert times["second"] < 100.0 <= times["third"]
+    assert list(times) == ["first", "second", "third", "fourth"]
+    assert times["second"] < 100.0
+    assert 200.0 <= times["third"] < 400.0
 
 
 @pytest.mark.skipif(not wp.is_cuda_available(), reason="streams are CUDA's")
@@ -72,10 +75,11 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
         stages.start_frame()
         stages.run("one", lambda: turn(one, None), repeats=repeats)
         stages.fork("two", lambda: turn(two, one), repeats=repeats)
+        stages.fork("two more", lambda: turn(two, None), repeats=repeats)
         stages.run("three", lambda: turn(three, one), repeats=repeats)
         stages.run("four", lambda: turn(three, two), repeats=repeats, joins=True)
         wp.synchronize_device(device)
-        expected = [20 * frame, 20 * frame + 20, 20 * frame + 40]
+        expected = [20 * frame, 20 * frame + 40, 20 * frame + 60]
         assert [int(values.numpy()[-1]) for values in (one, two, three)] == expected
 
 
