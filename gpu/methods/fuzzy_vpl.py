@@ -36,7 +36,7 @@ from gpu.vpl_clusters import unclustered
 
 # SPs that may be far too bright, and those of them with many rays of their own, per SP cluster; what may be too bright
 # by less than this, relatively, is well served.
-SUSPECTED_SHARE = 3.0
+SUSPECTED_SHARE = 2.0
 REFINED_SHARE = 0.75
 LEAST_DISPUTE = 0.25
 # Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ

@@ -22,6 +22,11 @@ FEWER_FOR_ERROR = 4
 MOST_TIMES = 4
 
 
+def error_levels(pixels: int, vpls: int) -> Levels:
+    """The levels that an error of an image of so many pixels, lit by so many VPLs, is governed by."""
+    return Levels(pixels, vpls // (FEWER_FOR_ERROR * MOST_MEMBERS), vpls // LEAST_MEMBERS)
+
+
 class TargetedVpl:
     """`fuzzy-vpl` with the counts of clusters that meet `settings.target_ms` or `settings.target_error`.
 
@@ -40,9 +45,10 @@ class TargetedVpl:
         self._vpls = quality.vpls if settings.target_error else settings.vpls
         if self._vpls is None:
             levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters)
+        elif settings.target_error:
+            levels = error_levels(view.pixels, self._vpls)
         else:
-            members = MOST_MEMBERS * (FEWER_FOR_ERROR if settings.target_error else 1)
-            levels = Levels(view.pixels, self._vpls // members, self._vpls // LEAST_MEMBERS)
+            levels = Levels(view.pixels, self._vpls // MOST_MEMBERS, self._vpls // LEAST_MEMBERS)
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor] = {}

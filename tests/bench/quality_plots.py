@@ -127,17 +127,23 @@ def rest(rows: list[Row], folder: Path) -> Plots:
 
 
 def targets(rows: list[Row], folder: Path) -> Plots:
-    """One figure: a panel for each wanted time, with that of every frame of the walk over it, a curve a scene."""
-    wanted = sorted({row["target"]["ms"] for row in rows if "ms" in row["target"]})
+    """One figure: a panel for each share of the default's time, with frames over what is wanted, a curve a scene."""
+    wanted = sorted({row["share"] for row in rows if "ms" in row["target"]})
     if not wanted:
         return
     figure, axes = panels(1, len(wanted), 5.4, 3.6)
-    for panel, target in zip(axes, wanted, strict=True):
-        own = [row for row in rows if row["target"].get("ms") == target]
+    for panel, share in zip(axes, wanted, strict=True):
+        own = [row for row in rows if "ms" in row["target"] and row["share"] == share]
         for colour, row in zip(SCENES, own, strict=False):
-            panel.plot(np.asarray(row["path_ms"]) / target, linewidth=1.0, color=colour, label=row["scene"])
+            over = np.asarray(row["path_ms"]) / row["target"]["ms"]
+            panel.plot(over, linewidth=1.0, color=colour, label=row["scene"])
         panel.axhspan(0.9, 1.1, color=GREEN, alpha=0.12, linewidth=0.0)
-        panel.set(ylim=(0.0, 2.0), title=f"{target:g} ms wanted", xlabel="frame", ylabel="time over what is wanted")
+        panel.set(
+            ylim=(0.0, 2.0),
+            title=f"{share:g} times the default's time wanted",
+            xlabel="frame",
+            ylabel="time over what is wanted",
+        )
     legend_below(figure, axes, 6)
     figure.suptitle("Counts chosen for a time, while the camera sways", x=0.01, ha="left", fontweight="bold")
     yield save(figure, folder, "targets")

@@ -1,8 +1,10 @@
 """How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
 
-Times are device times of frames as they come, with no frame left out but those before the first picture. Errors are
-measured at some frames of the walk: against `exact-vpl` with the same VPLs, and without near-field light, which the
-estimate that they are chosen by leaves out too. Rows keep what every frame took, its counts, and what was expected.
+What is wanted is within a scene's reach: times are multiples of what the default counts take in motion there, errors
+lie between those of the fewest and of the most counts. Times are device times of frames as they come, with no frame
+left out but those before the first picture. Errors are measured at some frames of the walk: against `exact-vpl` with
+the same VPLs, and without near-field light, which the estimate that they are chosen by leaves out too. Rows keep what
+every frame took, its counts, and what was expected.
 """
 
 from collections.abc import Sequence
@@ -15,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from gpu.frame import FrameStats
+from gpu.methods.targeted import error_levels
 from gpu.metrics import mse
 from gpu.renderer import Renderer
 from gpu.scene.types import Camera, Floats
@@ -24,11 +27,13 @@ from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
 from tests.bench.timing import turned
 
-MILLISECONDS, CPU_MILLISECONDS = (6.0, 12.0), (1000.0,)
-ERRORS = (1e-3, 2e-4)
+# Of what the default counts take in motion; and of the way from the least error to the greatest, in logarithms.
+TIMES = (1.25, 2.5)
+ERRORS = (2.0 / 3.0, 1.0 / 3.0)
 # A sway: so far to either side, so far ahead as a share of the scene's extent, and frames until it is back.
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES = 144, 8
+WARM_UP = 5
 # Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
 ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 4, 4, 16
 # Few enough for `exact-vpl`, enough for a thousand clusters of them.
@@ -63,6 +68,11 @@ def path_of(frames: Sequence[FrameStats], unit: str) -> Row:
     }
 
 
+def two_digits(value: float) -> float:
+    """A round number near `value`."""
+    return float(f"{value:.2g}")
+
+
 def swayed(camera: Camera, extent: float, frame: int) -> Camera:
     """`camera` at a frame of the walk: it turns to its left, to its right and back while it steps ahead and back."""
     angle = 2.0 * np.pi * frame / PERIOD
@@ -74,14 +84,22 @@ def swayed(camera: Camera, extent: float, frame: int) -> Camera:
 def run(suite: Suite) -> None:
     """The part of the command line."""
     base: dict[str, Any] = {"component": Component.INDIRECT, "lambertian": True}
-    times = MILLISECONDS if suite.is_cuda else CPU_MILLISECONDS
+    frames, every = (QUICK_FRAMES, QUICK_EVERY) if suite.quick else (ERROR_FRAMES, EVERY)
 
     def view(name: str, frame: int) -> Camera:
         subject = suite.subject(name)
         return swayed(subject.camera, 1.0 / subject.resident.scene.placement.scale, frame)
 
-    def measure_times(name: str, target: float) -> Row:
+    def default_ms(name: str) -> float:
+        """What the default counts take in motion."""
         subject = suite.subject(name)
+        renderer = Renderer(subject.resident, subject.size, suite.settings())
+        walk = [renderer.render(view(name, number), walks=True).stats for number in range(WARM_UP + every)]
+        return float(np.median([sum(stats.stage_ms.values()) for stats in walk[WARM_UP:]]))
+
+    def measure_times(name: str, share: float) -> Row:
+        subject = suite.subject(name)
+        target = two_digits(share * default_ms(name))
         settings = RenderSettings(**base, target_ms=target)
         renderer = Renderer(subject.resident, subject.size, settings)
         renderer.render(subject.camera)
@@ -96,13 +114,13 @@ def run(suite: Suite) -> None:
             "size": list(subject.size),
             "settings": settings.model_dump(mode="json"),
             "target": {"ms": target},
+            "share": share,
             "held": held(path["path_ms"], target),
             "wall_ms": spread(wall),
             **path,
         }
 
     vpls = suite.count(ERROR_VPLS)
-    frames, every = (QUICK_FRAMES, QUICK_EVERY) if suite.quick else (ERROR_FRAMES, EVERY)
     base_error = {**base, "vpls": vpls, "near_field": False}
 
     def exact(name: str, number: int, clusters: int) -> Floats:
@@ -111,8 +129,22 @@ def run(suite: Suite) -> None:
         settings = RenderSettings(**base_error, method=Method.EXACT_VPL, vpl_clusters=clusters)
         return Renderer(subject.resident, subject.size, settings).render(view(name, number)).radiance()
 
-    def measure_error(name: str, target: float) -> Row:
+    def reach(name: str) -> tuple[float, float]:
+        """The errors of the most and of the fewest counts where the walk begins."""
         subject = suite.subject(name)
+        levels = error_levels(subject.size[0] * subject.size[1], vpls)
+        errors = []
+        for clusters in (levels.vpl_clusters[-1], levels.vpl_clusters[0]):
+            level = levels.usual(clusters)
+            counts = {"sp_clusters": level.sp_clusters, "vpl_clusters": clusters}
+            renderer = Renderer(subject.resident, subject.size, RenderSettings(**base_error, **counts))
+            errors.append(mse(renderer.render(view(name, 0)).radiance(), exact(name, 0, clusters)))
+        return errors[0], errors[1]
+
+    def measure_error(name: str, share: float) -> Row:
+        subject = suite.subject(name)
+        least, most = reach(name)
+        target = two_digits(least * (most / least) ** share)
         settings = RenderSettings(**base_error, target_error=target)
         renderer = Renderer(subject.resident, subject.size, settings)
         renderer.render(subject.camera)
@@ -128,6 +160,7 @@ def run(suite: Suite) -> None:
             "size": list(subject.size),
             "settings": settings.model_dump(mode="json"),
             "target": {"error": target},
+            "share": share,
             "held": held(errors, target),
             "running": held(running_means(errors, RUNNING // every), target),
             "estimated": held(estimates, target),
@@ -137,6 +170,8 @@ def run(suite: Suite) -> None:
 
     for name in suite.scene_names():
         label = suite.label(name)
-        tasks = [Task(f"{label} {target:g} ms", partial(measure_times, name, target)) for target in times]
-        tasks += [Task(f"{label} MSE {target:g}", partial(measure_error, name, target)) for target in ERRORS]
+        tasks = [
+            Task(f"{label} {share:g} of the default's time", partial(measure_times, name, share)) for share in TIMES
+        ]
+        tasks += [Task(f"{label} {share:.2g} of the errors", partial(measure_error, name, share)) for share in ERRORS]
         suite.run("targets", tasks)
