@@ -25,6 +25,9 @@ from gpu.vpl_clusters import VplClusters
 NEAR_PAIR = wp.constant(64)
 # VPLs whose radius is far below this share of the distance lose too little to be looked for.
 RADIUS_SHARE = wp.constant(0.06)
+# Of the scene's extent: farther than this, only every other SP's ray looks, and counts twice. What is found there is
+# little and much the same for neighbours.
+NEAR_LENGTH = wp.constant(0.05)
 # How far above its surface the way between two of its points is looked along, as a share of its length.
 CLEARANCE = wp.constant(0.1)
 
@@ -39,6 +42,12 @@ class Hits:
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     distance: wp.array[float]
+
+
+@wp.func
+def looks_far(sp: int, seed: int) -> bool:
+    """Whether an SP's ray looks farther than NEAR_LENGTH: every other one in the order that keeps neighbours together."""
+    return (sp + seed) % 2 == 0
 
 
 @cache
@@ -69,7 +78,8 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
         if wp.dot(direction, geometric) <= 0.0:
             return
         origin = offset_origin(gbuffer.position[pixel], geometric, direction)
-        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+        length = wp.where(looks_far(sp, seed), RAY_LENGTH, NEAR_LENGTH)
+        hit = closest_hit(scene, origin, direction, length)
         if hit.face == NO_HIT:
             return
         normal = triangle_normal(scene, hit.face)
@@ -133,7 +143,10 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
         if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
             squared = distance * distance
             area = disk_area(gbuffer.position[pixel], vpls, near)
-            light[pixel] = lit.radiosity[near] * (area / (PI * squared + area))
+            share = area / (PI * squared + area)
+            if distance > NEAR_LENGTH:
+                share *= 2.0
+            light[pixel] = lit.radiosity[near] * share
             found[sp] = 1
 
     return kernel

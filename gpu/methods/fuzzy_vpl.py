@@ -61,7 +61,7 @@ class FuzzyVpl:
         self._correction = Correction(view.pixels, view.device)
         self._mean = MeanBrightness(view.device)
         self._near_field = NearField(view.size, view.device)
-        self._counter = Counter(10, view.device)
+        self._counter = Counter(11, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
@@ -169,18 +169,19 @@ class FuzzyVpl:
         add_indirect(view, near, settings, stages, sample)
 
     def statistics(self) -> FrameStatistics:
-        """VPLs, clusters, SPs, those refined, rays between representatives and to near surfaces, and SPs unserved."""
+        """VPLs, clusters, SPs, those looked at again, rays of both, those that found light near field, and unserved SPs."""
         view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
         seen = [(view.gbuffer.face, int(NO_HIT))]
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         if not self._has_indirect:
             (empty,) = self._counter.sums([], seen)
-            counts |= {"shaded": 0, "refined": 0, "rays": 0, "near": 0, "unassigned": 0}
+            counts |= dict.fromkeys(("shaded", "suspected", "refined", "rays", "near", "unassigned"), 0)
             return counts, view_skips(view, self._settings, empty)
         visibility = self._visibility
-        shaded, refined, rays, shared, used, fresh, close, near, needs, empty = self._counter.sums(
+        shaded, suspected, refined, rays, shared, used, fresh, close, near, needs, empty = self._counter.sums(
             [
                 (view.shading_points.count, 0),
+                (self._suspects.count, 0),
                 (self._worst.count, 0),
                 (visibility.rays, 0),
                 (visibility.shared, 0),
@@ -203,5 +204,6 @@ class FuzzyVpl:
             "weak_pairs": shared,
             "far_pairs": shaded * counts["vpl_clusters"] - close,
         }
-        counts |= {"shaded": shaded, "refined": refined if self._refines else 0, "rays": rays, "near": near}
+        looked = (suspected, refined) if self._refines else (0, 0)
+        counts |= {"shaded": shaded, "suspected": looked[0], "refined": looked[1], "rays": rays, "near": near}
         return counts | {"unassigned": unassigned}, skips

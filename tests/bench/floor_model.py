@@ -5,7 +5,7 @@ which nothing hides, come on top. Each byte counts once, as if caches were perfe
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import warp as wp
 
@@ -84,13 +84,15 @@ STAGES: dict[str, tuple[Term, ...]] = {
         ),
     ),
     "correct": (
-        Term("rays of each SP", "any_hit_rays", lambda n: n["sps"] * CHECKS),
+        Term("rays of each SP, and again of suspects", "any_hit_rays", lambda n: (n["sps"] + n["suspected"]) * CHECKS),
         Term(
             "their targets, each one of a group",
             "fmas",
             lambda n: n["sps"] * CHECKS * LEAST_PER_GROUP * (FACING + n["facing"] * (TRANSFER + n["fuzziness"])),
         ),
         SMOOTHED,
+        # This runs beside.
+        replace(SMOOTHED, what="near field: light of SPs smoothed step by step"),
     ),
     "refine": (
         Term("rays of each refined SP", "any_hit_rays", lambda n: n["refined"] * RAYS),
@@ -100,7 +102,7 @@ STAGES: dict[str, tuple[Term, ...]] = {
             lambda n: n["refined"] * n["vpl_clusters"] * (FACING + n["facing"] * TRANSFER),
         ),
     ),
-    "near": (SMOOTHED,),
+    "near": (Term("light of SPs added", "bytes", lambda n: n["sps"] * 3 * VECTOR),),
     "interpolate": (Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),),
     "display": (Term("radiance read, pixels written", "bytes", lambda n: n["pixels"] * (VECTOR + 3)),),
 }
