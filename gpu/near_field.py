@@ -25,9 +25,10 @@ from gpu.vpl_clusters import VplClusters
 NEAR_PAIR = wp.constant(64)
 # VPLs whose radius is far below this share of the distance lose too little to be looked for.
 RADIUS_SHARE = wp.constant(0.06)
-# Of the scene's extent: farther than this, only every other SP's ray looks, and counts twice. What is found there is
-# little and much the same for neighbours.
+# Of the scene's extent: farther than this, the rays of one SP in so many look, and count as often. What is found there
+# is little and much the same for neighbours.
 NEAR_LENGTH = wp.constant(0.05)
+FAR_EVERY = wp.constant(4)
 # How far above its surface the way between two of its points is looked along, as a share of its length.
 CLEARANCE = wp.constant(0.1)
 
@@ -46,8 +47,8 @@ class Hits:
 
 @wp.func
 def looks_far(sp: int, seed: int) -> bool:
-    """Whether an SP's ray looks farther than NEAR_LENGTH: every other one in the order that keeps neighbours together."""
-    return (sp + seed) % 2 == 0
+    """Whether an SP's ray looks farther than NEAR_LENGTH: one in FAR_EVERY, as the order keeps neighbours together."""
+    return (sp + seed) % FAR_EVERY == 0
 
 
 @cache
@@ -145,7 +146,7 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
             area = disk_area(gbuffer.position[pixel], vpls, near)
             share = area / (PI * squared + area)
             if distance > NEAR_LENGTH:
-                share *= 2.0
+                share *= float(FAR_EVERY)
             light[pixel] = lit.radiosity[near] * share
             found[sp] = 1
 

@@ -169,7 +169,7 @@ class FuzzyVpl:
         add_indirect(view, near, settings, stages, sample)
 
     def statistics(self) -> FrameStatistics:
-        """VPLs, clusters, SPs, those looked at again, rays of both, those that found light near field, and unserved SPs."""
+        """VPLs, clusters, SPs, those looked at again, rays of clusters, finds near field, and unserved SPs."""
         view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
         seen = [(view.gbuffer.face, int(NO_HIT))]
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
