@@ -29,7 +29,7 @@ PARTS = {
     "pictures": "pictures and error maps",
     "walk": "frames a second",
     "floors": "times of stages beside what bytes, operations and rays would take",
-    "survey": "all of those in about ten minutes of an H100, the dear ones in fewer scenes",
+    "survey": "all of those in about twenty minutes of an H100, the dear ones in fewer scenes",
     "plots": "plots of the JSON files",
     "page": "the page of results, of the JSON files and plots",
     "gate": "check the small renders that must not get worse; --update stores them anew",

@@ -157,7 +157,7 @@ tested by `tests/stability`, errors of small renders, which must not rise, by `p
 runs both. The service under load is measured by `python -m tests.load`; its figures are in the README."""
 
 COMMANDS = """\
-    python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # about ten minutes of an H100
+    python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # about twenty minutes of an H100
     python -m tests.bench --scenes DIR --references DIR --out RESULTS           # every part, all scenes: hours
     python -m tests.bench plots page --out RESULTS --page docs/results.md       # this page
 
