@@ -106,8 +106,10 @@ class Link:
         except TimeoutError:
             self.kill()
             return await self._wait_killed()
-        finally:
-            self.kill()  # also when this was cancelled
+        except asyncio.CancelledError:
+            self.kill()
+            await self._wait_killed()  # else it might outlive the event loop, and nobody would take its exit status
+            raise
 
     async def _wait(self) -> int:
         return await asyncio.wait_for(self._process.wait(), STOP_SECONDS)
