@@ -18,18 +18,17 @@ def origin_of(cluster: int, count: int, before: int) -> int:
 
 
 @wp.kernel
-def carry_kernel(first: int, count: int, before: int, across: int, along: int, source: wp.array[wp.uint32],
+def carry_kernel(first: int, count: int, before: int, along: int, source: wp.array[wp.uint32],
                  target: wp.array[wp.uint32]) -> None:  # fmt: skip
     """One thread a value: that of the cluster where it comes from, 0 for a free one.
 
-    Tables of `count` and `before` clusters, flattened: `along` values of a cluster lie side by side, and that `across`
-    times, one after all clusters have had theirs.
+    Tables of `count` and `before` clusters, flattened: `along` values of each cluster lie side by side in every row.
     """
     index = first + wp.tid()
     row = index // (count * along)
     origin = origin_of((index // along) % count, count, before)
     value = wp.uint32(0)
-    if origin >= 0 and row < across:
+    if origin >= 0:
         value = source[(row * before + origin) * along + index % along]
     target[index] = value
 
@@ -39,6 +38,5 @@ def carry(source: wp.array, target: wp.array, *, axis: int = 0) -> None:
     words = [wp.array(ptr=table.ptr, dtype=wp.uint32, shape=table.capacity // 4, device=table.device)
              for table in (source, target)]  # fmt: skip
     count, before = target.shape[axis], source.shape[axis]
-    across = target.shape[0] if axis == 1 else 1
-    along = words[1].size // (count * across)
-    launch(carry_kernel, words[1].size, [count, before, across, along, *words], target.device)
+    rows = target.shape[0] if axis == 1 else 1
+    launch(carry_kernel, words[1].size, [count, before, words[1].size // (count * rows), *words], target.device)

@@ -2,8 +2,8 @@
 
 What rays correct is shared between neighbours on a surface. That is wrong at few pixels, but far: in cracks, behind
 slats, at contacts, where one percent of the pixels hold nine tenths of the relative error. There an SP's own rays find
-it much darker than what it shares. Few rays often do so by chance, too, forty times for each time that it is true. So
-suspects get as many rays again, and those that remain get many (gpu.refine).
+it much darker than what it shares. Few rays often do so by chance, too: in a conference room one of 47 such SPs is that
+dark. So suspects get as many rays again, and those that remain get many (gpu.refine).
 """
 
 import math

@@ -27,7 +27,7 @@ from gpu.shading_points import ShadingPoints
 # Nearer than this share of the distance that is good enough, two representatives are one too many. As new ones are
 # added for SPs that are farther than that from all, a view that rests comes to rest.
 CROWDED = wp.constant(0.93)
-CORNERS = 8
+CORNERS = 8  # of the cube around a representative that holds what may crowd it
 # In spacings of pixels: nearer than this, a representative is seen where its pixel's SP is, whatever its normal.
 SAME_PLACE = wp.constant(1.5)
 
@@ -78,7 +78,7 @@ def crowd_kernel(first: int, spacings: wp.array[float], good: wp.array[float], r
                  crowded: wp.array[int]) -> None:  # fmt: skip
     """One thread a corner of a cluster's surroundings: whether one there is too near to keep both.
 
-    Cells are wider than that, so at most two of them on each axis can hold it, and the eight corners lie in all.
+    Cells are wider than that, so at most two of them on each axis can hold it, and each has a corner in it.
     crowded (cluster,): becomes 1 where one that stays has a lower rank, whoever writes it. The grid is still that of
     the frame before.
     """

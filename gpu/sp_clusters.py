@@ -236,9 +236,9 @@ class SpClustering:
     def take_over(self, other: "SpClustering") -> None:
         """Have the clusters of `other`, for `go_on` to keep."""
         known, own = other._kmeans.grid.data, self._kmeans.grid.data
-        for name in ("position", "normal", "spacing", "level"):
+        for name in ("position", "normal", "spacing"):
             carry(getattr(known, name), getattr(own, name))
-        for name in ("position", "geometric", "normal", "spacing"):
+        for name in ("position", "geometric", "normal"):
             carry(getattr(other.clusters, name), getattr(self.clusters, name))
         carry(other._serving, self._serving)
         wp.copy(self._good, other._good)

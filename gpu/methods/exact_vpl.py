@@ -10,6 +10,7 @@ from gpu.methods.common import (
     add_indirect,
     fork_near,
     fork_near_sharing,
+    is_smoothed,
     keeps_lights,
     lighting_choice,
     render_direct,
@@ -63,7 +64,7 @@ class ExactVpl:
             lit = self._lit(sample, progress) if sample else self._first_lit
             near = fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
             stages.run("gather", lambda: self._gather(progress), repeats=False)
-            if near:
+            if near and is_smoothed(self._settings, sample):
                 near.keep_guide(self._view.indirect.irradiance)
             fork_near_sharing(self._view, near, self._settings, stages, sample)
             add_indirect(self._view, near, self._settings, stages, sample)

@@ -59,7 +59,7 @@ class FuzzyVpl:
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
         self._correction = Correction(view.pixels, view.device)
-        self._mean = MeanBrightness(view.device)
+        self._brightness = MeanBrightness(view.device)
         self._near_field = NearField(view.size, view.device)
         self._counter = Counter(11, view.device)
         self.probes = Probes(view) if settings.target_error else None
@@ -137,8 +137,8 @@ class FuzzyVpl:
             shared = correction.own
             if smooth:
                 shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)
-                dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, self._mean
-                self._mean.find(gbuffer, sps, indirect.irradiance)
+                dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, self._brightness
+                self._brightness.find(gbuffer, sps, indirect.irradiance)
                 self._suspects.find(sps, *dispute)
                 check(self._suspects, *by, range(1, 2))
                 self._worst.find(self._suspects, *dispute)
@@ -155,7 +155,7 @@ class FuzzyVpl:
         def light() -> None:
             far.run(clusters, visibility.words, vpls, few=goes_on)
             shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
-            if near:
+            if near and smooth:
                 near.keep_guide(indirect.irradiance)
 
         stages.run("shade", light, repeats=repeats, way=goes_on)

@@ -89,7 +89,7 @@ class TargetedVpl:
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
         level in a walk have more new clusters than others, and tell nothing of those that follow.
         """
-        if self._unlike > 0:
+        if self._view.walks and self._unlike > 0:
             self._unlike -= 1
             return False
         if self._method.probes is not None:

@@ -73,7 +73,7 @@ def goals(rows: dict[str, list[Row]]) -> Iterator[Goal]:
     beyond = {scene: point["rel_mse_beyond_noise"] for scene, point in still.items()}
     targets = rows.get("targets", [])
     yield Goal("relMSE of a view that rests, all light, within 1 s", STILL_ERROR, errors)
-    yield Goal("… beyond the noise of the reference itself", STILL_ERROR, beyond)
+    yield Goal("relMSE of a view that rests, within 1 s, beyond the reference's own noise", STILL_ERROR, beyond)
     for unit, what in (("ms", "time"), ("error", "error")):
         held = {f"{row['scene']} {row['target'][unit]:g}": row["held"] for row in targets if unit in row["target"]}
         shares = {name: values["within"] for name, values in held.items()}

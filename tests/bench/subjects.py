@@ -68,12 +68,12 @@ class Subject:
 
     def exact(self, settings: RenderSettings) -> Exact:
         """The lights of `settings`, each VPL with a shadow ray from every pixel and a disk as its cluster has it."""
-        kept = ("component", "lambertian", "vpls", "vpl_clusters", "near_field", "seed")
-        lights = settings.model_dump(include=set(kept))
+        fields = ("component", "lambertian", "vpls", "vpl_clusters", "near_field", "seed")
+        lights = settings.model_dump(include=set(fields))
         choice = RenderSettings(method=Method.EXACT_VPL, **lights)
         if choice not in self._exact:
             commit = os.environ.get("COMMIT")
-            what = "-".join(str(lights[name]) for name in kept)
+            what = "-".join(str(lights[name]) for name in fields)
             made = self._kept(f"exact-{what}-{commit}", lambda: self._render_exact(choice), keep=bool(commit))
             self._exact[choice] = Exact(made["image"], float(made["ms"]))
         return self._exact[choice]

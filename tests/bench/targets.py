@@ -25,6 +25,7 @@ from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import spread
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
+from tests.bench.sweep import measure_walk
 from tests.bench.timing import turned
 
 # Of what the default counts take in motion; and of the way from the least error to the greatest, in logarithms.
@@ -33,7 +34,6 @@ ERRORS = (2.0 / 3.0, 1.0 / 3.0)
 # A sway: so far to either side, so far ahead as a share of the scene's extent, and frames until it is back.
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES = 144, 8
-WARM_UP = 5
 # Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
 ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 4, 4, 16
 # Few enough for `exact-vpl`, enough for a thousand clusters of them.
@@ -84,22 +84,15 @@ def swayed(camera: Camera, extent: float, frame: int) -> Camera:
 def run(suite: Suite) -> None:
     """The part of the command line."""
     base: dict[str, Any] = {"component": Component.INDIRECT, "lambertian": True}
-    frames, every = (QUICK_FRAMES, QUICK_EVERY) if suite.quick else (ERROR_FRAMES, EVERY)
 
     def view(name: str, frame: int) -> Camera:
         subject = suite.subject(name)
         return swayed(subject.camera, 1.0 / subject.resident.scene.placement.scale, frame)
 
-    def default_ms(name: str) -> float:
-        """What the default counts take in motion."""
-        subject = suite.subject(name)
-        renderer = Renderer(subject.resident, subject.size, suite.settings())
-        walk = [renderer.render(view(name, number), walks=True).stats for number in range(WARM_UP + every)]
-        return float(np.median([sum(stats.stage_ms.values()) for stats in walk[WARM_UP:]]))
-
     def measure_times(name: str, share: float) -> Row:
         subject = suite.subject(name)
-        target = two_digits(share * default_ms(name))
+        default = measure_walk(suite, subject, suite.settings(), moves=True).frame_ms["median"]
+        target = two_digits(share * default)
         settings = RenderSettings(**base, target_ms=target)
         renderer = Renderer(subject.resident, subject.size, settings)
         renderer.render(subject.camera)
@@ -121,6 +114,7 @@ def run(suite: Suite) -> None:
         }
 
     vpls = suite.count(ERROR_VPLS)
+    frames, every = (QUICK_FRAMES, QUICK_EVERY) if suite.quick else (ERROR_FRAMES, EVERY)
     base_error = {**base, "vpls": vpls, "near_field": False}
 
     def exact(name: str, number: int, clusters: int) -> Floats:

@@ -80,7 +80,7 @@ def test_a_view_that_rests_is_judged_by_its_last_picture_within_a_second() -> No
     ]
     found = by_name({"still": [{"scene": "room", "points": points}]})
     assert found["relMSE of a view that rests, all light, within 1 s"].missed() == [("room", 0.006)]
-    assert found["… beyond the noise of the reference itself"].values == {"room": 0.004}
+    assert found["relMSE of a view that rests, within 1 s, beyond the reference's own noise"].values == {"room": 0.004}
     assert (
         by_name({"still": [{"scene": "slow", "points": points[2:]}]})[
             "relMSE of a view that rests, all light, within 1 s"

@@ -55,7 +55,7 @@ def jitter(ages: Sequence[float]) -> float:
 def fairness(shares: Sequence[float]) -> float:
     """R. Jain's index (1984): 1 when all get the same, 1/n when one of n gets all."""
     squares = len(shares) * sum(share * share for share in shares)
-    return sum(shares) ** 2 / squares if squares else 1.0
+    return min(sum(shares) ** 2 / squares, 1.0) if squares else 1.0  # equal shares may round to more
 
 
 @dataclass(frozen=True)

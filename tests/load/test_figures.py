@@ -31,6 +31,7 @@ def test_jitter_is_the_mean_change_of_consecutive_ages() -> None:
 
 def test_fairness_is_one_when_all_get_the_same_and_one_over_n_when_one_gets_all() -> None:
     assert fairness([7.0, 7.0, 7.0]) == pytest.approx(1.0)
+    assert max(fairness(3 * [step / 7.0]) for step in range(1, 200)) == 1.0
     assert fairness([9.0, 0.0, 0.0]) == pytest.approx(1.0 / 3.0)
     assert fairness([0.0, 0.0]) == 1.0
 

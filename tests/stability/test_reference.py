@@ -29,7 +29,7 @@ LEAST_VARIANCE = 1e-4
 SEEDS, REFERENCE_SAMPLES = 16, 4096
 SCENES = ["conference", "cornell-box", "living-room", "sponza", "staircase", "veach-bidir"]
 # How much of a picture is traced, as rows that are spread over it, and how many pixels share their variance.
-ROWS, NEIGHBOURS = 4, 9
+ROWS, NEIGHBOURS = 8, 9
 
 
 def rows_of(resident: ResidentScene, size: tuple[int, int], rows: Integers, component: Component, samples: int,
