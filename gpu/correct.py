@@ -31,7 +31,7 @@ CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 # much as the SP's clusters do.
 MOST_SHARE = wp.constant(4.0)
 # Between the seeds of several passes.
-PASS_SEED = 0x3C6EF372
+PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
 
 
 @wp.struct
@@ -120,11 +120,12 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         visibility: wp.array2d[wp.uint32],
         vpls: VplClusters,
         far: FarLight,
-        seed: int,
+        seed: wp.array[int],
+        number: int,
         indirect: Indirect,
         checks: Checks,
     ) -> None:
-        """One thread a ray: draws to which member of which VPL cluster it goes."""
+        """One thread a ray of pass `number`: draws to which member of which VPL cluster it goes."""
         index = first + wp.tid()
         place = index // CHECKS
         check = index % CHECKS
@@ -138,7 +139,8 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         pixel = pixels[place]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * wp.uint32(seed)))
+        own = wp.uint32(seed[0]) + wp.uint32(number) * PASS_SEED
+        state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * own))
         pick = float(state) * TO_UNIT * whole - indirect.near[sp]
         guided = guides(clusters, sp, position, normal)
         cluster = guided.cluster
@@ -277,18 +279,17 @@ class Correction:
         vpls: VplClusters,
         far: FarLight,
         indirect: Indirect,
-        seed: int,
+        seed: wp.array,
         passes: range = range(1),
     ) -> None:
         """Check the light of `points`, which were shaded by all these, once for each of `passes`, numbered from 0 on.
 
-        Each takes its mean into that of those before. words: the visibility bits of `clusters`.
+        Each takes its mean into that of those before. words: the visibility bits of `clusters`; seed: (1,).
         """
         rays, checks, pixels = CHECKS * points.capacity, self._checks, points.pixels
         for number in passes:
-            own = (seed + number * PASS_SEED) % 2**31
-            inputs: list[Any] = [gbuffer, pixels, points.numbers, points.count, clusters, words, vpls, far, own]
-            launch(draw_kernel(clusters.cluster.shape[0]), rays, [*inputs, indirect, checks], self.device)
+            inputs: list[Any] = [gbuffer, pixels, points.numbers, points.count, clusters, words, vpls, far, seed]
+            launch(draw_kernel(clusters.cluster.shape[0]), rays, [*inputs, number, indirect, checks], self.device)
             launch(check_kernel(connection(scene)), rays, [scene, gbuffer, pixels, vpls, checks], self.device)
             inputs = [pixels, points.count, vpls, checks, number, self.own]
             launch(correction_kernel, points.capacity, inputs, self.device)

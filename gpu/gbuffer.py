@@ -115,21 +115,26 @@ def pixel_ray(camera: CameraData, pixel: int, width: int, height: int) -> Camera
 
 
 @wp.func
-def pixel_of(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2i:
-    """Column and row of the pixel whose ray passes nearest to `position`; outside of the image for what it lacks."""
+def image_point(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2:
+    """Where `position` is in the image [pixels]: whole numbers where pixels' rays pass; −1, −1 where it is outside."""
     way = position - camera.origin
     depth = float(1.0)
     if not camera.orthographic:
         depth = -wp.dot(way, camera.back)
         if depth <= 0.0:
-            return wp.vec2i(-1, -1)
+            return wp.vec2(-1.0, -1.0)
     right = wp.dot(way, camera.right) / (depth * camera.half_width)
     up = wp.dot(way, camera.up) / (depth * camera.half_height)
     if wp.abs(right) > 1.0 or wp.abs(up) > 1.0:
-        return wp.vec2i(-1, -1)
-    x = 0.5 * (right + 1.0) * float(width) - camera.x
-    y = 0.5 * (1.0 - up) * float(height) - camera.y
-    return wp.vec2i(int(wp.floor(x + 0.5)), int(wp.floor(y + 0.5)))
+        return wp.vec2(-1.0, -1.0)
+    return wp.vec2(0.5 * (right + 1.0) * float(width) - camera.x, 0.5 * (1.0 - up) * float(height) - camera.y)
+
+
+@wp.func
+def pixel_of(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2i:
+    """Column and row of the pixel whose ray passes nearest to `position`; outside of the image for what it lacks."""
+    place = image_point(camera, position, width, height)
+    return wp.vec2i(int(wp.floor(place[0] + 0.5)), int(wp.floor(place[1] + 0.5)))
 
 
 @wp.func

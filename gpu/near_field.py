@@ -26,9 +26,9 @@ NEAR_PAIR = wp.constant(64)
 # VPLs whose radius is far below this share of the distance lose too little to be looked for.
 RADIUS_SHARE = wp.constant(0.06)
 # Of the scene's extent: farther than this, the rays of one SP in so many look, and count as often. What is found there
-# is little and much the same for neighbours.
+# is little and much the same for neighbours; of those whose light earlier frames found, too, fewer suffice.
 NEAR_LENGTH = wp.constant(0.05)
-FAR_EVERY = wp.constant(4)
+FAR_EVERY, FAR_EVERY_KNOWN = wp.constant(4), wp.constant(8)
 # How far above its surface the way between two of its points is looked along, as a share of its length.
 CLEARANCE = wp.constant(0.1)
 
@@ -46,9 +46,9 @@ class Hits:
 
 
 @wp.func
-def looks_far(sp: int, seed: int) -> bool:
-    """Whether an SP's ray looks farther than NEAR_LENGTH: one in FAR_EVERY, as the order keeps neighbours together."""
-    return (sp + seed) % FAR_EVERY == 0
+def far_every(frames: int) -> int:
+    """One in how many SPs whose light is known of so many `frames` before looks farther than NEAR_LENGTH."""
+    return wp.where(frames > 0, FAR_EVERY_KNOWN, FAR_EVERY)
 
 
 @cache
@@ -62,7 +62,8 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
         gbuffer: GBuffer,
         sps: wp.array[int],
         sp_count: wp.array[int],
-        seed: int,
+        seed: wp.array[int],
+        frames: wp.array[int],
         hits: Hits,
     ) -> None:
         """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share a sequence."""
@@ -73,13 +74,14 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
         if wp.static(not alpha):
             scene.ignore_alpha = True
         pixel = sps[sp]
-        place = sobol_pair(sp, NEAR_PAIR, seed)
+        place = sobol_pair(sp, NEAR_PAIR, seed[0])
         direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
         geometric = gbuffer.geometric[pixel]
         if wp.dot(direction, geometric) <= 0.0:
             return
         origin = offset_origin(gbuffer.position[pixel], geometric, direction)
-        length = wp.where(looks_far(sp, seed), RAY_LENGTH, NEAR_LENGTH)
+        looks_far = (sp + seed[0]) % far_every(frames[pixel]) == 0
+        length = wp.where(looks_far, RAY_LENGTH, NEAR_LENGTH)
         hit = closest_hit(scene, origin, direction, length)
         if hit.face == NO_HIT:
             return
@@ -124,6 +126,7 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
         hits: Hits,
         vpls: VplClusters,
         lit: RadiosityMap,
+        frames: wp.array[int],
         vpl: wp.array[int],
         light: wp.array[wp.vec3],
         found: wp.array[int],
@@ -146,7 +149,7 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
             area = disk_area(gbuffer.position[pixel], vpls, near)
             share = area / (PI * squared + area)
             if distance > NEAR_LENGTH:
-                share *= float(FAR_EVERY)
+                share *= float(far_every(frames[pixel]))
             light[pixel] = lit.radiosity[near] * share
             found[sp] = 1
 
@@ -171,18 +174,21 @@ class NearField:
         self.found = wp.zeros(capacity, dtype=int, device=device)
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityMap,
-              seed: int) -> None:  # fmt: skip
-        """Estimate the irradiance of `sps` that the disks of `vpls`, from which `lit` is, have lost."""
+              seed: wp.array, frames: wp.array) -> None:  # fmt: skip
+        """Estimate the irradiance of `sps` that the disks of `vpls`, from which `lit` is, have lost.
+
+        seed: (1,); frames (pixel,): of how many earlier frames the light of each is known.
+        """
         capacity, points, hits = sps.capacity, (scene, gbuffer, sps.pixels, sps.count), self._hits
-        launch(trace_kernel(scene.alpha), capacity, [*points, seed, hits], self.device)
+        launch(trace_kernel(scene.alpha), capacity, [*points, seed, frames, hits], self.device)
         launch(find_kernel, capacity, [hits, lit, self._vpl], self.device)
-        inputs = [*points, hits, vpls, lit, self._vpl, self.light, self.found]
+        inputs = [*points, hits, vpls, lit, frames, self._vpl, self.light, self.found]
         launch(light_kernel(blocking(scene)), capacity, inputs, self.device)
 
     def keep_guide(self, irradiance: wp.array) -> None:
         """Have the `irradiance` (pixel,) of the SPs, as it is now, guide `share`."""
         wp.copy(self._guide, irradiance)
 
-    def share(self, gbuffer: GBuffer, sps: ShadingPoints) -> None:
-        """Share `light` between neighbours of one surface (gpu.smooth)."""
-        wp.copy(self.light, self._smoothing.share(gbuffer, sps, self._guide, self.light))
+    def share(self, gbuffer: GBuffer, sps: ShadingPoints, frames: wp.array) -> None:
+        """Share `light`, known of so many earlier `frames` (pixel,), between neighbours of one surface (gpu.smooth)."""
+        wp.copy(self.light, self._smoothing.share(gbuffer, sps, self._guide, self.light, frames))

@@ -99,7 +99,7 @@ def total_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
 
 @wp.kernel
 def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
-                seed: int, rays: Rays) -> None:  # fmt: skip
+                seed: wp.array[int], rays: Rays) -> None:  # fmt: skip
     """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""
     index = first + wp.tid()
     place = index // RAYS
@@ -113,7 +113,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
     ray = index % RAYS
-    state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed)))
+    state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed[0])))
     pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
     group = drawn_group(vpls, rays.mass, rays.totals, place, pick)
     total = float(0.0)
@@ -189,7 +189,7 @@ class Refinement:
         self._rays.vpl = wp.zeros(RAYS * capacity, dtype=int, device=device)
         self._rays.share = wp.zeros(RAYS * capacity, dtype=float, device=device)
 
-    def run(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, vpls: VplClusters, seed: int,
+    def run(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, vpls: VplClusters, seed: wp.array,
             irradiance: wp.array) -> None:  # fmt: skip
         """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
         rays, capacity, device, pixels = self._rays, self._capacity, self.device, points.pixels

@@ -111,7 +111,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         visibility: wp.array2d[wp.uint32],
         vpls: VplClusters,
         far: FarLight,
-        seed: int,
+        seed: wp.array[int],
         out: Indirect,
     ) -> None:
         """One thread an SP: its light from all VPL clusters, with visibility averaged over its SP clusters."""
@@ -122,7 +122,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         pixel = sps[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed)))
+        state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed[0])))
         guided = guides(clusters, sp, position, normal)
         cluster = guided.cluster
         weights = guided.weight
@@ -192,8 +192,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
 
 
 def shade(fuzziness: int, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, visibility: Visibility,
-          vpls: VplClusters, far: FarLight, seed: int, out: Indirect) -> None:  # fmt: skip
-    """Write the indirect light of `sps` into `out`, which draws what to check by `seed`.
+          vpls: VplClusters, far: FarLight, seed: wp.array, out: Indirect) -> None:  # fmt: skip
+    """Write the indirect light of `sps` into `out`, which draws what to check by `seed` (1,).
 
     Visibility is interpolated over the SPs' `clusters`, to F = `fuzziness` of which each belongs; what these know of
     `far` light, too.

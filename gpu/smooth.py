@@ -14,6 +14,8 @@ from gpu.shading_points import ShadingPoints
 from gpu.transfer import brightness
 
 STEPS = (1, 2, 4)
+# Light of so many earlier frames has little noise: it is not shared as far off as this step and beyond.
+FAR_STEP, MANY_FRAMES = wp.constant(4), wp.constant(5)
 # How far off its plane a pixel still shows a surface, in its spacings a step.
 PLANE_TOLERANCE = wp.constant(1.0)
 # Light that differs by this many deviations is taken for other light, not for noise.
@@ -80,17 +82,22 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
 
 @wp.kernel
 def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
-                         count: wp.array[int], listed: wp.array[int], stride: int, step: int, guide: wp.array[wp.vec3],
-                         light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+                         count: wp.array[int], listed: wp.array[int], stride: int, step: int, frames: wp.array[int],
+                         guide: wp.array[wp.vec3], light: wp.array[wp.vec3],
+                         out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: its light mixed with that of the nine anchors (gpu.interpolate) `step` strides about it.
 
     With step 0, that of the eight pixels beside it which have SPs, as all have where anchors tell little: listed
-    (pixel,): 1. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed.
+    (pixel,): 1. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed, nor far off
+    where the light is a mean of many `frames` (pixel,) before.
     """
     sp = first + wp.tid()
     if sp >= count[0]:
         return
     pixel = sps[sp]
+    if step >= FAR_STEP and frames[pixel] >= MANY_FRAMES:
+        out[pixel] = light[pixel]
+        return
     x = pixel % width
     y = pixel // width
     own = brightness(guide[pixel])
@@ -138,15 +145,17 @@ class Smoothing:
         if source is not light:
             wp.copy(light, source)
 
-    def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array) -> wp.array:
+    def share(
+        self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array, frames: wp.array
+    ) -> wp.array:
         """The `light` (pixel,) of `sps` shared between neighbours of one surface; the next call overwrites the array.
 
         guide (pixel,): other light there, with little noise. Rare samples that guided themselves would lose a part of
-        their mean.
+        their mean. frames (pixel,): of how many earlier frames the light is known.
         """
         source, target = light, self._other
         for step in (0, *STEPS):
-            inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.listed, sps.stride, step, guide, source, target]
-            launch(smooth_points_kernel, sps.capacity, inputs, self.device)
+            inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.listed, sps.stride, step, frames]
+            launch(smooth_points_kernel, sps.capacity, [*inputs, guide, source, target], self.device)
             source, target = target, self._third if target is self._other else self._other
         return source

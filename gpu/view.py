@@ -5,6 +5,7 @@ import warp as wp
 from gpu.camera import seen_again
 from gpu.device import allocate
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
+from gpu.history import History
 from gpu.needs import needs_of
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
@@ -22,8 +23,9 @@ class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
     `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
-    `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one. stride:
-    of the pixels that are shaded (gpu.interpolate).
+    `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one, `history`
+    what light it has of those before; `seed` (1,) is the frame's own. stride: of the pixels that are shaded
+    (gpu.interpolate).
     """
 
     def __init__(
@@ -42,11 +44,13 @@ class View:
         self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
         self.walks = False
         self._last: Camera | None = None
+        self.seed = wp.zeros(1, dtype=int, device=self.device)
         self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
         self.soft = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.smoothing = Smoothing(size, self.device)
+        self.history = History(size, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, stride, self.device)
 

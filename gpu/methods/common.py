@@ -36,9 +36,9 @@ class RenderMethod(Protocol):
         """Of the last frame, once it is ready."""
 
 
-def frame_seed(seed: int, sample: int) -> int:
-    """The seed of frame `sample` of a still view; that of the first is `seed` itself."""
-    return (seed + 0x9E3779B9 * sample) % 2**31
+def frame_seed(seed: int, number: int) -> int:
+    """The seed of frame `number` of a still view or a walk; that of the first is `seed` itself."""
+    return (seed + 0x9E3779B9 * number) % 2**31
 
 
 def lighting_choice(settings: RenderSettings, quality: Quality, sample: int = 0) -> LightingChoice:
@@ -108,12 +108,20 @@ def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "Radios
               settings: RenderSettings, stages: Stages, sample: int) -> NearField | None:  # fmt: skip
     """Begin to find by the map `lit` what `vpls` lack near field; these rays need no stage but the first.
 
-    Returns what `add_indirect` is to add, None where there is no map.
+    Where light is shared, what earlier frames of a walk found joins in. Returns what `add_indirect` is to add, None
+    where there is no map.
     """
     if lit is None:
         return None
-    args = view.scene, view.gbuffer, view.shading_points, vpls, lit, frame_seed(settings.seed, sample)
-    stages.fork("near rays", lambda: near_field.trace(*args), repeats=sample == 0)
+    smooth = is_smoothed(settings, sample)
+
+    def rays() -> None:
+        sps, frames = view.shading_points, view.history.frames
+        near_field.trace(view.scene, view.gbuffer, sps, vpls, lit, view.seed, frames)
+        if smooth:
+            view.history.take_near(sps, near_field.light)
+
+    stages.fork("near rays", rays, repeats=sample == 0)
     return near_field
 
 
@@ -121,7 +129,7 @@ def fork_near_sharing(view: View, near_field: NearField | None, settings: Render
                       sample: int) -> None:  # fmt: skip
     """Begin to smooth what `near_field` of `fork_near` has found, guided by the light that it keeps."""
     if near_field and is_smoothed(settings, sample):
-        args = view.gbuffer, view.shading_points
+        args = view.gbuffer, view.shading_points, view.history.frames
         stages.fork("near sharing", lambda: near_field.share(*args), repeats=sample == 0)
 
 

@@ -10,6 +10,7 @@ from gpu.methods.common import (
     add_indirect,
     fork_near,
     fork_near_sharing,
+    frame_seed,
     is_smoothed,
     keeps_lights,
     lighting_choice,
@@ -59,6 +60,7 @@ class ExactVpl:
         choice = lighting_choice(self._settings, self._quality, sample)
         self._kept = keeps_lights(self._lighting, choice, self._settings, stages, progress, held=sample == 0)
         self._vpls = self._light(sample, progress) if sample else self._first
+        self._view.seed.fill_(frame_seed(self._settings.seed, sample))
         render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._has_indirect:
             lit = self._lit(sample, progress) if sample else self._first_lit

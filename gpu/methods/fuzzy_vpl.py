@@ -61,7 +61,7 @@ class FuzzyVpl:
         self._correction = Correction(view.pixels, view.device)
         self._brightness = MeanBrightness(view.device)
         self._near_field = NearField(view.size, view.device)
-        self._counter = Counter(11, view.device)
+        self._counter = Counter(12, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
@@ -82,6 +82,8 @@ class FuzzyVpl:
         self._kept, self._refines = True, False
         # Whether the last frame left clusters and bits of these lights.
         self._begun = False
+        # Frames of a walk whose light is kept since it began; each has its own rays.
+        self._steps = 0
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._first_lit = None
         if self._has_indirect and settings.near_field:
@@ -118,7 +120,7 @@ class FuzzyVpl:
         goes_on = self._begun and view.walks and repeats and self._kept and settings.skip.kept_clusters
         self._begun = False  # nor is it, should this frame fail
         vpls, visibility = self._vpls, self._visibility
-        seed, fuzziness = frame_seed(settings.seed, sample), settings.fuzziness
+        fuzziness, seed, history = settings.fuzziness, view.seed, view.history
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
 
         correction, far, probes, smooth = self._correction, self._far, self.probes, is_smoothed(settings, sample)
@@ -128,7 +130,7 @@ class FuzzyVpl:
             if goes_on:
                 clustering.go_on(sps, gbuffer, view.camera, view.size)
             else:
-                clustering.run(sps, gbuffer, seed)
+                clustering.run(sps, gbuffer, frame_seed(settings.seed, sample))
 
         def correct() -> None:
             check = partial(correction.trace, view.scene, gbuffer)
@@ -136,7 +138,8 @@ class FuzzyVpl:
             check(sps, *by, range(SHARPER_PASSES if is_sharper(sample) else 1))
             shared = correction.own
             if smooth:
-                shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, correction.own)
+                lacking = history.take_light(sps, indirect.irradiance, correction.own)
+                shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, lacking, history.frames)
                 dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, self._brightness
                 self._brightness.find(gbuffer, sps, indirect.irradiance)
                 self._suspects.find(sps, *dispute)
@@ -147,6 +150,12 @@ class FuzzyVpl:
         def refine() -> None:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
 
+        remembers = goes_on and smooth and settings.skip.kept_light
+        self._steps = self._steps + 1 if remembers else 0
+        seed.fill_(frame_seed(settings.seed, sample or self._steps))
+        if smooth:
+            look_back = partial(history.find, gbuffer, sps) if remembers else history.forget
+            stages.run("history", look_back, repeats=repeats, way=remembers)
         near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=goes_on)
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
@@ -167,6 +176,8 @@ class FuzzyVpl:
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
         add_indirect(view, near, settings, stages, sample)
+        if smooth:
+            stages.run("keep", partial(history.keep, gbuffer, sps, view.camera), repeats=repeats)
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, SPs, those looked at again, rays of clusters, finds near field, and unserved SPs."""
@@ -178,7 +189,7 @@ class FuzzyVpl:
             counts |= dict.fromkeys(("shaded", "suspected", "refined", "rays", "near", "unassigned"), 0)
             return counts, view_skips(view, self._settings, empty)
         visibility = self._visibility
-        shaded, suspected, refined, rays, shared, used, fresh, close, near, needs, empty = self._counter.sums(
+        shaded, suspected, refined, rays, shared, used, fresh, close, known, near, needs, empty = self._counter.sums(
             [
                 (view.shading_points.count, 0),
                 (self._suspects.count, 0),
@@ -188,6 +199,7 @@ class FuzzyVpl:
                 (self._clustering.clusters.used, 0),
                 (self._clustering.clusters.fresh, 0),
                 (view.indirect.pairs, 0),
+                (view.history.known, 0),
                 (self._near_field.found, 0),
                 (self._clustering.need, UNASSIGNED_NEED),
             ],
@@ -200,6 +212,7 @@ class FuzzyVpl:
             "interpolated": view.pixels - shaded - empty,
             "unchanged_lights": vpls if self._kept else 0,
             "kept_clusters": counts["vpl_clusters"] * (used - fresh),
+            "kept_light": known,
             "facing_away": pairs - rays - shared,
             "weak_pairs": shared,
             "far_pairs": shaded * counts["vpl_clusters"] - close,

@@ -20,6 +20,7 @@ BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW, INK, GREY = (
 STAGES = {
     "gbuffer": GREY,
     "direct": YELLOW,
+    "history": "#7a6fb0",
     "cluster": BLUE,
     "visibility": VERMILION,
     "shade": ORANGE,
@@ -27,12 +28,13 @@ STAGES = {
     "refine": PURPLE,
     "near": "#7f5f3f",
     "interpolate": SKY,
+    "keep": "#5f7f5f",
     "gather": "#8f3b1b",
     "paths": INK,
     "display": "#c9cdd2",
 }
 SCENES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, INK, SKY, "#7f5f3f")
-OTHER_STAGES = ("#c04f7d", "#5f7f5f", "#7a6fb0")
+OTHER_STAGES = ("#c04f7d", "#4f6f8f", "#a88f3f")
 # Two colours from dark to light for what has an order, such as error.
 SEQUENCE = "magma"
 FEW_DECADES = 1.8

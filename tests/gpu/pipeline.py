@@ -138,16 +138,19 @@ class Pipeline:
     def shade(self, seed: int = 0) -> None:
         """Shade anew with the clusters and visibility as they are now."""
         view, clusters = self.view, self.clustering.clusters
+        view.seed.fill_(seed)
         self.far.run(clusters, self.visibility.words, self.lights, few=False)
         shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
-              seed, view.indirect)  # fmt: skip
+              view.seed, view.indirect)  # fmt: skip
 
     def correct(self, correction: Correction, seed: int, passes: range = range(1),
                 points: ListedPoints | None = None) -> None:  # fmt: skip
         """Check what is shaded, at all SPs or at `points`."""
         view = self.view
+        view.seed.fill_(seed)
         correction.trace(view.scene, view.gbuffer, points or view.shading_points, self.clustering.clusters,
-                         self.visibility.words, self.lights, self.far.data, view.indirect, seed, passes)  # fmt: skip
+                         self.visibility.words, self.lights, self.far.data, view.indirect, view.seed,
+                         passes)  # fmt: skip
 
     def believe(self, seen: Doubles) -> None:
         """Have the clusters believe `seen` (sp cluster, VPL cluster), 0 or 1, and shade anew."""

@@ -27,7 +27,8 @@ def refine(fuzzy: Pipeline, points: ListedPoints, seeds: int = 1, believed: floa
         fuzzy.shade()
         if believed is not None:
             irradiance.fill_(believed)
-        refinement.run(view.scene, view.gbuffer, points, fuzzy.lights, seed, irradiance)
+        view.seed.fill_(seed)
+        refinement.run(view.scene, view.gbuffer, points, fuzzy.lights, view.seed, irradiance)
         found.append(fuzzy.irradiance())
     fuzzy.shade()
     return np.stack(found)
@@ -62,7 +63,8 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     correction = Correction(view.pixels, view.device)
     many.correct(correction, 0)
     irradiance = view.indirect.irradiance
-    shared = view.smoothing.share(view.gbuffer, view.shading_points, irradiance, correction.own)
+    none = view.history.frames
+    shared = view.smoothing.share(view.gbuffer, view.shading_points, irradiance, correction.own, none)
     points = WorstPoints(view.pixels, 400, 0.25, view.device)
     mean = MeanBrightness(view.device)
     mean.find(view.gbuffer, view.shading_points, irradiance)
@@ -72,7 +74,7 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     smoothed = np.maximum(before + shared.numpy(), 0.0)
     irradiance.assign(smoothed.astype(np.float32))
     Refinement(points.capacity, many.lights.count, view.device).run(
-        view.scene, view.gbuffer, points, many.lights, 0, irradiance
+        view.scene, view.gbuffer, points, many.lights, view.seed, irradiance
     )
     after = many.irradiance()
     # The mean of the whole picture is what dark means, so those that were refined are compared inside it.

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import warp as wp
 from numpy.typing import NDArray
 from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
@@ -17,14 +18,17 @@ def smoothed(gbuffer: GBuffer, light: NDArray) -> NDArray:
     return numbers(values)
 
 
-def shared(gbuffer: GBuffer, light: NDArray, guide: NDArray, stride: int = 1) -> tuple[NDArray, NDArray]:
-    """`light` (height, width) after sharing it between SPs by a `guide`, and which pixels have SPs."""
+def shared(
+    gbuffer: GBuffer, light: NDArray, guide: NDArray, stride: int = 1, frames: int = 0
+) -> tuple[NDArray, NDArray]:
+    """`light` (height, width) of so many `frames` shared between SPs by a `guide`, and which pixels have SPs."""
     sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
     sps.find(gbuffer)
     chosen = np.zeros(WIDTH * HEIGHT, bool)
     chosen[sps.pixels.numpy()[: sps.count.numpy()[0]]] = True
     values = grey_values(light)
-    result = Smoothing((WIDTH, HEIGHT), CPU).share(gbuffer, sps, grey_values(guide), values)
+    known = wp.full(WIDTH * HEIGHT, frames, dtype=int, device=CPU)
+    result = Smoothing((WIDTH, HEIGHT), CPU).share(gbuffer, sps, grey_values(guide), values, known)
     assert np.array_equal(numbers(values), light.astype(np.float32))  # other stages still need it
     return numbers(result), chosen.reshape(HEIGHT, WIDTH)
 
@@ -82,6 +86,15 @@ def test_rare_light_is_spread_evenly_over_a_plane_and_keeps_its_mean(stride: int
         after.append(result[sps].mean())
         assert result[sps].var() < anchors.var() / 20.0
     assert np.mean(after) == pytest.approx(np.mean(before), rel=0.03)
+
+
+def test_light_of_many_frames_is_shared_less_far() -> None:
+    few, many = (shared(wall(), rare(), np.ones((HEIGHT, WIDTH)), frames=frames)[0] for frames in (4, 5))
+    assert 2.0 * few.var() < many.var() < rare().var() / 15.0
+    spot = np.zeros((HEIGHT, WIDTH))
+    spot[12, 20] = 1.0
+    reach = [np.nonzero(shared(wall(), spot, np.ones((HEIGHT, WIDTH)), frames=frames)[0])[1] for frames in (4, 5)]
+    assert [columns.max() - columns.min() for columns in reach] == [16, 8]
 
 
 def test_only_sps_share_their_light() -> None:

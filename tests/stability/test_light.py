@@ -130,7 +130,7 @@ def test_vpls_on_shading_points_and_a_millionth_above(floor: View, height: float
     clusters.fresh.fill_(1)
     far = FarSums(1, vpls.count, floor.device, enabled=False)
     far.run(clusters, visibility.words, vpls, few=False)
-    shade(1, floor.gbuffer, floor.shading_points, clusters, visibility, vpls, far.data, 0, floor.indirect)
+    shade(1, floor.gbuffer, floor.shading_points, clusters, visibility, vpls, far.data, floor.seed, floor.indirect)
     for irradiance in (exact, floor.indirect.irradiance.numpy()):
         assert np.isfinite(irradiance).all()
         if height == 0.0 or normal > 0.0:

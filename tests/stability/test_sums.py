@@ -97,6 +97,6 @@ def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster:
     clusters.order.assign(np.arange(4, dtype=np.int32) % 2)
     far = FarSums(2, COUNT, view.device, enabled=False)
     far.run(clusters, visibility.words, singles, few=False)
-    shade(2, view.gbuffer, sps, clusters, visibility, singles, far.data, 0, view.indirect)
+    shade(2, view.gbuffer, sps, clusters, visibility, singles, far.data, view.seed, view.indirect)
     weight = np.where(np.arange(COUNT) % 2 == 0, 1.0, share)
     assert error(view.indirect.irradiance.numpy(), expected(view, cluster, weight)) < 1e-6

@@ -1,0 +1,190 @@
+"""Light that earlier frames of a walk found."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, grey, quad, resident_of
+
+from gpu.camera import look_at
+from gpu.history import MOST_FRAMES, History
+from gpu.renderer import Renderer
+from gpu.resident import NO_HIT, ResidentScene
+from gpu.scene.types import Camera, Doubles
+from gpu.settings import Component, Method, RenderSettings, Skips
+from gpu.view import View
+
+SIZE = (64, 48)
+QUALITY = {"sp_clusters": 100, "vpls": 2000, "vpl_clusters": 200, "component": Component.INDIRECT, "lambertian": True}
+
+
+@pytest.fixture(scope="module")
+def room() -> ResidentScene:
+    """A closed box with a lamp below its ceiling and a block on its floor."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
+
+
+def pose(step: float) -> Camera:
+    """A camera that turns and steps aside: half a pixel a step, about."""
+    return look_at((0.003 * step, 0.0, 0.45), (-0.006 * step, -0.1, -0.5), yfov_degrees=75.0)
+
+
+class Seen:
+    """Frames of a view whose light is what a function of the place says; what their history knows of it."""
+
+    def __init__(self, resident: ResidentScene, size: tuple[int, int] = SIZE, stride: int = 1) -> None:
+        self.view = View(resident, size, lambertian=True, stride=stride)
+        self.history = History(size, self.view.device)
+
+    def look(self, camera: Camera) -> None:
+        self.view.look(camera)
+        self.view.find_shading_points()
+
+    @property
+    def positions(self) -> Doubles:
+        return np.asarray(self.view.gbuffer.position.numpy(), np.float64)
+
+    @property
+    def listed(self) -> np.ndarray:
+        return np.asarray(self.view.shading_points.listed.numpy() == 1)
+
+    def array(self, values: Doubles) -> wp.array:
+        return wp.array(values.astype(np.float32), dtype=wp.vec3, device=self.view.device)
+
+    def frame(self, camera: Camera, light: Doubles, *, begins: bool = False) -> tuple[Doubles, Doubles]:
+        """Look, take in `light` (pixel, 3) as what is found; the light and the near-field light that are known then."""
+        self.look(camera)
+        view, history = self.view, self.history
+        if begins:
+            history.forget()
+        else:
+            history.find(view.gbuffer, view.shading_points)
+        irradiance = self.array(np.full_like(light, 0.25))
+        lacking = history.take_light(view.shading_points, irradiance, self.array(light - 0.25))
+        near = self.array(2.0 * light)
+        history.take_near(view.shading_points, near)
+        history.keep(view.gbuffer, view.shading_points, view.camera)
+        return np.asarray(lacking.numpy(), np.float64) + 0.25, np.asarray(near.numpy(), np.float64)
+
+    def frames(self) -> np.ndarray:
+        return np.asarray(self.history.frames.numpy())
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene, stride: int) -> None:
+    """Light is linear over the place, so interpolation between pixels of a plane is right."""
+    seen = Seen(room, stride=stride)
+    seen.look(pose(0))
+    seen.frame(pose(0), 1.0 + seen.positions, begins=True)
+    seen.look(pose(1))
+    light, near = seen.frame(pose(1), np.zeros((len(seen.positions), 3)))  # the second frame finds none
+    known = seen.listed & (seen.frames() == 1)
+    assert known.sum() > 0.9 * seen.listed.sum()
+    there = 1.0 + seen.positions[known]
+    # Half of what was known: the mean of two frames. At edges a part of a pixel's surroundings has to do.
+    off = np.abs(light[known] - 0.5 * there).max(axis=1) / seen.view.gbuffer.spacing.numpy()[known]
+    assert off.max() < 0.5 * stride
+    assert np.median(off) < (0.01 if stride == 1 else 0.35)  # the nearest anchor, where that is near enough
+    assert near[known] == pytest.approx(2.0 * light[known], abs=1e-5)
+    fresh = seen.listed & (seen.frames() == 0)
+    assert light[fresh] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_mean_forgets_what_is_older_than_the_most_frames(room: ResidentScene) -> None:
+    seen = Seen(room)
+    ones = np.ones((SIZE[0] * SIZE[1], 3))
+    seen.frame(pose(0), ones, begins=True)
+    expected = 1.0
+    for number in range(1, 40):
+        light, _ = seen.frame(pose(0), 0.0 * ones)
+        expected -= expected / min(number + 1, int(MOST_FRAMES))
+        assert light[seen.listed] == pytest.approx(expected, abs=1e-5)
+    assert seen.frames().max() == int(MOST_FRAMES)
+    assert expected < 0.02
+
+
+def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: ResidentScene) -> None:
+    seen, random = Seen(room), np.random.default_rng(1)
+    for number in range(24):
+        noisy = random.exponential(size=(SIZE[0] * SIZE[1], 3))
+        light, near = seen.frame(pose(0.5 * number), noisy, begins=number == 0)
+    old = seen.listed & (seen.frames() >= 6)
+    assert old.sum() > 0.7 * seen.listed.sum()
+    assert light[old].mean() == pytest.approx(1.0, abs=0.02)
+    assert near[old].mean() == pytest.approx(2.0, abs=0.04)
+    assert light[old].std() < 0.4
+
+
+def test_what_was_hidden_or_outside_has_no_history(room: ResidentScene) -> None:
+    """A thin post hides other walls as the camera moves aside."""
+    post = quad((-0.02, -0.5, 0.2), (0.04, 0.0, 0.0), (0.0, 1.0, 0.0), 0)
+    seen = Seen(resident_of([*box(), post], [grey(0.7)]))
+    seen.frame(pose(0), np.ones((SIZE[0] * SIZE[1], 3)), begins=True)
+    before, faces = seen.positions.copy(), seen.view.gbuffer.face.numpy().copy()
+    moved = replace(pose(0), to_world=pose(0).to_world.copy())
+    moved.to_world[0, 3] += 0.06
+    seen.look(moved)
+    light, _ = seen.frame(moved, np.zeros((len(before), 3)))
+    fresh = seen.listed & (seen.frames() == 0)
+    assert light[fresh] == pytest.approx(0.0, abs=1e-6)
+    nearest = np.array([np.linalg.norm(before[faces != NO_HIT] - place, axis=1).min() for place in seen.positions])
+    spacing = seen.view.gbuffer.spacing.numpy()
+    unseen = seen.listed & (nearest > 2.0 * spacing)
+    assert unseen.sum() > 20
+    assert fresh[unseen].all()
+    assert (~fresh & seen.listed).sum() > 0.8 * seen.listed.sum()
+
+
+def walk(room: ResidentScene, frames: int, **changes: object) -> tuple[list[Doubles], Renderer]:
+    renderer = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
+    return [renderer.render(pose(number), walks=True).radiance().astype(float) for number in range(frames)], renderer
+
+
+def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: ResidentScene) -> None:
+    """Pixels are as small as where light is interpolated: a frame hands on light with less blur than it has noise."""
+    size, last = (192, 144), 16
+
+    def at(number: int) -> Camera:
+        return pose(number / 3)
+
+    def pictures(**changes: object) -> Doubles:
+        renderer = Renderer(room, size, RenderSettings(**{**QUALITY, "near_field": False, **changes}))
+        return np.array([renderer.render(at(number), walks=True).radiance() for number in range(last + 1)], float)
+
+    exact = Renderer(room, size, RenderSettings(**{**QUALITY, "near_field": False, "method": Method.EXACT_VPL}))
+    truth = np.array([exact.render(at(number)).radiance() for number in (last - 1, last)], float)
+
+    def errors(**changes: object) -> tuple[float, float]:
+        """Mean change of the error from one frame to the next, and the mean square of the last one's."""
+        error = pictures(**changes)[-2:] - truth
+        return float(np.abs(error[1] - error[0]).mean()), float(np.mean(error[1] ** 2))
+
+    (flicker, mse), (usual_flicker, usual_mse) = errors(), errors(skip=Skips(kept_light=False))
+    assert flicker < 0.7 * usual_flicker
+    assert mse < 1.1 * usual_mse
+
+
+def test_near_field_light_of_a_walk_has_less_noise_and_as_much_energy(room: ResidentScene) -> None:
+    def change(*, kept: bool) -> tuple[float, float]:
+        """Between frames half a pixel apart, and the mean of the last one."""
+        pictures, _ = walk(room, 20, skip=Skips(kept_light=kept))
+        return float(np.abs(pictures[-1] - pictures[-2]).mean()), float(pictures[-1].mean())
+
+    (kept, energy), (usual, mean) = change(kept=True), change(kept=False)
+    assert kept < 0.8 * usual
+    assert energy == pytest.approx(mean, rel=0.02)
+
+
+def test_statistics_tell_what_earlier_frames_know(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY))
+    first, second = (renderer.render(pose(number), walks=True).stats for number in range(2))
+    assert first.skips["kept_light"] == 0
+    assert 0.9 * second.counts["shaded"] < second.skips["kept_light"] <= second.counts["shaded"]
+    still = renderer.render(pose(3)).stats
+    assert still.skips["kept_light"] == 0
+    for changes in ({"skip": Skips(kept_light=False)}, {"smooth": False}, {"skip": Skips(kept_clusters=False)}):
+        other = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
+        assert [other.render(pose(number), walks=True).stats.skips["kept_light"] for number in range(2)] == [0, 0]
