@@ -26,9 +26,11 @@ NEAR_PAIR = wp.constant(64)
 # VPLs whose radius is far below this share of the distance lose too little to be looked for.
 RADIUS_SHARE = wp.constant(0.06)
 # Of the scene's extent: farther than this, the rays of one SP in so many look, and count as often. What is found there
-# is little and much the same for neighbours; of those whose light earlier frames found, too, fewer suffice.
+# is little and much the same for neighbours.
 NEAR_LENGTH = wp.constant(0.05)
-FAR_EVERY, FAR_EVERY_KNOWN = wp.constant(4), wp.constant(8)
+FAR_EVERY = wp.constant(4)
+# Of the SPs whose light earlier frames found, too, one in so many has a ray, which counts as often.
+KNOWN_EVERY = wp.constant(2)
 # How far above its surface the way between two of its points is looked along, as a share of its length.
 CLEARANCE = wp.constant(0.1)
 
@@ -46,9 +48,9 @@ class Hits:
 
 
 @wp.func
-def far_every(frames: int) -> int:
-    """One in how many SPs whose light is known of so many `frames` before looks farther than NEAR_LENGTH."""
-    return wp.where(frames > 0, FAR_EVERY_KNOWN, FAR_EVERY)
+def looks_every(frames: int) -> int:
+    """One in how many SPs whose light is known of so many `frames` before has a ray; another in the next frame."""
+    return wp.where(frames > 0, KNOWN_EVERY, 1)
 
 
 @cache
@@ -74,13 +76,16 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
         if wp.static(not alpha):
             scene.ignore_alpha = True
         pixel = sps[sp]
+        every = looks_every(frames[pixel])
+        if (sp + seed[0]) % every != 0:
+            return
         place = sobol_pair(sp, NEAR_PAIR, seed[0])
         direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
         geometric = gbuffer.geometric[pixel]
         if wp.dot(direction, geometric) <= 0.0:
             return
         origin = offset_origin(gbuffer.position[pixel], geometric, direction)
-        looks_far = (sp + seed[0]) % far_every(frames[pixel]) == 0
+        looks_far = (sp + seed[0]) % (FAR_EVERY * every) == 0
         length = wp.where(looks_far, RAY_LENGTH, NEAR_LENGTH)
         hit = closest_hit(scene, origin, direction, length)
         if hit.face == NO_HIT:
@@ -147,9 +152,9 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
         if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
             squared = distance * distance
             area = disk_area(gbuffer.position[pixel], vpls, near)
-            share = area / (PI * squared + area)
+            share = float(looks_every(frames[pixel])) * area / (PI * squared + area)
             if distance > NEAR_LENGTH:
-                share *= float(far_every(frames[pixel]))
+                share *= float(FAR_EVERY)
             light[pixel] = lit.radiosity[near] * share
             found[sp] = 1
 

@@ -37,11 +37,11 @@ The server closes with 1002 (no valid hello first), 1008 (refused by policy), 10
 the server, or no answer to its pings), 1012 (server stops) or 1013 (too many viewers, or a viewer that acknowledged
 nothing for long: try again later). The page reconnects with backoff after all but 1002, 1008 and 1009.
 
-A frame, little-endian, 80 bytes and then the image
+A frame, little-endian, 88 bytes and then the image
     offset  type      field
-    0       u8        version of this layout: 1
+    0       u8        version of this layout: 2
     1       u8        codec: 1 = JPEG, 2 = PNG
-    2       u16       header length in bytes, where the image starts (80 now; longer later)
+    2       u16       header length in bytes, where the image starts (88 now; longer later)
     4       u16       width [px]
     6       u16       height [px]
     8       u32       pose id
@@ -50,12 +50,12 @@ A frame, little-endian, 80 bytes and then the image
     20      f32       queue [ms]: from the server's reading of the newer of pose and settings to the start of the render
     24      f32       render [ms]: wall time of all stages
     28      f32       encode [ms]
-    32      f32 × 10  stages [ms], named by `welcome.stages` in this order (`STAGES` below); the last one is all others
-    72      u8        phase: 0 = moving, 1 = still, 2 = final: nothing follows before something changes
-    73      u8        quality of the image, 1 to 100; 100 = lossless
-    74      u16       0
-    76      u16       frames averaged in the image
-    78      u16       frames that the final image will average
+    32      f32 × 12  stages [ms], named by `welcome.stages` in this order (`STAGES` below); the last one is all others
+    80      u8        phase: 0 = moving, 1 = still, 2 = final: nothing follows before something changes
+    81      u8        quality of the image, 1 to 100; 100 = lossless
+    82      u16       0
+    84      u16       frames averaged in the image
+    86      u16       frames that the final image will average
 """
 
 import struct
@@ -72,8 +72,8 @@ from gpu.settings import RenderSettings
 PROTOCOL = 1
 WINDOW = 2
 STAGES = (
-    *("gbuffer", "direct", "cluster", "visibility", "shade", "correct", "refine", "near", "interpolate"),
-    "other",
+    *("gbuffer", "direct", "history", "cluster", "visibility", "shade", "correct", "refine", "near", "interpolate"),
+    *("keep", "other"),
 )
 
 MAX_SIDE = 16_384
@@ -277,8 +277,8 @@ class Phase(IntEnum):
 
 
 LOSSLESS = 100
-_header = struct.Struct("<BBHHHIIIfff10fBBHHH")
-HEADER_VERSION = 1
+_header = struct.Struct("<BBHHHIIIfff12fBBHHH")
+HEADER_VERSION = 2
 HEADER_BYTES = _header.size
 
 
@@ -302,7 +302,7 @@ class FrameHeader:
     target_samples: int = 1
 
     def pack(self) -> bytes:
-        """The 80 bytes that go before the image."""
+        """The 88 bytes that go before the image."""
         return _header.pack(
             *(HEADER_VERSION, self.codec, HEADER_BYTES, self.width, self.height),
             *(self.pose, self.frame, self.settings),

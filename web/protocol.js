@@ -4,9 +4,9 @@
  */
 
 export const PROTOCOL = 1;
-const HEADER_VERSION = 1;
-const HEADER_BYTES = 80;
-const STAGE_SLOTS = 10;
+const HEADER_VERSION = 2;
+const HEADER_BYTES = 88;
+const STAGE_SLOTS = 12;
 /** By number in the header; what a browser makes of them is `image/NAME`. */
 const CODECS = new Map(/** @type {[number, Codec][]} */ ([[1, "jpeg"], [2, "png"]]));
 const PHASES = new Map(/** @type {[number, Phase][]} */ ([[0, "moving"], [1, "still"], [2, "final"]]));
@@ -91,14 +91,14 @@ export function parseFrame(message) {
   }
   const codec = CODECS.get(view.getUint8(1));
   if (!codec) throw new Error(`a frame has an unknown codec: ${view.getUint8(1)}`);
-  const phase = PHASES.get(view.getUint8(72));
-  if (!phase) throw new Error(`a frame has an unknown phase: ${view.getUint8(72)}`);
+  const phase = PHASES.get(view.getUint8(80));
+  if (!phase) throw new Error(`a frame has an unknown phase: ${view.getUint8(80)}`);
   return {
     codec,
     phase,
-    quality: view.getUint8(73),
-    samples: view.getUint16(76, true),
-    targetSamples: view.getUint16(78, true),
+    quality: view.getUint8(81),
+    samples: view.getUint16(84, true),
+    targetSamples: view.getUint16(86, true),
     width: view.getUint16(4, true),
     height: view.getUint16(6, true),
     pose: view.getUint32(8, true),

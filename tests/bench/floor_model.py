@@ -49,6 +49,7 @@ STAGES: dict[str, tuple[Term, ...]] = {
         Term("a ray a pixel", "primary_rays", lambda n: n["pixels"]),
         Term("the G-buffer written", "bytes", lambda n: n["pixels"] * GBUFFER),
     ),
+    "history": (Term("how many frames know an SP written", "bytes", lambda n: n["pixels"] * NUMBER),),
     "cluster": (
         Term(
             "SPs read, clusters and weights written",

@@ -72,7 +72,7 @@ def test_chosen_pixels_have_a_surface_and_are_spread() -> None:
 
 def test_what_a_frame_does_not_count_has_no_floor() -> None:
     counts = {"pixels": 1e6, "sps": 1e5}
-    assert set(floors(STAGES, counts, RATES, {})) == {"gbuffer", "near", "interpolate", "display"}
+    assert set(floors(STAGES, counts, RATES, {})) == {"gbuffer", "history", "near", "interpolate", "keep", "display"}
 
 
 def test_terms_of_one_rate_add_up_and_those_of_others_hide() -> None:

@@ -103,7 +103,7 @@ def test_several_passes_give_the_mean_of_as_many_corrections(clustered: Pipeline
         clustered.correct(correction, seed, range(passes))
         return correction.own.numpy()[clustered.pixels].astype(np.float64)
 
-    one, other = corrected(3, 1), corrected(3 + PASS_SEED, 1)
+    one, other = corrected(3, 1), corrected(3 + int(PASS_SEED), 1)
     assert not np.allclose(one, other)
     assert np.allclose(corrected(3, 2), (one + other) / 2.0, rtol=1e-5, atol=1e-7 * np.abs(one).max())
 

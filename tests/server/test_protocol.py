@@ -24,18 +24,18 @@ IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 
 
 def test_a_header_survives_the_wire_and_keeps_the_image_aligned() -> None:
-    header = FrameHeader(640, 360, 7, 2**32 - 1, 3, 0.5, 12.25, 1.5, (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.5, 8.0, 9.0))
+    header = FrameHeader(640, 360, 7, 2**32 - 1, 3, 0.5, 12.25, 1.5, tuple(0.5 * k for k in range(12)))
     message = header.pack() + b"image"
     assert unpack_frame(message) == (header, b"image")
-    assert HEADER_BYTES == 80
+    assert HEADER_BYTES == 88
 
 
 def test_the_header_has_the_documented_layout() -> None:
     packed = FrameHeader(0x0102, 0x0304, 5, 6, 7, 0.0, 0.0, 0.0, (0.0,) * len(STAGES)).pack()
-    assert packed[:20] == bytes([1, 1, 80, 0, 2, 1, 4, 3, 5, 0, 0, 0, 6, 0, 0, 0, 7, 0, 0, 0])
+    assert packed[:20] == bytes([2, 1, 88, 0, 2, 1, 4, 3, 5, 0, 0, 0, 6, 0, 0, 0, 7, 0, 0, 0])
 
 
-@pytest.mark.parametrize("message", [b"", b"\x01" * 79, b"\x02" + bytes(88)])
+@pytest.mark.parametrize("message", [b"", b"\x02" * 87, b"\x01" + bytes(96)])
 def test_what_is_not_a_frame_is_refused(message: bytes) -> None:
     with pytest.raises(UserError, match="not a frame"):
         unpack_frame(message)
