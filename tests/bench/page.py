@@ -35,7 +35,8 @@ SECTIONS = (
         "part. The default settings come first, then the 2022 paper's three settings beside what it reports "
         "(conference room, on an RTX 2060 laptop). *Indirect* adds up the medians of all stages but "
         "primary rays and display. Frames begin from nothing, unless they are said to be in motion: the camera then "
-        "turns by half a degree from frame to frame, which keep SP clusters, what those see and the light that rays found; stages in brackets.",
+        "turns by half a degree from frame to frame, which keep SP clusters, what those see and the light that rays "
+        "found; stages in brackets.",
         {
             "stages": "each stage's time",
             "error-time-*": "error over time; stars, pluses and crosses are the paper's figures",
