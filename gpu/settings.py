@@ -48,7 +48,9 @@ class Skips(BaseModel):
     unchanged_camera: bool = Field(True, description="no frame of the view that the last one was of, but its picture")
     unchanged_lights: bool = Field(True, description="no new VPLs where those of the same light and choices are kept")
     kept_clusters: bool = Field(True, description="no new SP clusters and rays where a walk's last frame has them")
-    kept_light: bool = Field(True, description="less sharing of light where a walk's earlier frames found it, too")
+    kept_light: bool = Field(
+        True, description="less sharing of light and fewer rays where a walk's earlier frames found it"
+    )
     empty_pixels: bool = Field(True, description="no work on pixels that see nothing")
     interpolated: bool = Field(True, description="no shading of pixels whose neighbours tell their indirect light")
     facing_away: bool = Field(True, description="no ray between clusters that face away from or lie behind each other")

@@ -97,12 +97,16 @@ class FuzzyVpl:
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
     def take_over(self, other: "FuzzyVpl") -> None:
-        """Go on where `other` left off in a walk, if its lights are the same; else a walk begins from nothing here."""
+        """Go on where `other` left off in a walk, if its lights are the same; else a walk begins from nothing here.
+
+        Both share the history of the view.
+        """
         self._begun = other._begun and other._first is self._first
         if self._begun:
             self._clustering.take_over(other._clustering)
             self._visibility.take_over(other._visibility)
             self._far.take_over(other._far)
+            self._steps = other._steps
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""

@@ -167,13 +167,15 @@ def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: ResidentSce
     assert mse < 1.1 * usual_mse
 
 
-def test_near_field_light_of_a_walk_has_less_noise_and_as_much_energy(room: ResidentScene) -> None:
-    def change(*, kept: bool) -> tuple[float, float]:
-        """Between frames half a pixel apart, and the mean of the last one."""
-        pictures, _ = walk(room, 20, skip=Skips(kept_light=kept))
-        return float(np.abs(pictures[-1] - pictures[-2]).mean()), float(pictures[-1].mean())
+def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy(room: ResidentScene) -> None:
+    def change(*, kept: bool) -> tuple[float, float, int]:
+        """Between frames half a pixel apart, the mean of the last one, and how many rays found light in it."""
+        pictures, renderer = walk(room, 20, skip=Skips(kept_light=kept))
+        found = renderer.render(pose(20), walks=True).stats.counts["near"]
+        return float(np.abs(pictures[-1] - pictures[-2]).mean()), float(pictures[-1].mean()), found
 
-    (kept, energy), (usual, mean) = change(kept=True), change(kept=False)
+    (kept, energy, rays), (usual, mean, all_rays) = change(kept=True), change(kept=False)
+    assert 0.4 * all_rays < rays < 0.65 * all_rays
     assert kept < 0.8 * usual
     assert energy == pytest.approx(mean, rel=0.02)
 
