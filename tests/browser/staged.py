@@ -104,7 +104,7 @@ class Stage:
         samples: tuple[int, int] = (1, 1),
         codec: Codec = Codec.JPEG,
         frame: int | None = None,
-        stages: tuple[float, ...] = (0.5, 2.0, 1.0, 3.0, 1.5, 0.0, 0.0, 0.0, 0.0, 0.2),
+        stages: tuple[float, ...] = (0.5, 2.0, 0.0, 1.0, 3.0, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.2),
     ) -> int:
         """Sends a frame of the newest pose and settings: a colour, or pixels (height, width, 3); returns its id."""
         pixels = np.empty((size[1], size[0], 3), np.uint8) if isinstance(picture, tuple) else picture
