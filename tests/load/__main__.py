@@ -152,10 +152,11 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], Coroutine[None, None, int]]] 
 
 
 def said(options: argparse.Namespace) -> Row:
-    """The options as JSON has them."""
+    """The options that were given or have a default, as JSON has them."""
     return {
         name: value if isinstance(value, int | float | list | tuple) else str(value)
         for name, value in vars(options).items()
+        if value is not None
     }
 
 

@@ -78,4 +78,5 @@ def plot_soak(results: dict[str, Any]) -> Figure:
 
 def _what(results: dict[str, Any]) -> str:
     options = results["options"]
-    return f"{options['size'][0]}×{options['size'][1]}, poses at {options['hz']:g} Hz, {options['scene']}"
+    scene = f", {options['scene']}" if "scene" in options else ""
+    return f"{options['size'][0]}×{options['size'][1]}, poses at {options['hz']:g} Hz{scene}"
