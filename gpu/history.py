@@ -10,7 +10,7 @@ import warp as wp
 
 from gpu.device import allocate, launch
 from gpu.gbuffer import CameraData, GBuffer, image_point
-from gpu.kinship import NORMAL_POWER
+from gpu.kinship import likeness
 from gpu.shading_points import ShadingPoints
 
 # A mean of so many frames, from which on older ones fade out, has little noise; each frame that hands it on blurs it a
@@ -53,6 +53,8 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
     frames[pixel] = 0
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
+    geometric = gbuffer.geometric[pixel]
+    limit = PLANE_TOLERANCE * gbuffer.spacing[pixel]
     place = image_point(cameras[0], position, width, height)
     for attempt in range(2):
         step = wp.where(attempt == 0, 1, stride)
@@ -71,10 +73,8 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
             if column >= 0 and column < width and row >= 0 and row < height:
                 other = row * width + column
                 if past.frames[other] > 0:
-                    off = wp.dot(gbuffer.geometric[pixel], past.position[other] - position)
-                    limit = PLANE_TOLERANCE * gbuffer.spacing[pixel] * float(step)
-                    share *= wp.exp(-(off * off) / (limit * limit + 1.0e-30))
-                    share *= wp.pow(wp.max(wp.dot(normal, past.normal[other]), 0.0), NORMAL_POWER)
+                    way = past.position[other] - position
+                    share *= likeness(normal, geometric, way, past.normal[other], limit * float(step))
                     total += share
                     number += share * float(past.frames[other])
                     mean += past.light[other] * share
@@ -146,8 +146,8 @@ class History:
     """What a walk's frames of `size` (width, height) found; its arrays are allocated once.
 
     frames (pixel,): how many earlier frames each of the SPs has its light of; known (pixel,): once it is kept, 1 where
-    these are any, 0 for other pixels. A frame either finds its SPs in the one
-    before or forgets that, then takes in what its rays find, and keeps all that for the next one.
+    these are any, 0 for other pixels. A frame either finds its SPs in the one before or forgets that, then takes in
+    what its rays find, and keeps all that for the next one.
     """
 
     def __init__(self, size: tuple[int, int], device: wp.Device) -> None:

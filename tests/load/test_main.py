@@ -21,7 +21,10 @@ def test_a_run_that_meets_its_level_ends_with_0_and_one_that_does_not_with_1(
 ) -> None:
     run = ("run", "--url", target.url, "--viewers", "2", *SHORT, "--out", str(tmp_path))
     assert command(monkeypatch, *run, "--age", "10000", "--fps", "0.1", "--rest-rate", "4") == 0
-    row = json.loads((tmp_path / "run.json").read_text())["rows"][0]
+    results = json.loads((tmp_path / "run.json").read_text())
+    assert results["options"]["size"] == [96, 54]
+    assert "scene" not in results["options"]  # the service's own
+    row = results["rows"][0]
     assert row["viewers"] == 2
     assert row["rest"]["statuses"] == {"200": 4}
     assert "bottleneck" in capsys.readouterr().out

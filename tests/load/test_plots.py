@@ -11,7 +11,7 @@ from tests.load.viewer import Plan
 
 pytest.importorskip("matplotlib", reason="needs matplotlib, of the extra `bench`")
 
-from tests.load.plots import draw
+from tests.load.plots import draw, plot_ramp
 
 OPTIONS = {"size": [96, 54], "hz": 30.0, "scene": "cornell-box"}
 COMMON = {"environment": {"device": "a device"}, "options": OPTIONS}
@@ -25,6 +25,17 @@ def test_results_are_drawn(tmp_path: Path) -> None:
     made = draw(tmp_path)
     assert [file.name for file in made] == ["ramp.png", "soak.png"]
     assert all(file.read_bytes().startswith(b"\x89PNG") for file in made)
+
+
+def test_a_title_tells_the_scene_if_one_was_chosen() -> None:
+    rows = [crowd_row([log(10, 20.0)], 0.0, 10.0, {})]
+
+    def title(options: dict[str, object]) -> str:
+        figure = plot_ramp({**COMMON, "options": options, "level": {"age": 100.0, "fps": 10.0}, "rows": rows})
+        return str(figure.axes[0].get_title())
+
+    assert title(OPTIONS).endswith("96×54, poses at 30 Hz, cornell-box")
+    assert title({"size": [96, 54], "hz": 30.0}).endswith("96×54, poses at 30 Hz")
 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
