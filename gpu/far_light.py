@@ -8,7 +8,7 @@ clusters that are near a representative, in its spacings, are shaded SP by SP.
 import warp as wp
 
 from gpu.bits import lowest_bit
-from gpu.carry import carry
+from gpu.carry import Table
 from gpu.device import allocate, launch
 from gpu.disk import Disk, disk_at
 from gpu.draws import groups_a_part
@@ -250,12 +250,12 @@ class FarSums:
         self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
-    def take_over(self, other: "FarSums") -> None:
-        """Have what `other` knows of as many VPL clusters, as gpu.sp_clusters takes over the others."""
-        for name in ("near", "light", "moved", "turned"):
-            carry(getattr(other.data, name), getattr(self.data, name))
-        for name in ("mass", "totals"):
-            carry(getattr(other.data, name), getattr(self.data, name), axis=1)
+    @property
+    def tables(self) -> list[Table]:
+        """What is known of representatives."""
+        data = self.data
+        rows = [Table(values) for values in (data.near, data.light, data.moved, data.turned)]
+        return [*rows, Table(data.mass, axis=1), Table(data.totals, axis=1)]
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
         """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.

@@ -11,7 +11,7 @@ from functools import cache
 import warp as wp
 from warp.utils import radix_sort_pairs
 
-from gpu.carry import carry
+from gpu.carry import Table
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.grid import NORMAL_THRESHOLD, Representatives, level_of
@@ -233,17 +233,12 @@ class SpClustering:
         self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
         self.clusters.cluster, self.clusters.weight = members.cluster, members.weight
 
-    def take_over(self, other: "SpClustering") -> None:
-        """Have the clusters of `other`, for `go_on` to keep."""
-        known, own = other._kmeans.grid.data, self._kmeans.grid.data
-        for name in ("position", "normal", "spacing"):
-            carry(getattr(known, name), getattr(own, name))
-        for name in ("position", "geometric", "normal"):
-            carry(getattr(other.clusters, name), getattr(self.clusters, name))
-        carry(other._serving, self._serving)
-        wp.copy(self._good, other._good)
-        self._most_new.fill_(1 + int(MOST_NEW * self.count))
-        self._kmeans.grid.build()
+    @property
+    def tables(self) -> list[Table]:
+        """What is known of clusters, which `go_on` keeps."""
+        known, clusters = self._kmeans.grid.data, self.clusters
+        arrays = known.position, known.normal, known.spacing, clusters.position, clusters.geometric, clusters.normal
+        return [Table(values) for values in (*arrays, self._serving, self._good)]
 
     def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of `sps`, then the F nearest clusters of every SP."""
@@ -261,12 +256,18 @@ class SpClustering:
         launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
         self._finish(sps, gbuffer, self._base, least_need=1)
 
-    def go_on(self, sps: ShadingPoints, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
+    def go_on(
+        self, sps: ShadingPoints, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int], *, carried: bool = False
+    ) -> None:
         """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
 
-        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
+        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by; carried: whether that run had another
+        number of clusters, whose `tables` these have.
         """
         grid, scale = self._kmeans.grid, self._spacing_scale(sps)
+        if carried:
+            self._most_new.fill_(1 + int(MOST_NEW * self.count))
+            grid.build()
         work = self._spacings, self._crowded, self._pixels
         keep(camera, size, gbuffer, sps, scale, self._good, grid.data, self._serving, *work)
         grid.build()

@@ -13,7 +13,7 @@ from functools import cache
 
 import warp as wp
 
-from gpu.carry import carry
+from gpu.carry import Table
 from gpu.device import launch
 from gpu.disk import disk_at
 from gpu.grouping import running_total
@@ -272,9 +272,10 @@ class Visibility:
         self.shared = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
 
-    def take_over(self, other: "Visibility") -> None:
-        """Have the bits that `other` has of as many VPL clusters, as gpu.sp_clusters takes over the others."""
-        carry(other.words, self.words)
+    @property
+    def tables(self) -> list[Table]:
+        """What is known of representatives: their bits."""
+        return [Table(self.words)]
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays."""

@@ -3,6 +3,7 @@
 from copy import copy
 from functools import partial
 
+from gpu.carry import Carrying, Table
 from gpu.correct import Correction
 from gpu.counting import Counter
 from gpu.dispute import MeanBrightness, WorstPoints
@@ -80,8 +81,8 @@ class FuzzyVpl:
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
         self._kept, self._refines = True, False
-        # Whether the last frame left clusters and bits of these lights.
-        self._begun = False
+        # Whether the last frame left clusters and bits of these lights, and whether those of other counts were carried.
+        self._begun = self._carried = False
         # Frames of a walk whose light is kept since it began; each has its own rays.
         self._steps = 0
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
@@ -96,17 +97,20 @@ class FuzzyVpl:
         self._worst = WorstPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
-    def take_over(self, other: "FuzzyVpl") -> None:
+    @property
+    def _tables(self) -> list[Table]:
+        return [*self._clustering.tables, *self._visibility.tables, *self._far.tables]
+
+    def take_over(self, other: "FuzzyVpl") -> Carrying:
         """Go on where `other` left off in a walk, if its lights are the same; else a walk begins from nothing here.
 
-        Both share the history of the view.
+        What is returned is to run before the next frame. Both share the history of the view.
         """
-        self._begun = other._begun and other._first is self._first
-        if self._begun:
-            self._clustering.take_over(other._clustering)
-            self._visibility.take_over(other._visibility)
-            self._far.take_over(other._far)
-            self._steps = other._steps
+        self._begun = self._carried = other._begun and other._first is self._first
+        if not self._begun:
+            return Carrying([], [], self._view.device)
+        self._steps = other._steps
+        return Carrying(other._tables, self._tables, self._view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
@@ -122,7 +126,8 @@ class FuzzyVpl:
             self._vpls = self._lighting.clusters(choice, progress)
             lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
         goes_on = self._begun and view.walks and repeats and self._kept and settings.skip.kept_clusters
-        self._begun = False  # nor is it, should this frame fail
+        carried = goes_on and self._carried
+        self._begun = self._carried = False  # nor are they, should this frame fail
         vpls, visibility = self._vpls, self._visibility
         fuzziness, seed, history = settings.fuzziness, view.seed, view.history
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
@@ -132,7 +137,7 @@ class FuzzyVpl:
 
         def cluster() -> None:
             if goes_on:
-                clustering.go_on(sps, gbuffer, view.camera, view.size)
+                clustering.go_on(sps, gbuffer, view.camera, view.size, carried=carried)
             else:
                 clustering.run(sps, gbuffer, frame_seed(settings.seed, sample))
 
@@ -161,7 +166,7 @@ class FuzzyVpl:
             look_back = partial(history.find, gbuffer, sps) if remembers else history.forget
             stages.run("history", look_back, repeats=repeats, way=remembers)
         near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
-        stages.run("cluster", cluster, repeats=repeats, way=goes_on)
+        stages.run("cluster", cluster, repeats=repeats, way=(goes_on, carried))
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
         self._begun = repeats
 

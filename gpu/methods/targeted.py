@@ -75,7 +75,7 @@ class TargetedVpl:
             self._method = known or before.resized(self._quality(self._level), progress)
             self._kept[self._level] = self._method
             if self._view.walks:
-                stages.run("carry", lambda: self._method.take_over(before), repeats=False)
+                stages.run("carry", self._method.take_over(before).run, repeats=False)
             if len(self._kept) > KEPT_LEVELS:
                 oldest = next(iter(self._kept))
                 del self._kept[oldest]

@@ -3,9 +3,13 @@ import pytest
 import warp as wp
 from scenes import column
 
-from gpu.carry import carry
+from gpu.carry import Carrying, Table
 
 CPU = wp.get_device("cpu")
+
+
+def carry(source: wp.array, target: wp.array, *, axis: int = 0) -> None:
+    Carrying([Table(source, axis)], [Table(target, axis)], CPU).run()
 
 
 def origins(count: int, before: int) -> np.ndarray:
@@ -48,3 +52,23 @@ def test_as_many_stay_as_there_is_room_for_and_each_once(count: int) -> None:
     kept = target.numpy()
     assert (np.diff(kept) > 0).all()
     assert kept[0] == 1
+
+
+def test_tables_of_all_kinds_are_filled_at_once() -> None:
+    draw = np.random.default_rng(4)
+    normals, single = draw.normal(size=(9, 3)).astype(np.float32), draw.normal(size=1).astype(np.float32)
+    rows, words = draw.normal(size=(5, 9)).astype(np.float32), draw.integers(1 << 31, size=(9, 7))
+    sources = [Table(column(normals, wp.vec3)), Table(column(single, float)), Table(column(rows, float), axis=1),
+               Table(column(words, wp.uint32))]  # fmt: skip
+    targets = [Table(wp.zeros(6, dtype=wp.vec3, device=CPU)), Table(wp.zeros(1, dtype=float, device=CPU)),
+               Table(wp.zeros((5, 6), dtype=float, device=CPU), axis=1),
+               Table(wp.zeros((6, 7), dtype=wp.uint32, device=CPU))]  # fmt: skip
+    Carrying(sources, targets, CPU).run()
+    origin = origins(6, 9)
+    wanted = normals[origin], single, rows[:, origin], words[origin]
+    for table, expected in zip(targets, wanted, strict=True):
+        assert np.array_equal(table.values.numpy(), expected)
+
+
+def test_nothing_is_carried_of_no_tables() -> None:
+    Carrying([], [], CPU).run()

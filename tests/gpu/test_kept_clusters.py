@@ -9,6 +9,7 @@ from scenes import box, grey, quad, resident_of, results, slats, traced_vpls
 
 from gpu.accumulate import Accumulation
 from gpu.camera import look_at
+from gpu.carry import Carrying
 from gpu.device import duplicate
 from gpu.frame import Frame
 from gpu.gbuffer import CameraData, pixel_of
@@ -64,15 +65,15 @@ class Walk:
         self.lights = cluster_vpls(self.resident, vpls, 70, 0)
         self.visibility = Visibility(self.count, max(self.lights.count, 1), self.view.device)
 
-    def step(self, camera: Camera, *, begins: bool = False) -> None:
-        """One frame."""
+    def step(self, camera: Camera, *, begins: bool = False, carried: bool = False) -> None:
+        """One frame, the first, one that goes on, or one whose clusters were carried."""
         view = self.view
         view.look(camera)
         view.find_shading_points()
         if begins:
             self.clustering.run(view.shading_points, view.gbuffer, 0)
         else:
-            self.clustering.go_on(view.shading_points, view.gbuffer, view.camera, view.size)
+            self.clustering.go_on(view.shading_points, view.gbuffer, view.camera, view.size, carried=carried)
         self.visibility.trace(view.scene, self.clustering.clusters, self.lights)
 
     @property
@@ -408,8 +409,8 @@ def go_on_with(walk: Walk, count: int) -> Walk:
     other = replace(walk, count=count)
     other.view, other.lights = walk.view, walk.lights
     other.clustering = walk.clustering.resized(count)
-    other.clustering.take_over(walk.clustering)
-    other.visibility.take_over(walk.visibility)
+    sources, targets = ([*each.clustering.tables, *each.visibility.tables] for each in (walk, other))
+    Carrying(sources, targets, walk.view.device).run()
     return other
 
 
@@ -422,7 +423,7 @@ def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: 
     walk = go_on_with(walk, count)
     numbers, new = [], []
     for step in range(14):
-        walk.step(pose(0.1 * step))
+        walk.step(pose(0.1 * step), carried=step == 0)
         walk.assert_served()
         numbers.append(walk.used.sum())
         new.append(len(walk.fresh))
