@@ -136,7 +136,7 @@ def direct_light_kernel(needs: Needs) -> wp.Kernel:
         gbuffer: GBuffer,
         width: int,
         samples: int,
-        frame: int,
+        moment: wp.array[int],
         seed: int,
         out: wp.array[wp.vec3],
         soft: wp.array[wp.vec3],
@@ -177,7 +177,7 @@ def direct_light_kernel(needs: Needs) -> wp.Kernel:
         view = gbuffer.view[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], hard_light(scene, table, surface, view))
         place = z_order(pixel % width, pixel // width)
-        light = soft_light(scene, table, surface, view, place, frame * samples, samples, seed)
+        light = soft_light(scene, table, surface, view, place, moment[0] * samples, samples, seed)
         soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
 
     return kernel
@@ -193,16 +193,16 @@ def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: 
 
 
 def trace_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
-                       size: tuple[int, int], samples: int, frame: int, seed: int, out: wp.array,
+                       size: tuple[int, int], samples: int, moment: wp.array, seed: int, out: wp.array,
                        soft: wp.array, needs: Needs = EVERYTHING) -> None:  # fmt: skip
     """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
 
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
-    gpu.smooth and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights; frame: its
-    number among those of a view, which complement each other; needs: of the scene.
+    gpu.smooth and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights; moment:
+    (1,), the frame's number among those that complement each other; needs: of the scene.
     """
     width, height = size
-    inputs = [scene, table, gbuffer, width, samples, frame, seed, out, soft]
+    inputs = [scene, table, gbuffer, width, samples, moment, seed, out, soft]
     launch(direct_light_kernel(needs), width * height, inputs, resident.device)
 
 

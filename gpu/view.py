@@ -7,12 +7,14 @@ from gpu.device import allocate
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
 from gpu.history import History
 from gpu.needs import needs_of
+from gpu.past import LastFrame
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.settings import EVERY_SKIP, Skips
 from gpu.shade import allocate_indirect
 from gpu.shading_points import ShadingPoints
 from gpu.smooth import Smoothing
+from gpu.soft_history import SoftHistory
 
 # What a walk sees is about so far away, in unit space; when less of it than this was seen before, nothing is built on.
 USUAL_DISTANCE = 0.3
@@ -23,9 +25,10 @@ class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
     `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
-    `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one, `history`
-    what light it has of those before; `seed` (1,) is the frame's own. stride: of the pixels that are shaded
-    (gpu.interpolate).
+    `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one. A method
+    whose frames leave their light in `history` and `soft_history`, and what they saw in `last`, says so by `kept`;
+    `step` is the number of such frames before this one in a walk. `seed` and `moment` (1,) are the frame's own.
+    stride: of the pixels that are shaded (gpu.interpolate).
     """
 
     def __init__(
@@ -43,14 +46,19 @@ class View:
         self._backdrop = not skip.empty_pixels
         self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
         self.walks = False
-        self._last: Camera | None = None
+        self.step = 0
+        self._camera: Camera | None = None
+        self.kept = False
         self.seed = wp.zeros(1, dtype=int, device=self.device)
+        self.moment = wp.zeros(1, dtype=int, device=self.device)
         self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
         self.soft = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.smoothing = Smoothing(size, self.device)
         self.history = History(size, self.device)
+        self.soft_history = SoftHistory(size, self.device)
+        self.last = LastFrame(self.pixels, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, stride, self.device)
 
@@ -62,10 +70,12 @@ class View:
         aspect, placement = self.size[0] / self.size[1], self.resident.scene.placement
         self.walks = (
             walks
-            and self._last is not None
-            and seen_again(camera, self._last, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
+            and self._camera is not None
+            and seen_again(camera, self._camera, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
         )
-        self._last = camera
+        self._camera = camera
+        self.step = self.step + 1 if self.walks and self.kept else 0
+        self.kept = False
         data = camera_data(camera, placement, aspect, place)
         self.camera.assign(wp.array([data], dtype=CameraData, device="cpu"))
 

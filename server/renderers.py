@@ -15,9 +15,9 @@ from gpu.resident import ResidentScene
 from gpu.settings import RenderSettings
 from server.messages import SceneRef
 
-# Device memory of a renderer, nearly all in arrays of its pixels, of SP clusters and of pairs of clusters [bytes]; 569,
+# Device memory of a renderer, nearly all in arrays of its pixels, of SP clusters and of pairs of clusters [bytes]; 589,
 # 11,228 and 7.0 fitted to the arrays of six renderers.
-BYTES_A_PIXEL = 590
+BYTES_A_PIXEL = 610
 BYTES_A_CLUSTER = 12_000
 BYTES_A_PAIR = 8
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].

@@ -81,6 +81,21 @@ def is_smoothed(settings: RenderSettings, sample: int) -> bool:
     return settings.smooth and not is_sharper(sample)
 
 
+def keeps_light(settings: RenderSettings, sample: int) -> bool:
+    """Whether frame `sample` of a still view leaves its light to the next of a walk."""
+    return settings.skip.kept_light and settings.smooth and sample == 0
+
+
+def remembers_light(view: View, sample: int) -> bool:
+    """Whether frame `sample` of a still view builds on the light that frames of a walk before it left."""
+    return view.step > 0 and sample == 0
+
+
+def frame_number(view: View, sample: int) -> int:
+    """The number of frame `sample` among those of a still view or a walk that have samples of their own each."""
+    return sample or view.step
+
+
 def render_direct(
     view: View, settings: RenderSettings, quality: Quality, table: LightTable, stages: Stages, sample: int
 ) -> None:
@@ -91,17 +106,20 @@ def render_direct(
         return
     gbuffer, seed = view.gbuffer, settings.seed
     samples = quality.samples * (SHARPER_SAMPLES if is_sharper(sample) else 1)
+    keeps, remembers = keeps_light(settings, sample), remembers_light(view, sample)
+    view.moment.fill_(frame_number(view, sample))
 
     def direct() -> None:
-        out = (view.radiance, view.soft)
-        numbers = samples, sample, seed
+        numbers, out = (samples, view.moment, seed), (view.radiance, view.soft)
         trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, *numbers, *out, view.needs)
         if view.needs.soft:
+            if keeps:
+                view.soft_history.take(gbuffer, view.last, view.soft, remembers=remembers)
             if is_smoothed(settings, sample):
                 view.smoothing.run(gbuffer, view.soft)
             add_soft_light(gbuffer, view.soft, view.radiance)
 
-    stages.run("direct", direct, repeats=sample == 0)
+    stages.run("direct", direct, repeats=sample == 0, way=remembers)
 
 
 def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",

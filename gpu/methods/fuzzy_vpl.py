@@ -14,11 +14,14 @@ from gpu.methods.common import (
     add_indirect,
     fork_near,
     fork_near_sharing,
+    frame_number,
     frame_seed,
     is_sharper,
     is_smoothed,
+    keeps_light,
     keeps_lights,
     lighting_choice,
+    remembers_light,
     render_direct,
     view_skips,
 )
@@ -83,8 +86,8 @@ class FuzzyVpl:
         self._kept, self._refines = True, False
         # Whether the last frame left clusters and bits of these lights, and whether those of other counts were carried.
         self._begun = self._carried = False
-        # Frames of a walk whose light is kept since it began; each has its own rays.
-        self._steps = 0
+        # Whether the last frame built on the light of those before.
+        self._remembers = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._first_lit = None
         if self._has_indirect and settings.near_field:
@@ -109,15 +112,27 @@ class FuzzyVpl:
         self._begun = self._carried = other._begun and other._first is self._first
         if not self._begun:
             return Carrying([], [], self._view.device)
-        self._steps = other._steps
         return Carrying(other._tables, self._tables, self._view.device)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
-        """Direct light, then SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
-        view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
+        """Direct light, then what VPLs send, which the next frame of a walk builds on."""
+        view, settings = self._view, self._settings
         render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
-        if not self._has_indirect:
-            return
+        if self._has_indirect:
+            self._render_indirect(stages, sample, progress)
+        if keeps_light(settings, sample):
+            stages.run("keep", self._keep)
+            view.kept = True
+
+    def _keep(self) -> None:
+        view = self._view
+        if self._has_indirect:
+            view.history.keep(view.shading_points)
+        view.last.keep(view.gbuffer, view.camera)
+
+    def _render_indirect(self, stages: Stages, sample: int, progress: Progress) -> None:
+        """SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
+        view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
         number = 0 if self._fixed else sample // (FRAMES_A_SET if self._quality.vpls >= MANY_VPLS else 1)
         choice, first = lighting_choice(settings, self._quality, number), number == 0
         self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
@@ -159,11 +174,10 @@ class FuzzyVpl:
         def refine() -> None:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
 
-        remembers = goes_on and smooth and settings.skip.kept_light
-        self._steps = self._steps + 1 if remembers else 0
-        seed.fill_(frame_seed(settings.seed, sample or self._steps))
+        remembers = self._remembers = remembers_light(view, sample)
+        seed.fill_(frame_seed(settings.seed, frame_number(view, sample)))
         if smooth:
-            look_back = partial(history.find, gbuffer, sps) if remembers else history.forget
+            look_back = partial(history.find, gbuffer, sps, view.last) if remembers else history.forget
             stages.run("history", look_back, repeats=repeats, way=remembers)
         near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=(goes_on, carried))
@@ -185,8 +199,6 @@ class FuzzyVpl:
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
         add_indirect(view, near, settings, stages, sample)
-        if smooth:
-            stages.run("keep", partial(history.keep, gbuffer, sps, view.camera), repeats=repeats)
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, SPs, those looked at again, rays of clusters, finds near field, and unserved SPs."""
@@ -221,7 +233,7 @@ class FuzzyVpl:
             "interpolated": view.pixels - shaded - empty,
             "unchanged_lights": vpls if self._kept else 0,
             "kept_clusters": counts["vpl_clusters"] * (used - fresh),
-            "kept_light": known,
+            "kept_light": known if self._remembers else 0,
             "facing_away": pairs - rays - shared,
             "weak_pairs": shared,
             "far_pairs": shaded * counts["vpl_clusters"] - close,

@@ -106,7 +106,8 @@ STAGES: dict[str, tuple[Term, ...]] = {
     "near": (Term("light of SPs added", "bytes", lambda n: n["sps"] * 3 * VECTOR),),
     "interpolate": (Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),),
     "keep": (
-        Term("places and light of SPs kept", "bytes", lambda n: n["sps"] * 8 * VECTOR + n["pixels"] * 3 * NUMBER),
+        Term("light of SPs kept", "bytes", lambda n: n["sps"] * 4 * VECTOR + n["pixels"] * 3 * NUMBER),
+        Term("places and normals of all pixels kept", "bytes", lambda n: n["pixels"] * 4 * VECTOR),
     ),
     "display": (Term("radiance read, pixels written", "bytes", lambda n: n["pixels"] * (VECTOR + 3)),),
 }

@@ -116,7 +116,8 @@ def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_o
     asked: list[tuple[int, int, int]] = []
 
     def trace(*args: Any) -> None:
-        asked.append(args[5:8])
+        samples, moment, seed = args[5:8]
+        asked.append((samples, int(moment.numpy()[0]), seed))
         trace_direct_light(*args)
 
     monkeypatch.setattr("gpu.methods.common.trace_direct_light", trace)

@@ -29,7 +29,8 @@ def direct(
     trace_primary_rays(resident, scene, camera_of(resident, camera, SIZE), SIZE, gbuffer)
     out = wp.full(SIZE[0] * SIZE[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
-    trace_direct_light(resident, scene, build_light_table(resident), gbuffer, SIZE, samples, frame, seed, out, soft)
+    table, moment = build_light_table(resident), wp.full(1, frame, dtype=int, device="cpu")
+    trace_direct_light(resident, scene, table, gbuffer, SIZE, samples, moment, seed, out, soft)
     add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64).reshape(SIZE[1], SIZE[0], 3)
 

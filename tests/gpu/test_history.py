@@ -8,7 +8,8 @@ import warp as wp
 from scenes import box, grey, quad, resident_of
 
 from gpu.camera import look_at
-from gpu.history import MOST_FRAMES, History
+from gpu.history import History
+from gpu.past import MOST_FRAMES
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene.types import Camera, Doubles
@@ -61,12 +62,13 @@ class Seen:
         if begins:
             history.forget()
         else:
-            history.find(view.gbuffer, view.shading_points)
+            history.find(view.gbuffer, view.shading_points, view.last)
         irradiance = self.array(np.full_like(light, 0.25))
         lacking = history.take_light(view.shading_points, irradiance, self.array(light - 0.25))
         near = self.array(2.0 * light)
         history.take_near(view.shading_points, near)
-        history.keep(view.gbuffer, view.shading_points, view.camera)
+        history.keep(view.shading_points)
+        view.last.keep(view.gbuffer, view.camera)
         return np.asarray(lacking.numpy(), np.float64) + 0.25, np.asarray(near.numpy(), np.float64)
 
     def frames(self) -> np.ndarray:
@@ -185,6 +187,13 @@ def test_statistics_tell_what_earlier_frames_know(room: ResidentScene) -> None:
     assert 0.9 * second.counts["shaded"] < second.skips["kept_light"] <= second.counts["shaded"]
     still = renderer.render(pose(3)).stats
     assert still.skips["kept_light"] == 0
-    for changes in ({"skip": Skips(kept_light=False)}, {"smooth": False}, {"skip": Skips(kept_clusters=False)}):
+    for changes in ({"skip": Skips(kept_light=False)}, {"smooth": False}):
         other = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
         assert [other.render(pose(number), walks=True).stats.skips["kept_light"] for number in range(2)] == [0, 0]
+
+
+def test_light_is_remembered_where_clusters_are_not_kept(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=Skips(kept_clusters=False)))
+    first, second = (renderer.render(pose(number), walks=True).stats.skips for number in range(2))
+    assert first["kept_light"] == 0 < second["kept_light"]
+    assert second["kept_clusters"] == 0
