@@ -47,22 +47,24 @@ def fold_kernel(first: int, partials: wp.array2d[int], sums: wp.array2d[int]) ->
 
 
 class Counter:
-    """Sums or counts in `rows` int arrays of a device at a time; its own arrays are allocated once."""
+    """Sums or counts in up to `rows` int arrays of a device at a time; its own arrays are allocated once."""
 
     def __init__(self, rows: int, device: wp.Device) -> None:
         self.device = device
         self._partials = wp.zeros((rows, PARTIALS), dtype=int, device=device)
         self._sums = wp.zeros((rows, SUMS), dtype=int, device=device)
 
-    def sums(self, arrays: Sequence[tuple[wp.array, int]], counted: Sequence[tuple[wp.array, int]] = ()) -> list[int]:
-        """For each (values, least) the sum of those non-negative values that are `least` or more. One round trip.
+    def run(self, arrays: Sequence[tuple[wp.array, int]], counted: Sequence[tuple[wp.array, int]] = ()) -> None:
+        """For each (values, least) sum those non-negative values that are `least` or more; at most `rows` in all.
 
-        Then, for each (values, value) of `counted`, how many are `value`.
+        Then, for each (values, value) of `counted`, count how many are `value`.
         """
         for row, (values, least) in enumerate(arrays):
             launch(sum_kernel, PARTIALS, [values, least, row, self._partials], self.device)
         for row, (values, value) in enumerate(counted, start=len(arrays)):
             launch(count_kernel, PARTIALS, [values, value, row, self._partials], self.device)
         launch(fold_kernel, self._sums.size, [self._partials, self._sums], self.device)
-        totals = self._sums.numpy().sum(axis=1, dtype="int64")
-        return [int(total) for total in totals[: len(arrays) + len(counted)]]
+
+    def totals(self) -> list[int]:
+        """What the last run found, for all rows: those that it did not need have older ones."""
+        return [int(total) for total in self._sums.numpy().sum(axis=1, dtype="int64")]

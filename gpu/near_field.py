@@ -30,7 +30,7 @@ RADIUS_SHARE = wp.constant(0.06)
 NEAR_LENGTH = wp.constant(0.05)
 FAR_EVERY = wp.constant(4)
 # Of the SPs whose light earlier frames found, too, one in so many has a ray, which counts as often.
-KNOWN_EVERY = wp.constant(2)
+KNOWN_EVERY = wp.constant(3)
 # How far above its surface the way between two of its points is looked along, as a share of its length.
 CLEARANCE = wp.constant(0.1)
 
@@ -167,11 +167,9 @@ class NearField:
     light (pixel,): what each SP's ray found [W/m²]; found (sp,): 1 where that is some, or 0.
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
-        self.device = device
-        capacity = size[0] * size[1]
-        # Arrays of its own, since light is shared while other stages share theirs and change what guides it.
-        self._smoothing = Smoothing(size, device)
+    def __init__(self, capacity: int, smoothing: Smoothing, device: wp.Device) -> None:
+        self.device, self._smoothing = device, smoothing
+        # An array of its own, since light is shared while other stages change what guides it.
         self._guide = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._hits: Hits = allocate(Hits, capacity, device)
         self._vpl = wp.zeros(capacity, dtype=int, device=device)

@@ -120,6 +120,8 @@ class Renderer:
             accumulation.add(radiance)
             radiance = accumulation.mean
         self._stages.run("display", lambda: tonemap.run(radiance, exposure), repeats=accumulation is None)
+        if not kept:
+            self._stages.follow(self._method.count)
         wp.synchronize_device(view.device)
         if not kept:
             self._statistics = self._method.statistics()

@@ -30,7 +30,7 @@ class Stages:
         # What was forked runs on a stream of its own.
         self._side: wp.Stream | None = None
         self._forked: wp.Event | None = None
-        self._forked_seconds = 0.0
+        self._forked_seconds: dict[str, float] = {}
         self.variant: Hashable = None
         self.steady = False
 
@@ -38,7 +38,7 @@ class Stages:
         """Forget the last frame's times."""
         self._order.clear()
         self._seconds.clear()
-        self._forked_seconds = 0.0
+        self._forked_seconds.clear()
         self.steady = True
 
     def forget(self, variant: Hashable) -> None:
@@ -56,8 +56,7 @@ class Stages:
         if not self._device.is_cuda:
             self._seconds[name] = _duration(work)
             if joins:
-                self._seconds[name] += self._forked_seconds
-                self._forked_seconds = 0.0
+                self._seconds[name] += self._forked_seconds.pop(name, 0.0)
             self._note((name, way, repeats))
             return
         if name not in self._events:
@@ -77,21 +76,30 @@ class Stages:
 
         self._launch((name, way, repeats), timed)
 
-    def fork(self, name: str, work: Callable[[], None], *, repeats: bool = True) -> None:
-        """Run `work` beside the stages that follow, up to one that joins it. It takes what that has to wait for it.
+    def fork(self, name: str, part: str, work: Callable[[], None], *, repeats: bool = True,
+             way: Hashable = None) -> None:  # fmt: skip
+        """Run `work`, a part of the stage `name`, beside the stages that follow, up to the first that joins.
 
         It comes after the stages before and what was forked before. It must write nothing that those which follow
-        read, nor read what they write.
+        read, nor read what they write. On CUDA it takes what the stage that joins has to wait for it.
         """
+        key = f"{name} {part}", way, repeats
         if not self._device.is_cuda:
-            self._forked_seconds += _duration(work)
-            self._note((name, None, repeats))
+            self._forked_seconds[name] = self._forked_seconds.get(name, 0.0) + _duration(work)
+            self._note(key)
             return
         if self._side is None:
             self._side, self._forked = wp.Stream(self._device), wp.Event(self._device)
         with wp.ScopedStream(self._side):
-            self._launch((name, None, repeats), work)
+            self._launch(key, work)
             self._side.record_event(self._forked)
+
+    def follow(self, work: Callable[[], None]) -> None:
+        """Run `work`, which launches the same every frame of a variant, after the stages, in no stage's time."""
+        if self._device.is_cuda:
+            self._launch(("", None, True), work)
+        else:
+            work()
 
     def _note(self, key: tuple[str, Hashable, bool]) -> bool:
         """Whether a stage has run before; its first run loads its kernels, whatever the variant."""

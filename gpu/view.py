@@ -55,7 +55,7 @@ class View:
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
         self.soft = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
-        self.smoothing = Smoothing(size, self.device)
+        self.smoothing, self.side_smoothing = Smoothing(size, self.device), Smoothing(size, self.device)
         self.history = History(size, self.device)
         self.soft_history = SoftHistory(size, self.device)
         self.last = LastFrame(self.pixels, self.device)

@@ -32,8 +32,11 @@ class RenderMethod(Protocol):
         sample: the frame's number among those of a still view; each has its own samples.
         """
 
+    def count(self) -> None:
+        """Launch the sums that `statistics` reads."""
+
     def statistics(self) -> FrameStatistics:
-        """Of the last frame, once it is ready."""
+        """Of the last frame, once it is ready and `count` has run."""
 
 
 def frame_seed(seed: int, number: int) -> int:
@@ -96,10 +99,13 @@ def frame_number(view: View, sample: int) -> int:
     return sample or view.step
 
 
-def render_direct(
+def fork_direct(
     view: View, settings: RenderSettings, quality: Quality, table: LightTable, stages: Stages, sample: int
 ) -> None:
-    """Trace the primary rays and start the picture with direct light, or with black when only indirect is wanted."""
+    """Trace the primary rays and begin with direct light, or with a black picture when only indirect is wanted.
+
+    `join_direct` ends what is begun: no stage between needs the picture.
+    """
     stages.run("gbuffer", view.find_shading_points)
     if settings.component is Component.INDIRECT:
         view.radiance.zero_()
@@ -109,17 +115,27 @@ def render_direct(
     keeps, remembers = keeps_light(settings, sample), remembers_light(view, sample)
     view.moment.fill_(frame_number(view, sample))
 
-    def direct() -> None:
+    def rays() -> None:
         numbers, out = (samples, view.moment, seed), (view.radiance, view.soft)
         trace_direct_light(view.resident, view.scene, table, gbuffer, view.size, *numbers, *out, view.needs)
-        if view.needs.soft:
-            if keeps:
-                view.soft_history.take(gbuffer, view.last, view.soft, remembers=remembers)
-            if is_smoothed(settings, sample):
-                view.smoothing.run(gbuffer, view.soft)
-            add_soft_light(gbuffer, view.soft, view.radiance)
+        if view.needs.soft and keeps:
+            view.soft_history.take(gbuffer, view.last, view.soft, remembers=remembers)
+        if view.needs.soft and is_smoothed(settings, sample):
+            view.side_smoothing.run(gbuffer, view.soft)
 
-    stages.run("direct", direct, repeats=sample == 0, way=remembers)
+    stages.fork("direct", "rays", rays, repeats=sample == 0, way=remembers)
+
+
+def join_direct(view: View, settings: RenderSettings, stages: Stages, sample: int) -> None:
+    """Have the direct light that `fork_direct` began in the picture, if it is wanted."""
+    if settings.component is Component.INDIRECT:
+        return
+
+    def soft() -> None:
+        if view.needs.soft:
+            add_soft_light(view.gbuffer, view.soft, view.radiance)
+
+    stages.run("direct", soft, repeats=sample == 0, joins=True)
 
 
 def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "RadiosityMap | None",
@@ -139,7 +155,7 @@ def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "Radios
         if smooth:
             view.history.take_near(sps, near_field.light)
 
-    stages.fork("near rays", rays, repeats=sample == 0)
+    stages.fork("near", "rays", rays, repeats=sample == 0)
     return near_field
 
 
@@ -148,7 +164,7 @@ def fork_near_sharing(view: View, near_field: NearField | None, settings: Render
     """Begin to smooth what `near_field` of `fork_near` has found, guided by the light that it keeps."""
     if near_field and is_smoothed(settings, sample):
         args = view.gbuffer, view.shading_points, view.history.frames
-        stages.fork("near sharing", lambda: near_field.share(*args), repeats=sample == 0)
+        stages.fork("near", "sharing", lambda: near_field.share(*args), repeats=sample == 0)
 
 
 def add_indirect(view: View, near_field: NearField | None, settings: RenderSettings, stages: Stages,

@@ -8,13 +8,14 @@ from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
     FrameStatistics,
     add_indirect,
+    fork_direct,
     fork_near,
     fork_near_sharing,
     frame_seed,
     is_smoothed,
+    join_direct,
     keeps_lights,
     lighting_choice,
-    render_direct,
     view_skips,
 )
 from gpu.near_field import NearField
@@ -43,7 +44,7 @@ class ExactVpl:
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         # Captured graphs read it, so it must live as long as they do.
         self._first_lit = self._lit(0, progress) if self._has_indirect else None
-        self._near_field = NearField(view.size, view.device)
+        self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
         self._counter = Counter(2, view.device)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
@@ -61,7 +62,7 @@ class ExactVpl:
         self._kept = keeps_lights(self._lighting, choice, self._settings, stages, progress, held=sample == 0)
         self._vpls = self._light(sample, progress) if sample else self._first
         self._view.seed.fill_(frame_seed(self._settings.seed, sample))
-        render_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
+        fork_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
         if self._has_indirect:
             lit = self._lit(sample, progress) if sample else self._first_lit
             near = fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
@@ -69,6 +70,8 @@ class ExactVpl:
             if near and is_smoothed(self._settings, sample):
                 near.keep_guide(self._view.indirect.irradiance)
             fork_near_sharing(self._view, near, self._settings, stages, sample)
+        join_direct(self._view, self._settings, stages, sample)
+        if self._has_indirect:
             add_indirect(self._view, near, self._settings, stages, sample)
 
     def _gather(self, progress: Progress) -> None:
@@ -81,10 +84,14 @@ class ExactVpl:
             gather(view.scene, view.gbuffer, view.shading_points, self._vpls, begin, end, view.indirect)
             progress("gathering virtual point lights", end / self._vpls.count)
 
+    def count(self) -> None:
+        """Count near-field finds and pixels that see nothing."""
+        self._counter.run([(self._near_field.found, 0)], [(self._view.gbuffer.face, int(NO_HIT))])
+
     def statistics(self) -> FrameStatistics:
         """VPLs and VPL clusters that were gathered, each of them, and rays that found near-field light."""
         vpls = self._vpls.members.count if self._vpls.count else 0
-        near, empty = self._counter.sums([(self._near_field.found, 0)], [(self._view.gbuffer.face, int(NO_HIT))])
+        near, empty = self._counter.totals()
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels}
         skips = view_skips(self._view, self._settings, empty)
         return counts | {"near": near, "unassigned": 0}, skips | {"unchanged_lights": vpls if self._kept else 0}

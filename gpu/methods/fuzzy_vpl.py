@@ -12,17 +12,18 @@ from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
     FrameStatistics,
     add_indirect,
+    fork_direct,
     fork_near,
     fork_near_sharing,
     frame_number,
     frame_seed,
     is_sharper,
     is_smoothed,
+    join_direct,
     keeps_light,
     keeps_lights,
     lighting_choice,
     remembers_light,
-    render_direct,
     view_skips,
 )
 from gpu.near_field import NearField
@@ -64,7 +65,7 @@ class FuzzyVpl:
         )
         self._correction = Correction(view.pixels, view.device)
         self._brightness = MeanBrightness(view.device)
-        self._near_field = NearField(view.size, view.device)
+        self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
         self._counter = Counter(12, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
@@ -86,6 +87,7 @@ class FuzzyVpl:
         self._kept, self._refines = True, False
         # Whether the last frame left clusters and bits of these lights, and whether those of other counts were carried.
         self._begun = self._carried = False
+        self._near: NearField | None = None
         # Whether the last frame built on the light of those before.
         self._remembers = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
@@ -117,9 +119,12 @@ class FuzzyVpl:
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then what VPLs send, which the next frame of a walk builds on."""
         view, settings = self._view, self._settings
-        render_direct(view, settings, self._quality, self._lighting.table, stages, sample)
+        fork_direct(view, settings, self._quality, self._lighting.table, stages, sample)
         if self._has_indirect:
-            self._render_indirect(stages, sample, progress)
+            self._find_indirect(stages, sample, progress)
+        join_direct(view, settings, stages, sample)
+        if self._has_indirect:
+            add_indirect(view, self._near, settings, stages, sample)
         if keeps_light(settings, sample):
             stages.run("keep", self._keep)
             view.kept = True
@@ -130,7 +135,7 @@ class FuzzyVpl:
             view.history.keep(view.shading_points)
         view.last.keep(view.gbuffer, view.camera)
 
-    def _render_indirect(self, stages: Stages, sample: int, progress: Progress) -> None:
+    def _find_indirect(self, stages: Stages, sample: int, progress: Progress) -> None:
         """SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
         view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
         number = 0 if self._fixed else sample // (FRAMES_A_SET if self._quality.vpls >= MANY_VPLS else 1)
@@ -179,7 +184,7 @@ class FuzzyVpl:
         if smooth:
             look_back = partial(history.find, gbuffer, sps, view.last) if remembers else history.forget
             stages.run("history", look_back, repeats=repeats, way=remembers)
-        near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
+        near = self._near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=(goes_on, carried))
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
         self._begun = repeats
@@ -198,34 +203,34 @@ class FuzzyVpl:
                 stages.run("refine", refine, repeats=repeats)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
-        add_indirect(view, near, settings, stages, sample)
+
+    def count(self) -> None:
+        """Sum up what the stages left, and count the pixels that see nothing."""
+        view, visibility = self._view, self._visibility
+        arrays = [
+            (view.shading_points.count, 0),
+            (self._suspects.count, 0),
+            (self._worst.count, 0),
+            (visibility.rays, 0),
+            (visibility.shared, 0),
+            (self._clustering.clusters.used, 0),
+            (self._clustering.clusters.fresh, 0),
+            (view.indirect.pairs, 0),
+            (view.history.known, 0),
+            (self._near_field.found, 0),
+            (self._clustering.need, UNASSIGNED_NEED),
+        ]
+        self._counter.run(arrays if self._has_indirect else [], [(view.gbuffer.face, int(NO_HIT))])
 
     def statistics(self) -> FrameStatistics:
         """VPLs, clusters, SPs, those looked at again, rays of clusters, finds near field, and unserved SPs."""
         view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
-        seen = [(view.gbuffer.face, int(NO_HIT))]
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
+        totals = self._counter.totals()
         if not self._has_indirect:
-            (empty,) = self._counter.sums([], seen)
             counts |= dict.fromkeys(("shaded", "suspected", "refined", "rays", "near", "unassigned"), 0)
-            return counts, view_skips(view, self._settings, empty)
-        visibility = self._visibility
-        shaded, suspected, refined, rays, shared, used, fresh, close, known, near, needs, empty = self._counter.sums(
-            [
-                (view.shading_points.count, 0),
-                (self._suspects.count, 0),
-                (self._worst.count, 0),
-                (visibility.rays, 0),
-                (visibility.shared, 0),
-                (self._clustering.clusters.used, 0),
-                (self._clustering.clusters.fresh, 0),
-                (view.indirect.pairs, 0),
-                (view.history.known, 0),
-                (self._near_field.found, 0),
-                (self._clustering.need, UNASSIGNED_NEED),
-            ],
-            seen,
-        )
+            return counts, view_skips(view, self._settings, totals[0])
+        shaded, suspected, refined, rays, shared, used, fresh, close, known, near, needs, empty = totals
         pairs = counts["vpl_clusters"] * fresh
         unassigned = needs // UNASSIGNED_NEED
         skips = {

@@ -47,6 +47,9 @@ class PathTracing:
             )
             progress("tracing paths", (first + samples) / self._samples)
 
+    def count(self) -> None:
+        """Nothing is counted."""
+
     def statistics(self) -> FrameStatistics:
         """Camera paths a pixel; nothing is skipped in a reference."""
         return {"samples": self._samples}, {}

@@ -96,6 +96,10 @@ class TargetedVpl:
             return self._governor.learn({"error": self._method.probes.error()})
         return stages.steady and self._governor.learn(stages.milliseconds())
 
+    def count(self) -> None:
+        """As `fuzzy-vpl` does."""
+        self._method.count()
+
     def statistics(self) -> FrameStatistics:
         """Those of `fuzzy-vpl`."""
         return self._method.statistics()

@@ -36,6 +36,16 @@ def test_a_frame_is_steady_when_each_stage_has_run_before() -> None:
     assert [frame("one", way=way) for way in (1, 1, 2, 1, 2)] == [False, True, False, True, True]
 
 
+def test_what_follows_runs_each_frame_and_is_no_stage() -> None:
+    stages, ran = Stages(wp.get_device("cpu")), []
+    for _ in range(2):
+        stages.start_frame()
+        stages.run("first", lambda: ran.append(1))
+        stages.follow(lambda: ran.append(2))
+    assert ran == [1, 2] * 2
+    assert list(stages.milliseconds()) == ["first"]
+
+
 def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> None:
     stages, ran = Stages(wp.get_device("cpu")), []
 
@@ -46,9 +56,9 @@ def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> No
     for _ in range(2):
         stages.start_frame()
         stages.run("first", lambda: ran.append(1))
-        stages.fork("beside", beside)
+        stages.fork("third", "beside", beside)
         stages.run("second", lambda: ran.append(3))
-        stages.fork("beside, too", beside)
+        stages.fork("third", "beside, too", beside)
         stages.run("third", lambda: ran.append(4), joins=True)
         stages.run("fourth", lambda: ran.append(5))
     assert ran == [1, 2, 3, 2, 4, 5] * 2
@@ -74,8 +84,8 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
     for frame in range(1, 5):
         stages.start_frame()
         stages.run("one", lambda: turn(one, None), repeats=repeats)
-        stages.fork("two", lambda: turn(two, one), repeats=repeats)
-        stages.fork("two more", lambda: turn(two, None), repeats=repeats)
+        stages.fork("four", "two", lambda: turn(two, one), repeats=repeats)
+        stages.fork("four", "two more", lambda: turn(two, None), repeats=repeats)
         stages.run("three", lambda: turn(three, one), repeats=repeats)
         stages.run("four", lambda: turn(three, two), repeats=repeats, joins=True)
         wp.synchronize_device(device)
