@@ -72,7 +72,7 @@ from gpu.settings import RenderSettings
 PROTOCOL = 1
 WINDOW = 2
 STAGES = (
-    *("gbuffer", "direct", "history", "cluster", "visibility", "shade", "correct", "refine", "near", "interpolate"),
+    *("gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "direct", "near", "interpolate"),
     *("keep", "other"),
 )
 
