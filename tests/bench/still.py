@@ -30,9 +30,12 @@ def run(suite: Suite) -> None:
     suite.run("still", tasks)
 
 
-def is_kept(number: int, seconds: float, taken: float) -> bool:
-    """Whether frame `number`, which took the last of the `seconds`, is a power of two or the last within the goal's."""
-    return number & (number - 1) == 0 or seconds <= STILL_SECONDS < seconds + taken
+def is_kept(number: int, seconds: float, following: float) -> bool:
+    """Whether frame `number`, ready after so many `seconds`, is a power of two or the last within the goal's.
+
+    following: seconds after which the next one is ready.
+    """
+    return number & (number - 1) == 0 or seconds <= STILL_SECONDS < following
 
 
 def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
@@ -59,10 +62,11 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     for number in range(1, (QUICK_FRAMES if suite.quick else FRAMES) + 1):
         begun = perf_counter()
         frame = renderer.render(subject.camera, accumulation)
-        taken = perf_counter() - begun
-        seconds += taken
-        if is_kept(number, seconds, taken):
-            pictures.append((number, seconds, frame.radiance()))
+        following = seconds + perf_counter() - begun
+        if number > 1 and not is_kept(number - 1, seconds, following):
+            pictures.pop()
+        seconds = following
+        pictures.append((number, seconds, frame.radiance()))
     return {
         "scene": name,
         "size": list(subject.size),

@@ -1,10 +1,21 @@
+from itertools import pairwise
+
+import pytest
+
 from tests.bench.still import is_kept
 
 
-def test_powers_of_two_and_the_last_frame_within_a_second_are_kept() -> None:
-    kept = [number for number in range(1, 70) if is_kept(number, 0.021 * number, 0.021)]
-    assert kept == [1, 2, 4, 8, 16, 32, 47, 64]
-
-
-def test_a_slow_first_frame_is_kept_once() -> None:
-    assert [number for number in range(1, 5) if is_kept(number, 3.0 * number, 3.0)] == [1, 2, 4]
+@pytest.mark.parametrize(
+    ("times", "wanted"),
+    [
+        ([0.021] * 70, [1, 2, 4, 8, 16, 32, 47, 64]),
+        ([3.0] * 5, [1, 2, 4]),  # a slow first frame is kept once
+        ([0.3, 0.1, 0.3, 0.1, 0.1, 0.3, 0.1, 0.3], [1, 2, 4, 5]),  # though frame 6 takes longer than frame 5
+    ],
+)
+def test_powers_of_two_and_the_last_frame_within_a_second_are_kept(times: list[float], wanted: list[int]) -> None:
+    ready = [sum(times[: number + 1]) for number in range(len(times))]
+    kept = [
+        number for number, (here, following) in enumerate(pairwise(ready), start=1) if is_kept(number, here, following)
+    ]
+    assert kept == wanted
