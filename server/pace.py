@@ -10,6 +10,9 @@ TARGET_MS = 25.0
 TOO_SLOW, FAST_ENOUGH = 1.15, 0.8
 # Frames of one size before it is judged again; a frame this many times too slow is enough alone.
 JUDGED_FRAMES, AT_ONCE = 4, 2.0
+# The first frames of a size may wait for arrays, kernels and graphs: once for each size, being too slow by these does
+# not keep it from being tried again.
+FIRST_FRAMES = 3
 # What a frame takes whatever its size, as a share of what one of full size does: clusters and their visibility.
 FIXED_SHARE = 0.25
 # Frames until a size that was too slow is tried again: other viewers may have left.
@@ -27,12 +30,14 @@ class Pace:
         self._frames = 0
         self._total = 0
         self._too_slow: dict[float, int] = {}  # by scale, at which of all frames
+        self._forgiven: set[float] = set()
 
     def restart(self) -> None:
         """Other settings or another scene: what was measured no longer counts."""
         self._scale = None
         self._frames = 0
         self._too_slow.clear()
+        self._forgiven.clear()
 
     def size(self, full: tuple[int, int], locked: float | None) -> tuple[int, int]:
         """Width and height of the next moving frame; full: of a still one; locked: the scale that the viewer wants."""
@@ -52,7 +57,9 @@ class Pace:
         enough = self._frames >= JUDGED_FRAMES
         place = SCALES.index(self._scale)
         if self._mean_ms > TOO_SLOW * TARGET_MS * (1.0 if enough else AT_ONCE):
-            self._too_slow[self._scale] = self._total
+            if self._frames > FIRST_FRAMES or self._scale in self._forgiven:
+                self._too_slow[self._scale] = self._total
+            self._forgiven.add(self._scale)
             while place + 1 < len(SCALES) and self._expected(SCALES[place]) > FAST_ENOUGH * TARGET_MS:
                 place += 1
         elif enough and place > 0 and self._worth_trying(SCALES[place - 1]):

@@ -24,6 +24,25 @@ def test_a_slow_device_renders_them_small_after_few_frames() -> None:
     assert sizes[3] == sizes[-1] == (320, 180)
 
 
+def test_a_size_whose_first_frames_are_slow_is_tried_again_once() -> None:
+    def sizes_of(slow_times: int) -> list[tuple[int, int]]:
+        """Of a fast device, on which the first two frames of a size take long, the first `slow_times` that it comes."""
+        pace, seen, sizes = Pace(), {}, [(0, 0)]
+        for _ in range(300):
+            size = pace.size(FULL, None)
+            if size != sizes[-1]:
+                seen[size] = seen.get(size, 0) + 1
+                since = len(sizes)
+            sizes.append(size)
+            prepares = len(sizes) - since <= 2 and seen[size] <= slow_times and size != (640, 360)
+            pace.observe(100.0 if prepares else 5.0)
+        return sizes
+
+    assert sizes_of(1)[60:] == [FULL] * 241
+    # What is slow again is left for longer.
+    assert FULL not in sizes_of(2)
+
+
 @pytest.mark.parametrize("full_ms", [20, 33, 40, 50, 60, 80, 120, 200, 400])
 @pytest.mark.parametrize("fixed_ms", [0.0, 8.0])
 def test_the_size_settles_and_keeps_to_the_target(full_ms: float, fixed_ms: float) -> None:
