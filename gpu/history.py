@@ -48,7 +48,8 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
                 number += found.share * float(known.frames[found.pixel])
                 mean += known.light[found.pixel] * found.share
                 near_mean += known.near[found.pixel] * found.share
-        if total >= LEAST_SHARE:
+        # What is not finite is of its frame alone, which counts it.
+        if total >= LEAST_SHARE and wp.isfinite(mean) and wp.isfinite(near_mean):
             frames[pixel] = int(number + 0.5)
             light[pixel] = mean / total
             near[pixel] = near_mean / total

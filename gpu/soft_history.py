@@ -48,7 +48,8 @@ def take_kernel(first: int, gbuffer: GBuffer, past: Past, remembers: bool, width
                 total += found.share
                 number += found.share * float(past_frames[found.pixel])
                 mean += past_light[found.pixel] * found.share
-        if total >= LEAST_SHARE:
+        # What is not finite is of its frame alone, which counts it.
+        if total >= LEAST_SHARE and wp.isfinite(mean):
             known = int(number + 0.5)
             light[pixel] = joined(light[pixel], mean / total, known, most)
     frames[pixel] = wp.min(known + 1, most)

@@ -138,6 +138,15 @@ def test_what_was_hidden_or_outside_has_no_history(room: ResidentScene) -> None:
     assert (~fresh & seen.listed).sum() > 0.8 * seen.listed.sum()
 
 
+def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
+    seen, light = Seen(room), np.ones((SIZE[0] * SIZE[1], 3))
+    light[SIZE[0] * SIZE[1] // 2 + SIZE[0] // 2] = np.nan
+    light[SIZE[0] * SIZE[1] // 3] = np.inf
+    seen.frame(pose(0), light, begins=True)
+    for found in seen.frame(pose(0.5), np.zeros_like(light)):
+        assert np.isfinite(found[seen.listed]).all()
+
+
 def walk(room: ResidentScene, frames: int, **changes: object) -> tuple[list[Doubles], Renderer]:
     renderer = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
     return [renderer.render(pose(number), walks=True).radiance().astype(float) for number in range(frames)], renderer

@@ -115,6 +115,16 @@ def test_what_was_hidden_has_no_history(room: ResidentScene) -> None:
     assert (seen.frames() > 1).mean() > 0.8
 
 
+def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
+    seen, light = Seen(room), np.ones((PIXELS, 3))
+    light[PIXELS // 2 + SIZE[0] // 2] = np.nan
+    light[PIXELS // 3] = np.inf
+    seen.frame(pose(0), light, begins=True)
+    after = seen.frame(pose(0.5), np.zeros((PIXELS, 3)))
+    assert np.isfinite(after).all()
+    assert np.isin(seen.frames(), [1, 2]).all()
+
+
 def renderer_of(room: ResidentScene, **changes: Any) -> Renderer:
     settings = {"component": Component.DIRECT, "samples": 1, **changes}
     return Renderer(room, SIZE, RenderSettings(**settings))
