@@ -47,7 +47,7 @@ class View:
         self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
         self.walks = False
         self.step = 0
-        self._camera: Camera | None = None
+        self._last_camera: Camera | None = None
         self.kept = False
         self.seed = wp.zeros(1, dtype=int, device=self.device)
         self.moment = wp.zeros(1, dtype=int, device=self.device)
@@ -70,10 +70,10 @@ class View:
         aspect, placement = self.size[0] / self.size[1], self.resident.scene.placement
         self.walks = (
             walks
-            and self._camera is not None
-            and seen_again(camera, self._camera, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
+            and self._last_camera is not None
+            and seen_again(camera, self._last_camera, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
         )
-        self._camera = camera
+        self._last_camera = camera
         self.step = self.step + 1 if self.walks and self.kept else 0
         self.kept = False
         data = camera_data(camera, placement, aspect, place)

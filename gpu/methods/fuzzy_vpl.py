@@ -87,7 +87,6 @@ class FuzzyVpl:
         self._kept, self._refines = True, False
         # Whether the last frame left clusters and bits of these lights, and whether those of other counts were carried.
         self._begun = self._carried = False
-        self._near: NearField | None = None
         # Whether the last frame built on the light of those before.
         self._remembers = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
@@ -120,11 +119,10 @@ class FuzzyVpl:
         """Direct light, then what VPLs send, which the next frame of a walk builds on."""
         view, settings = self._view, self._settings
         fork_direct(view, settings, self._quality, self._lighting.table, stages, sample)
-        if self._has_indirect:
-            self._find_indirect(stages, sample, progress)
+        near = self._find_indirect(stages, sample, progress) if self._has_indirect else None
         join_direct(view, settings, stages, sample)
         if self._has_indirect:
-            add_indirect(view, self._near, settings, stages, sample)
+            add_indirect(view, near, settings, stages, sample)
         if keeps_light(settings, sample):
             stages.run("keep", self._keep)
             view.kept = True
@@ -135,8 +133,8 @@ class FuzzyVpl:
             view.history.keep(view.shading_points)
         view.last.keep(view.gbuffer, view.camera)
 
-    def _find_indirect(self, stages: Stages, sample: int, progress: Progress) -> None:
-        """SP clusters, their visibility and indirect light, corrected by rays of the SPs."""
+    def _find_indirect(self, stages: Stages, sample: int, progress: Progress) -> NearField | None:
+        """SP clusters, their visibility and indirect light, corrected by rays of the SPs; what is begun near field."""
         view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
         number = 0 if self._fixed else sample // (FRAMES_A_SET if self._quality.vpls >= MANY_VPLS else 1)
         choice, first = lighting_choice(settings, self._quality, number), number == 0
@@ -184,7 +182,7 @@ class FuzzyVpl:
         if smooth:
             look_back = partial(history.find, gbuffer, sps, view.last) if remembers else history.forget
             stages.run("history", look_back, repeats=repeats, way=remembers)
-        near = self._near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
+        near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=(goes_on, carried))
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
         self._begun = repeats
@@ -203,6 +201,7 @@ class FuzzyVpl:
                 stages.run("refine", refine, repeats=repeats)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
+        return near
 
     def count(self) -> None:
         """Sum up what the stages left, and count the pixels that see nothing."""
