@@ -1,7 +1,8 @@
 """Cameras from where the eye is and what it looks at."""
 
 from collections.abc import Sequence
-from math import isfinite, radians, tan
+from dataclasses import replace
+from math import cos, isfinite, radians, sin, tan
 
 import numpy as np
 
@@ -52,6 +53,15 @@ def look_at(
     to_world = np.eye(4)
     to_world[:3, :4] = np.stack([right, np.cross(backward, right), backward, position], axis=1)
     return Camera(name=name, to_world=to_world, half_height=tan(radians(yfov_degrees) / 2.0), aspect=float(aspect))
+
+
+def turned(camera: Camera, degrees: float) -> Camera:
+    """`camera` turned about its own vertical axis, to its left."""
+    angle = radians(degrees)
+    turn = np.eye(4)
+    turn[0, 0] = turn[2, 2] = cos(angle)
+    turn[0, 2], turn[2, 0] = sin(angle), -sin(angle)
+    return replace(camera, to_world=camera.to_world @ turn)
 
 
 def seen_again(camera: Camera, last: Camera, aspect: float, distance: float) -> float:

@@ -19,16 +19,24 @@ class Table(NamedTuple):
     axis: int = 0
 
 
+# A thread has so many values of a table, as far apart as there are threads that run together: those write side by side.
+LANES = wp.constant(32)
+EACH = wp.constant(4)
+
+
 @wp.struct
 class Handover:
-    """A table to fill from another, by their addresses, and the first of the kernel's values that is its own.
+    """A table to fill from another, by their addresses, and the first of all tables' values that is its own.
 
-    count, before: clusters of both; along: values of each cluster that lie side by side in every row.
+    Of its `size` values, `count` clusters have `along` side by side in every row; of the other table's `known` ones
+    `before` clusters have as many.
     """
 
     source: wp.uint64
     target: wp.uint64
     begin: int
+    size: int
+    known: int
     count: int
     before: int
     along: int
@@ -44,44 +52,60 @@ def origin_of(cluster: int, count: int, before: int) -> int:
 
 @wp.kernel
 def carry_kernel(first: int, handovers: wp.array[Handover]) -> None:
-    """One thread a value of all targets: that of the cluster where it comes from, 0 for a free one."""
-    index = first + wp.tid()
+    """One thread EACH values of a target: those of the clusters where they come from, 0 for free ones."""
+    thread = first + wp.tid()
+    index = thread // LANES * LANES * EACH + thread % LANES
     number = int(0)
     while number < handovers.shape[0] - 1 and index >= handovers[number + 1].begin:
         number += 1
     handover = handovers[number]
+    source = wp.array(ptr=handover.source, shape=(handover.known,), dtype=wp.uint32)
+    target = wp.array(ptr=handover.target, shape=(handover.size,), dtype=wp.uint32)
     index -= handover.begin
-    along = handover.along
-    row = index // (handover.count * along)
-    origin = origin_of((index // along) % handover.count, handover.count, handover.before)
-    value = wp.uint32(0)
-    if origin >= 0:
-        place = (row * handover.before + origin) * along + index % along
-        source = wp.array(ptr=handover.source, shape=(place + 1,), dtype=wp.uint32)
-        value = source[place]
-    target = wp.array(ptr=handover.target, shape=(index + 1,), dtype=wp.uint32)
-    target[index] = value
+    row = index // handover.along // handover.count
+    cluster = index // handover.along - row * handover.count
+    offset = index % handover.along
+    for _value in range(EACH):
+        if index < handover.size:
+            origin = origin_of(cluster, handover.count, handover.before)
+            value = wp.uint32(0)
+            if origin >= 0:
+                value = source[(row * handover.before + origin) * handover.along + offset]
+            target[index] = value
+        index += LANES
+        if handover.along == 1:
+            cluster += LANES
+        else:
+            offset += LANES
+            while offset >= handover.along:
+                offset -= handover.along
+                cluster += 1
+        while cluster >= handover.count:
+            cluster -= handover.count
+            row += 1
 
 
 class Carrying:
     """Fills `targets` with what as many `sources` know of clusters, in one launch, whose list is made beforehand."""
 
     def __init__(self, sources: Sequence[Table], targets: Sequence[Table], device: wp.Device) -> None:
-        self.device, self._size = device, 0
+        self.device = device
         # The addresses must stay true.
         self._tables = *sources, *targets
-        handovers = []
+        handovers, begin, run = [], 0, int(LANES) * int(EACH)
         for source, target in zip(sources, targets, strict=True):
             handover = Handover()
             handover.source, handover.target = wp.uint64(source.values.ptr), wp.uint64(target.values.ptr)
             handover.before, handover.count = (table.values.shape[table.axis] for table in (source, target))
-            values = target.values.capacity // 4
+            handover.known, handover.size = (table.values.capacity // 4 for table in (source, target))
+            handover.begin = begin
             rows = target.values.shape[0] if target.axis == 1 else 1
-            handover.along, handover.begin = values // (handover.count * rows), self._size
+            handover.along = handover.size // (handover.count * rows)
             handovers.append(handover)
-            self._size += values
+            begin += -(-handover.size // run) * run
+        self._threads = begin // int(EACH)
         self._handovers = wp.array(handovers, dtype=Handover, device=device)
 
     def run(self) -> None:
         """Fill the targets."""
-        launch(carry_kernel, self._size, [self._handovers], self.device)
+        launch(carry_kernel, self._threads, [self._handovers], self.device)

@@ -1,10 +1,12 @@
 """A renderer: one image size and one choice of settings of a resident scene, one frame after the other."""
 
 from dataclasses import dataclass
+from math import pi, sin
 
 import warp as wp
 
 from gpu.accumulate import Accumulation, pixel_place
+from gpu.camera import turned
 from gpu.errors import UserError
 from gpu.frame import Frame, FrameStats
 from gpu.interpolate import stride_of
@@ -25,6 +27,8 @@ from gpu.view import View
 MAX_SIDE = 16_384
 # Frames that nobody sees, until the counts of the first picture meet its target.
 SETTLING_FRAMES = 16
+# In those of a walk the camera sways, so far to either side: frames that see nothing new would take less than others.
+SWAY_DEGREES = 4.0
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,10 @@ class _Sight:
     half_height: float
     orthographic: bool
     sample: int
+
+
+def _swayed(camera: Camera, number: int) -> Camera:
+    return turned(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SETTLING_FRAMES))
 
 
 def _silent(what: str, fraction: float) -> None:
@@ -94,7 +102,7 @@ class Renderer:
             return self._render(camera, accumulation, walks)
         for number in range(0 if walks in self._settled else SETTLING_FRAMES):
             self._shown = None  # one more of the same
-            self._render(camera, None, walks)
+            self._render(_swayed(camera, number) if walks else camera, None, walks)
             self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
             if self._targeted.learn(self._stages):
                 break

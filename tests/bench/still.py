@@ -10,13 +10,14 @@ from time import perf_counter
 import numpy as np
 
 from gpu.accumulate import Accumulation
+from gpu.camera import turned
 from gpu.renderer import Renderer
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
-from tests.bench.timing import load_kernels, turned
+from tests.bench.timing import load_kernels
 
 FRAMES, QUICK_FRAMES = 128, 4
 REFERENCE_PATHS = 16  # paths a pixel in each frame of a reference that is rendered here

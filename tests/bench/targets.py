@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from gpu.camera import turned
 from gpu.frame import FrameStats
 from gpu.methods.targeted import error_levels
 from gpu.metrics import mse
@@ -26,7 +27,6 @@ from tests.bench.figures import spread
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
 from tests.bench.sweep import measure_walk
-from tests.bench.timing import turned
 
 # Of what the default counts take in motion; and of the way from the least error to the greatest, in logarithms.
 TIMES = (1.25, 2.5)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gpu.camera import turned
 from gpu.metrics import rel_mse
 from gpu.renderer import Renderer
 from gpu.scene.types import Camera, Floats
@@ -16,7 +17,6 @@ from tests.bench.store import Row, Task
 from tests.bench.subjects import Subject
 from tests.bench.suite import CLUSTERS, Suite
 from tests.bench.sweep import title
-from tests.bench.timing import turned
 
 FRAMES, QUICK_FRAMES = 12, 3
 STEP_DEGREES, STEP_LENGTH = 0.5, 1e-3

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from gpu.camera import look_at
+from gpu.camera import look_at, turned
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.settings import Component, RenderSettings
-from tests.bench.timing import light_times, measure_frames, turned
+from tests.bench.timing import light_times, measure_frames
 
 SETTINGS = RenderSettings(component=Component.INDIRECT, sp_clusters=16, vpl_clusters=8, vpls=64)
 

@@ -1,13 +1,13 @@
 """Times of frames: each stage's spread over a walk that ends at the camera, so that nothing is kept from before."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 import warp as wp
 
+from gpu.camera import turned
 from gpu.frame import FrameStats
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
@@ -40,15 +40,6 @@ class Measured:
             "counts": self.stats.counts,
             "skips": self.stats.skips,
         }
-
-
-def turned(camera: Camera, degrees: float) -> Camera:
-    """`camera` turned about its own vertical axis."""
-    angle = np.radians(degrees)
-    turn = np.eye(4)
-    turn[0, 0] = turn[2, 2] = np.cos(angle)
-    turn[0, 2], turn[2, 0] = np.sin(angle), -np.sin(angle)
-    return replace(camera, to_world=camera.to_world @ turn)
 
 
 def measure_frames(

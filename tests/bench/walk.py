@@ -5,12 +5,13 @@ from time import perf_counter
 
 import numpy as np
 
+from gpu.camera import turned
 from gpu.renderer import Renderer
 from gpu.settings import RenderSettings
 from tests.bench.figures import spread
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
-from tests.bench.timing import WARM_UP, turned
+from tests.bench.timing import WARM_UP
 
 FRAMES, STEP_DEGREES = 40, 0.5
 

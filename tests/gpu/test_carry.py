@@ -19,7 +19,7 @@ def origins(count: int, before: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("count", "before"), [(70, 70), (75, 70), (66, 70), (1, 70), (70, 1)])
-@pytest.mark.parametrize("shape", [(), (3,), (64,)])
+@pytest.mark.parametrize("shape", [(), (3,), (33,), (64,)])
 def test_clusters_keep_what_they_know_or_begin_with_nothing(count: int, before: int, shape: tuple[int, ...]) -> None:
     known = np.random.default_rng(1).normal(size=(before, *shape)).astype(np.float32)
     target = column(np.full((count, *shape), 7.0, np.float32), float)

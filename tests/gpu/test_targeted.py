@@ -1,4 +1,6 @@
 from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +12,11 @@ from gpu.methods.targeted import KEPT_LEVELS
 from gpu.quality import ON_CPU
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
+from gpu.scene.types import Camera
 from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
 from gpu.target import LEAST_MEMBERS, MOST_MEMBERS
+from gpu.view import View
 
 SIZE = (64, 48)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
@@ -121,6 +125,26 @@ def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
     assert len(set(counts[10:])) > 1
     assert len(set(counts[25:])) == 1
     assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
+
+
+def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
+    room: ResidentScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen, look = [], View.look
+
+    def looked(view: View, camera: Camera, *args: Any, **choices: Any) -> None:
+        seen.append(camera.to_world.tobytes())
+        look(view, camera, *args, **choices)
+
+    monkeypatch.setattr(View, "look", looked)
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
+    renderer.render(CAMERA)
+    assert set(seen) == {CAMERA.to_world.tobytes()}
+    seen.clear()
+    renderer.render(CAMERA, walks=True)
+    assert len(seen) > 2
+    assert all(before != after for before, after in pairwise(seen))
+    assert seen[-1] == CAMERA.to_world.tobytes()
 
 
 def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: ResidentScene, simulated_times: None) -> None:
