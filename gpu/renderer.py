@@ -1,6 +1,6 @@
 """A renderer: one image size and one choice of settings of a resident scene, one frame after the other."""
 
-from dataclasses import dataclass
+from collections.abc import Hashable
 from math import pi, sin
 
 import warp as wp
@@ -29,16 +29,6 @@ MAX_SIDE = 16_384
 SETTLING_FRAMES = 16
 # In those of a walk the camera sways, so far to either side: frames that see nothing new would take less than others.
 SWAY_DEGREES = 4.0
-
-
-@dataclass(frozen=True)
-class _Sight:
-    """What a frame is of: the camera, and the number of the frame among those of a still view."""
-
-    to_world: bytes
-    half_height: float
-    orthographic: bool
-    sample: int
 
 
 def _swayed(camera: Camera, number: int) -> Camera:
@@ -75,7 +65,7 @@ class Renderer:
         self._settled: set[bool] = set()
         self._method = self._make_method(resident)
         # What the last picture is of, and what it was made of: none when there is no sound one.
-        self._shown: _Sight | None = None
+        self._shown: tuple[Hashable, int] | None = None
         self._statistics: FrameStatistics = {}, {}
         self._walked = False
 
@@ -116,7 +106,7 @@ class Renderer:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
         sample = accumulation.samples if accumulation else 0
         self._stages.start_frame()
-        sight = _Sight(camera.to_world.tobytes(), camera.half_height, camera.orthographic, sample)
+        sight = camera.sight, sample
         # What a walk shows may depend on how it came there.
         kept = self._settings.skip.unchanged_camera and sight == self._shown and (walks or not self._walked)
         if not kept:

@@ -47,7 +47,7 @@ class Skips(BaseModel):
 
     unchanged_camera: bool = Field(True, description="no frame of the view that the last one was of, but its picture")
     unchanged_lights: bool = Field(True, description="no new VPLs where those of the same light and choices are kept")
-    kept_clusters: bool = Field(True, description="no new SP clusters and rays where a walk's last frame has them")
+    kept_clusters: bool = Field(True, description="no new SP clusters and rays where a like view just had them")
     kept_light: bool = Field(
         True, description="less sharing of light and fewer rays where a walk's earlier frames found it"
     )

@@ -25,10 +25,10 @@ class View:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
     `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
-    `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one. A method
-    whose frames leave their light in `history` and `soft_history`, and what they saw in `last`, says so by `kept`;
-    `step` is the number of such frames before this one in a walk. `seed` and `moment` (1,) are the frame's own.
-    stride: of the pixels that are shaded (gpu.interpolate).
+    `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one, `rests`
+    whether that had the same camera. A method whose frames leave their light in `history` and `soft_history`, and what
+    they saw in `last`, says so by `kept`; `step` is the number of such frames before this one in a walk. `seed` and
+    `moment` (1,) are the frame's own. stride: of the pixels that are shaded (gpu.interpolate).
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class View:
         self.scene = resident.view(lambertian=lambertian, skip=skip)
         self._backdrop = not skip.empty_pixels
         self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
-        self.walks = False
+        self.walks = self.rests = False
         self.step = 0
         self._last_camera: Camera | None = None
         self.kept = False
@@ -73,6 +73,7 @@ class View:
             and self._last_camera is not None
             and seen_again(camera, self._last_camera, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
         )
+        self.rests = self._last_camera is not None and camera.sight == self._last_camera.sight
         self._last_camera = camera
         self.step = self.step + 1 if self.walks and self.kept else 0
         self.kept = False

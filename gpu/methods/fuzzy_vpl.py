@@ -85,8 +85,10 @@ class FuzzyVpl:
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
         self._kept, self._refines = True, False
-        # Whether the last frame left clusters and bits of these lights, and whether those of other counts were carried.
-        self._begun = self._carried = False
+        # The number in a still view of the frame that left clusters and bits of these lights, and whether those of
+        # other counts were carried.
+        self._begun: int | None = None
+        self._carried = False
         # Whether the last frame built on the light of those before.
         self._remembers = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
@@ -110,8 +112,9 @@ class FuzzyVpl:
 
         What is returned is to run before the next frame. Both share the history of the view.
         """
-        self._begun = self._carried = other._begun and other._first is self._first
-        if not self._begun:
+        self._carried = other._begun == 0 and other._first is self._first
+        self._begun = 0 if self._carried else None
+        if not self._carried:
             return Carrying([], [], self._view.device)
         return Carrying(other._tables, self._tables, self._view.device)
 
@@ -133,19 +136,33 @@ class FuzzyVpl:
             view.history.keep(view.shading_points)
         view.last.keep(view.gbuffer, view.camera)
 
+    def _set_number(self, sample: int) -> int:
+        """The number of the light set of frame `sample` of a still view."""
+        return 0 if self._fixed else sample // (FRAMES_A_SET if self._quality.vpls >= MANY_VPLS else 1)
+
+    def _goes_on(self, sample: int) -> bool:
+        """Whether the last frame's clusters are of this one's lights, and it sees much the same.
+
+        Of a still view's frames the first of a light set begins from nothing, as do those that are smoothed.
+        """
+        if self._begun is None or sample == 0:
+            return self._begun == 0 and self._view.walks
+        follows = self._view.rests and self._begun == sample - 1 and is_sharper(self._begun)
+        return follows and self._set_number(self._begun) == self._set_number(sample)
+
     def _find_indirect(self, stages: Stages, sample: int, progress: Progress) -> NearField | None:
         """SP clusters, their visibility and indirect light, corrected by rays of the SPs; what is begun near field."""
         view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
-        number = 0 if self._fixed else sample // (FRAMES_A_SET if self._quality.vpls >= MANY_VPLS else 1)
+        number = self._set_number(sample)
         choice, first = lighting_choice(settings, self._quality, number), number == 0
         self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
         self._vpls, lit = self._first, self._first_lit
         if not first:
             self._vpls = self._lighting.clusters(choice, progress)
             lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
-        goes_on = self._begun and view.walks and repeats and self._kept and settings.skip.kept_clusters
+        goes_on = self._kept and settings.skip.kept_clusters and self._goes_on(sample)
         carried = goes_on and self._carried
-        self._begun = self._carried = False  # nor are they, should this frame fail
+        self._begun, self._carried = None, False  # nor are they, should this frame fail
         vpls, visibility = self._vpls, self._visibility
         fuzziness, seed, history = settings.fuzziness, view.seed, view.history
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
@@ -185,7 +202,7 @@ class FuzzyVpl:
         near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=(goes_on, carried))
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
-        self._begun = repeats
+        self._begun = sample
 
         def light() -> None:
             far.run(clusters, visibility.words, vpls, few=goes_on)

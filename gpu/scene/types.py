@@ -125,6 +125,11 @@ class Camera:
     aspect: float = 16.0 / 9.0
     orthographic: bool = False
 
+    @property
+    def sight(self) -> tuple[bytes, float, bool]:
+        """What an image shows depends on; its own aspect comes in place of the camera's."""
+        return self.to_world.tobytes(), self.half_height, self.orthographic
+
 
 @dataclass(frozen=True)
 class Placement:

@@ -363,6 +363,26 @@ def test_a_walk_begins_anew_after_frames_of_other_lights(room: ResidentScene) ->
     assert renderer.render(pose(2), walks=True).stats.skips["kept_clusters"] > 0
 
 
+def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first four are smoothed, and a light set serves four."""
+    monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", 0)
+
+    def kept(choice: RenderSettings, *, interrupted: bool = False) -> list[bool]:
+        renderer, accumulation = Renderer(room, SIZE, choice), Accumulation(SIZE[0] * SIZE[1], room.device)
+        found = []
+        for number in range(10):
+            if interrupted and number == 6:
+                renderer.render(pose(1))
+            found.append(renderer.render(pose(0), accumulation).stats.skips["kept_clusters"] > 0)
+        return found
+
+    assert [number for number, goes_on in enumerate(kept(settings())) if goes_on] == [5, 6, 7, 9]
+    assert [number for number, goes_on in enumerate(kept(settings(), interrupted=True)) if goes_on] == [5, 7, 9]
+    assert not any(kept(settings(skip=Skips(kept_clusters=False))))
+
+
 def test_a_walk_that_failed_begins_anew(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise RuntimeError("no memory")
