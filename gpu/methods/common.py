@@ -16,7 +16,7 @@ from gpu.vpl_clusters import VplClusters
 # Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
 # that the mean forgets the blur.
 SMOOTHED_FRAMES = 4
-# Those have so many times more samples of direct light, whose noise would be most of the mean's.
+# Those have at least so many samples of direct light, whose noise would be most of the mean's.
 SHARPER_SAMPLES = 4
 
 # What a frame is made of and what it did not have to do: counts by name; see gpu.frame.FrameStats.
@@ -111,7 +111,7 @@ def fork_direct(
         view.radiance.zero_()
         return
     gbuffer, seed = view.gbuffer, settings.seed
-    samples = quality.samples * (SHARPER_SAMPLES if is_sharper(sample) else 1)
+    samples = max(quality.samples, SHARPER_SAMPLES) if is_sharper(sample) else quality.samples
     keeps, remembers = keeps_light(settings, sample), remembers_light(view, sample)
     view.moment.fill_(frame_number(view, sample))
 

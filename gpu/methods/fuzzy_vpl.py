@@ -48,7 +48,7 @@ LEAST_DISPUTE = 0.25
 # by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
 FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
 # Later frames of a still view correct so many times: what these rays find is most of their mean's noise.
-SHARPER_PASSES = 2
+SHARPER_PASSES = 3
 
 
 class FuzzyVpl:

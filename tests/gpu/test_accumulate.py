@@ -122,7 +122,7 @@ def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_o
 
     monkeypatch.setattr("gpu.methods.common.trace_direct_light", trace)
     averaged(room, SMOOTHED_FRAMES + 2, component=Component.DIRECT, seed=3)
-    few, many = QUALITY["samples"], QUALITY["samples"] * SHARPER_SAMPLES
+    few, many = QUALITY["samples"], SHARPER_SAMPLES
     samples = [few] * SMOOTHED_FRAMES + [many] * 2
     assert asked == [(samples[frame], frame, 3) for frame in range(SMOOTHED_FRAMES + 2)]
     assert many > few
