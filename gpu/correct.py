@@ -120,6 +120,7 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         visibility: wp.array2d[wp.uint32],
         vpls: VplClusters,
         far: FarLight,
+        settled: wp.array[int],
         seed: wp.array[int],
         number: int,
         indirect: Indirect,
@@ -133,10 +134,10 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         if place >= count[0]:
             return
         sp = numbers[place]
-        whole = indirect.near[sp] + indirect.far[sp]
-        if whole <= 0.0:
-            return
         pixel = pixels[place]
+        whole = indirect.near[sp] + indirect.far[sp]
+        if whole <= 0.0 or (number == 0 and settled[pixel] == 1):
+            return
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         own = wp.uint32(seed[0]) + wp.uint32(number) * PASS_SEED
@@ -279,17 +280,20 @@ class Correction:
         vpls: VplClusters,
         far: FarLight,
         indirect: Indirect,
+        settled: wp.array,
         seed: wp.array,
         passes: range = range(1),
     ) -> None:
         """Check the light of `points`, which were shaded by all these, once for each of `passes`, numbered from 0 on.
 
-        Each takes its mean into that of those before. words: the visibility bits of `clusters`; seed: (1,).
+        Each takes its mean into that of those before. words: the visibility bits of `clusters`; settled (pixel,): 1
+        for those that have no rays in pass 0; seed: (1,).
         """
         rays, checks, pixels = CHECKS * points.capacity, self._checks, points.pixels
+        listed = pixels, points.numbers, points.count
         for number in passes:
-            inputs: list[Any] = [gbuffer, pixels, points.numbers, points.count, clusters, words, vpls, far, seed]
-            launch(draw_kernel(clusters.cluster.shape[0]), rays, [*inputs, number, indirect, checks], self.device)
+            inputs: list[Any] = [gbuffer, *listed, clusters, words, vpls, far, settled, seed, number, indirect, checks]
+            launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
             launch(check_kernel(connection(scene)), rays, [scene, gbuffer, pixels, vpls, checks], self.device)
             inputs = [pixels, points.count, vpls, checks, number, self.own]
             launch(correction_kernel, points.capacity, inputs, self.device)

@@ -7,6 +7,11 @@ from gpu.gbuffer import GBuffer
 from gpu.past import LEAST_SHARE, MOST_FRAMES, LastFrame, Past, joined, past_place, tap
 from gpu.shading_points import ShadingPoints
 
+# Of SPs whose light is that of so many frames, on even surfaces, one run in so many sends rays: each run's rays are
+# those that a GPU runs together. Elsewhere neighbours tell too little of what a frame more may find.
+SETTLED_FRAMES, SETTLED_EVERY = wp.constant(5), wp.constant(3)
+RUN = wp.constant(8)
+
 
 @wp.struct
 class Known:
@@ -21,19 +26,36 @@ class Known:
     near: wp.array[wp.vec3]
 
 
-@wp.kernel
-def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int], past: Past, width: int,
-                height: int, stride: int, known: Known, frames: wp.array[int], light: wp.array[wp.vec3],
-                near: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: what the last frame knew of its place. frames, light, near (pixel,).
+@wp.func
+def is_even(listed: wp.array[int], pixel: int, width: int, height: int) -> bool:
+    """Whether none of the pixels beside an SP's has one, so that it speaks for them: listed (pixel,) is 1 where any."""
+    column = pixel % width
+    row = pixel // width
+    for neighbour in range(9):
+        x = wp.clamp(column + neighbour % 3 - 1, 0, width - 1)
+        y = wp.clamp(row + neighbour // 3 - 1, 0, height - 1)
+        other = y * width + x
+        if other != pixel and listed[other] == 1:
+            return False
+    return True
 
-    That is between the four pixels about it if these had SPs, else between the four anchors (gpu.interpolate).
+
+@wp.kernel
+def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int], listed: wp.array[int],
+                past: Past, width: int, height: int, stride: int, known: Known, seed: wp.array[int],
+                frames: wp.array[int], settled: wp.array[int], light: wp.array[wp.vec3],
+                near: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: what the last frame knew of its place, and whether that will do in this one. seed: (1,).
+
+    That is between the four pixels about it if these had SPs, else between the four anchors (gpu.interpolate). frames,
+    settled, light, near (pixel,).
     """
     sp = first + wp.tid()
     if sp >= count[0]:
         return
     pixel = sps[sp]
     frames[pixel] = 0
+    settled[pixel] = 0
     place = past_place(past, gbuffer.position[pixel], width, height)
     for attempt in range(2):
         step = wp.where(attempt == 0, 1, stride)
@@ -51,23 +73,30 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
         # What is not finite is of its frame alone, which counts it.
         if total >= LEAST_SHARE and wp.isfinite(mean) and wp.isfinite(near_mean):
             frames[pixel] = int(number + 0.5)
+            rests = frames[pixel] >= SETTLED_FRAMES and (sp // RUN + seed[0]) % SETTLED_EVERY != 0
+            if rests and is_even(listed, pixel, width, height):
+                settled[pixel] = 1
             light[pixel] = mean / total
             near[pixel] = near_mean / total
             return
 
 
 @wp.kernel
-def light_kernel(first: int, sps: wp.array[int], count: wp.array[int], frames: wp.array[int],
+def light_kernel(first: int, sps: wp.array[int], count: wp.array[int], frames: wp.array[int], settled: wp.array[int],
                  irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3], light: wp.array[wp.vec3],
                  lacking: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: takes what its own rays make of its irradiance into `light`; what irradiance lacks of that.
 
-    All (pixel,). lacking: `own` itself where no frame before saw the SP.
+    All (pixel,). lacking: `own` itself where no frame before saw the SP; `own` becomes that where it is settled.
     """
     sp = first + wp.tid()
     if sp >= count[0]:
         return
     pixel = sps[sp]
+    if settled[pixel] == 1:
+        own[pixel] = light[pixel] - irradiance[pixel]
+        lacking[pixel] = own[pixel]
+        return
     mean = joined(irradiance[pixel] + own[pixel], light[pixel], frames[pixel], MOST_FRAMES)
     light[pixel] = mean
     lacking[pixel] = wp.where(frames[pixel] > 0, mean - irradiance[pixel], own[pixel])
@@ -105,8 +134,9 @@ def keep_kernel(first: int, listed: wp.array[int], frames: wp.array[int], light:
 class History:
     """What a walk's frames of `size` (width, height) found; its arrays are allocated once.
 
-    frames (pixel,): how many earlier frames each of the SPs has its light of; known (pixel,): once it is kept, 1 where
-    these are any, 0 for other pixels. A frame either finds its SPs in the one before or forgets that, then takes in
+    frames (pixel,): how many earlier frames each of the SPs has its light of; settled (pixel,): 1 where this is so well
+    known that the SP sends no rays to correct it by, else 0; known (pixel,): once it is kept, 1 where frames are any, 0
+    for other pixels. A frame either finds its SPs in the one before or forgets that, then takes in
     what its rays find, and keeps all that for the next one.
     """
 
@@ -114,6 +144,7 @@ class History:
         self.device, self._size = device, size
         pixels = size[0] * size[1]
         self.frames = wp.zeros(pixels, dtype=int, device=device)
+        self.settled = wp.zeros(pixels, dtype=int, device=device)
         self.known = wp.zeros(pixels, dtype=int, device=device)
         self._light = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._near = wp.zeros(pixels, dtype=wp.vec3, device=device)
@@ -123,15 +154,16 @@ class History:
     def forget(self) -> None:
         """Build on no frame before."""
         self.frames.zero_()
+        self.settled.zero_()
 
-    def find(self, gbuffer: GBuffer, sps: ShadingPoints, last: LastFrame) -> None:
-        """Find this frame's `sps` in the `last` one."""
-        inputs = [gbuffer, sps.pixels, sps.count, last.data, *self._size, sps.stride, self._past]
-        launch(find_kernel, sps.capacity, [*inputs, self.frames, self._light, self._near], self.device)
+    def find(self, gbuffer: GBuffer, sps: ShadingPoints, last: LastFrame, seed: wp.array) -> None:
+        """Find this frame's `sps` in the `last` one; seed: (1,), this frame's."""
+        inputs = [gbuffer, sps.pixels, sps.count, sps.listed, last.data, *self._size, sps.stride, self._past, seed]
+        launch(find_kernel, sps.capacity, [*inputs, self.frames, self.settled, self._light, self._near], self.device)
 
     def take_light(self, sps: ShadingPoints, irradiance: wp.array, own: wp.array) -> wp.array:
         """What `irradiance` lacks by the rays of all frames, where by this frame's it lacks `own`; (pixel,) each."""
-        inputs = [sps.pixels, sps.count, self.frames, irradiance, own, self._light, self._lacking]
+        inputs = [sps.pixels, sps.count, self.frames, self.settled, irradiance, own, self._light, self._lacking]
         launch(light_kernel, sps.capacity, inputs, self.device)
         return self._lacking
 

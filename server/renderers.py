@@ -15,7 +15,7 @@ from gpu.resident import ResidentScene
 from gpu.settings import RenderSettings
 from server.messages import SceneRef
 
-# Device memory of a renderer, nearly all in arrays of its pixels, of SP clusters and of pairs of clusters [bytes]; 587,
+# Device memory of a renderer, nearly all in arrays of its pixels, of SP clusters and of pairs of clusters [bytes]; 591,
 # 11,228 and 7.0 fitted to the arrays of six renderers.
 BYTES_A_PIXEL = 610
 BYTES_A_CLUSTER = 12_000

@@ -178,7 +178,7 @@ class FuzzyVpl:
 
         def correct() -> None:
             check = partial(correction.trace, view.scene, gbuffer)
-            by = clusters, visibility.words, vpls, far.data, indirect, seed
+            by = clusters, visibility.words, vpls, far.data, indirect, history.settled, seed
             check(sps, *by, range(SHARPER_PASSES if is_sharper(sample) else 1))
             shared = correction.own
             if smooth:
@@ -197,7 +197,7 @@ class FuzzyVpl:
         remembers = self._remembers = remembers_light(view, sample)
         seed.fill_(frame_seed(settings.seed, frame_number(view, sample)))
         if smooth:
-            look_back = partial(history.find, gbuffer, sps, view.last) if remembers else history.forget
+            look_back = partial(history.find, gbuffer, sps, view.last, seed) if remembers else history.forget
             stages.run("history", look_back, repeats=repeats, way=remembers)
         near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
         stages.run("cluster", cluster, repeats=repeats, way=(goes_on, carried))

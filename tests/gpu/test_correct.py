@@ -124,6 +124,20 @@ def test_a_second_look_at_some_takes_as_many_rays_into_their_mean_and_leaves_the
     assert np.array_equal(correction.own.numpy(), np.where(looked[:, None], both, once))
 
 
+def test_what_is_settled_sends_rays_at_a_second_look_only(clustered: Pipeline) -> None:
+    view, correction = clustered.view, Correction(clustered.view.pixels, clustered.view.device)
+    settled = np.arange(view.pixels) % 3 == 0
+
+    def corrected(passes: int, *, some: bool) -> Doubles:
+        clustered.correct(correction, 3, range(passes), settled=column(settled, int) if some else None)
+        return correction.own.numpy().astype(np.float64)
+
+    once, twice = corrected(1, some=False), corrected(2, some=False)
+    assert np.array_equal(corrected(1, some=True), np.where(settled[:, None], 0.0, once))
+    wanted = np.where(settled[:, None], twice - once / 2.0, twice)
+    assert np.allclose(corrected(2, some=True), wanted, rtol=1e-4, atol=1e-6 * np.abs(once).max())
+
+
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(clustered: Pipeline) -> None:
     first, second = corrections(clustered, 2), corrections(clustered, 2)
     assert first.tobytes() == second.tobytes()

@@ -8,7 +8,7 @@ import warp as wp
 from scenes import box, grey, quad, resident_of
 
 from gpu.camera import look_at
-from gpu.history import History
+from gpu.history import SETTLED_FRAMES, History
 from gpu.past import MOST_FRAMES
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
@@ -62,7 +62,7 @@ class Seen:
         if begins:
             history.forget()
         else:
-            history.find(view.gbuffer, view.shading_points, view.last)
+            history.find(view.gbuffer, view.shading_points, view.last, view.seed)
         irradiance = self.array(np.full_like(light, 0.25))
         lacking = history.take_light(view.shading_points, irradiance, self.array(light - 0.25))
         near = self.array(2.0 * light)
@@ -70,6 +70,9 @@ class Seen:
         history.keep(view.shading_points)
         view.last.keep(view.gbuffer, view.camera)
         return np.asarray(lacking.numpy(), np.float64) + 0.25, np.asarray(near.numpy(), np.float64)
+
+    def settled(self) -> np.ndarray:
+        return np.asarray(self.history.settled.numpy() == 1)
 
     def frames(self) -> np.ndarray:
         return np.asarray(self.history.frames.numpy())
@@ -117,6 +120,35 @@ def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: ResidentScene
     assert light[old].mean() == pytest.approx(1.0, abs=0.02)
     assert near[old].mean() == pytest.approx(2.0, abs=0.04)
     assert light[old].std() < 0.4
+
+
+def test_light_that_is_well_known_on_even_surfaces_stays_as_it_is_in_two_frames_of_three(room: ResidentScene) -> None:
+    seen, ones = Seen(room, stride=2), np.ones((SIZE[0] * SIZE[1], 3))
+    for number in range(int(SETTLED_FRAMES) + 1):
+        assert not seen.settled().any()
+        seen.frame(pose(0), ones, begins=number == 0)
+    listed = seen.listed.reshape(SIZE[1], SIZE[0])
+    padded = np.pad(listed, 1)
+    around = sum(padded[dy : dy + SIZE[1], dx : dx + SIZE[0]].astype(int) for dy in range(3) for dx in range(3))
+    even = (listed & (around == 1)).ravel()
+    often = np.zeros(len(even), int)
+    for frame in range(3):
+        seen.view.seed.fill_(frame)
+        light, near = seen.frame(pose(0), (2.0 + frame) * ones)
+        settled = seen.settled() & seen.listed
+        often += settled
+        assert even[settled].all()
+        assert settled.sum() > 0.5 * even.sum()
+        assert near[settled].min() > 2.0
+    assert (often[even] == 2).all()
+    seen.view.seed.fill_(0)
+    before = light.copy()
+    light, _ = seen.frame(pose(0), 100.0 * ones)
+    settled = seen.settled() & seen.listed
+    assert light[settled] == pytest.approx(before[settled], abs=1e-5)
+    assert light[even & ~settled].min() > 10.0
+    seen.history.forget()
+    assert not seen.settled().any()
 
 
 def test_what_was_hidden_or_outside_has_no_history(room: ResidentScene) -> None:
