@@ -4,13 +4,17 @@ import warp as wp
 
 from gpu.device import allocate, launch
 from gpu.gbuffer import GBuffer
+from gpu.grid import FAR_AWAY
 from gpu.past import LEAST_SHARE, MOST_FRAMES, LastFrame, Past, joined, past_place, tap
 from gpu.shading_points import ShadingPoints
+from gpu.transfer import brightness
 
 # Of SPs whose light is that of so many frames, on even surfaces, one run in so many sends rays: each run's rays are
 # those that a GPU runs together. Elsewhere neighbours tell too little of what a frame more may find.
 SETTLED_FRAMES, SETTLED_EVERY = wp.constant(5), wp.constant(3)
 RUN = wp.constant(8)
+# Around them it may differ so many times: at contacts light that is handed on fills the dark, which only rays find.
+EVEN_LIGHT = wp.constant(1.5)
 
 
 @wp.struct
@@ -63,6 +67,8 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
         number = float(0.0)
         mean = wp.vec3(0.0, 0.0, 0.0)
         near_mean = wp.vec3(0.0, 0.0, 0.0)
+        least = float(FAR_AWAY)
+        most = float(0.0)
         for corner in range(4):
             found = tap(past, known.frames, gbuffer, pixel, place, corner, step, width, height)
             if found.share > 0.0:
@@ -70,11 +76,14 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
                 number += found.share * float(known.frames[found.pixel])
                 mean += known.light[found.pixel] * found.share
                 near_mean += known.near[found.pixel] * found.share
+                bright = brightness(known.light[found.pixel])
+                least = wp.min(least, bright)
+                most = wp.max(most, bright)
         # What is not finite is of its frame alone, which counts it.
         if total >= LEAST_SHARE and wp.isfinite(mean) and wp.isfinite(near_mean):
             frames[pixel] = int(number + 0.5)
             rests = frames[pixel] >= SETTLED_FRAMES and (sp // RUN + seed[0]) % SETTLED_EVERY != 0
-            if rests and is_even(listed, pixel, width, height):
+            if rests and most <= EVEN_LIGHT * least and is_even(listed, pixel, width, height):
                 settled[pixel] = 1
             light[pixel] = mean / total
             near[pixel] = near_mean / total

@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 from scenes import box, grey, quad, resident_of
 
-from gpu.camera import look_at
+from gpu.camera import look_at, turned
 from gpu.history import SETTLED_FRAMES, History
 from gpu.past import MOST_FRAMES
 from gpu.renderer import Renderer
@@ -149,6 +149,23 @@ def test_light_that_is_well_known_on_even_surfaces_stays_as_it_is_in_two_frames_
     assert light[even & ~settled].min() > 10.0
     seen.history.forget()
     assert not seen.settled().any()
+
+
+def test_what_lies_between_light_and_dark_is_not_settled(room: ResidentScene) -> None:
+    """Beside a contact what is handed on is too bright, and only rays find the dark."""
+    seen = Seen(room, stride=2)
+    column = np.arange(SIZE[0] * SIZE[1]) % SIZE[0]
+    light = np.repeat(np.where(column < 30, 1.0, 0.2)[:, None], 3, axis=1)
+    settled = np.zeros(len(column), bool)
+    for seed in range(3):
+        seen.view.seed.fill_(seed)
+        for number in range(int(MOST_FRAMES)):
+            seen.frame(pose(0), light, begins=number == 0)
+        seen.frame(turned(pose(0), 1.83), light)  # a pixel
+        settled |= seen.settled() & seen.listed
+    often = [int(settled[column == at].sum()) for at in range(20, 40, 2)]
+    assert np.median(often) > 8
+    assert min(often[4:6]) == 0  # of 28 and 30, one was between them
 
 
 def test_what_was_hidden_or_outside_has_no_history(room: ResidentScene) -> None:
