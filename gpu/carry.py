@@ -11,17 +11,16 @@ import warp as wp
 
 from gpu.device import launch
 
+# A thread has so many values of a table, as far apart as there are threads that run together: those write side by side.
+LANES = wp.constant(32)
+EACH = wp.constant(4)
+
 
 class Table(NamedTuple):
     """An array that has values of four bytes, or vectors of these, of clusters, which are its `axis`."""
 
     values: wp.array
     axis: int = 0
-
-
-# A thread has so many values of a table, as far apart as there are threads that run together: those write side by side.
-LANES = wp.constant(32)
-EACH = wp.constant(4)
 
 
 @wp.struct

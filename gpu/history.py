@@ -145,8 +145,8 @@ class History:
 
     frames (pixel,): how many earlier frames each of the SPs has its light of; settled (pixel,): 1 where this is so well
     known that the SP sends no rays to correct it by, else 0; known (pixel,): once it is kept, 1 where frames are any, 0
-    for other pixels. A frame either finds its SPs in the one before or forgets that, then takes in
-    what its rays find, and keeps all that for the next one.
+    for other pixels. A frame either finds its SPs in the one before or forgets that, then takes in what its rays find,
+    and keeps all that for the next one.
     """
 
     def __init__(self, size: tuple[int, int], device: wp.Device) -> None:

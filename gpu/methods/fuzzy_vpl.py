@@ -143,12 +143,12 @@ class FuzzyVpl:
     def _goes_on(self, sample: int) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.
 
-        Of a still view's frames the first of a light set begins from nothing, as do those that are smoothed.
+        Of a still view's frames the smoothed ones and every FRAMES_A_SET-th begin from nothing.
         """
-        if self._begun is None or sample == 0:
+        if sample == 0:
             return self._begun == 0 and self._view.walks
-        follows = self._view.rests and self._begun == sample - 1 and is_sharper(self._begun)
-        return follows and self._set_number(self._begun) == self._set_number(sample)
+        follows = self._view.rests and self._begun == sample - 1 and is_sharper(sample) and sample % FRAMES_A_SET != 0
+        return follows and self._set_number(sample - 1) == self._set_number(sample)
 
     def _find_indirect(self, stages: Stages, sample: int, progress: Progress) -> NearField | None:
         """SP clusters, their visibility and indirect light, corrected by rays of the SPs; what is begun near field."""

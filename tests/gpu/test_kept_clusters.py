@@ -18,7 +18,7 @@ from gpu.new_clusters import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD,
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene.types import Camera, Doubles
-from gpu.settings import Component, Method, RenderSettings, Skips, Weighting
+from gpu.settings import Clustering, Component, Method, RenderSettings, Skips, Weighting
 from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering, SpClusters
 from gpu.view import View
 from gpu.visibility import Visibility
@@ -363,10 +363,11 @@ def test_a_walk_begins_anew_after_frames_of_other_lights(room: ResidentScene) ->
     assert renderer.render(pose(2), walks=True).stats.skips["kept_clusters"] > 0
 
 
+@pytest.mark.parametrize("clustering", [Clustering.BOTH, Clustering.SPS])
 def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, clustering: Clustering
 ) -> None:
-    """The first four are smoothed, and a light set serves four."""
+    """The first four are smoothed, and a light set serves four; without VPL clusters there is one for all."""
     monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", 0)
 
     def kept(choice: RenderSettings, *, interrupted: bool = False) -> list[bool]:
@@ -378,9 +379,10 @@ def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
             found.append(renderer.render(pose(0), accumulation).stats.skips["kept_clusters"] > 0)
         return found
 
-    assert [number for number, goes_on in enumerate(kept(settings())) if goes_on] == [5, 6, 7, 9]
-    assert [number for number, goes_on in enumerate(kept(settings(), interrupted=True)) if goes_on] == [5, 7, 9]
-    assert not any(kept(settings(skip=Skips(kept_clusters=False))))
+    assert [number for number, goes_on in enumerate(kept(settings(clustering=clustering))) if goes_on] == [5, 6, 7, 9]
+    interrupted = kept(settings(clustering=clustering), interrupted=True)
+    assert [number for number, goes_on in enumerate(interrupted) if goes_on] == [5, 7, 9]
+    assert not any(kept(settings(clustering=clustering, skip=Skips(kept_clusters=False))))
 
 
 def test_a_walk_that_failed_begins_anew(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
