@@ -8,7 +8,7 @@ from gpu.lights import LightTable
 from gpu.near_field import NearField
 from gpu.quality import Quality
 from gpu.radiosity import RadiosityMap
-from gpu.settings import Component, RenderSettings
+from gpu.settings import Component, Method, RenderSettings
 from gpu.stages import Stages
 from gpu.view import View
 from gpu.vpl_clusters import VplClusters
@@ -85,8 +85,9 @@ def is_smoothed(settings: RenderSettings, sample: int) -> bool:
 
 
 def keeps_light(settings: RenderSettings, sample: int) -> bool:
-    """Whether frame `sample` of a still view leaves its light to the next of a walk."""
-    return settings.skip.kept_light and settings.smooth and sample == 0
+    """Whether frame `sample` of a still view leaves its light to the next of a walk; those of `fuzzy-vpl` do."""
+    fuzzy = settings.method is Method.FUZZY_VPL
+    return fuzzy and settings.skip.kept_light and settings.smooth and sample == 0
 
 
 def remembers_light(view: View, sample: int) -> bool:
