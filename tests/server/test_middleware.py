@@ -2,6 +2,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
+import httpx
 import pytest
 from gradient_worker import SLOW_SEED
 from harness import Running
@@ -37,8 +38,14 @@ def test_more_requests_than_there_is_room_for_are_told_to_retry(
     monkeypatch.setattr(middleware, "SPARE_REQUESTS", 0)
     running = serve(max_waiting_renders=1)
     slow = {"size": [8, 8], "settings": {"seed": SLOW_SEED}}
+
+    def render() -> httpx.Response:
+        while (answer := running.http.post("/api/v1/render", json=slow)).status_code == 503:
+            pass  # the other request had the room
+        return answer
+
     with ThreadPoolExecutor(1) as pool:
-        still = pool.submit(running.http.post, "/api/v1/render", json=slow)
+        still = pool.submit(render)
         while (response := running.http.get("/api/v1/scenes")).status_code == 200 and not still.done():
             pass
         assert running.http.get("/healthz").status_code == 200
