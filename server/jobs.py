@@ -129,9 +129,9 @@ class Jobs:
     async def watch(self, job: RenderJob) -> AsyncIterator[RenderJob]:
         """The job now, then whenever something of it has changed, until it has ended."""
         while True:
-            changed = job.changed
+            changed, ended = job.changed, job.state in ENDED
             yield job
-            if job.state in ENDED:
+            if ended:  # as it was told: it may have ended since
                 return
             await changed.wait()
 

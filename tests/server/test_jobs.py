@@ -122,6 +122,21 @@ def test_a_running_job_can_be_cancelled_and_the_next_one_runs() -> None:
     work(engine, test)
 
 
+def test_a_job_that_ends_while_one_who_watches_is_busy_is_still_seen_to_end() -> None:
+    engine = FakeEngine()
+
+    async def test(jobs: Jobs) -> None:
+        job = jobs.add(order(), 1, "image/png")
+        seen = []
+        async for now in jobs.watch(job):
+            seen.append(now.state)
+            while job.state is not JobState.DONE:
+                await asyncio.sleep(0)
+        assert seen == [JobState.QUEUED, JobState.DONE]
+
+    work(engine, test)
+
+
 def test_a_job_that_waits_can_be_cancelled() -> None:
     engine = FakeEngine()
 
