@@ -127,7 +127,7 @@ class Camera:
 
     @property
     def sight(self) -> tuple[bytes, float, bool]:
-        """What an image shows depends on; its own aspect comes in place of the camera's."""
+        """All of the camera that an image depends on: not the aspect, since an image has its own."""
         return self.to_world.tobytes(), self.half_height, self.orthographic
 
 
