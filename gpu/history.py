@@ -5,6 +5,7 @@ import warp as wp
 from gpu.device import allocate, launch
 from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
+from gpu.interpolate import is_even
 from gpu.past import LEAST_SHARE, MOST_FRAMES, LastFrame, Past, joined, past_place, tap
 from gpu.shading_points import ShadingPoints
 from gpu.transfer import brightness
@@ -28,20 +29,6 @@ class Known:
     frames: wp.array[int]
     light: wp.array[wp.vec3]
     near: wp.array[wp.vec3]
-
-
-@wp.func
-def is_even(listed: wp.array[int], pixel: int, width: int, height: int) -> bool:
-    """Whether none of the pixels beside an SP's has one, so that it speaks for them: listed (pixel,) is 1 where any."""
-    column = pixel % width
-    row = pixel // width
-    for neighbour in range(9):
-        x = wp.clamp(column + neighbour % 3 - 1, 0, width - 1)
-        y = wp.clamp(row + neighbour // 3 - 1, 0, height - 1)
-        other = y * width + x
-        if other != pixel and listed[other] == 1:
-            return False
-    return True
 
 
 @wp.kernel

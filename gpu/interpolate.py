@@ -63,6 +63,20 @@ def is_shaded(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int
 
 
 @wp.func
+def is_even(listed: wp.array[int], pixel: int, width: int, height: int) -> bool:
+    """Whether none of the pixels beside an SP's has one, so that it speaks for them: listed (pixel,) is 1 where any."""
+    column = pixel % width
+    row = pixel // width
+    for neighbour in range(9):
+        x = wp.clamp(column + neighbour % 3 - 1, 0, width - 1)
+        y = wp.clamp(row + neighbour // 3 - 1, 0, height - 1)
+        other = y * width + x
+        if other != pixel and listed[other] == 1:
+            return False
+    return True
+
+
+@wp.func
 def irradiance_at(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int,
                   irradiance: wp.array[wp.vec3]) -> wp.vec3:  # fmt: skip
     """Irradiance of a pixel with a surface: its own, or that of its anchors. irradiance (pixel,): of those with SPs."""

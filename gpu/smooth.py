@@ -8,14 +8,16 @@ import warp as wp
 
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
+from gpu.interpolate import is_even
 from gpu.kinship import kinship
 from gpu.resident import NO_HIT
 from gpu.shading_points import ShadingPoints
 from gpu.transfer import brightness
 
 STEPS = (1, 2, 4)
-# Light of so many earlier frames has little noise: it is not shared as far off as this step and beyond.
-FAR_STEP, MANY_FRAMES = wp.constant(4), wp.constant(5)
+# The most that the square of a step times the frames that light is of may be: the less noise light has, the nearer it
+# is shared, since blur does not fade with frames. There is more of that on uneven surfaces.
+EVEN_REACH, UNEVEN_REACH = wp.constant(64), wp.constant(16)
 # How far off its plane a pixel still shows a surface, in its spacings a step.
 PLANE_TOLERANCE = wp.constant(1.0)
 # Light that differs by this many deviations is taken for other light, not for noise.
@@ -89,13 +91,14 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
 
     With step 0, that of the eight pixels beside it which have SPs, as all have where anchors tell little: listed
     (pixel,): 1. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed, nor far off
-    where the light is a mean of many `frames` (pixel,) before.
+    where the light is a mean of more `frames` (pixel,) than this one.
     """
     sp = first + wp.tid()
     if sp >= count[0]:
         return
     pixel = sps[sp]
-    if step >= FAR_STEP and frames[pixel] >= MANY_FRAMES:
+    reach = wp.where(stride == 1 or is_even(listed, pixel, width, height), EVEN_REACH, UNEVEN_REACH)
+    if step * step * (frames[pixel] + 1) > reach:
         out[pixel] = light[pixel]
         return
     x = pixel % width

@@ -89,12 +89,24 @@ def test_rare_light_is_spread_evenly_over_a_plane_and_keeps_its_mean(stride: int
 
 
 def test_light_of_many_frames_is_shared_less_far() -> None:
-    few, many = (shared(wall(), rare(), np.ones((HEIGHT, WIDTH)), frames=frames)[0] for frames in (4, 5))
+    few, many = (shared(wall(), rare(), np.ones((HEIGHT, WIDTH)), frames=frames)[0] for frames in (3, 4))
     assert 2.0 * few.var() < many.var() < rare().var() / 15.0
     spot = np.zeros((HEIGHT, WIDTH))
     spot[12, 20] = 1.0
-    reach = [np.nonzero(shared(wall(), spot, np.ones((HEIGHT, WIDTH)), frames=frames)[0])[1] for frames in (4, 5)]
+    reach = [np.nonzero(shared(wall(), spot, np.ones((HEIGHT, WIDTH)), frames=frames)[0])[1] for frames in (3, 4)]
     assert [columns.max() - columns.min() for columns in reach] == [16, 8]
+
+
+@pytest.mark.parametrize(("frames", "steps"), [(0, 7), (1, 3), (3, 3), (4, 1)])
+def test_light_of_some_frames_is_shared_nearer_where_a_surface_is_uneven(frames: int, steps: int) -> None:
+    uneven, edge, taken = split_walls()["depth"], WIDTH // 2, []
+    for column in range(edge, WIDTH, 2):
+        light = np.zeros((HEIGHT, WIDTH))
+        light[12, column] = 1.0
+        result, sps = shared(uneven, light, np.ones((HEIGHT, WIDTH)), 2, frames)
+        assert sps[12, edge - 1 : edge + 2].tolist() == [True, True, False]
+        taken.append(result[12, edge] > 0.0)
+    assert taken == [place <= steps for place in range(len(taken))]
 
 
 def test_only_sps_share_their_light() -> None:
