@@ -16,8 +16,8 @@ from gpu.transfer import brightness
 
 STEPS = (1, 2, 4)
 # The most that the square of a step times the frames that light is of may be: the less noise light has, the nearer it
-# is shared, since blur does not fade with frames. There is more of that on uneven surfaces.
-EVEN_REACH, UNEVEN_REACH = wp.constant(64), wp.constant(16)
+# is shared, since blur does not fade with frames. There is more of that on uneven surfaces, if rays tell of it.
+USUAL_REACH, UNEVEN_REACH = 80, 16
 # How far off its plane a pixel still shows a surface, in its spacings a step.
 PLANE_TOLERANCE = wp.constant(1.0)
 # Light that differs by this many deviations is taken for other light, not for noise.
@@ -85,7 +85,7 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
 @wp.kernel
 def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
                          count: wp.array[int], listed: wp.array[int], stride: int, step: int, frames: wp.array[int],
-                         guide: wp.array[wp.vec3], light: wp.array[wp.vec3],
+                         uneven_reach: int, guide: wp.array[wp.vec3], light: wp.array[wp.vec3],
                          out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: its light mixed with that of the nine anchors (gpu.interpolate) `step` strides about it.
 
@@ -97,7 +97,7 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
     if sp >= count[0]:
         return
     pixel = sps[sp]
-    reach = wp.where(stride == 1 or is_even(listed, pixel, width, height), EVEN_REACH, UNEVEN_REACH)
+    reach = wp.where(stride == 1 or is_even(listed, pixel, width, height), wp.static(USUAL_REACH), uneven_reach)
     if step * step * (frames[pixel] + 1) > reach:
         out[pixel] = light[pixel]
         return
@@ -148,17 +148,18 @@ class Smoothing:
         if source is not light:
             wp.copy(light, source)
 
-    def share(
-        self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array, frames: wp.array
-    ) -> wp.array:
+    def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array, frames: wp.array,
+              uneven_reach: int = USUAL_REACH) -> wp.array:  # fmt: skip
         """The `light` (pixel,) of `sps` shared between neighbours of one surface; the next call overwrites the array.
 
         guide (pixel,): other light there, with little noise. Rare samples that guided themselves would lose a part of
-        their mean. frames (pixel,): of how many earlier frames the light is known.
+        their mean. frames (pixel,): of how many earlier frames the light is known. With these it is shared nearer, by
+        `uneven_reach` on uneven surfaces, by USUAL_REACH elsewhere.
         """
         source, target = light, self._other
         for step in (0, *STEPS):
             inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.listed, sps.stride, step, frames]
-            launch(smooth_points_kernel, sps.capacity, [*inputs, guide, source, target], self.device)
+            inputs += [uneven_reach, guide, source, target]
+            launch(smooth_points_kernel, sps.capacity, inputs, self.device)
             source, target = target, self._third if target is self._other else self._other
         return source

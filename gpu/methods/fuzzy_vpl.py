@@ -33,6 +33,7 @@ from gpu.refine import Refinement
 from gpu.resident import NO_HIT
 from gpu.settings import Clustering, Component, RenderSettings
 from gpu.shade import shade
+from gpu.smooth import UNEVEN_REACH
 from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering
 from gpu.stages import Stages
 from gpu.view import View
@@ -183,7 +184,8 @@ class FuzzyVpl:
             shared = correction.own
             if smooth:
                 lacking = history.take_light(sps, indirect.irradiance, correction.own)
-                shared = view.smoothing.share(gbuffer, sps, indirect.irradiance, lacking, history.frames)
+                light = indirect.irradiance, lacking, history.frames
+                shared = view.smoothing.share(gbuffer, sps, *light, UNEVEN_REACH)
                 dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, self._brightness
                 self._brightness.find(gbuffer, sps, indirect.irradiance)
                 self._suspects.find(sps, *dispute)

@@ -6,7 +6,7 @@ from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, w
 
 from gpu.gbuffer import GBuffer
 from gpu.shading_points import ShadingPoints
-from gpu.smooth import Smoothing
+from gpu.smooth import UNEVEN_REACH, USUAL_REACH, Smoothing
 
 SPLITS = ["normals", "depth", "nothing"]
 
@@ -19,7 +19,7 @@ def smoothed(gbuffer: GBuffer, light: NDArray) -> NDArray:
 
 
 def shared(
-    gbuffer: GBuffer, light: NDArray, guide: NDArray, stride: int = 1, frames: int = 0
+    gbuffer: GBuffer, light: NDArray, guide: NDArray, stride: int = 1, frames: int = 0, reach: int = USUAL_REACH
 ) -> tuple[NDArray, NDArray]:
     """`light` (height, width) of so many `frames` shared between SPs by a `guide`, and which pixels have SPs."""
     sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
@@ -28,7 +28,7 @@ def shared(
     chosen[sps.pixels.numpy()[: sps.count.numpy()[0]]] = True
     values = grey_values(light)
     known = wp.full(WIDTH * HEIGHT, frames, dtype=int, device=CPU)
-    result = Smoothing((WIDTH, HEIGHT), CPU).share(gbuffer, sps, grey_values(guide), values, known)
+    result = Smoothing((WIDTH, HEIGHT), CPU).share(gbuffer, sps, grey_values(guide), values, known, reach)
     assert np.array_equal(numbers(values), light.astype(np.float32))  # other stages still need it
     return numbers(result), chosen.reshape(HEIGHT, WIDTH)
 
@@ -89,11 +89,11 @@ def test_rare_light_is_spread_evenly_over_a_plane_and_keeps_its_mean(stride: int
 
 
 def test_light_of_many_frames_is_shared_less_far() -> None:
-    few, many = (shared(wall(), rare(), np.ones((HEIGHT, WIDTH)), frames=frames)[0] for frames in (3, 4))
+    few, many = (shared(wall(), rare(), np.ones((HEIGHT, WIDTH)), frames=frames)[0] for frames in (4, 5))
     assert 2.0 * few.var() < many.var() < rare().var() / 15.0
     spot = np.zeros((HEIGHT, WIDTH))
     spot[12, 20] = 1.0
-    reach = [np.nonzero(shared(wall(), spot, np.ones((HEIGHT, WIDTH)), frames=frames)[0])[1] for frames in (3, 4)]
+    reach = [np.nonzero(shared(wall(), spot, np.ones((HEIGHT, WIDTH)), frames=frames)[0])[1] for frames in (4, 5)]
     assert [columns.max() - columns.min() for columns in reach] == [16, 8]
 
 
@@ -103,7 +103,7 @@ def test_light_of_some_frames_is_shared_nearer_where_a_surface_is_uneven(frames:
     for column in range(edge, WIDTH, 2):
         light = np.zeros((HEIGHT, WIDTH))
         light[12, column] = 1.0
-        result, sps = shared(uneven, light, np.ones((HEIGHT, WIDTH)), 2, frames)
+        result, sps = shared(uneven, light, np.ones((HEIGHT, WIDTH)), 2, frames, UNEVEN_REACH)
         assert sps[12, edge - 1 : edge + 2].tolist() == [True, True, False]
         taken.append(result[12, edge] > 0.0)
     assert taken == [place <= steps for place in range(len(taken))]
