@@ -18,7 +18,7 @@ MOST_FRAMES = wp.constant(8)
 # and light comes from farther inside: frames count by that share, so that these forget sooner.
 LEAST_SHARE = wp.constant(0.5)
 # How far off its plane a point is still of a surface, in spacings a step: slats and cracks are as deep as a pixel.
-PLANE_TOLERANCE = wp.constant(0.2)
+PLANE_TOLERANCE = wp.constant(0.5)
 
 
 @wp.struct

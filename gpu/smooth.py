@@ -91,7 +91,7 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
 
     With step 0, that of the eight pixels beside it which have SPs, as all have where anchors tell little: listed
     (pixel,): 1. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed, nor far off
-    where the light is a mean of more `frames` (pixel,) than this one.
+    where the light is a mean of more `frames` (pixel,) than this one; light of fewer frames counts less.
     """
     sp = first + wp.tid()
     if sp >= count[0]:
@@ -120,6 +120,7 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
                 weight = share * kinship(gbuffer, pixel, other, wp.max(step * stride, 1), PLANE_TOLERANCE)
                 weight *= wp.exp(-wp.abs(brightness(guide[other]) - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
+                weight *= wp.min(float(frames[other] + 1) / float(frames[pixel] + 1), 1.0)
                 total += weight
                 mixed += light[other] * weight
     out[pixel] = mixed / total

@@ -19,7 +19,12 @@ def smoothed(gbuffer: GBuffer, light: NDArray) -> NDArray:
 
 
 def shared(
-    gbuffer: GBuffer, light: NDArray, guide: NDArray, stride: int = 1, frames: int = 0, reach: int = USUAL_REACH
+    gbuffer: GBuffer,
+    light: NDArray,
+    guide: NDArray,
+    stride: int = 1,
+    frames: NDArray | int = 0,
+    reach: int = USUAL_REACH,
 ) -> tuple[NDArray, NDArray]:
     """`light` (height, width) of so many `frames` shared between SPs by a `guide`, and which pixels have SPs."""
     sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
@@ -27,7 +32,7 @@ def shared(
     chosen = np.zeros(WIDTH * HEIGHT, bool)
     chosen[sps.pixels.numpy()[: sps.count.numpy()[0]]] = True
     values = grey_values(light)
-    known = wp.full(WIDTH * HEIGHT, frames, dtype=int, device=CPU)
+    known = wp.array(np.broadcast_to(frames, (HEIGHT, WIDTH)).ravel(), dtype=int, device=CPU)
     result = Smoothing((WIDTH, HEIGHT), CPU).share(gbuffer, sps, grey_values(guide), values, known, reach)
     assert np.array_equal(numbers(values), light.astype(np.float32))  # other stages still need it
     return numbers(result), chosen.reshape(HEIGHT, WIDTH)
@@ -107,6 +112,15 @@ def test_light_of_some_frames_is_shared_nearer_where_a_surface_is_uneven(frames:
         assert sps[12, edge - 1 : edge + 2].tolist() == [True, True, False]
         taken.append(result[12, edge] > 0.0)
     assert taken == [place <= steps for place in range(len(taken))]
+
+
+def test_what_few_frames_know_counts_less_beside_what_many_do() -> None:
+    known = np.where(LEFT, 3, 0)
+    result, _ = shared(wall(), 1.0 * LEFT, np.ones((HEIGHT, WIDTH)), frames=known)
+    alike, _ = shared(wall(), 1.0 * LEFT, np.ones((HEIGHT, WIDTH)), frames=3)
+    edge = WIDTH // 2
+    assert (1.0 - result[:, edge - 1] < 0.5 * (1.0 - alike[:, edge - 1])).all()
+    assert np.allclose(result[:, edge], shared(wall(), 1.0 * LEFT, np.ones((HEIGHT, WIDTH)))[0][:, edge], rtol=0.2)
 
 
 def test_only_sps_share_their_light() -> None:
