@@ -12,24 +12,28 @@ from tests.bench.suite import Suite
 from tests.bench.tables import targets_table
 
 ROOT = Path(__file__).parents[2]
-RESULTS, PAGE = ROOT / "tests/bench/results/h100", ROOT / "docs/results.md"
+RESULTS, DOCS = ROOT / "tests/bench/results", ROOT / "docs"
+# Folders of rows, and the pages of them.
+PAGES = {"h100": "results.md", "h200": "results-h200.md"}
 MOST_IMAGE_BYTES, MOST_BYTES = 300_000, 4_000_000
 
 
-def committed(tmp_path: Path) -> Suite:
-    return Suite(out=RESULTS, cache=tmp_path, device="cpu", page_file=PAGE)
+def committed(tmp_path: Path, name: str) -> Suite:
+    return Suite(out=RESULTS / name, cache=tmp_path, device="cpu", page_file=DOCS / PAGES[name])
 
 
-def test_the_committed_page_is_what_the_committed_rows_say(tmp_path: Path) -> None:
-    suite = committed(tmp_path)
+@pytest.mark.parametrize("name", PAGES)
+def test_the_committed_pages_are_what_the_committed_rows_say(tmp_path: Path, name: str) -> None:
+    suite = committed(tmp_path, name)
     images = [path.name for path in suite.images_folder.iterdir()]
-    assert PAGE.read_text() == page(suite.measured(), suite.images_folder.name, images, suite.tried())
+    assert (DOCS / PAGES[name]).read_text() == page(suite.measured(), suite.images_folder.name, images, suite.tried())
 
 
-def test_the_committed_page_shows_all_its_images_and_they_are_small() -> None:
-    sizes = {path.name: path.stat().st_size for path in PAGE.with_suffix("").iterdir()}
-    text = PAGE.read_text()
-    assert all(f"(results/{name})" in text for name in sizes)
+@pytest.mark.parametrize("file", PAGES.values())
+def test_the_committed_pages_show_all_their_images_and_they_are_small(file: str) -> None:
+    folder, text = (DOCS / file).with_suffix(""), (DOCS / file).read_text()
+    sizes = {path.name: path.stat().st_size for path in folder.iterdir()}
+    assert all(f"({folder.name}/{name})" in text for name in sizes)
     assert max(sizes.values()) < MOST_IMAGE_BYTES
     assert sum(sizes.values()) < MOST_BYTES
 
@@ -79,7 +83,7 @@ def test_all_that_falls_short_is_listed_worst_first_and_no_more() -> None:
 
 def test_plots_replace_those_of_an_earlier_run(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    suite = Suite(out=RESULTS, cache=tmp_path, device="cpu", page_file=tmp_path / "page.md")
+    suite = Suite(out=RESULTS / "h100", cache=tmp_path, device="cpu", page_file=tmp_path / "page.md")
     stale = suite.images_folder / "error-time-nowhere.png"
     stale.parent.mkdir()
     stale.touch()
@@ -90,8 +94,8 @@ def test_plots_replace_those_of_an_earlier_run(tmp_path: Path) -> None:
 
 
 def test_the_page_is_written_where_it_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    arguments = ["bench", "page", "--out", str(RESULTS), "--page", str(tmp_path / "docs/page.md"), "--device", "cpu"]
-    monkeypatch.setattr("sys.argv", [*arguments, "--scenes-named", "sponza"])
+    files = ["--out", str(RESULTS / "h100"), "--page", str(tmp_path / "docs/page.md")]
+    monkeypatch.setattr("sys.argv", ["bench", "page", *files, "--device", "cpu", "--scenes-named", "sponza"])
     assert command.main() == 0
     text = (tmp_path / "docs/page.md").read_text()
     assert "sponza" in text
