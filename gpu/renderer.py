@@ -32,7 +32,7 @@ SWAY_DEGREES = 4.0
 
 
 def _swayed(camera: Camera, number: int) -> Camera:
-    return turned(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 0.5) / SETTLING_FRAMES))
+    return turned(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SETTLING_FRAMES))
 
 
 def _silent(what: str, fraction: float) -> None:
