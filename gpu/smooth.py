@@ -16,7 +16,8 @@ from gpu.transfer import brightness
 
 STEPS = (1, 2, 4)
 # The most that the square of a step times the frames that light is of may be: the less noise light has, the nearer it
-# is shared, since blur does not fade with frames. There is more of that on uneven surfaces, if rays tell of it.
+# is shared, since blur does not fade with frames. Uneven surfaces have more of that, which is worth less sharing for
+# light that each SP has rays for in nearly every frame; near field's, with rays of few, is shared as usual.
 USUAL_REACH, UNEVEN_REACH = 80, 16
 # How far off its plane a pixel still shows a surface, in its spacings a step.
 PLANE_TOLERANCE = wp.constant(1.0)
