@@ -15,7 +15,7 @@ import warp as wp
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
 from gpu.draws import drawn_group
-from gpu.far_light import FarLight, doubt
+from gpu.far_light import LEAST_DOUBT, FarLight, doubt
 from gpu.gbuffer import GBuffer
 from gpu.rays import connection
 from gpu.resident import SceneData
@@ -103,11 +103,123 @@ class Checks:
     share: wp.array[float]
 
 
+@wp.struct
+class Guide:
+    """One of an SP's clusters, −1 for none, and what is left of a pick of its light in doubt."""
+
+    cluster: int
+    pick: float
+
+
+@cache
+def guide_at_of(fuzziness: int) -> wp.Function:
+    """The function that finds which of an SP's F = `fuzziness` clusters a pick of their far light falls into.
+
+    pick: from 0 to the sum of what they know, each by its share; totals (part, cluster): of gpu.far_light.FarLight.
+    """
+
+    @wp.func
+    def guide_at(guided: Any, totals: wp.array2d[float], pick: float) -> Guide:
+        guide = Guide()
+        guide.cluster = -1
+        for f in range(wp.static(fuzziness)):
+            mass = guided.weight[f] * totals[totals.shape[0] - 1, guided.cluster[f]]
+            if mass > 0.0:
+                guide.cluster = guided.cluster[f]
+                guide.pick = pick
+                if pick < mass:
+                    guide.pick = pick / guided.weight[f]
+                    break
+                pick -= mass
+                guide.pick = pick
+        return guide
+
+    return guide_at
+
+
+@wp.struct
+class FarDraw:
+    """A far VPL cluster that a ray goes to, −1 for none, and the share of the SP's clusters that see it.
+
+    scale: what the group that it is of sends the SP, over what the SP's clusters let expect; state: of draws.
+    """
+
+    cluster: int
+    believed: float
+    scale: float
+    state: wp.uint32
+
+
+@cache
+def far_draw_of(fuzziness: int) -> wp.Function:
+    """The function that draws a far VPL cluster for an SP of F = `fuzziness` clusters, `guided` by them.
+
+    In proportion to light, where all clusters take it for hidden to the share `least` of that: mass, totals are the
+    tables of gpu.far_light.FarLight that have it so; guide: where in them.
+    """
+    words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
+
+    @wp.func
+    def far_draw(position: wp.vec3, normal: wp.vec3, guided: Any, visibility: wp.array2d[wp.uint32], vpls: VplClusters,
+                 near_bits: wp.array2d[wp.uint32], mass: wp.array2d[float], totals: wp.array2d[float], least: float,
+                 guide: Guide, state: wp.uint32) -> FarDraw:  # fmt: skip
+        draw = FarDraw()
+        draw.cluster = -1
+        draw.state = state
+        if guide.cluster < 0:
+            return draw
+        cluster = guided.cluster
+        weights = guided.weight
+        group = drawn_group(vpls, mass, totals, guide.cluster, guide.pick)
+        expected = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            if weights[f] > 0.0:
+                expected += weights[f] * mass[group, cluster[f]]
+        if expected <= 0.0:
+            return draw
+        seen = words_type()
+        total = float(0.0)
+        near = wp.uint32(0)
+        first_vpl = vpls.per_group * group
+        for vpl in range(first_vpl, wp.min(first_vpl + vpls.per_group, vpls.count)):
+            if vpl == first_vpl or vpl % 32 == 0:
+                near = wp.uint32(0)
+                for f in range(wp.static(fuzziness)):
+                    seen[f] = visibility[cluster[f], vpl // 32]
+                    if weights[f] > 0.0:
+                        near |= near_bits[cluster[f], vpl // 32]
+            bit = wp.uint32(vpl % 32)
+            amount = brightness(disk_irradiance(position, normal, disk_at(vpls.disks, vpl)))
+            if amount > 0.0 and ((near >> bit) & wp.uint32(1)) == wp.uint32(0):
+                share = float(0.0)
+                for f in range(wp.static(fuzziness)):
+                    share += weights[f] * float((seen[f] >> bit) & wp.uint32(1))
+                amount *= least + (1.0 - least) * share
+                total += amount
+                draw.state = hashed(draw.state)
+                if float(draw.state) * TO_UNIT * total < amount:
+                    draw.cluster = vpl
+                    draw.believed = share
+        draw.scale = wp.min(total / expected, MOST_SHARE)
+        return draw
+
+    return far_draw
+
+
+@wp.func
+def believed_share(guided: Any, visibility: wp.array2d[wp.uint32], cluster: int, fuzziness: int) -> float:
+    """The share of an SP's clusters that see a VPL cluster."""
+    share = float(0.0)
+    for f in range(fuzziness):
+        bits = visibility[guided.cluster[f], cluster // 32] >> wp.uint32(cluster % 32)
+        share += guided.weight[f] * float(bits & wp.uint32(1))
+    return share
+
+
 @cache
 def draw_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that draws rays of SPs of F = `fuzziness` clusters each."""
-    words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
-    guides = guides_of(fuzziness)
+    guides, guide_at, far_draw = guides_of(fuzziness), guide_at_of(fuzziness), far_draw_of(fuzziness)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
     def kernel(
@@ -144,60 +256,20 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * own))
         pick = float(state) * TO_UNIT * whole - indirect.near[sp]
         guided = guides(clusters, sp, position, normal)
-        cluster = guided.cluster
-        weights = guided.weight
-        seen = words_type()
         believed = float(0.0)
         drawn = indirect.target[check, sp]
         if pick >= 0.0 or drawn < 0:
-            # One of the SP's clusters that know of far light, then one of its groups.
-            pick = wp.max(pick, 0.0)
-            chosen = int(-1)
-            for f in range(wp.static(fuzziness)):
-                mass = weights[f] * far.totals[far.totals.shape[0] - 1, cluster[f]]
-                if mass > 0.0:
-                    chosen = cluster[f]
-                    if pick < mass:
-                        pick = pick / weights[f]
-                        break
-                    pick -= mass
-            if chosen < 0:
+            guide = guide_at(guided, far.totals, wp.max(pick, 0.0))
+            far_drawn = far_draw(position, normal, guided, visibility, vpls, far.near, far.mass, far.totals,
+                                 LEAST_DOUBT, guide, state)  # fmt: skip
+            drawn = far_drawn.cluster
+            if drawn < 0:
                 return
-            group = drawn_group(vpls, far.mass, far.totals, chosen, pick)
-            expected = float(0.0)
-            for f in range(wp.static(fuzziness)):
-                if weights[f] > 0.0:
-                    expected += weights[f] * far.mass[group, cluster[f]]
-            total = float(0.0)
-            drawn = int(-1)
-            near = wp.uint32(0)
-            first_vpl = vpls.per_group * group
-            for vpl in range(first_vpl, wp.min(first_vpl + vpls.per_group, vpls.count)):
-                if vpl == first_vpl or vpl % 32 == 0:
-                    near = wp.uint32(0)
-                    for f in range(wp.static(fuzziness)):
-                        seen[f] = visibility[cluster[f], vpl // 32]
-                        if weights[f] > 0.0:
-                            near |= far.near[cluster[f], vpl // 32]
-                bit = wp.uint32(vpl % 32)
-                amount = brightness(disk_irradiance(position, normal, disk_at(vpls.disks, vpl)))
-                if amount > 0.0 and ((near >> bit) & wp.uint32(1)) == wp.uint32(0):
-                    share = float(0.0)
-                    for f in range(wp.static(fuzziness)):
-                        share += weights[f] * float((seen[f] >> bit) & wp.uint32(1))
-                    amount *= doubt(share)
-                    total += amount
-                    state = hashed(state)
-                    if float(state) * TO_UNIT * total < amount:
-                        drawn = vpl
-                        believed = share
-            if drawn < 0 or expected <= 0.0:
-                return
-            whole *= wp.min(total / expected, MOST_SHARE)
+            state = far_drawn.state
+            believed = far_drawn.believed
+            whole *= far_drawn.scale
         else:
-            for f in range(wp.static(fuzziness)):
-                bits = visibility[cluster[f], drawn // 32] >> wp.uint32(drawn % 32)
-                believed += weights[f] * float(bits & wp.uint32(1))
+            believed = believed_share(guided, visibility, drawn, wp.static(fuzziness))
         target = member_of(position, normal, vpls, drawn, hashed(state))
         checks.vpl[index] = target.vpl
         checks.believed[index] = believed

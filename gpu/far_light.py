@@ -46,7 +46,7 @@ class FarLight:
     light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its
     brightness by place and by normal; mass (group, representative): light of the group's far clusters were none hidden,
     each times its `doubt`; totals (part, representative): the sum of that over the groups of a part and of those before
-    it.
+    it; open_mass, open_totals: as these, without `doubt`.
     """
 
     near: wp.array2d[wp.uint32]
@@ -56,6 +56,8 @@ class FarLight:
     turned: wp.array[wp.vec3]
     mass: wp.array2d[float]
     totals: wp.array2d[float]
+    open_mass: wp.array2d[float]
+    open_totals: wp.array2d[float]
 
 
 @wp.struct
@@ -145,10 +147,12 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
     normal = sps.normal[sp]
     whole = Slope()
     part_mass = float(0.0)
+    part_open = float(0.0)
     groups = groups_a_part(vpls, out.totals.shape[0])
     begin = part * groups
     for group in range(begin, wp.min(begin + groups, vpls.groups)):
         mass = float(0.0)
+        open_mass = float(0.0)
         reached = all_near or not out_of_reach(position, normal, vpls, group)
         end = wp.min(vpls.per_group * (group + 1), vpls.count)
         for octet in range(vpls.per_group * group // 8, (end + 7) // 8):
@@ -169,7 +173,9 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
                         else:
                             share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
                             lit = with_disk(Slope(), position, normal, disk)
-                            mass += brightness(lit.light) * doubt(share)
+                            amount = brightness(lit.light)
+                            open_mass += amount
+                            mass += amount * doubt(share)
                             whole = with_share(whole, lit, share)
             unfolded = bits_of_all(unfolded, lanes)
             while unfolded != 0:
@@ -177,20 +183,26 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
                 unfolded &= unfolded - 1
                 share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
                 lit = with_twigs(Slope(), position, normal, vpls, 8 * octet + bit, lane, lanes)
-                mass += brightness(lit.light) * doubt(share)
+                amount = brightness(lit.light)
+                open_mass += amount
+                mass += amount * doubt(share)
                 whole = with_share(whole, lit, share)
             near = bits_of_all(near, lanes)
             if lane == 0:
                 out.octets[sp, octet] = wp.uint8(near)
         mass = float_sum(mass, lanes)
+        open_mass = float_sum(open_mass, lanes)
         if lane == 0:
             out.mass[group, sp] = mass
+            out.open_mass[group, sp] = open_mass
         part_mass += mass
+        part_open += open_mass
     light = vector_sum(whole.light, lanes)
     moved = vector_sum(whole.moved, lanes)
     turned = vector_sum(whole.turned, lanes)
     if lane == 0:
         out.totals[part, sp] = part_mass
+        out.open_totals[part, sp] = part_open
         partial.light[part, sp] = light
         partial.moved[part, sp] = moved
         partial.turned[part, sp] = turned
@@ -210,7 +222,9 @@ def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partia
     moved = wp.vec3(0.0, 0.0, 0.0)
     turned = wp.vec3(0.0, 0.0, 0.0)
     whole = float(0.0)
+    whole_open = float(0.0)
     masses = Chunk()
+    opens = Chunk()
     for chunk in range(out.totals.shape[0] // wp.static(CHUNK)):
         for row in range(wp.static(CHUNK)):
             part = chunk * wp.static(CHUNK) + row
@@ -218,9 +232,12 @@ def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partia
             moved += partial.moved[part, sp]
             turned += partial.turned[part, sp]
             masses[row] = out.totals[part, sp]
+            opens[row] = out.open_totals[part, sp]
         for row in range(wp.static(CHUNK)):
             whole += masses[row]
             out.totals[chunk * wp.static(CHUNK) + row, sp] = whole
+            whole_open += opens[row]
+            out.open_totals[chunk * wp.static(CHUNK) + row, sp] = whole_open
     out.light[sp] = light
     out.moved[sp] = moved
     out.turned[sp] = turned
@@ -245,6 +262,7 @@ class FarSums:
         self.device, self._sp_count, self._enabled = device, sp_count, enabled
         self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
         self.data.mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
+        self.data.open_mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
         words = max(1, -(-vpl_count // 32))
         near = self.data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=device)
         self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
@@ -255,7 +273,8 @@ class FarSums:
         """What is known of representatives."""
         data = self.data
         rows = [Table(values) for values in (data.near, data.light, data.moved, data.turned)]
-        return [*rows, Table(data.mass, axis=1), Table(data.totals, axis=1)]
+        columns = data.mass, data.totals, data.open_mass, data.open_totals
+        return [*rows, *(Table(values, axis=1) for values in columns)]
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
         """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.

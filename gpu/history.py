@@ -48,8 +48,9 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
     frames[pixel] = 0
     settled[pixel] = 0
     place = past_place(past, gbuffer.position[pixel], width, height)
+    even = is_even(listed, pixel, width, height)
     for attempt in range(2):
-        step = wp.where(attempt == 0, 1, stride)
+        step = wp.where((attempt == 0) == even, stride, 1)
         total = float(0.0)
         number = float(0.0)
         mean = wp.vec3(0.0, 0.0, 0.0)
@@ -70,7 +71,7 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
         if total >= LEAST_SHARE and wp.isfinite(mean) and wp.isfinite(near_mean):
             frames[pixel] = int(number + 0.5)
             rests = frames[pixel] >= SETTLED_FRAMES and (sp // RUN + seed[0]) % SETTLED_EVERY != 0
-            if rests and most <= EVEN_LIGHT * least and is_even(listed, pixel, width, height):
+            if rests and even and most <= EVEN_LIGHT * least:
                 settled[pixel] = 1
             light[pixel] = mean / total
             near[pixel] = near_mean / total
@@ -142,7 +143,7 @@ class History:
         self.frames = wp.zeros(pixels, dtype=int, device=device)
         self.settled = wp.zeros(pixels, dtype=int, device=device)
         self.known = wp.zeros(pixels, dtype=int, device=device)
-        self._light = wp.zeros(pixels, dtype=wp.vec3, device=device)
+        self.light = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._near = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._lacking = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._past: Known = allocate(Known, pixels, device)
@@ -155,11 +156,11 @@ class History:
     def find(self, gbuffer: GBuffer, sps: ShadingPoints, last: LastFrame, seed: wp.array) -> None:
         """Find this frame's `sps` in the `last` one; seed: (1,), this frame's."""
         inputs = [gbuffer, sps.pixels, sps.count, sps.listed, last.data, *self._size, sps.stride, self._past, seed]
-        launch(find_kernel, sps.capacity, [*inputs, self.frames, self.settled, self._light, self._near], self.device)
+        launch(find_kernel, sps.capacity, [*inputs, self.frames, self.settled, self.light, self._near], self.device)
 
     def take_light(self, sps: ShadingPoints, irradiance: wp.array, own: wp.array) -> wp.array:
         """What `irradiance` lacks by the rays of all frames, where by this frame's it lacks `own`; (pixel,) each."""
-        inputs = [sps.pixels, sps.count, self.frames, self.settled, irradiance, own, self._light, self._lacking]
+        inputs = [sps.pixels, sps.count, self.frames, self.settled, irradiance, own, self.light, self._lacking]
         launch(light_kernel, sps.capacity, inputs, self.device)
         return self._lacking
 
@@ -170,5 +171,5 @@ class History:
 
     def keep(self, sps: ShadingPoints) -> None:
         """Keep what is known of `sps` for the next frame."""
-        inputs = [sps.listed, self.frames, self._light, self._near, self._past, self.known]
+        inputs = [sps.listed, self.frames, self.light, self._near, self._past, self.known]
         launch(keep_kernel, sps.capacity, inputs, self.device)

@@ -36,6 +36,20 @@ def bits_of_all(value: int, lanes: int) -> wp.int32:
     """The bits that are set in any lane of an item."""
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+    return __reduce_or_sync(__activemask(), bits);
+#else
+    return bits;
+#endif
+""")
+def bits_of_warp(bits: wp.uint32) -> wp.uint32:
+    """The bits that are set in any thread that runs with this one; at least its own. No result may depend on others.
+
+    Threads that walk the same bits come to each of them together and share what they read.
+    """
+
+
 @wp.func
 def vector_sum(value: wp.vec3, lanes: int) -> wp.vec3:
     """`float_sum` of each element."""

@@ -169,8 +169,6 @@ class NearField:
 
     def __init__(self, capacity: int, smoothing: Smoothing, device: wp.Device) -> None:
         self.device, self._smoothing = device, smoothing
-        # An array of its own, since light is shared while other stages change what guides it.
-        self._guide = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._hits: Hits = allocate(Hits, capacity, device)
         self._vpl = wp.zeros(capacity, dtype=int, device=device)
         self.light = wp.zeros(capacity, dtype=wp.vec3, device=device)
@@ -188,10 +186,9 @@ class NearField:
         inputs = [*points, hits, vpls, lit, frames, self._vpl, self.light, self.found]
         launch(light_kernel(blocking(scene)), capacity, inputs, self.device)
 
-    def keep_guide(self, irradiance: wp.array) -> None:
-        """Have the `irradiance` (pixel,) of the SPs, as it is now, guide `share`."""
-        wp.copy(self._guide, irradiance)
+    def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, frames: wp.array) -> None:
+        """Share `light`, known of so many earlier `frames`, between neighbours of one surface, guided by other light.
 
-    def share(self, gbuffer: GBuffer, sps: ShadingPoints, frames: wp.array) -> None:
-        """Share `light`, known of so many earlier `frames` (pixel,), between neighbours of one surface (gpu.smooth)."""
-        wp.copy(self.light, self._smoothing.share(gbuffer, sps, self._guide, self.light, frames))
+        As gpu.smooth does; (pixel,) each.
+        """
+        wp.copy(self.light, self._smoothing.share(gbuffer, sps, guide, self.light, frames))

@@ -11,6 +11,7 @@ from gpu.disk import disk_at
 from gpu.far_light import FarLight, doubt, far_irradiance
 from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
+from gpu.lanes import bits_of_warp
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
@@ -39,7 +40,8 @@ class Indirect:
 
     irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
     gpu.sums.Sum; target (CHECKS, sp): near VPL clusters, each drawn in proportion to its light in doubt, −1 for none;
-    near, far (sp,): all light in doubt of near VPL clusters, and of the others; pairs (sp,): how many are near.
+    near, far (sp,): all light in doubt of near VPL clusters, and of the others; open_near, open_far (sp,): their light
+    were none hidden; pairs (sp,): how many are near.
     """
 
     irradiance: wp.array[wp.vec3]
@@ -47,6 +49,8 @@ class Indirect:
     target: wp.array2d[int]
     near: wp.array[float]
     far: wp.array[float]
+    open_near: wp.array[float]
+    open_far: wp.array[float]
     pairs: wp.array[int]
 
 
@@ -128,17 +132,20 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         weights = guided.weight
         irradiance = Sum()
         far_mass = float(0.0)
+        open_far = float(0.0)
         for f in range(wp.static(fuzziness)):
             if weights[f] > 0.0:
                 light = far_irradiance(far, clusters, cluster[f], position, normal)
                 irradiance = added(irradiance, light * weights[f])
                 far_mass += weights[f] * far.totals[far.totals.shape[0] - 1, cluster[f]]
+                open_far += weights[f] * far.open_totals[far.open_totals.shape[0] - 1, cluster[f]]
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()
         following = Floats()
         next_change = float(0.0)
         mass = float(0.0)
+        open_near = float(0.0)
         pairs = int(0)
         for check in range(wp.static(CHECKS)):
             target[check] = -1
@@ -152,14 +159,17 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 if weights[f] > 0.0:
                     near[f] = far.near[cluster[f], word]
                 bits |= near[f]
-            if bits == wp.uint32(0):
+            together = bits_of_warp(bits)
+            if together == wp.uint32(0):
                 continue
             for f in range(wp.static(fuzziness)):
                 seen[f] = visibility[cluster[f], word]
             light = wp.vec3(0.0, 0.0, 0.0)
-            while bits != wp.uint32(0):
-                bit = wp.uint32(lowest_bit(bits))
-                bits &= bits - wp.uint32(1)
+            while together != wp.uint32(0):
+                bit = wp.uint32(lowest_bit(together))
+                together &= together - wp.uint32(1)
+                if ((bits >> bit) & wp.uint32(1)) == wp.uint32(0):
+                    continue
                 pairs += 1
                 whole = unoccluded(position, normal, vpls, 32 * word + int(bit))
                 amount = brightness(whole)
@@ -171,6 +181,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                         share += sees
                         near_share += sees * float((near[f] >> bit) & wp.uint32(1))
                     light += whole * near_share
+                    open_near += amount
                     mass += amount * doubt(share)
                     if mass >= next_change:
                         next_change = FAR_AWAY
@@ -184,6 +195,8 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         out.irradiance[pixel] = irradiance.total
         out.near[sp] = mass
         out.far[sp] = far_mass
+        out.open_near[sp] = open_near
+        out.open_far[sp] = open_far
         out.pairs[sp] = pairs
         for check in range(wp.static(CHECKS)):
             out.target[check, sp] = target[check]

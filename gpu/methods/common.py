@@ -2,6 +2,8 @@
 
 from typing import Protocol
 
+import warp as wp
+
 from gpu.direct import add_soft_light, trace_direct_light
 from gpu.lighting import Lighting, LightingChoice, Progress
 from gpu.lights import LightTable
@@ -160,11 +162,11 @@ def fork_near(view: View, near_field: NearField, vpls: VplClusters, lit: "Radios
     return near_field
 
 
-def fork_near_sharing(view: View, near_field: NearField | None, settings: RenderSettings, stages: Stages,
-                      sample: int) -> None:  # fmt: skip
-    """Begin to smooth what `near_field` of `fork_near` has found, guided by the light that it keeps."""
+def fork_near_sharing(view: View, near_field: NearField | None, guide: wp.array, settings: RenderSettings,
+                      stages: Stages, sample: int) -> None:  # fmt: skip
+    """Begin to smooth what `near_field` of `fork_near` has found; guide (pixel,): irradiance that stays as it is."""
     if near_field and is_smoothed(settings, sample):
-        args = view.gbuffer, view.shading_points, view.history.frames
+        args = view.gbuffer, view.shading_points, guide, view.history.frames
         stages.fork("near", "sharing", lambda: near_field.share(*args), repeats=sample == 0)
 
 

@@ -12,7 +12,6 @@ from gpu.methods.common import (
     fork_near,
     fork_near_sharing,
     frame_seed,
-    is_smoothed,
     join_direct,
     keeps_lights,
     lighting_choice,
@@ -67,9 +66,8 @@ class ExactVpl:
             lit = self._lit(sample, progress) if sample else self._first_lit
             near = fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
             stages.run("gather", lambda: self._gather(progress), repeats=False)
-            if near and is_smoothed(self._settings, sample):
-                near.keep_guide(self._view.indirect.irradiance)
-            fork_near_sharing(self._view, near, self._settings, stages, sample)
+            guide = self._view.indirect.irradiance
+            fork_near_sharing(self._view, near, guide, self._settings, stages, sample)
         join_direct(self._view, self._settings, stages, sample)
         if self._has_indirect:
             add_indirect(self._view, near, self._settings, stages, sample)

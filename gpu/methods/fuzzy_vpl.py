@@ -3,6 +3,9 @@
 from copy import copy
 from functools import partial
 
+import warp as wp
+
+from gpu.bright import BrightPoints
 from gpu.carry import Carrying, Table
 from gpu.correct import Correction
 from gpu.counting import Counter
@@ -45,6 +48,8 @@ from gpu.vpl_clusters import unclustered
 SUSPECTED_SHARE = 2.0
 REFINED_SHARE = 0.75
 LEAST_DISPUTE = 0.25
+# SPs that may be brightest and so have more rays, per SP cluster.
+BRIGHT_SHARE = 2.5
 # Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
 # by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
 FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
@@ -66,8 +71,10 @@ class FuzzyVpl:
         )
         self._correction = Correction(view.pixels, view.device)
         self._brightness = MeanBrightness(view.device)
+        # Irradiance as clusters tell it, while other stages correct it.
+        self._told = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
         self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
-        self._counter = Counter(12, view.device)
+        self._counter = Counter(13, view.device)
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
@@ -102,6 +109,7 @@ class FuzzyVpl:
         suspects, worst = (int(quality.sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
         self._suspects = WorstPoints(view.pixels, suspects, LEAST_DISPUTE, view.device)
         self._worst = WorstPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
+        self._bright = BrightPoints(view.size, int(BRIGHT_SHARE * quality.sp_clusters), view.device)
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
     @property
@@ -187,7 +195,6 @@ class FuzzyVpl:
                 light = indirect.irradiance, lacking, history.frames
                 shared = view.smoothing.share(gbuffer, sps, *light, UNEVEN_REACH)
                 dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, self._brightness
-                self._brightness.find(gbuffer, sps, indirect.irradiance)
                 self._suspects.find(sps, *dispute)
                 check(self._suspects, *by, range(1, 2))
                 self._worst.find(self._suspects, *dispute)
@@ -195,6 +202,13 @@ class FuzzyVpl:
 
         def refine() -> None:
             self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
+
+        def bright_rays() -> None:
+            inputs = clusters, visibility.words, vpls, far.data, indirect, seed
+            self._bright.trace(view.scene, gbuffer, sps, *inputs, self._brightness)
+
+        def bright() -> None:
+            self._bright.take(vpls, self._told, history.frames, history.light, indirect.irradiance)
 
         remembers = self._remembers = remembers_light(view, sample)
         seed.fill_(frame_seed(settings.seed, frame_number(view, sample)))
@@ -209,15 +223,20 @@ class FuzzyVpl:
         def light() -> None:
             far.run(clusters, visibility.words, vpls, few=goes_on)
             shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
-            if near and smooth:
-                near.keep_guide(indirect.irradiance)
+            if smooth:
+                wp.copy(self._told, indirect.irradiance)
+            if self._refines:
+                self._brightness.find(gbuffer, sps, indirect.irradiance)
 
         stages.run("shade", light, repeats=repeats, way=goes_on)
-        fork_near_sharing(view, near, settings, stages, sample)
+        fork_near_sharing(view, near, self._told, settings, stages, sample)
+        if self._refines:
+            stages.fork("bright", "rays", bright_rays, repeats=repeats)
         if settings.correct:
             stages.run("correct", correct, repeats=repeats)
             if self._refines:
                 stages.run("refine", refine, repeats=repeats)
+                stages.run("bright", bright, repeats=repeats, joins=True)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls))
         return near
@@ -229,6 +248,7 @@ class FuzzyVpl:
             (view.shading_points.count, 0),
             (self._suspects.count, 0),
             (self._worst.count, 0),
+            (self._bright.count, 0),
             (visibility.rays, 0),
             (visibility.shared, 0),
             (self._clustering.clusters.used, 0),
@@ -241,14 +261,14 @@ class FuzzyVpl:
         self._counter.run(arrays if self._has_indirect else [], [(view.gbuffer.face, int(NO_HIT))])
 
     def statistics(self) -> FrameStatistics:
-        """VPLs, clusters, SPs, those looked at again, rays of clusters, finds near field, and unserved SPs."""
+        """VPLs, clusters, SPs, those with more rays, rays of clusters, finds near field, and unserved SPs."""
         view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         totals = self._counter.totals()
         if not self._has_indirect:
-            counts |= dict.fromkeys(("shaded", "suspected", "refined", "rays", "near", "unassigned"), 0)
+            counts |= dict.fromkeys(("shaded", "suspected", "refined", "bright", "rays", "near", "unassigned"), 0)
             return counts, view_skips(view, self._settings, totals[0])
-        shaded, suspected, refined, rays, shared, used, fresh, close, known, near, needs, empty = totals
+        shaded, suspected, refined, bright, rays, shared, used, fresh, close, known, near, needs, empty = totals
         pairs = counts["vpl_clusters"] * fresh
         unassigned = needs // UNASSIGNED_NEED
         skips = {
@@ -261,6 +281,6 @@ class FuzzyVpl:
             "weak_pairs": shared,
             "far_pairs": shaded * counts["vpl_clusters"] - close,
         }
-        looked = (suspected, refined) if self._refines else (0, 0)
-        counts |= {"shaded": shaded, "suspected": looked[0], "refined": looked[1], "rays": rays, "near": near}
-        return counts | {"unassigned": unassigned}, skips
+        looked = {"suspected": suspected, "refined": refined, "bright": bright}
+        counts |= {"shaded": shaded} | (looked if self._refines else dict.fromkeys(looked, 0))
+        return counts | {"rays": rays, "near": near, "unassigned": unassigned}, skips

@@ -26,6 +26,7 @@ STAGES = {
     "shade": ORANGE,
     "correct": GREEN,
     "refine": PURPLE,
+    "bright": "#b58900",
     "near": "#7f5f3f",
     "interpolate": SKY,
     "keep": "#5f7f5f",

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import warp as wp
 
+from gpu.bright import RAYS as BRIGHT_RAYS
 from gpu.gbuffer import GBuffer
 from gpu.refine import RAYS
 from gpu.shade import CHECKS
@@ -86,6 +87,8 @@ STAGES: dict[str, tuple[Term, ...]] = {
     ),
     "correct": (
         Term("rays of each SP, and again of suspects", "any_hit_rays", lambda n: (n["sps"] + n["suspected"]) * CHECKS),
+        # Of frames measured before there were any, there are none.
+        Term("beside: rays of SPs that may be brightest", "any_hit_rays", lambda n: n.get("bright", 0) * BRIGHT_RAYS),
         Term(
             "their targets, each one of a group",
             "fmas",

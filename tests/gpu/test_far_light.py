@@ -91,18 +91,20 @@ def test_far_light_is_the_sum_of_what_is_seen_and_not_near(fuzzy: Pipeline) -> N
         assert np.allclose(told.numpy()[used], expected[:, place], rtol=1e-4, atol=1e-5 * scale)
 
 
-def test_masses_are_the_far_light_in_doubt_of_groups_and_parts(fuzzy: Pipeline) -> None:
+def test_masses_are_the_far_light_of_groups_and_parts_in_doubt_and_were_none_hidden(fuzzy: Pipeline) -> None:
     far, lights, used = fuzzy.far.data, fuzzy.lights, fuzzy.clustering.clusters.used.numpy() == 1
     doubts = results(doubt_kernel, 2, [column([0.0, 1.0], float)], float)
-    amount = slopes(fuzzy)[:, :, 0].mean(axis=2) * (1.0 - near_bits(fuzzy)) * doubts[fuzzy.beliefs().astype(int)]
-    groups = np.add.reduceat(amount, lights.per_group * np.arange(lights.groups), axis=1)[used]
-    assert groups.max() > 0.0
-    assert np.allclose(far.mass.numpy()[: lights.groups, used].T, groups, rtol=1e-3, atol=1e-6 * groups.max())
-    assert far.totals.shape[0] == PARTS
-    totals = far.totals.numpy()[:, used]
-    assert (np.diff(totals, axis=0) >= 0.0).all()
-    assert np.allclose(totals[-1], groups.sum(axis=1), rtol=1e-3)
-    assert np.allclose(totals[0], groups[:, 0], rtol=1e-3)
+    amount = slopes(fuzzy)[:, :, 0].mean(axis=2) * (1.0 - near_bits(fuzzy))
+    in_doubt = amount * doubts[fuzzy.beliefs().astype(int)]
+    for light, mass, totals in ((in_doubt, far.mass, far.totals), (amount, far.open_mass, far.open_totals)):
+        groups = np.add.reduceat(light, lights.per_group * np.arange(lights.groups), axis=1)[used]
+        assert groups.max() > 0.0
+        assert np.allclose(mass.numpy()[: lights.groups, used].T, groups, rtol=1e-3, atol=1e-6 * groups.max())
+        assert totals.shape[0] == PARTS
+        sums = totals.numpy()[:, used]
+        assert (np.diff(sums, axis=0) >= 0.0).all()
+        assert np.allclose(sums[-1], groups.sum(axis=1), rtol=1e-3)
+        assert np.allclose(sums[0], groups[:, 0], rtol=1e-3)
 
 
 def test_gradients_are_those_of_finite_differences(fuzzy: Pipeline) -> None:

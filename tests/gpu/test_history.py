@@ -91,7 +91,7 @@ def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene, st
     # Half of what was known: the mean of two frames. At edges a part of a pixel's surroundings has to do.
     off = np.abs(light[known] - 0.5 * there).max(axis=1) / seen.view.gbuffer.spacing.numpy()[known]
     assert off.max() < 0.5 * stride
-    assert np.median(off) < (0.01 if stride == 1 else 0.35)  # the nearest anchor, where that is near enough
+    assert np.median(off) < 0.01 * stride
     assert near[known] == pytest.approx(2.0 * light[known], abs=1e-5)
     fresh = seen.listed & (seen.frames() == 0)
     assert light[fresh] == pytest.approx(0.0, abs=1e-6)
