@@ -87,8 +87,7 @@ STAGES: dict[str, tuple[Term, ...]] = {
     ),
     "correct": (
         Term("rays of each SP, and again of suspects", "any_hit_rays", lambda n: (n["sps"] + n["suspected"]) * CHECKS),
-        # Of frames measured before there were any, there are none.
-        Term("beside: rays of SPs that may be brightest", "any_hit_rays", lambda n: n.get("bright", 0) * BRIGHT_RAYS),
+        Term("beside: rays of SPs that may be brightest", "any_hit_rays", lambda n: n["bright"] * BRIGHT_RAYS),
         Term(
             "their targets, each one of a group",
             "fmas",
@@ -105,6 +104,9 @@ STAGES: dict[str, tuple[Term, ...]] = {
             "fmas",
             lambda n: n["refined"] * n["vpl_clusters"] * (FACING + n["facing"] * TRANSFER),
         ),
+    ),
+    "bright": (
+        Term("what their rays found", "bytes", lambda n: n["bright"] * (2 * BRIGHT_RAYS * NUMBER + 5 * VECTOR)),
     ),
     "near": (Term("light of SPs added", "bytes", lambda n: n["sps"] * 3 * VECTOR),),
     "interpolate": (Term("surfaces, irradiance and radiance of pixels", "bytes", lambda n: n["pixels"] * 7 * VECTOR),),
