@@ -71,9 +71,10 @@ from gpu.settings import RenderSettings
 
 PROTOCOL = 1
 WINDOW = 2
+# What ends a frame, and what only some frames do, is in the last.
 STAGES = (
-    *("gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "direct", "near", "interpolate"),
-    *("keep", "other"),
+    *("gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright", "direct", "near"),
+    *("interpolate", "other"),
 )
 
 MAX_SIDE = 16_384

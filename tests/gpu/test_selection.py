@@ -1,0 +1,35 @@
+"""Choosing some shading points of a list by keys."""
+
+import numpy as np
+import pytest
+from scenes import column
+
+from gpu.device import choose_device
+from gpu.selection import LAST, Selection
+
+
+class Listed:
+    """So many SPs of an image of 500 pixels, as ListedPoints."""
+
+    def __init__(self, count: int) -> None:
+        self.capacity = 500
+        pixels = np.random.default_rng(0).permutation(self.capacity)
+        self.pixels, self.numbers = column(pixels, int), column(np.arange(self.capacity) + 1000, int)
+        self.count = column([count], int)
+
+
+@pytest.mark.parametrize("end", [40, int(LAST)])
+@pytest.mark.parametrize("capacity", [1, 64, 500])
+@pytest.mark.parametrize("count", [0, 1, 300, 500])
+def test_those_of_the_smallest_keys_are_listed_in_the_order_of_the_list(count: int, capacity: int, end: int) -> None:
+    points = Listed(count)
+    keys = np.full(500, int(LAST))
+    keys[:count] = np.random.default_rng(1).integers(0, 256, count)
+    selection = Selection(points.capacity, capacity, end, choose_device("cpu"))
+    selection.keys.assign(np.concatenate([keys, np.zeros(500, int)]).astype(np.int32))
+    selection.choose(points)
+    smallest = np.argsort(keys, kind="stable")[:capacity]
+    chosen = np.sort(smallest[keys[smallest] < end])
+    assert selection.count.numpy()[0] == len(chosen)
+    assert np.array_equal(selection.pixels.numpy()[: len(chosen)], points.pixels.numpy()[chosen])
+    assert np.array_equal(selection.numbers.numpy()[: len(chosen)], points.numbers.numpy()[chosen])
