@@ -1,6 +1,6 @@
 """More rays for the shading points that may be brightest, where surfaces are uneven. Beyond the 2022 paper.
 
-Errors grow with light, their squares with its square. Where the sun shines on mouldings, one SP in six holds three
+Errors grow with light, their squares with its square. Where the sun shines on mouldings, one SP in seven holds three
 quarters of what the clusters of a whole living-room are wrong by, and its neighbours have other light. So such SPs send
 more rays, drawn from all their light in even steps, so that each part of it has its share. What they find is their own.
 """
@@ -10,8 +10,8 @@ from functools import cache
 import warp as wp
 from warp.utils import radix_sort_pairs
 
+from gpu.aim import believed_share, far_draw_of, guide_at_of, member_of, sees_member_of
 from gpu.bits import lowest_bit
-from gpu.correct import believed_share, far_draw_of, guide_at_of, member_of
 from gpu.device import allocate, launch
 from gpu.dispute import SAMPLES, MeanBrightness
 from gpu.far_light import FarLight
@@ -29,7 +29,7 @@ from gpu.transfer import brightness, unoccluded
 from gpu.vpl_clusters import VplClusters
 
 RAYS = 24
-# SPs that may be so bright relative to the picture's: what so many of its SAMPLES are brighter than.
+# Bright is what may have this share of the brightness that only so many of the picture's SAMPLES are above.
 LEAST_BRIGHT, BRIGHTER = wp.constant(0.6), 10
 STEPS_PER_OCTAVE, MOST_OCTAVES = wp.constant(16.0), wp.constant(8.0)
 # Rays find what clusters believe to be off, of which this share is taken for granted: where clusters are right that
@@ -214,6 +214,7 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
 @cache
 def trace_kernel(connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
+    sees = sees_member_of(connect)
 
     @wp.kernel(module="unique")
     def kernel(
@@ -229,10 +230,7 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
         vpl = rays.vpl[index]
         if vpl < 0:
             return
-        pixel = pixels[index // RAYS]
-        position = vpls.members.position[vpl]
-        normal = vpls.members.normal[vpl]
-        if connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
+        if sees(scene, gbuffer, pixels[index // RAYS], vpls, vpl):
             rays.found[index] += rays.share[index]
 
     return kernel

@@ -8,7 +8,7 @@ from functools import cache
 
 import warp as wp
 
-from gpu.correct import member_of
+from gpu.aim import member_of, sees_member_of
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
 from gpu.draws import drawn_group, groups_a_part
@@ -136,6 +136,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
 @cache
 def trace_kernel(connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
+    sees = sees_member_of(connect)
 
     @wp.kernel(module="unique")
     def kernel(
@@ -151,10 +152,7 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
         vpl = rays.vpl[index]
         if vpl < 0:
             return
-        pixel = pixels[index // RAYS]
-        position = vpls.members.position[vpl]
-        normal = vpls.members.normal[vpl]
-        if not connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal):
+        if not sees(scene, gbuffer, pixels[index // RAYS], vpls, vpl):
             rays.share[index] = 0.0
 
     return kernel
