@@ -1,7 +1,8 @@
-"""Rays against the scene: the only place that knows about offsets at a ray's ends, alpha and mesh queries."""
+"""Rays against the scene: the only place that knows about offsets at a ray's ends, alpha and trees."""
 
 import warp as wp
 
+from gpu.bvh import Bvh, met
 from gpu.resident import NO_HIT, Hit, SceneData
 from gpu.textures import sample_alpha
 
@@ -27,8 +28,26 @@ def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3) -> wp.
 
 
 @wp.func
+def first_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
+    """The first triangle of a tree along a ray."""
+    nearest = met(bvh, origin, direction, max_t, False)
+    hit = Hit()
+    hit.t = nearest[0]
+    hit.u = nearest[1]
+    hit.v = nearest[2]
+    hit.face = wp.cast(nearest[3], int)
+    return hit
+
+
+@wp.func
+def any_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
+    """Whether a ray meets any triangle of a tree."""
+    return wp.cast(met(bvh, origin, direction, max_t, True)[3], int) != NO_HIT
+
+
+@wp.func
 def is_solid(scene: SceneData, masked_face: int, u: float, v: float) -> bool:
-    """Whether the point with barycentrics (u, v) of a triangle of the masked mesh stops light."""
+    """Whether the point with barycentrics (u, v) of a triangle of the masked tree stops light."""
     if scene.ignore_alpha:
         return True
     face = scene.opaque_count + masked_face
@@ -42,51 +61,46 @@ def closest_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: fl
     hit.face = NO_HIT
     hit.t = max_t
     if scene.opaque_count > 0:
-        query = wp.mesh_query_ray(scene.opaque, origin, direction, max_t)
-        if query.result:
-            hit.face = query.face
-            hit.t = query.t
-            hit.u = query.u
-            hit.v = query.v
+        hit = first_hit(scene.opaque, origin, direction, max_t)
     if scene.masked_count > 0:
         start = float(0.0)
         for _layer in range(MAX_ALPHA_LAYERS):
-            query = wp.mesh_query_ray(scene.masked, origin + direction * start, direction, hit.t - start)
-            if not query.result:
+            layer = first_hit(scene.masked, origin + direction * start, direction, hit.t - start)
+            if layer.face == NO_HIT:
                 break
-            if is_solid(scene, query.face, query.u, query.v):
-                hit.face = scene.opaque_count + query.face
-                hit.t = start + query.t
-                hit.u = query.u
-                hit.v = query.v
+            start += layer.t
+            if is_solid(scene, layer.face, layer.u, layer.v):
+                hit = layer
+                hit.face += scene.opaque_count
+                hit.t = start
                 break
-            start += query.t + OFFSET_ULP
+            start += OFFSET_ULP
     return hit
 
 
 @wp.func
 def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
     """Whether anything stands on the open segment of length `max_t` from `origin` along unit `direction`."""
-    if scene.opaque_count > 0 and wp.mesh_query_ray_anyhit(scene.opaque, origin, direction, max_t):
+    if scene.opaque_count > 0 and any_hit(scene.opaque, origin, direction, max_t):
         return True
     if scene.masked_count > 0:
         start = float(0.0)
         for _layer in range(MAX_ALPHA_LAYERS):
-            query = wp.mesh_query_ray(scene.masked, origin + direction * start, direction, max_t - start)
-            if not query.result:
+            layer = first_hit(scene.masked, origin + direction * start, direction, max_t - start)
+            if layer.face == NO_HIT:
                 return False
-            if is_solid(scene, query.face, query.u, query.v):
+            if is_solid(scene, layer.face, layer.u, layer.v):
                 return True
-            start += query.t + OFFSET_ULP
+            start += layer.t + OFFSET_ULP
     return False
 
 
 @wp.func
 def occluded_solid(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
     """As `occluded` for a scene whose masks are ignored: no textures, hence far fewer registers and twice the rays."""
-    if scene.opaque_count > 0 and wp.mesh_query_ray_anyhit(scene.opaque, origin, direction, max_t):
+    if scene.opaque_count > 0 and any_hit(scene.opaque, origin, direction, max_t):
         return True
-    return scene.masked_count > 0 and wp.mesh_query_ray_anyhit(scene.masked, origin, direction, max_t)
+    return scene.masked_count > 0 and any_hit(scene.masked, origin, direction, max_t)
 
 
 @wp.struct

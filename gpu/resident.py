@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import warp as wp
 
+from gpu.bvh import Bvh
+from gpu.bvh_build import build
 from gpu.device import choose_device, duplicate
 from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
 from gpu.settings import EVERY_SKIP, Skips
@@ -82,8 +84,8 @@ class SceneData:
     lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through.
     """
 
-    opaque: wp.uint64
-    masked: wp.uint64
+    opaque: Bvh
+    masked: Bvh
     opaque_count: int
     masked_count: int
     vertices: wp.array[wp.vec3]
@@ -188,21 +190,17 @@ class ResidentScene:
         data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
         data.opaque_count, data.masked_count = opaque_count, len(triangles) - opaque_count
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
-        self._meshes = [self._mesh(data.vertices, part) for part in np.split(triangles, [opaque_count]) if len(part)]
         if data.opaque_count:
-            data.opaque = self._meshes[0].id
+            data.opaque = self._tree(data.vertices, triangles[:opaque_count])
         if data.masked_count:
-            data.masked = self._meshes[-1].id
+            data.masked = self._tree(data.vertices, triangles[opaque_count:])
         self.data = data
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
         return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
 
-    def _mesh(self, vertices: wp.array, triangles: Ints) -> wp.Mesh:
-        indices = self._upload(triangles.ravel(), wp.int32)
-        if self.device.is_cuda:
-            return wp.Mesh(vertices, indices, bvh_constructor="cubql", bvh_leaf_size=2)
-        return wp.Mesh(vertices, indices, bvh_constructor="sah", bvh_leaf_size=2)
+    def _tree(self, vertices: wp.array, triangles: Ints) -> Bvh:
+        return build(vertices, self._upload(triangles.ravel(), wp.int32))
 
     def view(self, *, lambertian: bool, skip: Skips = EVERY_SKIP) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.

@@ -11,10 +11,11 @@ from server.messages import SceneRef
 from server.protocol import SceneInfo
 from server.refusals import NoRoomError
 
-# Bytes on the device (gpu.resident): positions and normals are 3 floats; triangles have indices twice (for shading and
-# for the BVH), a material, a box of 2 × 3 floats, and 2 BVH nodes of 32 bytes with links of 8.
+# Bytes on the device (gpu.resident): positions and normals are 3 floats; triangles have 3 indices, a material, in the
+# tree (gpu.bvh) 3 corners of 4 floats, a number and a third of a node of 128 bytes, and, while that is made, indices
+# once more, a box of 2 × 3 floats, and 2 nodes of 32 bytes with links of 8.
 VERTEX_BYTES, UV_BYTES, COLOR_BYTES = 24, 8, 16
-TRIANGLE_BYTES = 28 + 24 + 2 * 40
+TRIANGLE_BYTES = 16 + 52 + 43 + 12 + 24 + 2 * 40
 MATERIAL_BYTES = 512
 TEXEL_BYTES = 4
 LIGHTING_BYTES = 64 * 2**20  # virtual point lights, their clusters and a renderer

@@ -6,7 +6,8 @@ import warp as wp
 from pipeline import Pipeline
 from scenes import column, slats
 
-from gpu.bright import BRIGHTER, DARKER, FRAMES, LEAST_BRIGHT, MIX, RAYS, TRUST, BrightPoints
+from gpu.bright import BRIGHTER, DARKER, FRAMES, LEAST_BRIGHT, MIX, BrightPoints
+from gpu.bright_draws import RAYS, TRUST
 from gpu.dispute import SAMPLES, MeanBrightness
 from gpu.gbuffer import GBuffer, reflectance
 from gpu.scene.types import Doubles, Ints

@@ -44,7 +44,7 @@ def traced() -> tuple[ResidentScene, View, SpClustering, VplClusters]:
     clustering = SpClustering(view.pixels, 90, 6, Weighting.DISTANCE, resident.device)
     clustering.run(view.shading_points, view.gbuffer, 0)
     vpls = traced_vpls(resident, view.scene, 3000, 3)
-    return resident, view, clustering, cluster_vpls(resident, vpls, 77, 0)
+    return resident, view, clustering, cluster_vpls(resident, vpls, 150, 0)
 
 
 def bits_of(
@@ -94,7 +94,7 @@ def test_most_answers_are_exact_and_those_shared_are_of_weak_pairs(
     exact = exact_bits(traced)
     sent = light(traced)
     wrong = (bits != exact) & facing(traced)
-    assert wrong.any(axis=1).sum() > 0  # else nothing was shared, and this test is of nothing
+    assert wrong.sum() > 10  # else nothing was shared, and this test is of nothing
     rays, shared = stage.rays.numpy().sum(), stage.shared.numpy().sum()
     assert 0 < rays < rays + shared < bits.size
     assert wrong.sum() <= shared
@@ -123,7 +123,7 @@ def test_runs_of_vpl_clusters_give_what_all_at_once_give(
     traced: tuple[ResidentScene, View, SpClustering, VplClusters], skip: Skips, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bits, stage = bits_of(traced, skip)
-    monkeypatch.setattr("gpu.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two of three words, then the last
+    monkeypatch.setattr("gpu.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two of five words at a time
     other, in_runs = bits_of(traced, skip)
     assert np.array_equal(other, bits)
     assert np.array_equal(in_runs.rays.numpy(), stage.rays.numpy())
@@ -145,10 +145,10 @@ def test_a_stage_for_more_vpl_clusters_than_there_are_sees_none_beyond(
     _, view, clustering, vpls = traced
     stage = Visibility(clustering.count, vpls.count + 200, view.device)
     stage.trace(view.scene, clustering.clusters, vpls)
-    words = stage.words.numpy()
-    assert (words[:, :2] != 0).any()
-    assert (words[:, 2] >> (vpls.count - 64) == 0).all()
-    assert (words[:, 3:] == 0).all()
+    words, full = stage.words.numpy(), vpls.count // 32
+    assert (words[:, :full] != 0).any(axis=0).all()
+    assert (words[:, full] >> (vpls.count - 32 * full) == 0).all()
+    assert (words[:, full + 1 :] == 0).all()
     assert stage.rays.numpy().sum() == bits_of(traced)[1].rays.numpy().sum()
 
 

@@ -115,7 +115,7 @@ def test_what_does_not_fit_is_not_tried(hall: SceneRef) -> None:
         with pytest.raises(NoRoomError) as caught:
             await scenes.open(hall)
         assert str(caught.value) == (
-            "hall.obj: needs about 67 MB on the device, which has 60 MB to give (100 MB of it stay free); "
+            "hall.obj: needs about 68 MB on the device, which has 60 MB to give (100 MB of it stay free); "
             "unload what nobody looks at: idle.glb"
         )
         assert engine.opened == []
