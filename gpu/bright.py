@@ -11,7 +11,7 @@ import warp as wp
 from warp.utils import radix_sort_pairs
 
 from gpu.aim import sees_member_of
-from gpu.bright_draws import PARTS, RAYS, TRUST, Rays, draw_kernel, near_kernel
+from gpu.bright_draws import RAYS, TRUST, Rays, draw_kernel, near_kernel, step_kernel
 from gpu.device import allocate, launch
 from gpu.dispute import SAMPLES, MeanBrightness
 from gpu.far_light import FarLight
@@ -20,7 +20,7 @@ from gpu.interpolate import is_even
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.selection import LAST, Selection
-from gpu.shade import CHECKS, Indirect
+from gpu.shade import CHECKS, PARTS, Indirect
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness
@@ -119,7 +119,6 @@ class BrightPoints(Selection):
         self._samples = wp.zeros(2 * int(SAMPLES), dtype=float, device=device)
         self._sample_order = wp.zeros(2 * int(SAMPLES), dtype=int, device=device)
         self._rays: Rays = allocate(Rays, RAYS * self.capacity, device)
-        self._rays.near = wp.zeros((PARTS, self.capacity), dtype=float, device=device)
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, words: wp.array,
               vpls: VplClusters, far: FarLight, indirect: Indirect, seed: wp.array,
@@ -134,11 +133,12 @@ class BrightPoints(Selection):
         inputs = [gbuffer, sps.pixels, sps.count, sps.listed, *self._size, indirect]
         launch(key_kernel, sps.capacity, [*inputs, self._samples, int(SAMPLES) - 1 - BRIGHTER, self.keys], device)
         self.choose(sps)
-        listed = gbuffer, self.pixels, self.numbers, self.count, clusters
-        inputs = [*listed, vpls, far, indirect, seed, self._rays]
-        for places in (False, True):
-            launch(near_kernel(fuzziness, places=places), PARTS * self.capacity, inputs, device)
-        launch(draw_kernel(fuzziness), rays, [*listed, words, vpls, far, indirect, seed, self._rays], device)
+        chosen = self.pixels, self.numbers, self.count
+        launch(step_kernel, rays, [*chosen, indirect, seed, self._rays], device)
+        inputs = [gbuffer, *chosen, clusters, vpls, far, indirect, self._rays]
+        launch(near_kernel(fuzziness), PARTS * self.capacity, inputs, device)
+        inputs = [gbuffer, *chosen, clusters, words, vpls, far, indirect, seed, self._rays]
+        launch(draw_kernel(fuzziness), rays, inputs, device)
         launch(trace_kernel(connection(scene)), rays, [scene, gbuffer, self.pixels, vpls, self._rays], device)
 
     def take(self, vpls: VplClusters, told: wp.array, frames: wp.array, light: wp.array, irradiance: wp.array) -> None:

@@ -131,7 +131,7 @@ def with_twigs(slope: Slope, position: wp.vec3, normal: wp.vec3, vpls: VplCluste
     return slope
 
 
-@wp.kernel
+@wp.kernel(module="unique", module_options={"fast_math": True})
 def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
                 all_near: bool, partial: Partial, out: FarLight) -> None:  # fmt: skip
     """`lanes` threads a part of the groups at one new representative; neighbours have neighbouring ones."""

@@ -55,7 +55,7 @@ def disk_brightness(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, vpl: 
     return brightness(disk_irradiance(position, normal, disk))
 
 
-@wp.kernel
+@wp.kernel(module="unique", module_options={"fast_math": True})
 def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
                 rays: Rays) -> None:  # fmt: skip
     """One thread a part of the VPL clusters at one SP: what its groups would send were nothing between."""
@@ -97,7 +97,7 @@ def total_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
         rays.totals[part, place] = whole
 
 
-@wp.kernel
+@wp.kernel(module="unique", module_options={"fast_math": True})
 def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
                 seed: wp.array[int], rays: Rays) -> None:  # fmt: skip
     """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""

@@ -24,6 +24,8 @@ from gpu.vpl_clusters import VplClusters
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
 CHECKS = 4
+# VPL clusters are walked in so many parts by who draws from them with more threads (gpu.bright_draws).
+PARTS = 8
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 Floats = wp.types.vector(length=CHECKS, dtype=float)
 # A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
@@ -41,7 +43,8 @@ class Indirect:
     irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
     gpu.sums.Sum; target (CHECKS, sp): near VPL clusters, each drawn in proportion to its light in doubt, −1 for none;
     near, far (sp,): all light in doubt of near VPL clusters, and of the others; open_near, open_far (sp,): their light
-    were none hidden; pairs (sp,): how many are near.
+    were none hidden; open_before (part, sp): that of the near ones before each part of VPL clusters (`words_a_part`);
+    pairs (sp,): how many are near.
     """
 
     irradiance: wp.array[wp.vec3]
@@ -51,13 +54,21 @@ class Indirect:
     far: wp.array[float]
     open_near: wp.array[float]
     open_far: wp.array[float]
+    open_before: wp.array2d[float]
     pairs: wp.array[int]
 
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
     indirect: Indirect = allocate(Indirect, pixels, device, CHECKS)
+    indirect.open_before = wp.zeros((PARTS, pixels), dtype=float, device=device)
     return indirect
+
+
+@wp.func
+def words_a_part(vpls: VplClusters) -> int:
+    """How many words of 32 VPL clusters each part has; the last parts may have fewer or none."""
+    return (vpls.count + 32 * PARTS - 1) // (32 * PARTS)
 
 
 @cache
@@ -152,7 +163,10 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             following[check] = 0.0
         near = words_type()
         seen = words_type()
+        a_part = words_a_part(vpls)
         for word in range((vpls.count + 31) // 32):
+            if word % a_part == 0:
+                out.open_before[word // a_part, sp] = open_near
             bits = wp.uint32(0)
             for f in range(wp.static(fuzziness)):
                 near[f] = wp.uint32(0)

@@ -83,7 +83,7 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
     out[pixel] = mixed / total
 
 
-@wp.kernel
+@wp.kernel(module="unique", module_options={"fast_math": True})
 def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
                          count: wp.array[int], listed: wp.array[int], stride: int, step: int, frames: wp.array[int],
                          uneven_reach: int, guide: wp.array[wp.vec3], light: wp.array[wp.vec3],

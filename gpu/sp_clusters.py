@@ -131,7 +131,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     """The kernel of Algorithm 2 for F = `fuzziness`; its weights are 1/distance (Eq. 10) or equal (Eq. 8)."""
     search = nearest_search(fuzziness, widens=True)
 
-    @wp.kernel(module="unique", cuda_max_registers=REGISTERS)
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
     def kernel(
         first: int,
         gbuffer: GBuffer,

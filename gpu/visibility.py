@@ -60,7 +60,7 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
     return brightness(disk_irradiance(p, p_normal, disk))
 
 
-@wp.kernel
+@wp.kernel(module="unique", module_options={"fast_math": True})
 def part_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float]) -> None:
     """One thread a PARTS-th of the VPL clusters at one new representative: the sum of their light.
 
@@ -96,7 +96,7 @@ def weak_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.ar
 def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
     """The kernel that plans the rays; facing_away, weak_pairs: whether such pairs have no rays of their own."""
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"fast_math": True})
     def kernel(
         first: int,
         sps: SpClusters,

@@ -49,7 +49,7 @@ SUSPECTED_SHARE = 2.0
 REFINED_SHARE = 0.75
 LEAST_DISPUTE = 0.25
 # SPs that may be brightest and so have more rays, per SP cluster.
-BRIGHT_SHARE = 2.0
+BRIGHT_SHARE = 4.0
 # Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
 # by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
 FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
