@@ -16,15 +16,16 @@ from gpu.view import View
 KEPT_LEVELS = 8
 # Frames of a walk whose counts are other than before that tell nothing yet of those to come.
 UNLIKE_FRAMES = 3
-# For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise.
-FEWER_FOR_ERROR = 4
+# For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise, or the
+# least over so many: rays correct most of what clusters are wrong by, so that it takes many more for half the error.
+FEWER_FOR_ERROR, MORE_FOR_ERROR = 16, 4
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 4
 
 
 def error_levels(pixels: int, vpls: int) -> Levels:
     """The levels that an error of an image of so many pixels, lit by so many VPLs, is governed by."""
-    return Levels(pixels, vpls // (FEWER_FOR_ERROR * MOST_MEMBERS), vpls // LEAST_MEMBERS)
+    return Levels(pixels, vpls // (FEWER_FOR_ERROR * MOST_MEMBERS), MORE_FOR_ERROR * vpls // LEAST_MEMBERS)
 
 
 class TargetedVpl:

@@ -1,15 +1,15 @@
 """How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
 
 What is wanted is within a scene's reach: times are multiples of what the default counts take in motion there, errors
-lie between those of the fewest and of the most counts. Times are device times of frames as they come, with no frame
-left out but those before the first picture. Errors are measured at some frames of the walk: against `exact-vpl` with
-the same VPLs, and without near-field light, which the estimate that they are chosen by leaves out too. Rows keep what
-every frame took, its counts, and what was expected.
+lie between those that the fewest and the most counts have on the walk. Times are device times of frames as they come,
+with no frame left out but those before the first picture. Errors are measured at some frames of the walk: against
+`exact-vpl` with the same VPLs, and without near-field light, which the estimate that they are chosen by leaves out too.
+Rows keep what every frame took, its counts, and what was expected.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 from time import perf_counter
 from typing import Any
@@ -36,6 +36,8 @@ DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES = 144, 8
 # Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
 ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 4, 4, 16
+# Of these, for what is within reach.
+REACH_EVERY = 2
 # Few enough for `exact-vpl`, enough for a thousand clusters of them.
 ERROR_VPLS = 16_000
 WITHIN = 0.1
@@ -123,17 +125,23 @@ def run(suite: Suite) -> None:
         settings = RenderSettings(**base_error, method=Method.EXACT_VPL, vpl_clusters=clusters)
         return Renderer(subject.resident, subject.size, settings).render(view(name, number)).radiance()
 
+    @cache
     def reach(name: str) -> tuple[float, float]:
-        """The errors of the most and of the fewest counts where the walk begins."""
+        """The mean errors of the most and of the fewest counts on the walk."""
         subject = suite.subject(name)
         levels = error_levels(subject.size[0] * subject.size[1], vpls)
-        errors = []
+        means = []
         for clusters in (levels.vpl_clusters[-1], levels.vpl_clusters[0]):
             level = levels.usual(clusters)
             counts = {"sp_clusters": level.sp_clusters, "vpl_clusters": clusters}
             renderer = Renderer(subject.resident, subject.size, RenderSettings(**base_error, **counts))
-            errors.append(mse(renderer.render(view(name, 0)).radiance(), exact(name, 0, clusters)))
-        return errors[0], errors[1]
+            errors = []
+            for number in range(1, 1 + frames):
+                frame = renderer.render(view(name, number), walks=True)
+                if number % (REACH_EVERY * every) == 0:
+                    errors.append(mse(frame.radiance(), exact(name, number, clusters)))
+            means.append(float(np.mean(errors)))
+        return means[0], means[1]
 
     def measure_error(name: str, share: float) -> Row:
         subject = suite.subject(name)

@@ -4,7 +4,7 @@ from scenes import box, grey, quad, resident_of
 
 from gpu.camera import look_at
 from gpu.metrics import mse
-from gpu.probes import Probes, clipped_product
+from gpu.probes import Probes, clipped_product, white_of
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.settings import Component, Method, RenderSettings
@@ -32,6 +32,16 @@ def test_products_of_independent_estimates_do_not_count_their_noise() -> None:
     assert clipped_product(render, truth, truth, 2.0) == pytest.approx((0.05 / 2.0) ** 2)
     assert clipped_product(truth + 9.0, truth + 9.0, truth + 8.0, 1.0) == 0.0
     assert clipped_product(0.0 * truth, 0.0 * truth, 0.0 * truth, 0.0) == 0.0
+
+
+@pytest.mark.parametrize("dimmed", [0.8, 1.0, 1.25])
+def test_white_is_that_of_the_truth_whatever_noise_it_has_and_however_dim_the_render_is(dimmed: float) -> None:
+    random = np.random.default_rng(5)
+    truth = random.exponential(size=(20_000, 3))
+    noisy = truth * random.exponential(size=truth.shape)
+    assert white_of(dimmed * truth, noisy) == pytest.approx(np.percentile(truth, 99.0), rel=0.06)
+    assert np.percentile(noisy, 99.0) > 1.3 * np.percentile(truth, 99.0)
+    assert white_of(0.0 * truth, noisy) == 0.0
 
 
 @pytest.mark.parametrize("smooth", [True, False])
