@@ -91,8 +91,9 @@ SECTIONS = (
         "targets",
         "Wanted time or error",
         "Counts of clusters are chosen for a wanted frame time or clustering error (MSE), while the camera sways to "
-        "and fro. Wanted times are multiples of what the default counts take, wanted errors lie between those of the "
-        "fewest and the most counts. Of errors a few frames are measured, against `exact-vpl` with the same VPLs.",
+        "and fro. Wanted times are multiples of what the default counts take, wanted errors lie between those that the "
+        "fewest and the most counts have on the walk. Of errors a few frames are measured, against `exact-vpl` with "
+        "the same VPLs.",
         {"targets": "time of frames over the wanted time, while the camera sways; green: within 10 %"},
         (tables.targets_table,),
     ),

@@ -30,7 +30,7 @@ from tests.bench.sweep import measure_walk
 
 # Of what the default counts take in motion; and of the way from the least error to the greatest, in logarithms.
 TIMES = (1.25, 2.5)
-ERRORS = (2.0 / 3.0, 1.0 / 3.0)
+ERRORS = (0.6, 0.4)
 # A sway: so far to either side, so far ahead as a share of the scene's extent, and frames until it is back.
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES = 144, 8
