@@ -14,19 +14,17 @@ from gpu.view import View
 # Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
-# Frames of a walk whose counts are other than before that tell nothing yet of what those to come take, and of how far
-# from the truth they are.
-UNLIKE_IN_TIME, UNLIKE_IN_ERROR = 3, 1
-# For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise, or the
-# least over so many: rays correct most of what clusters are wrong by, so that it takes many more for half the error.
-FEWER_FOR_ERROR, MORE_FOR_ERROR = 16, 4
+# Frames of a walk whose counts are other than before that tell nothing yet of those to come.
+UNLIKE_FRAMES = 3
+# For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise.
+FEWER_FOR_ERROR = 4
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 4
 
 
 def error_levels(pixels: int, vpls: int) -> Levels:
     """The levels that an error of an image of so many pixels, lit by so many VPLs, is governed by."""
-    return Levels(pixels, vpls // (FEWER_FOR_ERROR * MOST_MEMBERS), MORE_FOR_ERROR * vpls // LEAST_MEMBERS)
+    return Levels(pixels, vpls // (FEWER_FOR_ERROR * MOST_MEMBERS), vpls // LEAST_MEMBERS)
 
 
 class TargetedVpl:
@@ -54,7 +52,6 @@ class TargetedVpl:
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor] = {}
-        self._unlike_frames = UNLIKE_IN_ERROR if settings.target_error else UNLIKE_IN_TIME
         self._unlike = 0
         self._view = view
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
@@ -73,7 +70,7 @@ class TargetedVpl:
         """One frame at the level that was chosen for it."""
         if sample == 0 and self._level != self._governor.level:
             self._level = self._governor.level
-            self._unlike = self._unlike_frames if self._view.walks else 0
+            self._unlike = UNLIKE_FRAMES if self._view.walks else 0
             known, before = self._kept.pop(self._level, None), self._method
             self._method = known or before.resized(self._quality(self._level), progress)
             self._kept[self._level] = self._method

@@ -15,7 +15,7 @@ from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
-from gpu.target import LEAST_MEMBERS, MOST_MEMBERS, Governor
+from gpu.target import LEAST_MEMBERS, MOST_MEMBERS
 from gpu.view import View
 
 SIZE = (64, 48)
@@ -125,29 +125,6 @@ def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
     assert len(set(counts[10:])) > 1
     assert len(set(counts[25:])) == 1
     assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
-
-
-@pytest.mark.parametrize(("target", "unlike"), [({"target_ms": 40.0}, 3), ({"target_error": 1e-3}, 1)])
-def test_frames_after_a_change_of_counts_are_not_learnt_from(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, target: dict[str, float], unlike: int
-) -> None:
-    """Those of a time have more new clusters for longer; an error is soon like those to come."""
-    learnt: set[int] = set()
-
-    def heard(_governor: Governor, _parts: dict[str, float]) -> bool:
-        learnt.add(number)
-        return True
-
-    monkeypatch.setattr(Governor, "learn", heard)
-    monkeypatch.setattr(Stages, "steady", True, raising=False)
-    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, **target))
-    for number in range(12):
-        if number == 6:
-            assert renderer._targeted is not None
-            governor = renderer._targeted._governor
-            governor.level = replace(governor.level, sp_clusters=governor.level.sp_clusters // 2)
-        renderer.render(CAMERA, walks=True)
-    assert learnt & {*range(6, 12)} == {*range(6 + unlike, 12)}
 
 
 def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
