@@ -11,6 +11,7 @@ from gpu.scene.types import Doubles, Ints
 
 CPU = wp.get_device("cpu")
 LENGTH = 10.0
+NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
 
 
 @wp.kernel
@@ -104,7 +105,8 @@ def sphere(rings: int) -> Doubles:
     return np.concatenate([np.stack(three, axis=2).reshape(-1, 3, 3) for three in ((a, b, c), (a, c, d))]).astype(float)
 
 
-def test_no_ray_leaves_a_closed_surface_at_its_edges_or_corners() -> None:
+@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
+def test_no_ray_leaves_a_closed_surface_at_its_edges_or_corners(device: str) -> None:
     rng = np.random.default_rng(3)
     triangles = sphere(24)
     origins = rng.uniform(-0.25, 0.25, (60_000, 3))
@@ -112,7 +114,7 @@ def test_no_ray_leaves_a_closed_surface_at_its_edges_or_corners() -> None:
     share = rng.random((len(origins), 1))
     on_edge = share * chosen[:, 0] + (1.0 - share) * chosen[:, 1]
     aims = np.where(np.arange(len(origins))[:, None] % 2 == 0, on_edge, chosen[:, 2])
-    _, faces = shoot(tree(triangles), origins, unit(aims - origins))
+    _, faces = shoot(tree(triangles, wp.get_device(device)), origins, unit(aims - origins))
     assert (faces >= 0).all()
 
 
@@ -156,7 +158,7 @@ def test_length_ends_a_ray_before_what_lies_there() -> None:
     assert faces.tolist() == [-1, -1, 0]
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
+@NEEDS_CUDA
 def test_cuda_meets_the_same() -> None:
     rng = np.random.default_rng(7)
     triangles, count = soup(rng, 20_000, 0.05), 50_000
