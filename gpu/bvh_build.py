@@ -188,4 +188,6 @@ def build(vertices: wp.array, indices: wp.array) -> Bvh:
     bvh.faces = wp.empty(len(indices) // 3, dtype=int, device=device)
     bvh.corners = wp.empty(len(indices), dtype=wp.vec4, device=device)
     launch(corner_kernel, len(bvh.faces), [mesh.id, vertices, indices, bvh.corners, bvh.faces], device)
+    # What is read above goes with the mesh.
+    wp.synchronize_device(device)
     return bvh
