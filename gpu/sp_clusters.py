@@ -36,7 +36,8 @@ from gpu.order import EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
 
-ITERATIONS = 3
+# Of k-means, which starts with points spread evenly over the picture: more make no picture better.
+ITERATIONS = 1
 SAMPLES_PER_CLUSTER = 4
 # Share of the clusters that is kept for SPs that k-means serves badly.
 EXTRA_SHARE = 0.25
