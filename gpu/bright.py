@@ -20,10 +20,10 @@ from gpu.interpolate import is_even
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.selection import LAST, Selection
-from gpu.shade import CHECKS, PARTS, Indirect
+from gpu.shade import CHECKS, NEAR_PARTS, Indirect
 from gpu.shading_points import ShadingPoints
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness
+from gpu.transfer import brightness, light_of
 from gpu.vpl_clusters import VplClusters
 
 # Bright is what may have this share of the brightness that only so many of the picture's SAMPLES are above.
@@ -96,8 +96,7 @@ def take_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: V
         index = place * RAYS + ray
         vpl = rays.vpl[index]
         if vpl >= 0:
-            flux = vpls.members.flux[vpl]
-            total += flux * (rays.found[index] / brightness(flux))
+            total += light_of(vpls, vpl, rays.found[index])
     found = told[pixel] * TRUST + total / float(RAYS)
     known = CHECKS * wp.min(frames[pixel] + 1, FRAMES)
     mean = light[pixel] + (found - light[pixel]) * (float(RAYS) / float(RAYS + known))
@@ -136,7 +135,7 @@ class BrightPoints(Selection):
         chosen = self.pixels, self.numbers, self.count
         launch(step_kernel, rays, [*chosen, indirect, seed, self._rays], device)
         inputs = [gbuffer, *chosen, clusters, vpls, far, indirect, self._rays]
-        launch(near_kernel(fuzziness), PARTS * self.capacity, inputs, device)
+        launch(near_kernel(fuzziness), NEAR_PARTS * self.capacity, inputs, device)
         inputs = [gbuffer, *chosen, clusters, words, vpls, far, indirect, seed, self._rays]
         launch(draw_kernel(fuzziness), rays, inputs, device)
         launch(trace_kernel(connection(scene)), rays, [scene, gbuffer, self.pixels, vpls, self._rays], device)

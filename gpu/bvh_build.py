@@ -7,11 +7,10 @@ import warp as wp
 
 from gpu.bvh import MOST_LEVELS, Bvh
 from gpu.device import launch
+from gpu.grid import FAR_AWAY
 from gpu.grouping import running_total
 
 NO_NODE = wp.constant(-1)
-# Farther than any ray goes.
-FAR_AWAY = wp.constant(1.0e30)
 WIDTH = 4
 # More are not told apart; fewer make more nodes.
 LEAF_TRIANGLES = 2
@@ -24,9 +23,9 @@ def root_of(mesh: wp.uint64) -> wp.int32:
 
 @wp.func_native("""
     const wp::BVH& tree = wp::mesh_get(mesh).bvh;
-    return wp::vec_t<4, wp::int32>(tree.node_lowers[node].b, tree.node_lowers[node].i, tree.node_uppers[node].i, 0);
+    return wp::vec_t<3, wp::int32>(tree.node_lowers[node].b, tree.node_lowers[node].i, tree.node_uppers[node].i);
 """)
-def entry_of(mesh: wp.uint64, node: int) -> wp.vec4i:
+def entry_of(mesh: wp.uint64, node: int) -> wp.vec3i:
     """A node of a mesh's binary tree: (0, left, right) or, for a leaf, (1, first place, place after the last)."""
 
 

@@ -22,7 +22,7 @@ from gpu.sampling import TO_UNIT, hashed
 from gpu.shade import CHECKS, REGISTERS, Indirect, guides_of
 from gpu.shading_points import ListedPoints
 from gpu.sp_clusters import SpClusters
-from gpu.transfer import brightness
+from gpu.transfer import light_of
 from gpu.vpl_clusters import VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
@@ -147,8 +147,7 @@ def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], v
         index = place * CHECKS + check
         vpl = checks.vpl[index]
         if vpl >= 0:
-            flux = vpls.members.flux[vpl]
-            mean += flux * (checks.share[index] / brightness(flux))
+            mean += light_of(vpls, vpl, checks.share[index])
     mean = mean / float(CHECKS)
     pixel = pixels[place]
     if before > 0:

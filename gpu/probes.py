@@ -19,7 +19,7 @@ from gpu.rays import connection
 from gpu.resident import NO_HIT, SceneData
 from gpu.sampling import TO_UNIT, hashed
 from gpu.scene.types import Floats
-from gpu.transfer import brightness, disk_transfer
+from gpu.transfer import brightness, disk_transfer, light_of
 from gpu.view import View
 from gpu.vpl_clusters import VplClusters
 
@@ -105,13 +105,11 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
             return
         seen = connect(scene, position, geometric, vpls.members.position[this], vpls.members.normal[this])
         if seen:
-            flux = vpls.members.flux[this]
-            one[index] = flux * (total / brightness(flux))
+            one[index] = light_of(vpls, this, total)
         if that != this:
             seen = connect(scene, position, geometric, vpls.members.position[that], vpls.members.normal[that])
         if seen:
-            flux = vpls.members.flux[that]
-            other[index] = flux * (total / brightness(flux))
+            other[index] = light_of(vpls, that, total)
 
     return kernel
 

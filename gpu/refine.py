@@ -17,7 +17,7 @@ from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.sampling import TO_UNIT, hashed
 from gpu.shading_points import ListedPoints
-from gpu.transfer import brightness, disk_irradiance, is_unfolded
+from gpu.transfer import brightness, disk_irradiance, is_unfolded, light_of
 from gpu.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
 
 RAYS = 32
@@ -170,8 +170,7 @@ def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: Vp
         index = place * RAYS + ray
         vpl = rays.vpl[index]
         if vpl >= 0:
-            flux = vpls.members.flux[vpl]
-            total += flux * (rays.share[index] / brightness(flux))
+            total += light_of(vpls, vpl, rays.share[index])
     total *= all_light(rays, place) / float(RAYS)
     if brightness(total) < CONFIRMED * brightness(irradiance[pixels[place]]):
         irradiance[pixels[place]] = total

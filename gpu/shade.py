@@ -24,8 +24,8 @@ from gpu.vpl_clusters import VplClusters
 
 # VPL clusters drawn for each SP, to which it sends rays of its own (gpu.correct).
 CHECKS = 4
-# VPL clusters are walked in so many parts by who draws from them with more threads (gpu.bright_draws).
-PARTS = 8
+# Near VPL clusters are walked in so many parts by who draws from them with more threads (gpu.bright_draws).
+NEAR_PARTS = 8
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 Floats = wp.types.vector(length=CHECKS, dtype=float)
 # A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
@@ -61,14 +61,14 @@ class Indirect:
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
     indirect: Indirect = allocate(Indirect, pixels, device, CHECKS)
-    indirect.open_before = wp.zeros((PARTS, pixels), dtype=float, device=device)
+    indirect.open_before = wp.zeros((NEAR_PARTS, pixels), dtype=float, device=device)
     return indirect
 
 
 @wp.func
 def words_a_part(vpls: VplClusters) -> int:
     """How many words of 32 VPL clusters each part has; the last parts may have fewer or none."""
-    return (vpls.count + 32 * PARTS - 1) // (32 * PARTS)
+    return (vpls.count + 32 * NEAR_PARTS - 1) // (32 * NEAR_PARTS)
 
 
 @cache

@@ -20,6 +20,13 @@ def brightness(radiance: wp.vec3) -> float:
 
 
 @wp.func
+def light_of(vpls: VplClusters, vpl: int, amount: float) -> wp.vec3:
+    """Light of the brightness `amount` in the colour of a VPL."""
+    flux = vpls.members.flux[vpl]
+    return flux * (amount / brightness(flux))
+
+
+@wp.func
 def disk_transfer(way: wp.vec3, normal: wp.vec3, disk_normal: wp.vec3, area: float) -> float:
     """Share of a disk light's flux that arrives per area at an unoccluded point `-way` from it: form factor over area.
 
