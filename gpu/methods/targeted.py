@@ -1,30 +1,27 @@
 """`fuzzy-vpl` for a wanted frame time or error: its counts of clusters are chosen from frame to frame (gpu.target)."""
 
 from dataclasses import replace
+from typing import Any
 
+from gpu.error_model import ErrorModel
+from gpu.levels import Level, Levels, levels_of
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import FrameStatistics
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.quality import Quality
 from gpu.settings import RenderSettings
 from gpu.stages import Stages
-from gpu.target import LEAST_MEMBERS, MOST_MEMBERS, Governor, Level, Levels, error_model, time_model
+from gpu.target import Governor
+from gpu.time_model import TimeModel
 from gpu.view import View
 
 # Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
-# Frames of a walk whose counts are other than before that tell nothing yet of those to come.
+# Frames of a walk whose counts are other than before that tell nothing yet of the times to come.
 UNLIKE_FRAMES = 3
-# For an error, VPLs are as many as usual, and VPL clusters may have so many times the most members otherwise.
-FEWER_FOR_ERROR = 4
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 4
-
-
-def error_levels(pixels: int, vpls: int) -> Levels:
-    """The levels that an error of an image of so many pixels, lit by so many VPLs, is governed by."""
-    return Levels(pixels, vpls // (FEWER_FOR_ERROR * MOST_MEMBERS), vpls // LEAST_MEMBERS)
 
 
 class TargetedVpl:
@@ -45,24 +42,22 @@ class TargetedVpl:
         self._vpls = quality.vpls if settings.target_error else settings.vpls
         if self._vpls is None:
             levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters)
-        elif settings.target_error:
-            levels = error_levels(view.pixels, self._vpls)
         else:
-            levels = Levels(view.pixels, self._vpls // MOST_MEMBERS, self._vpls // LEAST_MEMBERS)
+            levels = levels_of(view.pixels, self._vpls)
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
-        self._governors: dict[bool, Governor] = {}
+        self._governors: dict[bool, Governor[Any]] = {}
         self._unlike = 0
         self._view = view
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
         self._kept = {self._level: self._method}  # in the order of their last use
 
     @property
-    def _governor(self) -> Governor:
+    def _governor(self) -> Governor[Any]:
         """That of a walk, or of frames that begin from nothing, whatever the last one was."""
         walks = self._view.walks
         if walks not in self._governors:
-            model = error_model() if self._settings.target_error else time_model()
+            model = ErrorModel() if self._settings.target_error else TimeModel()
             self._governors[walks] = Governor(self._levels, model, self._target, self._level)
         return self._governors[walks]
 
@@ -87,13 +82,13 @@ class TargetedVpl:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
-        level in a walk have more new clusters than others, and tell nothing of those that follow.
+        level in a walk have more new clusters than others: what they take tells nothing of those that follow.
         """
+        if self._method.probes is not None:
+            return self._governor.learn(self._method.probes.estimate())
         if self._view.walks and self._unlike > 0:
             self._unlike -= 1
             return False
-        if self._method.probes is not None:
-            return self._governor.learn({"error": self._method.probes.error()})
         return stages.steady and self._governor.learn(stages.milliseconds())
 
     def count(self) -> None:

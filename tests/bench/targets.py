@@ -18,7 +18,7 @@ import numpy as np
 
 from gpu.camera import turned
 from gpu.frame import FrameStats
-from gpu.methods.targeted import error_levels
+from gpu.levels import levels_of
 from gpu.metrics import mse
 from gpu.renderer import Renderer
 from gpu.scene.types import Camera, Floats
@@ -129,7 +129,7 @@ def run(suite: Suite) -> None:
     def reach(name: str) -> tuple[float, float]:
         """The mean errors of the most and of the fewest counts on the walk."""
         subject = suite.subject(name)
-        levels = error_levels(subject.size[0] * subject.size[1], vpls)
+        levels = levels_of(subject.size[0] * subject.size[1], vpls)
         means = []
         for clusters in (levels.vpl_clusters[-1], levels.vpl_clusters[0]):
             level = levels.usual(clusters)

@@ -3,6 +3,7 @@ import pytest
 from scenes import box, grey, quad, resident_of
 
 from gpu.camera import look_at
+from gpu.error_model import Estimate
 from gpu.metrics import mse
 from gpu.probes import Probes, clipped_product, white_of
 from gpu.renderer import Renderer
@@ -26,41 +27,70 @@ def room() -> ResidentScene:
 def test_products_of_independent_estimates_do_not_count_their_noise() -> None:
     random = np.random.default_rng(3)
     truth = random.uniform(0.1, 0.8, (4000, 3))
-    render = truth + 0.05
+    render, even = truth + 0.05, np.ones(4000)
     one, other = (truth + 0.1 * random.standard_normal(truth.shape) for _ in range(2))
-    assert clipped_product(render, one, other, 2.0) == pytest.approx((0.05 / 2.0) ** 2, rel=0.1)
-    assert clipped_product(render, truth, truth, 2.0) == pytest.approx((0.05 / 2.0) ** 2)
-    assert clipped_product(truth + 9.0, truth + 9.0, truth + 8.0, 1.0) == 0.0
-    assert clipped_product(0.0 * truth, 0.0 * truth, 0.0 * truth, 0.0) == 0.0
+    noisy = clipped_product(render, one, other, even, 2.0)
+    assert noisy.error == pytest.approx((0.05 / 2.0) ** 2, rel=0.1)
+    assert noisy.error - 3.0 * noisy.deviation < (0.05 / 2.0) ** 2 < noisy.error + 3.0 * noisy.deviation
+    assert clipped_product(render, truth, truth, even, 2.0).error == pytest.approx((0.05 / 2.0) ** 2)
+    assert clipped_product(truth + 9.0, truth + 9.0, truth + 8.0, even, 1.0).error == 0.0
+    assert clipped_product(0.0 * truth, 0.0 * truth, 0.0 * truth, even, 0.0) == Estimate(0.0, 0.0)
+
+
+def test_probes_that_stand_for_more_pixels_count_for_more() -> None:
+    render, truth = np.zeros((2, 3)), np.array([[0.1] * 3, [0.3] * 3])
+    assert clipped_product(render, truth, truth, np.array([1.5, 0.5]), 1.0).error == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize("dimmed", [0.8, 1.0, 1.25])
 def test_white_is_that_of_the_truth_whatever_noise_it_has_and_however_dim_the_render_is(dimmed: float) -> None:
+    """Bright probes are drawn more often, and so count for less."""
     random = np.random.default_rng(5)
-    truth = random.exponential(size=(20_000, 3))
+    even = random.exponential(size=(20_000, 3))
+    bright = even.mean(axis=1)
+    drawn = random.choice(len(even), len(even), p=bright / bright.sum())
+    counts, truth = bright.mean() / bright[drawn], even[drawn]
     noisy = truth * random.exponential(size=truth.shape)
-    assert white_of(dimmed * truth, noisy) == pytest.approx(np.percentile(truth, 99.0), rel=0.06)
-    assert np.percentile(noisy, 99.0) > 1.3 * np.percentile(truth, 99.0)
-    assert white_of(0.0 * truth, noisy) == 0.0
+    white = white_of(dimmed * even, dimmed * truth, noisy, counts)
+    assert white == pytest.approx(np.percentile(even, 99.0), rel=0.06)
+    assert np.percentile(noisy, 99.0) > 1.3 * np.percentile(even, 99.0)
+    assert white_of(0.0 * even, 0.0 * truth, noisy, counts) == 0.0
 
 
 @pytest.mark.parametrize("smooth", [True, False])
 def test_the_estimate_is_the_error_against_exact_vpl(
     room: ResidentScene, monkeypatch: pytest.MonkeyPatch, smooth: bool
 ) -> None:
-    estimates: list[float] = []
-    error = Probes.error
+    estimates: list[Estimate] = []
+    estimate = Probes.estimate
 
-    def heard(probes: Probes) -> float:
-        estimates.append(error(probes))
-        return 1e-3  # as wanted: the counts stay
+    def heard(probes: Probes) -> Estimate:
+        estimates.append(estimate(probes))
+        return Estimate(1e-3, 1e-6)  # as wanted: the counts stay
 
-    monkeypatch.setattr(Probes, "error", heard)
+    monkeypatch.setattr(Probes, "estimate", heard)
     renderer = Renderer(room, SIZE, RenderSettings(**CHOICE, target_error=1e-3, smooth=smooth))
     frames = [renderer.render(CAMERA) for _ in range(60)]
     counts = [(frame.stats.counts["sp_clusters"], frame.stats.counts["vpl_clusters"]) for frame in frames]
     assert len(set(counts)) == 1
     exact = RenderSettings(**CHOICE, method=Method.EXACT_VPL, vpl_clusters=counts[0][1])
     true = mse(frames[-1].radiance(), Renderer(room, SIZE, exact).render(CAMERA).radiance())
-    assert np.mean(estimates) == pytest.approx(true, rel=0.25)
-    assert len(set(estimates)) == len(estimates), "each frame has other probes"
+    errors = np.array([estimate.error for estimate in estimates])
+    assert errors.mean() == pytest.approx(true, rel=0.05)
+    assert len(set(errors)) == len(errors), "each frame has other probes"
+    told = np.mean([estimate.deviation for estimate in estimates])
+    assert 0.5 * told < errors.std() < 1.5 * told
+
+
+def test_probes_stand_for_all_pixels_alike(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**CHOICE, target_error=1e-3))
+    renderer.render(CAMERA)
+    assert renderer._targeted is not None
+    probes = renderer._targeted._method.probes
+    assert probes is not None
+    counts, pixels = probes._counts.numpy(), probes._pixels.numpy()
+    assert counts.mean() == pytest.approx(1.0, abs=0.05)
+    assert counts.min() < 0.8
+    assert counts.max() > 1.2
+    quarters = np.bincount(4 * pixels // (SIZE[0] * SIZE[1]), weights=counts) / counts.sum()
+    assert quarters == pytest.approx([0.25] * 4, abs=0.05)

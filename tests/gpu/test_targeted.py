@@ -8,6 +8,7 @@ from scenes import box, grey, quad, resident_of
 
 from gpu.accumulate import Accumulation
 from gpu.camera import look_at
+from gpu.levels import LEAST_MEMBERS, MOST_MEMBERS
 from gpu.methods.targeted import KEPT_LEVELS
 from gpu.quality import ON_CPU
 from gpu.renderer import Renderer
@@ -15,7 +16,6 @@ from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.settings import Component, RenderSettings
 from gpu.stages import Stages
-from gpu.target import LEAST_MEMBERS, MOST_MEMBERS
 from gpu.view import View
 
 SIZE = (64, 48)
@@ -195,3 +195,27 @@ def test_a_walk_goes_on_where_its_counts_change(room: ResidentScene, simulated_t
     # Other lights see other things.
     targeted._governor.level = replace(changed, vpl_clusters=level.vpl_clusters + 32)
     assert renderer.render(CAMERA, walks=True).stats.skips["kept_clusters"] == 0
+
+
+def test_frames_for_an_error_build_on_none_before(room: ResidentScene) -> None:
+    for target, builds in ({"target_error": 1e-3}, False), ({"target_ms": 1e4}, True):
+        settings = RenderSettings.model_validate({**INDIRECT, **target})
+        renderer = Renderer(room, SIZE, settings)
+        frames = [renderer.render(CAMERA, walks=True).stats for _ in range(4)]
+        for name in ("kept_clusters", "kept_light"):
+            assert (frames[-1].skips[name] > 0) == builds
+        assert frames[-1].skips["unchanged_lights"] > 0
+
+
+def test_counts_of_a_walk_follow_its_error(room: ResidentScene) -> None:
+    """What none meets ends at the most and at the fewest counts, and is told."""
+    last = []
+    for target in (2e-4, 2e-3):
+        renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=target))
+        last.append([renderer.render(CAMERA, walks=True).stats for _ in range(12)][-1])
+        assert last[-1].estimates["target_error"] == target
+        assert last[-1].stage_ms["probe"] > 0.0
+    many, few = last
+    assert many.counts["vpl_clusters"] > few.counts["vpl_clusters"]
+    assert many.counts["sp_clusters"] > 10 * few.counts["sp_clusters"]
+    assert 2e-4 < many.estimates["expected_error"] < few.estimates["expected_error"] < 2e-3

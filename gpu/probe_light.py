@@ -1,0 +1,186 @@
+"""The light of all VPLs at some pixels (gpu.probes), by few rays: even steps through all light that may arrive.
+
+What a VPL would send, were nothing in between, is its share in that light; each step has one ray, to the VPL that it
+falls into. Rays for runs of VPLs, one for each, leave 3 to 40 times the variance of as many steps: most light is often
+that of few runs.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.device import launch
+from gpu.gbuffer import GBuffer
+from gpu.grid import FAR_AWAY
+from gpu.rays import connection
+from gpu.resident import NO_HIT, SceneData
+from gpu.sampling import TO_UNIT, hashed
+from gpu.transfer import brightness, disk_transfer, light_of
+from gpu.vpl_clusters import VplClusters
+
+# Rays of an estimate at a probe, and threads that look at all VPLs for it. With 64 rays their noise is a tenth of the
+# choice of pixels' (sponza, conference, cornell-box).
+RAYS, PARTS = wp.constant(32), wp.constant(64)
+
+
+@wp.struct
+class Steps:
+    """Steps through the light at probes.
+
+    light: (part, probe), of the VPLs of each part, then of those of the parts up to it [W/m²]; vpl: (probe, estimate,
+    ray), flattened, the VPL that a ray goes to, −1 for none.
+    """
+
+    light: wp.array2d[float]
+    vpl: wp.array[int]
+
+
+@wp.func
+def light_at(gbuffer: GBuffer, pixel: int, vpls: VplClusters, area: float, vpl: int) -> float:
+    """Brightness of what a VPL, a disk of so large an `area`, sends to a pixel's surface, were nothing in between."""
+    way = vpls.members.position[vpl] - gbuffer.position[pixel]
+    light = disk_transfer(way, gbuffer.normal[pixel], vpls.members.normal[vpl], area)
+    return light * brightness(vpls.members.flux[vpl])
+
+
+@wp.kernel(module="unique", module_options={"fast_math": True})
+def sum_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters, steps: Steps) -> None:
+    """One thread a part at a probe: the light of its VPLs. pixels: (probe,).
+
+    Neighbouring threads have the same VPLs.
+    """
+    index = first + wp.tid()
+    probe = index % pixels.shape[0]
+    part = index // pixels.shape[0]
+    pixel = pixels[probe]
+    total = float(0.0)
+    if gbuffer.face[pixel] != NO_HIT:
+        for cluster in range((part * vpls.count) // PARTS, ((part + 1) * vpls.count) // PARTS):
+            begin = vpls.starts[cluster]
+            end = vpls.starts[cluster + 1]
+            area = vpls.disks[cluster].area / float(end - begin)
+            for vpl in range(begin, end):
+                total += light_at(gbuffer, pixel, vpls, area, vpl)
+    steps.light[part, probe] = total
+
+
+@wp.kernel
+def scan_kernel(first: int, steps: Steps) -> None:
+    """One thread a probe: makes of its parts' light the light of each part and those before it; no ray goes anywhere.
+
+    What all threads of a probe compare with is computed once: sums that round otherwise would lose rays.
+    """
+    probe = first + wp.tid()
+    total = float(0.0)
+    for part in range(PARTS):
+        total += steps.light[part, probe]
+        steps.light[part, probe] = total
+    for ray in range(2 * RAYS):
+        steps.vpl[probe * 2 * RAYS + ray] = -1
+
+
+@wp.func
+def step_at(probe: int, estimate: int, ray: int, frame: int, whole: float) -> float:
+    """Where a ray of one of the two estimates falls in the light at its probe, evenly within its step."""
+    if ray >= RAYS:
+        return FAR_AWAY
+    key = wp.uint32((probe * 2 + estimate) * RAYS + ray)
+    return (float(ray) + float(hashed(key ^ hashed(wp.uint32(frame)))) * TO_UNIT) / float(RAYS) * whole
+
+
+@wp.kernel(module="unique", module_options={"fast_math": True})
+def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.array[int], vpls: VplClusters,
+                steps: Steps) -> None:  # fmt: skip
+    """One thread a part at a probe, of one estimate: which of its VPLs the rays go to whose steps it holds.
+
+    frame: (1,). Neighbouring threads have the same VPLs.
+    """
+    index = first + wp.tid()
+    probe = index % pixels.shape[0]
+    estimate = index // pixels.shape[0] % 2
+    part = index // pixels.shape[0] // 2
+    most = steps.light[part, probe]
+    total = float(0.0)
+    if part > 0:
+        total = steps.light[part - 1, probe]
+    if not most > total:
+        return
+    whole = steps.light[PARTS - 1, probe]
+    ray = wp.max(int(total / whole * float(RAYS)) - 1, 0)
+    step = step_at(probe, estimate, ray, frame[0], whole)
+    while step < total:
+        ray += 1
+        step = step_at(probe, estimate, ray, frame[0], whole)
+    if step >= most:
+        return
+    pixel = pixels[probe]
+    last = int(-1)
+    for cluster in range((part * vpls.count) // PARTS, ((part + 1) * vpls.count) // PARTS):
+        begin = vpls.starts[cluster]
+        end = vpls.starts[cluster + 1]
+        area = vpls.disks[cluster].area / float(end - begin)
+        for vpl in range(begin, end):
+            light = light_at(gbuffer, pixel, vpls, area, vpl)
+            if light > 0.0:
+                total += light
+                last = vpl
+                while step < wp.min(total, most):
+                    steps.vpl[(2 * probe + estimate) * RAYS + ray] = vpl
+                    ray += 1
+                    step = step_at(probe, estimate, ray, frame[0], whole)
+        if step >= most:
+            return
+    # By rounding, a part may end a little short.
+    while step < most:
+        steps.vpl[(2 * probe + estimate) * RAYS + ray] = last
+        ray += 1
+        step = step_at(probe, estimate, ray, frame[0], whole)
+
+
+@cache
+def trace_kernel(connect: wp.Function) -> wp.Kernel:
+    """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
+
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        scene: SceneData,
+        gbuffer: GBuffer,
+        pixels: wp.array[int],
+        vpls: VplClusters,
+        steps: Steps,
+        arrived: wp.array[wp.vec3],
+    ) -> None:
+        """One thread a ray: the light that it stands for, if it arrives. arrived: (probe, estimate, ray) [W/m²]."""
+        index = first + wp.tid()
+        arrived[index] = wp.vec3(0.0, 0.0, 0.0)
+        vpl = steps.vpl[index]
+        if vpl < 0:
+            return
+        probe = index // (2 * RAYS)
+        pixel = pixels[probe]
+        q, q_normal = vpls.members.position[vpl], vpls.members.normal[vpl]
+        if connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], q, q_normal):
+            arrived[index] = light_of(vpls, vpl, steps.light[PARTS - 1, probe] / float(RAYS))
+
+    return kernel
+
+
+class ProbeLight:
+    """The light at `count` probes; its arrays are allocated once. arrived: (probe, 2, RAYS), flattened [W/m²]."""
+
+    def __init__(self, count: int, device: wp.Device) -> None:
+        self._count, self._device = count, device
+        self._steps = Steps()
+        self._steps.light = wp.zeros((int(PARTS), count), dtype=float, device=device)
+        self._steps.vpl = wp.zeros(count * 2 * int(RAYS), dtype=int, device=device)
+        self.arrived = wp.zeros(count * 2 * int(RAYS), dtype=wp.vec3, device=device)
+
+    def gather(self, scene: SceneData, gbuffer: GBuffer, pixels: wp.array, frame: wp.array, vpls: VplClusters) -> None:
+        """Two estimates of the light of `vpls` at `pixels` (probe,); other rays in each `frame` (1,)."""
+        count, device, steps = self._count, self._device, self._steps
+        launch(sum_kernel, count * int(PARTS), [gbuffer, pixels, vpls, steps], device)
+        launch(scan_kernel, count, [steps], device)
+        launch(draw_kernel, count * 2 * int(PARTS), [gbuffer, pixels, frame, vpls, steps], device)
+        launch(trace_kernel(connection(scene)), len(self.arrived), [scene, gbuffer, pixels, vpls, steps, self.arrived],
+               device)  # fmt: skip

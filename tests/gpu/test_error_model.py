@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from gpu.error_model import POWER, ErrorModel, Estimate
+from gpu.levels import Level
+
+USUAL, TWICE = Level(4000, 1000), Level(8000, 2000)
+
+
+def test_the_first_estimate_is_what_is_expected_next() -> None:
+    model = ErrorModel()
+    model.observe(USUAL, Estimate(1e-3, 1e-4))
+    assert model.predict(USUAL) == pytest.approx(1e-3)
+    assert model.predict(TWICE) == pytest.approx(1e-3 * 2.0**-POWER)
+    assert not model.ready
+
+
+def test_it_learns_how_much_counts_help() -> None:
+    model = ErrorModel()
+    for number in range(40):
+        level = TWICE if number % 4 >= 2 else USUAL
+        model.observe(level, Estimate(1e-3 * (level.vpl_clusters / 1000) ** -0.9, 2e-5))
+    assert model.predict(TWICE) / model.predict(USUAL) == pytest.approx(2.0**-0.9, rel=0.03)
+
+
+def test_it_goes_on_as_a_view_changes() -> None:
+    """Each frame 4 percent more; a mean of some frames would lag by half their number."""
+    model = ErrorModel()
+    for number in range(40):
+        model.observe(USUAL, Estimate(1e-3 * 1.04**number, 2e-5 * 1.04**number))
+    assert model.predict(USUAL) == pytest.approx(1e-3 * 1.04**40, rel=0.02)
+
+
+def test_noisy_estimates_move_it_less() -> None:
+    after = []
+    for noise in (0.02, 0.3):
+        model = ErrorModel()
+        for _ in range(30):
+            model.observe(USUAL, Estimate(1e-3, noise * 1e-3))
+        assert model.ready
+        model.observe(USUAL, Estimate(1.3e-3, noise * 1.3e-3))
+        after.append(model.predict(USUAL))
+    assert after[0] > 1.15e-3
+    assert after[1] < 1.08e-3
+
+
+def test_nothing_unsound_comes_of_estimates_of_nothing() -> None:
+    model = ErrorModel()
+    for error in (0.0, -1e-3, 0.0, 1e-3):
+        model.observe(USUAL, Estimate(error, 0.0))
+        assert np.isfinite(model.predict(USUAL))
+        assert model.predict(USUAL) > 0.0

@@ -1,0 +1,43 @@
+from itertools import pairwise
+
+import pytest
+
+from gpu.levels import MOST, RANGE, SP_STEP, Level, Levels, levels_of
+
+PIXELS = 600_000
+USUAL = Level(8192, 2048)
+
+
+def test_levels_have_few_numbers_of_vpl_clusters_and_fine_steps_of_sp_clusters() -> None:
+    levels = Levels(PIXELS)
+    assert levels.vpl_clusters[0] == 32
+    assert levels.vpl_clusters[-1] == MOST.vpl_clusters
+    assert len(levels.vpl_clusters) < 40
+    assert all(number % 32 == 0 for number in levels.vpl_clusters)
+    assert levels.usual(2048) == USUAL
+    assert levels.nearest(USUAL.work) == USUAL
+    counts = sorted(level.sp_clusters for level in levels.of(2048))
+    assert levels.of(2048)[0] == USUAL
+    assert all(1.0 < more / fewer < SP_STEP + 0.01 for fewer, more in pairwise(counts))
+    assert counts[-1] / 8192 == pytest.approx(RANGE, rel=SP_STEP - 1.0)
+    assert 8192 / counts[0] == pytest.approx(RANGE, rel=SP_STEP - 1.0)
+    assert max(level.sp_clusters for level in levels.of(MOST.vpl_clusters)) == MOST.sp_clusters
+
+
+@pytest.mark.parametrize("pixels", [1, 100, 5000])
+def test_small_images_have_no_more_clusters_than_pixels(pixels: int) -> None:
+    levels = Levels(pixels)
+    all_levels = [level for number in levels.vpl_clusters for level in levels.of(number)]
+    assert all(1 <= level.sp_clusters <= pixels for level in all_levels)
+
+
+def test_numbers_of_vpl_clusters_can_be_bounded() -> None:
+    bounded = Levels(PIXELS, 200, 700).vpl_clusters
+    assert bounded == [number for number in Levels(PIXELS).vpl_clusters if 200 <= number <= 700]
+    assert Levels(PIXELS, 0, 1).vpl_clusters == [32]
+    assert Levels(PIXELS, 520, 530).vpl_clusters == [512]
+
+
+def test_clusters_of_given_vpls_have_some_members() -> None:
+    assert levels_of(PIXELS, 16_000).vpl_clusters[0] == 352
+    assert levels_of(PIXELS, 16_000).vpl_clusters[-1] == 1216
