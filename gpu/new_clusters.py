@@ -40,9 +40,10 @@ FILLING = _need_scale(64.0, 2 * int(WHOLE_NEED), 2 * int(WHOLE_NEED), 8 * int(WH
 
 # In spacings, the distance of an SP from its nearest representative that is good enough: to begin with, for a walk
 # adapts it until a share of the clusters stays free. Else flat surfaces take up all, and none are left for what comes
-# into view.
+# into view: with 0.8 at most, so it was in a Cornell box that a camera turned back to, whose block then had the light
+# of its other side, and its errors were 10 to 20 times those of a frame from nothing.
 GOOD = 0.65
-LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(0.8)
+LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(1.2)
 # Shares of the clusters; as nothing changes between least and most, a view that rests comes to rest.
 LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
 # In a frame, as a share of it.

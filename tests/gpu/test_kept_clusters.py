@@ -8,7 +8,7 @@ import warp as wp
 from scenes import box, grey, quad, resident_of, results, slats, traced_vpls
 
 from gpu.accumulate import Accumulation
-from gpu.camera import look_at
+from gpu.camera import look_at, turned
 from gpu.carry import Carrying
 from gpu.device import duplicate
 from gpu.frame import Frame
@@ -238,6 +238,30 @@ def test_a_walk_keeps_few_clusters_free_for_what_comes_into_view(room: ResidentS
     assert 0.94 < np.mean(used[-15:]) < 0.99
     need = walk.clustering.need.numpy()[: walk.view.pixels]
     assert (need < WHOLE_NEED).mean() > 0.99
+
+
+def test_a_side_that_comes_into_view_has_clusters_of_its_own() -> None:
+    """A camera turns from an open box and back: where kept clusters take up all, a block gets light of other sides."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = [quad((0.05, -0.5, 0.1), (0.3, 0.0, 0.1), (0.0, 0.6, 0.0), 2),
+             quad((0.05, -0.5, -0.2), (0.0, 0.0, 0.3), (0.0, 0.6, 0.0), 2),
+             quad((0.35, -0.5, 0.2), (-0.1, 0.0, -0.3), (0.0, 0.6, 0.0), 2)]  # fmt: skip
+    walls = [quad((-0.5, -0.5, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), 2),
+             quad((-0.5, 0.5, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 2),
+             quad((-0.5, -0.5, -0.5), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2),
+             quad((-0.5, -0.5, 0.5), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0), 2)]  # fmt: skip
+    walk = Walk(resident_of([lamp, *block, *walls], [grey(0.7), grey(0.0, 5.0), grey(0.4)]), size=(128, 128), count=120)
+    unlike, seen = 0, 0
+    for number in range(72):
+        angle = 2.0 * np.pi * number / 96.0
+        eye = (0.0, 0.0, 1.9 - 0.175 * (1.0 - np.cos(angle)))
+        walk.step(turned(look_at(eye, (0.0, 0.0, 0.0), yfov_degrees=40.0), 20.0 * np.sin(angle)), begins=number == 0)
+        count = int(walk.view.shading_points.count.numpy()[0])
+        normals = walk.view.gbuffer.normal.numpy()[walk.view.shading_points.pixels.numpy()[:count]]
+        nearest = walk.clusters.normal.numpy()[walk.clusters.cluster.numpy()[0, :count]]
+        unlike += int(((normals * nearest).sum(axis=1) < 0.5).sum())
+        seen += count
+    assert unlike < 6e-4 * seen
 
 
 def test_a_walk_that_begins_anew_forgets_the_distance_of_the_last(room: ResidentScene) -> None:
