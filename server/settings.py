@@ -20,9 +20,9 @@ from pydantic_settings import (
 from pydantic_settings.exceptions import SettingsError
 
 from gpu.errors import UserError
+from gpu.levels import MOST
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
-from gpu.levels import MOST
 from server.protocol import MAX_SIDE, describe
 
 MIN_TOKEN_CHARACTERS = 16
