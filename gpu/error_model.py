@@ -5,7 +5,7 @@ and how much counts help in this scene. None of these stays as it is, so older f
 """
 
 from dataclasses import dataclass
-from math import exp, log
+from math import exp, isfinite, log
 
 import numpy as np
 
@@ -29,7 +29,9 @@ NEXT = np.array([[1.0, 1.0, 0.0], [0.0, LASTING, 0.0], [0.0, 0.0, 1.0]])
 NEAR = log(1.04)
 # Frames that a first picture waits for.
 FIRST_FRAMES = 6
-TINY = 1e-30
+# What errors can be: black is all right, and clipped squares end at 1. And powers: more counts do no harm.
+LEAST, MOST = 1e-12, 1.0
+LEAST_POWER, MOST_POWER = 0.1, 1.5
 
 
 @dataclass(frozen=True)
@@ -61,15 +63,17 @@ class ErrorModel:
         return self._seen >= FIRST_FRAMES
 
     def observe(self, level: Level, seen: Estimate) -> None:
-        """A frame of `level` had this error."""
+        """A frame of `level` had this error; one that is not finite tells nothing."""
+        if not isfinite(seen.error) or not isfinite(seen.deviation):
+            return
         if self._first is None:
             # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
             self._first = level
-            self._state[0] = log(max(seen.error, seen.deviation, TINY))
+            self._state[0] = log(max(seen.error, seen.deviation, LEAST))
         self._seen += 1
         expected = self.predict(level)
         miss = min(max(seen.error / expected - 1.0, -MOST_MISS), MOST_MISS)
-        noise = (seen.deviation / expected) ** 2
+        noise = (seen.deviation / max(expected, seen.error / (1.0 + MOST_MISS))) ** 2
         self._noise += (noise - self._noise) / min(self._seen, NOISE_FRAMES)
         tells = self._tells(level)
         gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
@@ -77,6 +81,13 @@ class ErrorModel:
         self._variance -= np.outer(gain, tells @ self._variance)
         self._state = NEXT @ self._state
         self._variance = NEXT @ self._variance @ NEXT.T + np.diag(np.square(CHANGES))
+        self._bound()
+
+    def _bound(self) -> None:
+        error, _, power = self._state
+        if not log(LEAST) <= error <= log(MOST):
+            self._state[:2] = min(max(error, log(LEAST)), log(MOST)), 0.0
+        self._state[2] = min(max(power, LEAST_POWER), MOST_POWER)
 
     def predict(self, level: Level) -> float:
         """The error of the next frame at `level`; nothing is known before the first observation."""

@@ -45,8 +45,28 @@ def test_noisy_estimates_move_it_less() -> None:
 
 
 def test_nothing_unsound_comes_of_estimates_of_nothing() -> None:
+    """As of a black picture, for long, and then of light."""
     model = ErrorModel()
-    for error in (0.0, -1e-3, 0.0, 1e-3):
-        model.observe(USUAL, Estimate(error, 0.0))
-        assert np.isfinite(model.predict(USUAL))
-        assert model.predict(USUAL) > 0.0
+    for number in range(3000):
+        model.observe(TWICE if number % 7 else USUAL, Estimate(-1e-3 if number % 5 == 0 else 0.0, 0.0))
+        assert 0.0 < model.predict(USUAL) < 1.0
+    for _ in range(200):
+        model.observe(USUAL, Estimate(1e-3, 1e-4))
+    assert model.predict(USUAL) == pytest.approx(1e-3, rel=0.05)
+
+
+@pytest.mark.parametrize("error", [np.nan, np.inf])
+def test_what_is_not_finite_tells_nothing(error: float) -> None:
+    model = ErrorModel()
+    for estimate in (Estimate(error, 1.0), Estimate(1e-3, 1e-4), Estimate(error, error), Estimate(1e-3, np.nan)):
+        model.observe(USUAL, estimate)
+    assert model.predict(USUAL) == pytest.approx(1e-3)
+
+
+def test_more_counts_are_never_taken_to_do_harm() -> None:
+    """Where the views with more of them happen to be harder."""
+    model = ErrorModel()
+    for number in range(60):
+        level = TWICE if number % 4 >= 2 else USUAL
+        model.observe(level, Estimate(1e-3 * (level.vpl_clusters / 1000) ** 0.5, 2e-5))
+    assert model.predict(TWICE) < model.predict(USUAL)
