@@ -90,13 +90,14 @@ class Renderer:
         """
         if self._targeted is None:
             return self._render(camera, accumulation, walks)
-        for number in range(0 if walks in self._settled else SETTLING_FRAMES):
+        moves = self._targeted.governs_apart(walks=walks)
+        for number in range(0 if moves in self._settled else SETTLING_FRAMES):
             self._shown = None  # one more of the same
-            self._render(_swayed(camera, number) if walks else camera, None, walks)
+            self._render(_swayed(camera, number) if moves else camera, None, walks)
             self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
             if self._targeted.learn(self._stages):
                 break
-        self._settled.add(walks)
+        self._settled.add(moves)
         frame = self._render(camera, accumulation, walks)
         if frame.stats.counts["frames"] == 1 and not frame.stats.skips["unchanged_camera"]:
             self._targeted.learn(self._stages)

@@ -29,8 +29,8 @@ class TargetedVpl:
 
     For a time, VPLs are in proportion to clusters of them; errors are of pictures whose VPLs stay. A new number of VPL
     clusters needs a light set; those are kept by `lighting`, and there are few such numbers. Later frames of a still
-    view have the counts of its first, since their times and errors are others. Frames of a walk, which keep clusters,
-    are governed apart from those that begin from nothing.
+    view have the counts of its first, since their times and errors are others. For a time, frames of a walk, which
+    keep clusters, are governed apart from those that begin from nothing.
     """
 
     def __init__(
@@ -52,14 +52,18 @@ class TargetedVpl:
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
         self._kept = {self._level: self._method}  # in the order of their last use
 
+    def governs_apart(self, *, walks: bool) -> bool:
+        """Whether frames that are of a walk or not are governed as those of walks: for an error all are alike."""
+        return walks and self._settings.target_error is None
+
     @property
     def _governor(self) -> Governor[Any]:
         """That of a walk, or of frames that begin from nothing, whatever the last one was."""
-        walks = self._view.walks
-        if walks not in self._governors:
+        apart = self.governs_apart(walks=self._view.walks)
+        if apart not in self._governors:
             model = ErrorModel() if self._settings.target_error else TimeModel()
-            self._governors[walks] = Governor(self._levels, model, self._target, self._level)
-        return self._governors[walks]
+            self._governors[apart] = Governor(self._levels, model, self._target, self._level)
+        return self._governors[apart]
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """One frame at the level that was chosen for it."""

@@ -147,6 +147,24 @@ def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
     assert seen[-1] == CAMERA.to_world.tobytes()
 
 
+def test_a_walk_for_an_error_goes_on_with_what_its_first_picture_learnt(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its frames are as those of single pictures: none are rendered that nobody sees."""
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=4e-4))
+    renderer.render(CAMERA)
+    seen, look = [], View.look
+
+    def looked(view: View, camera: Camera, *args: Any, **choices: Any) -> None:
+        seen.append(camera)
+        look(view, camera, *args, **choices)
+
+    monkeypatch.setattr(View, "look", looked)
+    stats = renderer.render(CAMERA, walks=True).stats
+    assert len(seen) == 1
+    assert stats.estimates["expected_error"] > 0.0
+
+
 def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: ResidentScene, simulated_times: None) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
