@@ -30,7 +30,7 @@ NEAR = log(1.04)
 # Frames that a first picture waits for.
 FIRST_FRAMES = 6
 # What errors can be: black is all right, and clipped squares end at 1. And powers: more counts do no harm.
-LEAST, MOST = 1e-12, 1.0
+LEAST_ERROR, MOST_ERROR = 1e-12, 1.0
 LEAST_POWER, MOST_POWER = 0.1, 1.5
 
 
@@ -54,7 +54,7 @@ class ErrorModel:
 
     @property
     def near(self) -> float:
-        """How far off a target, in logarithms, is as near as any level comes for sure."""
+        """How far off a target, in logarithms, is near enough for a level to stay."""
         return NEAR
 
     @property
@@ -69,7 +69,7 @@ class ErrorModel:
         if self._first is None:
             # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
             self._first = level
-            self._state[0] = log(max(seen.error, seen.deviation, LEAST))
+            self._state[0] = log(max(seen.error, seen.deviation, LEAST_ERROR))
         self._seen += 1
         expected = self.predict(level)
         miss = min(max(seen.error / expected - 1.0, -MOST_MISS), MOST_MISS)
@@ -83,12 +83,6 @@ class ErrorModel:
         self._variance = NEXT @ self._variance @ NEXT.T + np.diag(np.square(CHANGES))
         self._bound()
 
-    def _bound(self) -> None:
-        error, _, power = self._state
-        if not log(LEAST) <= error <= log(MOST):
-            self._state[:2] = min(max(error, log(LEAST)), log(MOST)), 0.0
-        self._state[2] = min(max(power, LEAST_POWER), MOST_POWER)
-
     def predict(self, level: Level) -> float:
         """The error of the next frame at `level`; nothing is known before the first observation."""
         return exp(float(self._tells(level) @ self._state))
@@ -98,3 +92,10 @@ class ErrorModel:
         first = self._first or level
         vpls, sps = level.vpl_clusters / first.vpl_clusters, level.sp_clusters / first.sp_clusters
         return np.array([1.0, 0.0, -(1.0 - SP_PART) * log(vpls) - SP_PART * log(sps)])
+
+    def _bound(self) -> None:
+        """Keep the state to what errors and powers can be; an error at its bound no longer changes."""
+        error, _, power = self._state
+        if not log(LEAST_ERROR) <= error <= log(MOST_ERROR):
+            self._state[:2] = min(max(error, log(LEAST_ERROR)), log(MOST_ERROR)), 0.0
+        self._state[2] = min(max(power, LEAST_POWER), MOST_POWER)

@@ -9,6 +9,7 @@ from functools import cache
 
 import warp as wp
 
+from gpu.aim import sees_member_of
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
@@ -140,6 +141,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.a
 @cache
 def trace_kernel(connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
+    sees = sees_member_of(connect)
 
     @wp.kernel(module="unique")
     def kernel(
@@ -158,9 +160,7 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
         if vpl < 0:
             return
         probe = index // (2 * RAYS)
-        pixel = pixels[probe]
-        q, q_normal = vpls.members.position[vpl], vpls.members.normal[vpl]
-        if connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], q, q_normal):
+        if sees(scene, gbuffer, pixels[probe], vpls, vpl):
             arrived[index] = light_of(vpls, vpl, steps.light[PARTS - 1, probe] / float(RAYS))
 
     return kernel

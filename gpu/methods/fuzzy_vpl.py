@@ -66,9 +66,8 @@ class FuzzyVpl:
         self._view, self._settings, self._lighting = view, settings, lighting
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
-        # A wanted error is to follow from a frame's own counts, not from those of frames before.
-        self._keeps_clusters = settings.skip.kept_clusters and settings.target_error is None
-        self._keeps_light = settings.target_error is None
+        # A wanted error is to follow from a frame's own counts, not from clusters and light of frames before.
+        self._builds_on = settings.target_error is None
         self._clustering = SpClustering(
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
@@ -124,7 +123,7 @@ class FuzzyVpl:
 
         What is returned is to run before the next frame. Both share the history of the view.
         """
-        self._carried = self._keeps_clusters and other._begun == 0 and other._first is self._first
+        self._carried = self._builds_on and other._begun == 0 and other._first is self._first
         self._begun = 0 if self._carried else None
         if not self._carried:
             return Carrying([], [], self._view.device)
@@ -144,7 +143,7 @@ class FuzzyVpl:
 
     def _keep(self) -> None:
         view = self._view
-        if self._has_indirect and self._keeps_light:
+        if self._has_indirect and self._builds_on:
             view.history.keep(view.shading_points)
         view.last.keep(view.gbuffer, view.camera)
 
@@ -158,7 +157,7 @@ class FuzzyVpl:
         Of a still view's frames the smoothed ones and every FRAMES_A_SET-th begin from nothing.
         """
         if sample == 0:
-            return self._begun == 0 and self._view.walks
+            return self._builds_on and self._begun == 0 and self._view.walks
         follows = self._view.rests and self._begun == sample - 1 and is_sharper(sample) and sample % FRAMES_A_SET != 0
         return follows and self._set_number(sample - 1) == self._set_number(sample)
 
@@ -172,7 +171,7 @@ class FuzzyVpl:
         if not first:
             self._vpls = self._lighting.clusters(choice, progress)
             lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
-        goes_on = self._kept and self._keeps_clusters and self._goes_on(sample)
+        goes_on = self._kept and settings.skip.kept_clusters and self._goes_on(sample)
         carried = goes_on and self._carried
         self._begun, self._carried = None, False  # nor are they, should this frame fail
         vpls, visibility = self._vpls, self._visibility
@@ -213,7 +212,7 @@ class FuzzyVpl:
         def bright() -> None:
             self._bright.take(vpls, self._told, history.frames, history.light, indirect.irradiance)
 
-        remembers = self._remembers = self._keeps_light and remembers_light(view, sample)
+        remembers = self._remembers = self._builds_on and remembers_light(view, sample)
         seed.fill_(frame_seed(settings.seed, frame_number(view, sample)))
         if smooth:
             look_back = partial(history.find, gbuffer, sps, view.last, seed) if remembers else history.forget

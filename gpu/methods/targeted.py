@@ -53,7 +53,7 @@ class TargetedVpl:
         self._kept = {self._level: self._method}  # in the order of their last use
 
     def governs_apart(self, *, walks: bool) -> bool:
-        """Whether frames that are of a walk or not are governed as those of walks: for an error all are alike."""
+        """Whether frames are governed as those of a walk, apart from others: for an error all are alike."""
         return walks and self._settings.target_error is None
 
     @property

@@ -136,10 +136,9 @@ def run(suite: Suite) -> None:
             counts = {"sp_clusters": level.sp_clusters, "vpl_clusters": clusters}
             renderer = Renderer(subject.resident, subject.size, RenderSettings(**base_error, **counts))
             errors = []
-            for number in range(1, 1 + frames):
-                if number % (REACH_EVERY * every) == 0:
-                    frame = renderer.render(view(name, number))  # as those for an error: they build on none before
-                    errors.append(mse(frame.radiance(), exact(name, number, clusters)))
+            for number in range(REACH_EVERY * every, 1 + frames, REACH_EVERY * every):
+                frame = renderer.render(view(name, number))  # as those for an error: they build on none before
+                errors.append(mse(frame.radiance(), exact(name, number, clusters)))
             means.append(float(np.mean(errors)))
         return means[0], means[1]
 
