@@ -1,7 +1,9 @@
 """What error a frame of other counts of clusters would have, learnt from noisy estimates: a Kalman filter (1960).
 
-Its state is what the logarithm of an error is made of: how hard the view is, how fast that changes from frame to frame,
-and how much counts help in this scene. None of these stays as it is, so older frames tell ever less of them.
+An error is a mean over a picture's pixels, and those without light have none: what changes as they come and go is known
+without noise, and is no matter of the filter. Its state is what the logarithm of the others' error is made of: how hard
+the view is, how fast that changes from frame to frame, and how much counts of SP and of VPL clusters help in this
+scene. None of these stays as it is, so older frames tell ever less of them.
 """
 
 from dataclasses import dataclass
@@ -12,43 +14,50 @@ import numpy as np
 from gpu.levels import Level
 from gpu.scene.types import Floats
 
-# Errors fall with about this power of the counts, give or take this much from scene to scene; SP clusters have this
-# part in it, VPL clusters the rest. By fixed counts in three scenes on a CPU.
-POWER, POWER_DEVIATION = 0.53, 0.15
-SP_PART = 0.38
+# Errors fall with about these powers of SP and of VPL clusters, give or take this much from scene to scene. By fixed
+# counts in three scenes on a CPU.
+POWERS, POWER_DEVIATIONS = (0.15, 0.38), (0.06, 0.13)
 # What changes from one frame to the next: how hard a view is, how fast that changes, how much counts help; and the
 # share of the change before that lasts. A first frame tells nothing of how fast its view changes, up to this much.
-CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003), 0.98, 0.03
+CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003, 0.003), 0.98, 0.03
+# The share of a picture's pixels that have light is taken to be no less than this, and to change no faster by a frame.
+LEAST_LIT, FASTEST = 1e-4, 1.25
 # A frame's miss counts no more than this, relative to what was expected.
 MOST_MISS = 1.5
 # Frames whose noise tells of that of the next: a frame that happens to have more errors has more noise, too.
 NOISE_FRAMES = 8
 # From one frame to the next: the state goes on.
-NEXT = np.array([[1.0, 1.0, 0.0], [0.0, LASTING, 0.0], [0.0, 0.0, 1.0]])
+NEXT = np.array([[1.0, 1.0, 0.0, 0.0], [0.0, LASTING, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 # So near the target a level stays: each other has arrays and graphs of its own.
 NEAR = log(1.04)
 # Frames that a first picture waits for.
 FIRST_FRAMES = 6
 # What errors can be: black is all right, and clipped squares end at 1. And powers: more counts do no harm.
 LEAST_ERROR, MOST_ERROR = 1e-12, 1.0
-LEAST_POWER, MOST_POWER = 0.1, 1.5
+LEAST_POWER, MOST_POWER = 0.03, 1.0
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A frame's error, and the standard deviation of its noise. It may be below zero, but is right in the mean."""
+    """A frame's error, and the standard deviation of its noise. It may be below zero, but is right in the mean.
+
+    lit: the share of the frame's pixels that have light.
+    """
 
     error: float
     deviation: float
+    lit: float = 1.0
 
 
 class ErrorModel:
     """Errors of levels, by estimates of those that frames had."""
 
     def __init__(self) -> None:
-        self._state = np.array([0.0, 0.0, POWER])
-        self._variance = np.diag([1.0, FIRST_CHANGE**2, POWER_DEVIATION**2])
+        self._state = np.array([log(LEAST_ERROR), 0.0, *POWERS])
+        self._variance = np.diag(np.square([1.0, FIRST_CHANGE, *POWER_DEVIATIONS]))
         self._noise = 0.0
+        # Of the last frame and, expected, of the next.
+        self._lit = self._next_lit = LEAST_LIT
         self._first: Level | None = None
         self._seen = 0
 
@@ -63,17 +72,24 @@ class ErrorModel:
         return self._seen >= FIRST_FRAMES
 
     def observe(self, level: Level, seen: Estimate) -> None:
-        """A frame of `level` had this error; one that is not finite tells nothing."""
+        """A frame of `level` had this error; one that is not finite, or of a black frame, tells nothing."""
         if not isfinite(seen.error) or not isfinite(seen.deviation):
             return
+        lit = max(seen.lit, LEAST_LIT)
+        before, self._lit = self._lit if self._seen else lit, lit
+        faster = min(max(self._lit / before, 1.0 / FASTEST), FASTEST)
+        self._next_lit = min(max(self._lit * faster, LEAST_LIT), 1.0)
+        self._seen += 1
+        if seen.lit <= 0.0:
+            return
+        error, deviation = seen.error / lit, seen.deviation / lit
         if self._first is None:
             # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
             self._first = level
-            self._state[0] = log(max(seen.error, seen.deviation, LEAST_ERROR))
-        self._seen += 1
-        expected = self.predict(level)
-        miss = min(max(seen.error / expected - 1.0, -MOST_MISS), MOST_MISS)
-        noise = (seen.deviation / max(expected, seen.error / (1.0 + MOST_MISS))) ** 2
+            self._state[0] = log(max(error, deviation, LEAST_ERROR))
+        expected = self._error(level)
+        miss = min(max(error / expected - 1.0, -MOST_MISS), MOST_MISS)
+        noise = (deviation / max(expected, error / (1.0 + MOST_MISS))) ** 2
         self._noise += (noise - self._noise) / min(self._seen, NOISE_FRAMES)
         tells = self._tells(level)
         gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
@@ -85,17 +101,21 @@ class ErrorModel:
 
     def predict(self, level: Level) -> float:
         """The error of the next frame at `level`; nothing is known before the first observation."""
+        return self._error(level) * self._next_lit
+
+    def _error(self, level: Level) -> float:
+        """The error of the pixels that have light, at `level`."""
         return exp(float(self._tells(level) @ self._state))
 
     def _tells(self, level: Level) -> Floats:
         """What the logarithm of an error of `level` is of the state."""
         first = self._first or level
-        vpls, sps = level.vpl_clusters / first.vpl_clusters, level.sp_clusters / first.sp_clusters
-        return np.array([1.0, 0.0, -(1.0 - SP_PART) * log(vpls) - SP_PART * log(sps)])
+        sps, vpls = level.sp_clusters / first.sp_clusters, level.vpl_clusters / first.vpl_clusters
+        return np.array([1.0, 0.0, -log(sps), -log(vpls)])
 
     def _bound(self) -> None:
         """Keep the state to what errors and powers can be; an error at its bound no longer changes."""
-        error, _, power = self._state
+        error = self._state[0]
         if not log(LEAST_ERROR) <= error <= log(MOST_ERROR):
             self._state[:2] = min(max(error, log(LEAST_ERROR)), log(MOST_ERROR)), 0.0
-        self._state[2] = min(max(power, LEAST_POWER), MOST_POWER)
+        self._state[2:] = np.clip(self._state[2:], LEAST_POWER, MOST_POWER)

@@ -8,6 +8,7 @@ sampling, J. Talbot et al. 2005).
 """
 
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 import warp as wp
@@ -174,10 +175,11 @@ class Probes:
         launch(compare_kernel, count, inputs, device)
 
     def estimate(self) -> Estimate:
-        """What the probes of the last frame, which is ready, make of its MSE: right in the mean."""
+        """What the probes of the last frame, which is ready, make of its MSE, right in the mean, and of its light."""
         # On a CPU these are the arrays themselves, which the next frame overwrites.
         render, one, other, even = self._radiance.numpy().copy()
         counts = self._counts.numpy().copy()
         self._seen.append((even, render, 0.5 * (one + other), counts))
         white = white_of(*(np.concatenate(values) for values in zip(*self._seen, strict=True)))
-        return clipped_product(render, one, other, counts, white)
+        lit = float(np.mean(np.any(even > 0.0, axis=1)))
+        return replace(clipped_product(render, one, other, counts, white), lit=lit)

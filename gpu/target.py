@@ -63,13 +63,12 @@ class Governor(Generic[Seen]):
     def _best(self) -> Level:
         """The level to go to; of equally good ones, this."""
         levels, level = self._levels, self.level
-
-        def nearest(others: list[Level]) -> Level:
-            within = (other for other in others if 1.0 / FARTHEST <= other.work / level.work <= FARTHEST)
-            return min([level, *within], key=self._off)
-
-        same = nearest(levels.of(level.vpl_clusters))
+        near = {
+            number: [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= FARTHEST]
+            for number in levels.vpl_clusters
+        }
+        same = min([level, *near[level.vpl_clusters]], key=self._off)
         if self._off(same) <= ALMOST:
             return same
-        usual = nearest([levels.usual(number) for number in levels.vpl_clusters])
-        return min(same, nearest(levels.of(usual.vpl_clusters)), key=self._off)
+        usual = min((number for number in near if near[number]), key=lambda number: self._off(levels.usual(number)))
+        return min([same, *near[usual]], key=self._off)

@@ -18,8 +18,6 @@ from gpu.view import View
 # Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
-# Frames of a walk whose counts are other than before that tell nothing yet of the times to come.
-UNLIKE_FRAMES = 3
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 4
 
@@ -47,7 +45,8 @@ class TargetedVpl:
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}
-        self._unlike = 0
+        # Whether the last frame is a walk's first of its counts.
+        self._unlike = False
         self._view = view
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
         self._kept = {self._level: self._method}  # in the order of their last use
@@ -69,7 +68,7 @@ class TargetedVpl:
         """One frame at the level that was chosen for it."""
         if sample == 0 and self._level != self._governor.level:
             self._level = self._governor.level
-            self._unlike = UNLIKE_FRAMES if self._view.walks else 0
+            self._unlike = self._view.walks
             known, before = self._kept.pop(self._level, None), self._method
             self._method = known or before.resized(self._quality(self._level), progress)
             self._kept[self._level] = self._method
@@ -85,13 +84,14 @@ class TargetedVpl:
     def learn(self, stages: Stages) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
-        level in a walk have more new clusters than others: what they take tells nothing of those that follow.
+        True when the level can stay: it meets the target, or comes as near to it as any does. The first frame of a
+        level in a walk has more new clusters than those that follow, and takes up to a fifth longer: that tells nothing
+        of them.
         """
         if self._method.probes is not None:
             return self._governor.learn(self._method.probes.estimate())
-        if self._view.walks and self._unlike > 0:
-            self._unlike -= 1
+        if self._unlike:
+            self._unlike = False
             return False
         return stages.steady and self._governor.learn(stages.milliseconds())
 

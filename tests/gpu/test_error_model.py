@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpu.error_model import POWER, ErrorModel, Estimate
+from gpu.error_model import POWERS, ErrorModel, Estimate
 from gpu.levels import Level
 
 USUAL, TWICE = Level(4000, 1000), Level(8000, 2000)
@@ -11,7 +11,7 @@ def test_the_first_estimate_is_what_is_expected_next() -> None:
     model = ErrorModel()
     model.observe(USUAL, Estimate(1e-3, 1e-4))
     assert model.predict(USUAL) == pytest.approx(1e-3)
-    assert model.predict(TWICE) == pytest.approx(1e-3 * 2.0**-POWER)
+    assert model.predict(TWICE) == pytest.approx(1e-3 * 2.0 ** -sum(POWERS))
     assert not model.ready
 
 
@@ -21,6 +21,39 @@ def test_it_learns_how_much_counts_help() -> None:
         level = TWICE if number % 4 >= 2 else USUAL
         model.observe(level, Estimate(1e-3 * (level.vpl_clusters / 1000) ** -0.9, 2e-5))
     assert model.predict(TWICE) / model.predict(USUAL) == pytest.approx(2.0**-0.9, rel=0.03)
+
+
+def test_it_learns_apart_what_sp_and_vpl_clusters_help() -> None:
+    """In a Cornell box SP clusters help little, VPL clusters much."""
+    model = ErrorModel()
+    levels = [USUAL, Level(16_000, 1000), Level(4000, 2000), TWICE]
+    for number in range(80):
+        level = levels[number // 2 % 4]
+        error = 1e-3 * (level.sp_clusters / 4000) ** -0.1 * (level.vpl_clusters / 1000) ** -0.5
+        model.observe(level, Estimate(error, 2e-5))
+    assert model.predict(Level(16_000, 1000)) / model.predict(USUAL) == pytest.approx(4.0**-0.1, rel=0.03)
+    assert model.predict(Level(4000, 2000)) / model.predict(USUAL) == pytest.approx(2.0**-0.5, rel=0.03)
+
+
+def test_pixels_without_light_have_no_error() -> None:
+    """Frames whose pixels lose and get their light fast have errors as expected: that is known without noise."""
+    model, random = ErrorModel(), np.random.default_rng(4)
+    share, misses = [0.6 + 0.3 * np.sin(number / 5.0) for number in range(101)], []
+    for number in range(100):
+        error = 1e-3 * share[number]
+        if number > 20:
+            misses.append(model.predict(USUAL) / error - 1.0)
+        heard = error * (1.0 + 0.1 * random.standard_normal())
+        model.observe(USUAL, Estimate(heard, 0.1 * error, share[number]))
+    assert np.std(misses) < 0.06
+    assert abs(np.mean(misses)) < 0.03
+
+
+def test_light_that_comes_back_has_its_error() -> None:
+    model = ErrorModel()
+    for lit in [1.0] * 20 + [0.0] * 3 + [1.0] * 2:
+        model.observe(USUAL, Estimate(1e-3 * lit, 1e-5 * lit, lit))
+    assert model.predict(USUAL) == pytest.approx(1e-3, rel=0.3)
 
 
 def test_it_goes_on_as_a_view_changes() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gpu.error_model import FIRST_FRAMES, ErrorModel, Estimate
-from gpu.levels import MOST, Level, Levels
+from gpu.levels import MOST, Level, Levels, levels_of
 from gpu.target import Governor
 from gpu.time_model import TimeModel
 
@@ -191,6 +191,20 @@ def test_an_error_that_changes_with_the_view_is_held() -> None:
     assert min(held) > 0.85
     assert np.mean(held) > 0.9
     assert max(moved) < 130
+
+
+def test_other_vpl_clusters_are_within_reach_of_the_fewest_sp_clusters() -> None:
+    """An easy view: 416 VPL clusters with the fewest SP clusters leave less error than wanted, the fewest do not."""
+    levels = levels_of(PIXELS, 16_000)
+    governor = Governor(levels, ErrorModel(), 1e-3, levels.of(416)[1])
+
+    def plant(level: Level) -> float:
+        return 8e-4 * (level.vpl_clusters / 416) ** -0.5 * (level.sp_clusters / 290) ** -0.2
+
+    for _ in range(20):
+        governor.learn(Estimate(plant(governor.level), 1e-5))
+    assert governor.level.vpl_clusters == 352
+    assert governor.expected == pytest.approx(8e-4 * (352 / 416) ** -0.5 * (245 / 290) ** -0.2, rel=0.05)
 
 
 def test_noise_of_an_error_alone_moves_its_level_little() -> None:
