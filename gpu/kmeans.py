@@ -148,8 +148,10 @@ class KMeans:
     """K-means of up to `capacity` points into `cluster_count` clusters; arrays are allocated once.
 
     After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
-    is, −1 for a dropped one, and `groups` the members of each. `exhaustive` finds every point the nearest of all
-    clusters, so that none is left out: for VPLs, whose light would be lost and whose spacing is not known beforehand.
+    is, −1 for a dropped one, and `groups` the members that it is the medoid of. `exhaustive` finds every point the
+    nearest of all clusters, so that none is left out: for VPLs, whose light would be lost and whose spacing is not known
+    beforehand. Those are members of the nearest of the last means, too; others of the means before, which are near
+    enough, since SPs look for their clusters by themselves.
     """
 
     def __init__(
@@ -165,7 +167,7 @@ class KMeans:
             self._owner = wp.zeros(capacity, dtype=int, device=device)
 
     def run(self, points: Points, iterations: int, seed: int) -> None:
-        """Cluster `points`: `iterations` rounds of assignment and update, then the medoids."""
+        """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids."""
         clusters, groups, k = self.grid.data, self.groups, self.cluster_count
         launch(seed_kernel, k, [points, k, seed, clusters], self.device)
         if self._exhaustive:
@@ -174,7 +176,8 @@ class KMeans:
             self._assign(points)
             inputs = [points, groups.items, groups.starts, k, seed + iteration + 1, clusters]
             launch(mean_kernel, k, inputs, self.device)
-        self._assign(points)
+        if self._exhaustive:
+            self._assign(points)
         launch(medoid_kernel, k, [points, groups.items, groups.starts, clusters, self.medoids], self.device)
 
     def _assign(self, points: Points) -> None:
