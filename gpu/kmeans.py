@@ -149,9 +149,8 @@ class KMeans:
 
     After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
     is, −1 for a dropped one, and `groups` the members that it is the medoid of. `exhaustive` finds every point the
-    nearest of all clusters, so that none is left out: for VPLs, whose light would be lost and whose spacing is not known
-    beforehand. Those are members of the nearest of the last means, too; others of the means before, which are near
-    enough, since SPs look for their clusters by themselves.
+    nearest of all clusters, so that none is left out, and once more after the last means: for VPLs, whose light would
+    be lost and whose spacing is not known beforehand. SPs are not searched again: they look for clusters by themselves.
     """
 
     def __init__(
