@@ -2,21 +2,25 @@
 
 An error is a mean over a picture's pixels, and those without light have none: what changes as they come and go is known
 without noise, and is no matter of the filter. Its state is what the logarithm of the others' error is made of: how hard
-the view is, how fast that changes from frame to frame, and how much counts of SP and of VPL clusters help in this
-scene. None of these stays as it is, so older frames tell ever less of them.
+the view is, how fast that changes from frame to frame, how much counts of SP and of VPL clusters help in this scene,
+and, for each number of VPL clusters, how lucky its light set is. All but luck changes, so older frames tell ever less.
 """
 
 from dataclasses import dataclass
 from math import exp, isfinite, log
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gpu.levels import Level
-from gpu.scene.types import Floats
 
 # Errors fall with about these powers of SP and of VPL clusters, give or take this much from scene to scene. By fixed
 # counts in three scenes on a CPU.
 POWERS, POWER_DEVIATIONS = (0.15, 0.38), (0.06, 0.13)
+# Light sets of like numbers leave errors that differ by about this much, and by this at the most.
+LUCK, MOST_LUCK = 0.12, 0.4
+# Of the state, without luck.
+KNOWN = 4
 # What changes from one frame to the next: how hard a view is, how fast that changes, how much counts help; and the
 # share of the change before that lasts. A first frame tells nothing of how fast its view changes, up to this much.
 CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003, 0.003), 0.98, 0.03
@@ -26,8 +30,6 @@ LEAST_LIT, FASTEST = 1e-4, 1.25
 MOST_MISS = 1.5
 # Frames whose noise tells of that of the next: a frame that happens to have more errors has more noise, too.
 NOISE_FRAMES = 8
-# From one frame to the next: the state goes on.
-NEXT = np.array([[1.0, 1.0, 0.0, 0.0], [0.0, LASTING, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 # So near the target a level stays: each other has arrays and graphs of its own.
 NEAR = log(1.04)
 # Frames that a first picture waits for.
@@ -56,6 +58,8 @@ class ErrorModel:
         self._state = np.array([log(LEAST_ERROR), 0.0, *POWERS])
         self._variance = np.diag(np.square([1.0, FIRST_CHANGE, *POWER_DEVIATIONS]))
         self._noise = 0.0
+        # Where the state has the luck of so many VPL clusters.
+        self._luck: dict[int, int] = {}
         # Of the last frame and, expected, of the next.
         self._lit = self._next_lit = LEAST_LIT
         self._first: Level | None = None
@@ -87,6 +91,7 @@ class ErrorModel:
             # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
             self._first = level
             self._state[0] = log(max(error, deviation, LEAST_ERROR))
+        self._take_in(level.vpl_clusters)
         expected = self._error(level)
         miss = min(max(error / expected - 1.0, -MOST_MISS), MOST_MISS)
         noise = (deviation / max(expected, error / (1.0 + MOST_MISS))) ** 2
@@ -95,9 +100,7 @@ class ErrorModel:
         gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
         self._state += gain * miss
         self._variance -= np.outer(gain, tells @ self._variance)
-        self._state = NEXT @ self._state
-        self._variance = NEXT @ self._variance @ NEXT.T + np.diag(np.square(CHANGES))
-        self._bound()
+        self._go_on()
 
     def predict(self, level: Level) -> float:
         """The error of the next frame at `level`; nothing is known before the first observation."""
@@ -107,15 +110,34 @@ class ErrorModel:
         """The error of the pixels that have light, at `level`."""
         return exp(float(self._tells(level) @ self._state))
 
-    def _tells(self, level: Level) -> Floats:
+    def _tells(self, level: Level) -> NDArray[np.float64]:
         """What the logarithm of an error of `level` is of the state."""
         first = self._first or level
         sps, vpls = level.sp_clusters / first.sp_clusters, level.vpl_clusters / first.vpl_clusters
-        return np.array([1.0, 0.0, -log(sps), -log(vpls)])
+        tells = np.zeros(len(self._state))
+        tells[:KNOWN] = 1.0, 0.0, -log(sps), -log(vpls)
+        if level.vpl_clusters in self._luck:
+            tells[self._luck[level.vpl_clusters]] = 1.0
+        return tells
 
-    def _bound(self) -> None:
-        """Keep the state to what errors and powers can be; an error at its bound no longer changes."""
+    def _take_in(self, vpl_clusters: int) -> None:
+        """Have room in the state for the luck of this number of VPL clusters."""
+        if vpl_clusters in self._luck:
+            return
+        self._luck[vpl_clusters] = len(self._state)
+        self._state = np.append(self._state, 0.0)
+        self._variance = np.pad(self._variance, (0, 1))
+        self._variance[-1, -1] = LUCK**2
+
+    def _go_on(self) -> None:
+        """To the next frame, by what errors and powers can be; an error at its bound no longer changes."""
+        following = np.eye(len(self._state))
+        following[:2, :2] = [[1.0, 1.0], [0.0, LASTING]]
+        self._state = following @ self._state
+        self._variance = following @ self._variance @ following.T
+        self._variance[range(KNOWN), range(KNOWN)] += np.square(CHANGES)
         error = self._state[0]
         if not log(LEAST_ERROR) <= error <= log(MOST_ERROR):
             self._state[:2] = min(max(error, log(LEAST_ERROR)), log(MOST_ERROR)), 0.0
-        self._state[2:] = np.clip(self._state[2:], LEAST_POWER, MOST_POWER)
+        self._state[2:KNOWN] = np.clip(self._state[2:KNOWN], LEAST_POWER, MOST_POWER)
+        self._state[KNOWN:] = np.clip(self._state[KNOWN:], -MOST_LUCK, MOST_LUCK)

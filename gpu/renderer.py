@@ -91,7 +91,8 @@ class Renderer:
         if self._targeted is None:
             return self._render(camera, accumulation, walks)
         moves = self._targeted.governs_apart(walks=walks)
-        for number in range(0 if moves in self._settled else SETTLING_FRAMES):
+        settles = moves not in self._settled
+        for number in range(SETTLING_FRAMES if settles else 0):
             self._shown = None  # one more of the same
             self._render(_swayed(camera, number) if moves else camera, None, walks)
             self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
@@ -99,7 +100,9 @@ class Renderer:
                 break
         self._settled.add(moves)
         frame = self._render(camera, accumulation, walks)
-        if frame.stats.counts["frames"] == 1 and not frame.stats.skips["unchanged_camera"]:
+        # A camera that comes back from swaying sees more that is new than one that walks.
+        jumps = settles and moves
+        if frame.stats.counts["frames"] == 1 and not frame.stats.skips["unchanged_camera"] and not jumps:
             self._targeted.learn(self._stages)
         return frame
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpu.error_model import POWERS, ErrorModel, Estimate
+from gpu.error_model import MOST_LUCK, POWER_DEVIATIONS, POWERS, ErrorModel, Estimate
 from gpu.levels import Level
 
 USUAL, TWICE = Level(4000, 1000), Level(8000, 2000)
@@ -33,6 +33,19 @@ def test_it_learns_apart_what_sp_and_vpl_clusters_help() -> None:
         model.observe(level, Estimate(error, 2e-5))
     assert model.predict(Level(16_000, 1000)) / model.predict(USUAL) == pytest.approx(4.0**-0.1, rel=0.03)
     assert model.predict(Level(4000, 2000)) / model.predict(USUAL) == pytest.approx(2.0**-0.5, rel=0.03)
+
+
+def test_a_light_set_that_is_lucky_is_known_when_it_comes_again() -> None:
+    """Where 1000 VPL clusters happen to leave a fifth less error than 800 and 1250 tell."""
+    model, levels = ErrorModel(), [Level(4000, number) for number in (800, 1000, 1250)]
+
+    def error(level: Level) -> float:
+        return 1e-3 * (level.vpl_clusters / 1000) ** -0.4 * (0.8 if level.vpl_clusters == 1000 else 1.0)
+
+    for number in range(60):
+        model.observe(levels[number // 10 % 3], Estimate(error(levels[number // 10 % 3]), 3e-5))
+    for level in levels:
+        assert model.predict(level) == pytest.approx(error(level), rel=0.02)
 
 
 def test_pixels_without_light_have_no_error() -> None:
@@ -96,10 +109,19 @@ def test_what_is_not_finite_tells_nothing(error: float) -> None:
     assert model.predict(USUAL) == pytest.approx(1e-3)
 
 
-def test_more_counts_are_never_taken_to_do_harm() -> None:
+def test_more_sp_clusters_are_never_taken_to_do_harm() -> None:
     """Where the views with more of them happen to be harder."""
+    model, more = ErrorModel(), Level(16_000, 1000)
+    for number in range(60):
+        level = more if number % 4 >= 2 else USUAL
+        model.observe(level, Estimate(1e-3 * (level.sp_clusters / 4000) ** 0.5, 2e-5))
+    assert model.predict(more) < model.predict(USUAL)
+
+
+def test_luck_has_its_bounds() -> None:
     model = ErrorModel()
     for number in range(60):
         level = TWICE if number % 4 >= 2 else USUAL
-        model.observe(level, Estimate(1e-3 * (level.vpl_clusters / 1000) ** 0.5, 2e-5))
-    assert model.predict(TWICE) < model.predict(USUAL)
+        model.observe(level, Estimate(1e-3 * (level.vpl_clusters / 1000) ** 2.0, 2e-5))
+    least = sum(power - 3.0 * deviation for power, deviation in zip(POWERS, POWER_DEVIATIONS, strict=True))
+    assert model.predict(TWICE) / model.predict(USUAL) < 2.0**-least * np.exp(2.0 * MOST_LUCK)

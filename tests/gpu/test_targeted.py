@@ -127,6 +127,27 @@ def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
     assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
 
 
+def test_what_a_walks_first_picture_takes_is_not_learnt(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its camera comes back from where frames that nobody sees had swayed it, so that much is new."""
+    seen = [False]
+
+    def milliseconds(stages: Stages) -> dict[str, float]:
+        return {"fixed": 5.0, "visibility": (1.5 if seen[0] else 1.0) * RATE * getattr(stages.variant, "work", 0.0)}
+
+    monkeypatch.setattr(Stages, "milliseconds", milliseconds)
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
+    look = View.look
+
+    def looked(view: View, camera: Camera, *args: Any, **choices: Any) -> None:
+        seen[0] = camera is CAMERA
+        look(view, camera, *args, **choices)
+
+    monkeypatch.setattr(View, "look", looked)
+    counts = [renderer.render(CAMERA, walks=True).stats.counts["sp_clusters"]]
+    counts.append(renderer.render(replace(CAMERA), walks=True).stats.counts["sp_clusters"])
+    assert counts[0] == counts[1]
+
+
 def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
     room: ResidentScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
