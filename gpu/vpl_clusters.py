@@ -5,6 +5,7 @@ import warp as wp
 
 from gpu.device import allocate, launch
 from gpu.disk import Disk, disk_at, disk_of
+from gpu.grid import FAR_AWAY
 from gpu.kmeans import KMeans
 from gpu.resident import ResidentScene
 from gpu.sampling import PI
@@ -17,6 +18,8 @@ ITERATIONS = 10
 WIDER = wp.constant(1.0001)
 # Unit space: rounding moves points of one plane apart by this much.
 IN_PLANE = wp.constant(1.0e-6)
+# Fewer members than that may lie close together by chance, or be one, and tell nothing of the area they stand for.
+FEW_MEMBERS = wp.constant(4)
 # VPLs in a twig.
 PER_TWIG = wp.constant(8)
 # A group's clusters fill bytes of visibility bits; tables with an entry a group and SP cluster stay small.
@@ -68,6 +71,21 @@ def cluster_of(clusters: VplClusters, member: int) -> int:
     return low
 
 
+@wp.func
+def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int) -> float:
+    """The area of a disk that reaches half way to the nearest other medoid that faces a like way; 0 if there is none.
+
+    As for members, light falls off with 1/d² only beyond it: a disk of no area would light what is near without bound.
+    """
+    position = vpls.position[medoids[cluster]]
+    normal = vpls.normal[medoids[cluster]]
+    nearest = float(FAR_AWAY)
+    for other in range(medoids.shape[0]):
+        if other != cluster and wp.dot(normal, vpls.normal[medoids[other]]) > 0.0:
+            nearest = wp.min(nearest, wp.length_sq(vpls.position[medoids[other]] - position))
+    return wp.where(nearest < FAR_AWAY, 0.25 * PI * nearest, 0.0)
+
+
 @wp.kernel
 def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClusters) -> None:
     """One thread a cluster: the disk light that stands for its members. medoids (cluster,): indices of `vpls`."""
@@ -94,7 +112,10 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
         thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
     mean = mean / total
     variance = wp.max(square / total - wp.length_sq(mean), 0.0)
-    out.disks[cluster] = disk_of(centre, normal, flux.total, 2.0 * PI * variance, variance, cone)
+    area = 2.0 * PI * variance
+    if out.starts[cluster + 1] - out.starts[cluster] < FEW_MEMBERS:
+        area = wp.max(area, neighbour_area(vpls, medoids, cluster))
+    out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, cone)
     out.cone[cluster] = cone
     out.extent[cluster] = extent
     out.thickness[cluster] = thickness

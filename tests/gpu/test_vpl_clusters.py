@@ -110,6 +110,25 @@ def test_disks_of_an_even_square_cover_its_area(resident: ResidentScene) -> None
     assert clusters.cone.numpy() == pytest.approx(1.0)
 
 
+def test_vpls_alone_have_the_area_up_to_their_neighbours(resident: ResidentScene) -> None:
+    """A disk of no area would light what is near without bound; what faces the other way is no neighbour."""
+    up, down = square_of_vpls(400, seed=3), square_of_vpls(400, height=-1e-4, seed=4)
+    vpls = allocate_vpls(800, wp.get_device("cpu"))
+    for name, sign in (("position", 1.0), ("flux", 1.0), ("normal", -1.0)):
+        one, other = getattr(up, name).numpy(), getattr(down, name).numpy()
+        setattr(vpls, name, column(np.concatenate([one, sign * other]), wp.vec3))
+    clusters = cluster_vpls(resident, vpls, 500, 0)
+    disks, counts = clusters.disks.numpy(), np.diff(clusters.starts.numpy())
+    position, normal, area = disks["position"], disks["normal"], disks["area"]
+    way = np.linalg.norm(position[:, None] - position[None], axis=2)
+    way[(normal @ normal.T <= 0.0) | np.eye(len(way), dtype=bool)] = np.inf
+    reached = np.pi * (way.min(axis=1) / 2.0) ** 2
+    assert (counts == 1).sum() > 100
+    assert area[counts == 1] == pytest.approx(reached[counts == 1], rel=1e-4)
+    assert (area[counts < 4] >= 0.999 * reached[counts < 4]).all()
+    assert area.sum() == pytest.approx(0.72, rel=0.4)
+
+
 def test_a_cone_holds_the_normals_of_all_members(resident: ResidentScene) -> None:
     vpls = square_of_vpls(900)
     tilt = np.random.default_rng(3).uniform(-0.2, 0.2, (900, 3)) + np.array([0.0, 1.0, 0.0])
