@@ -103,7 +103,7 @@ def test_steps_that_are_even_leave_less_noise_than_rays_at_random(bright: Bright
 
 
 def test_those_that_may_be_brightest_have_rays() -> None:
-    bright = Bright(picture_of(far_pairs=True), SIZE[0] * SIZE[1], 0.6)
+    bright = Bright(picture_of(far_pairs=True), SIZE[0] * SIZE[1], 1.0)
     fuzzy, view = bright.fuzzy, bright.view
     reflected = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
     wp.launch(reflectance_kernel, view.pixels, [view.gbuffer, reflected], device=view.device)

@@ -8,6 +8,7 @@ from gpu.transfer import brightness, disk_transfer, unoccluded
 from gpu.vpl import Vpls, allocate_vpls
 from gpu.vpl_clusters import (
     MOST_GROUPS,
+    NEAREST_SHARE,
     PER_TWIG,
     VplClusters,
     cluster_of,
@@ -122,11 +123,11 @@ def test_vpls_alone_have_the_area_up_to_their_neighbours(resident: ResidentScene
     position, normal, area = disks["position"], disks["normal"], disks["area"]
     way = np.linalg.norm(position[:, None] - position[None], axis=2)
     way[(normal @ normal.T <= 0.0) | np.eye(len(way), dtype=bool)] = np.inf
-    reached = np.pi * (way.min(axis=1) / 2.0) ** 2
+    reached = float(NEAREST_SHARE) * np.pi * way.min(axis=1) ** 2
     assert (counts == 1).sum() > 100
     assert area[counts == 1] == pytest.approx(reached[counts == 1], rel=1e-4)
     assert (area[counts < 4] >= 0.999 * reached[counts < 4]).all()
-    assert area.sum() == pytest.approx(0.72, rel=0.4)
+    assert area.sum() == pytest.approx(0.72, rel=0.5)
 
 
 def test_a_cone_holds_the_normals_of_all_members(resident: ResidentScene) -> None:
