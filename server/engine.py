@@ -161,7 +161,7 @@ class Engine:
         self.restarts = 0
         self.device = ""
         self.busy_seconds = 0.0  # of device time, by all workers together
-        self.memory = (0, 0)  # of the device: used and all [bytes]; not known before the first job
+        self.memory = (0, 0)  # of the device: used and all [bytes]; not known before it is ready
         self.scenes: tuple[SceneRef, ...] = ()  # on the device, the one used last at the end
         self.listeners: set[Callable[[], None]] = set()
 
@@ -273,6 +273,7 @@ class Engine:
                 self._tell(Activity(self._activity.state, text, fraction))
             case Ready(device) if not self._listening:
                 self.device = device
+                self._note(message)
                 self._failures = 0
                 self._listening = True
                 self._tell(Activity(EngineState.READY))
@@ -293,14 +294,16 @@ class Engine:
                     self._proven = owed.job
                 self._settle(message.request, (message, payload))
             case Free(request) if running and running.request == request:
-                self.memory = message.memory_used, message.memory_total
-                self.scenes = message.scenes
+                self._note(message)
                 self._end_turn(min(message.busy_ms / 1e3, self._heard - running.began))
                 self._tell(Activity(EngineState.READY))
                 # Whoever has just been told of a failure says first whether he still wants what he waits for.
                 asyncio.get_running_loop().call_soon(self._give_turns)
             case _:
                 raise link.refuse(f"{message.kind} out of turn")
+
+    def _note(self, message: Ready | Free) -> None:
+        self.memory, self.scenes = (message.memory_used, message.memory_total), message.scenes
 
     def _most_bytes(self) -> int:
         return max((owed.most_bytes for owed in self._owed.values()), default=0)

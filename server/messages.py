@@ -136,9 +136,12 @@ ToWorker = Start | OpenScene | Render | Leave | CloseScene
 
 @dataclass(frozen=True)
 class Ready:
-    """Kernels are loaded and a frame was rendered."""
+    """Kernels are loaded and a frame was rendered. What the device holds is told as by Free."""
 
     device: str
+    memory_used: int
+    memory_total: int
+    scenes: tuple[SceneRef, ...]
     kind: Literal["ready"] = "ready"
 
 

@@ -125,7 +125,7 @@ class Worker:
             report = self._reporter(quiet_seconds=0.0)
             device = self._backend.start(start, report)
             report.end()
-            self._send(Ready(device))
+            self._send(Ready(device, *self._backend.memory(), self._backend.scenes()))
         except Exception as error:
             self._fail(START_UP, error)
             return 0 if isinstance(error, UserError) else FAULT

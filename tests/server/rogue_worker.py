@@ -49,13 +49,13 @@ def main(way: str, connection: socket.socket) -> None:
             say(Free(1, 0.0, 0, 0, ()))
         case "wrong-side":
             say(Leave(1))
-    say(Ready("rogue"))
+    say(Ready("rogue", 0, 0, ()))
     job, _ = read(pipe)
     assert isinstance(job, Render)
     done = Done(job.request, job.size, 0.0, 0.0, 1, 1, {}, {}, {})
     match way:
         case "ready-again":
-            say(Ready("rogue"))
+            say(Ready("rogue", 0, 0, ()))
         case "wrong-answer":
             say(Opened(job.request, NO_SCENE))
         case "other-size":

@@ -93,6 +93,22 @@ def test_a_job_is_made_when_its_turn_comes() -> None:
     check(scenario)
 
 
+def test_what_the_device_holds_is_known_as_soon_as_it_is_ready() -> None:
+    async def main() -> None:
+        async with running() as engine:
+            known: list[tuple[tuple[SceneRef, ...], tuple[int, int]]] = []
+
+            def heard() -> None:
+                if engine.ready:
+                    known.append((engine.scenes, engine.memory))
+
+            engine.listeners.add(heard)
+            await until(lambda: bool(known))
+            assert known[0] == ((SCENE,), MEMORY)
+
+    asyncio.run(main())
+
+
 def test_whoever_wants_nothing_any_more_gives_the_turn_away() -> None:
     async def scenario(engine: Engine) -> None:
         assert await engine.submit(1, Urgency.MOVING, lambda: None) is None
