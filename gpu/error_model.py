@@ -19,11 +19,10 @@ from gpu.levels import Level
 POWERS, POWER_DEVIATIONS = (0.15, 0.38), (0.06, 0.13)
 # Light sets of like numbers leave errors that differ by about this much, and by this at the most.
 LUCK, MOST_LUCK = 0.12, 0.4
-# Of the state, without luck.
-KNOWN = 4
 # What changes from one frame to the next: how hard a view is, how fast that changes, how much counts help; and the
 # share of the change before that lasts. A first frame tells nothing of how fast its view changes, up to this much.
 CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003, 0.003), 0.98, 0.03
+CHANGING = len(CHANGES)
 # The share of a picture's pixels that have light is taken to be no less than this, and to change no faster by a frame.
 LEAST_LIT, FASTEST = 1e-4, 1.25
 # A frame's miss counts no more than this, relative to what was expected.
@@ -63,7 +62,8 @@ class ErrorModel:
         # Of the last frame and, expected, of the next.
         self._lit = self._next_lit = LEAST_LIT
         self._first: Level | None = None
-        self._seen = 0
+        # Frames, and those that told something.
+        self._seen = self._learnt = 0
 
     @property
     def near(self) -> float:
@@ -79,28 +79,11 @@ class ErrorModel:
         """A frame of `level` had this error; one that is not finite, or of a black frame, tells nothing."""
         if not isfinite(seen.error) or not isfinite(seen.deviation):
             return
-        lit = max(seen.lit, LEAST_LIT)
-        before, self._lit = self._lit if self._seen else lit, lit
-        faster = min(max(self._lit / before, 1.0 / FASTEST), FASTEST)
-        self._next_lit = min(max(self._lit * faster, LEAST_LIT), 1.0)
+        self._follow_light(max(seen.lit, LEAST_LIT))
         self._seen += 1
-        if seen.lit <= 0.0:
-            return
-        error, deviation = seen.error / lit, seen.deviation / lit
-        if self._first is None:
-            # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
-            self._first = level
-            self._state[0] = log(max(error, deviation, LEAST_ERROR))
-        self._take_in(level.vpl_clusters)
-        expected = self._error(level)
-        miss = min(max(error / expected - 1.0, -MOST_MISS), MOST_MISS)
-        noise = (deviation / max(expected, error / (1.0 + MOST_MISS))) ** 2
-        self._noise += (noise - self._noise) / min(self._seen, NOISE_FRAMES)
-        tells = self._tells(level)
-        gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
-        self._state += gain * miss
-        self._variance -= np.outer(gain, tells @ self._variance)
-        self._go_on()
+        if seen.lit > 0.0:
+            self._learn(level, seen.error / self._lit, seen.deviation / self._lit)
+            self._go_on()
 
     def predict(self, level: Level) -> float:
         """The error of the next frame at `level`; nothing is known before the first observation."""
@@ -115,10 +98,32 @@ class ErrorModel:
         first = self._first or level
         sps, vpls = level.sp_clusters / first.sp_clusters, level.vpl_clusters / first.vpl_clusters
         tells = np.zeros(len(self._state))
-        tells[:KNOWN] = 1.0, 0.0, -log(sps), -log(vpls)
+        tells[:CHANGING] = 1.0, 0.0, -log(sps), -log(vpls)
         if level.vpl_clusters in self._luck:
             tells[self._luck[level.vpl_clusters]] = 1.0
         return tells
+
+    def _follow_light(self, lit: float) -> None:
+        """That share of the frame's pixels has light: what changed since the frame before changes once more."""
+        faster = min(max(lit / self._lit, 1.0 / FASTEST), FASTEST) if self._seen else 1.0
+        self._lit, self._next_lit = lit, min(max(lit * faster, LEAST_LIT), 1.0)
+
+    def _learn(self, level: Level, error: float, deviation: float) -> None:
+        """The pixels that have light had this error, with this deviation: the filter's update."""
+        if self._first is None:
+            # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
+            self._first = level
+            self._state[0] = log(max(error, deviation, LEAST_ERROR))
+        self._take_in(level.vpl_clusters)
+        expected = self._error(level)
+        miss = min(max(error / expected - 1.0, -MOST_MISS), MOST_MISS)
+        noise = (deviation / max(expected, error / (1.0 + MOST_MISS))) ** 2
+        self._learnt += 1
+        self._noise += (noise - self._noise) / min(self._learnt, NOISE_FRAMES)
+        tells = self._tells(level)
+        gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
+        self._state += gain * miss
+        self._variance -= np.outer(gain, tells @ self._variance)
 
     def _take_in(self, vpl_clusters: int) -> None:
         """Have room in the state for the luck of this number of VPL clusters."""
@@ -135,9 +140,9 @@ class ErrorModel:
         following[:2, :2] = [[1.0, 1.0], [0.0, LASTING]]
         self._state = following @ self._state
         self._variance = following @ self._variance @ following.T
-        self._variance[range(KNOWN), range(KNOWN)] += np.square(CHANGES)
+        self._variance[range(CHANGING), range(CHANGING)] += np.square(CHANGES)
         error = self._state[0]
         if not log(LEAST_ERROR) <= error <= log(MOST_ERROR):
             self._state[:2] = min(max(error, log(LEAST_ERROR)), log(MOST_ERROR)), 0.0
-        self._state[2:KNOWN] = np.clip(self._state[2:KNOWN], LEAST_POWER, MOST_POWER)
-        self._state[KNOWN:] = np.clip(self._state[KNOWN:], -MOST_LUCK, MOST_LUCK)
+        self._state[2:CHANGING] = np.clip(self._state[2:CHANGING], LEAST_POWER, MOST_POWER)
+        self._state[CHANGING:] = np.clip(self._state[CHANGING:], -MOST_LUCK, MOST_LUCK)
