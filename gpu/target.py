@@ -63,12 +63,13 @@ class Governor(Generic[Seen]):
     def _best(self) -> Level:
         """The level to go to; of equally good ones, this."""
         levels, level = self._levels, self.level
-        near = {
-            number: [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= FARTHEST]
-            for number in levels.vpl_clusters
-        }
-        same = min([level, *near[level.vpl_clusters]], key=self._off)
+
+        def near(number: int) -> list[Level]:
+            return [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= FARTHEST]
+
+        same = min([level, *near(level.vpl_clusters)], key=self._off)
         if self._off(same) <= ALMOST:
             return same
-        usual = min((number for number in near if near[number]), key=lambda number: self._off(levels.usual(number)))
-        return min([same, *near[usual]], key=self._off)
+        numbers = sorted(levels.vpl_clusters, key=lambda number: self._off(levels.usual(number)))
+        others = next(filter(None, map(near, numbers)))
+        return min([same, *others], key=self._off)

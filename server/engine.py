@@ -32,6 +32,7 @@ from server.messages import (
     Failed,
     Free,
     FromWorker,
+    Holdings,
     Job,
     Leave,
     Opened,
@@ -273,7 +274,7 @@ class Engine:
                 self._tell(Activity(self._activity.state, text, fraction))
             case Ready(device) if not self._listening:
                 self.device = device
-                self._note(message)
+                self._note(message.holdings)
                 self._failures = 0
                 self._listening = True
                 self._tell(Activity(EngineState.READY))
@@ -294,7 +295,7 @@ class Engine:
                     self._proven = owed.job
                 self._settle(message.request, (message, payload))
             case Free(request) if running and running.request == request:
-                self._note(message)
+                self._note(message.holdings)
                 self._end_turn(min(message.busy_ms / 1e3, self._heard - running.began))
                 self._tell(Activity(EngineState.READY))
                 # Whoever has just been told of a failure says first whether he still wants what he waits for.
@@ -302,8 +303,8 @@ class Engine:
             case _:
                 raise link.refuse(f"{message.kind} out of turn")
 
-    def _note(self, message: Ready | Free) -> None:
-        self.memory, self.scenes = (message.memory_used, message.memory_total), message.scenes
+    def _note(self, holdings: Holdings) -> None:
+        self.memory, self.scenes = (holdings.memory_used, holdings.memory_total), holdings.scenes
 
     def _most_bytes(self) -> int:
         return max((owed.most_bytes for owed in self._owed.values()), default=0)

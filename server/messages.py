@@ -135,13 +135,20 @@ ToWorker = Start | OpenScene | Render | Leave | CloseScene
 
 
 @dataclass(frozen=True)
-class Ready:
-    """Kernels are loaded and a frame was rendered. What the device holds is told as by Free."""
+class Holdings:
+    """What the device holds now: scenes, the longest unused first; memory_total is 0 where it is not known [bytes]."""
 
-    device: str
     memory_used: int
     memory_total: int
     scenes: tuple[SceneRef, ...]
+
+
+@dataclass(frozen=True)
+class Ready:
+    """Kernels are loaded and a frame was rendered."""
+
+    device: str
+    holdings: Holdings
     kind: Literal["ready"] = "ready"
 
 
@@ -158,15 +165,12 @@ class Progress:
 class Free:
     """The worker can take the next job; this one's answer may still be on its way (being encoded).
 
-    busy_ms: time that the job had the device; memory_used, memory_total: of the device [bytes], total 0 if unknown;
-    scenes: on the device now, the longest unused first.
+    busy_ms: time that the job had the device.
     """
 
     request: int
     busy_ms: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-    memory_used: int
-    memory_total: int
-    scenes: tuple[SceneRef, ...]
+    holdings: Holdings
     kind: Literal["free"] = "free"
 
 

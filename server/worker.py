@@ -31,6 +31,7 @@ from server.messages import (
     Failed,
     Free,
     FromWorker,
+    Holdings,
     Job,
     Leave,
     Opened,
@@ -125,7 +126,7 @@ class Worker:
             report = self._reporter(quiet_seconds=0.0)
             device = self._backend.start(start, report)
             report.end()
-            self._send(Ready(device, *self._backend.memory(), self._backend.scenes()))
+            self._send(Ready(device, self._holdings()))
         except Exception as error:
             self._fail(START_UP, error)
             return 0 if isinstance(error, UserError) else FAULT
@@ -176,9 +177,12 @@ class Worker:
             self._fail(job.request, error)
         report.end()
         busy_ms = 1e3 * (perf_counter() - began)
-        self._send(Free(job.request, busy_ms, *self._backend.memory(), self._backend.scenes()))
+        self._send(Free(job.request, busy_ms, self._holdings()))
         if answer is not None:
             self._send(answer)
+
+    def _holdings(self) -> Holdings:
+        return Holdings(*self._backend.memory(), self._backend.scenes())
 
     def _check_health(self, error: Exception) -> None:
         if not self._backend.healthy():

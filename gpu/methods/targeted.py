@@ -66,9 +66,10 @@ class TargetedVpl:
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """One frame at the level that was chosen for it."""
-        if sample == 0 and self._level != self._governor.level:
+        changes = sample == 0 and self._level != self._governor.level
+        self._unlike = changes and self._view.walks
+        if changes:
             self._level = self._governor.level
-            self._unlike = self._view.walks
             known, before = self._kept.pop(self._level, None), self._method
             self._method = known or before.resized(self._quality(self._level), progress)
             self._kept[self._level] = self._method
@@ -90,10 +91,7 @@ class TargetedVpl:
         """
         if self._method.probes is not None:
             return self._governor.learn(self._method.probes.estimate())
-        if self._unlike:
-            self._unlike = False
-            return False
-        return stages.steady and self._governor.learn(stages.milliseconds())
+        return not self._unlike and stages.steady and self._governor.learn(stages.milliseconds())
 
     def count(self) -> None:
         """As `fuzzy-vpl` does."""

@@ -9,6 +9,7 @@ from server.messages import (
     Done,
     Free,
     FromWorker,
+    Holdings,
     Leave,
     Opened,
     Progress,
@@ -21,6 +22,7 @@ from server.messages import (
 )
 from server.protocol import Bounds, SceneInfo
 
+NOTHING = Holdings(0, 0, ())
 NO_SCENE = SceneInfo(id="", name="", cameras=(), bounds=Bounds(min=(0.0, 0.0, 0.0), max=(0.0, 0.0, 0.0)), triangles=0)
 
 
@@ -46,16 +48,16 @@ def main(way: str, connection: socket.socket) -> None:
             while True:
                 say(Progress("still here", 0.5))
         case "early-answer":
-            say(Free(1, 0.0, 0, 0, ()))
+            say(Free(1, 0.0, NOTHING))
         case "wrong-side":
             say(Leave(1))
-    say(Ready("rogue", 0, 0, ()))
+    say(Ready("rogue", NOTHING))
     job, _ = read(pipe)
     assert isinstance(job, Render)
     done = Done(job.request, job.size, 0.0, 0.0, 1, 1, {}, {}, {})
     match way:
         case "ready-again":
-            say(Ready("rogue", 0, 0, ()))
+            say(Ready("rogue", NOTHING))
         case "wrong-answer":
             say(Opened(job.request, NO_SCENE))
         case "other-size":

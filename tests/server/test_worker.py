@@ -113,7 +113,7 @@ def test_the_scenes_on_the_device_are_told_after_each_job(pipe: Pipe) -> None:
     for message in (OpenScene(hall, 1), CloseScene(hall, 2)):
         pipe.send(message)
     answers = [pipe.read(Free)[0] for _ in range(2)]
-    assert [answer.scenes for answer in answers if isinstance(answer, Free)] == [(SCENE, hall), (SCENE,)]
+    assert [answer.holdings.scenes for answer in answers if isinstance(answer, Free)] == [(SCENE, hall), (SCENE,)]
 
 
 def test_what_a_job_cost_is_told(pipe: Pipe) -> None:
@@ -121,7 +121,7 @@ def test_what_a_job_cost_is_told(pipe: Pipe) -> None:
     free, _ = pipe.read(Free)
     assert isinstance(free, Free)
     assert free.busy_ms >= 1e3 * SLOW_SECONDS
-    assert (free.memory_used, free.memory_total) == MEMORY
+    assert (free.holdings.memory_used, free.holdings.memory_total) == MEMORY
 
 
 @pytest.mark.parametrize("seed", [FAULT_SEED, LATE_FAULT_SEED])
