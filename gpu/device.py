@@ -49,7 +49,7 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     """Run `kernel` over `count` items; its first parameter receives the first item of a launch.
 
     CUDA gets one launch. The CPU gets slices on all cores: a CPU launch runs on one thread but releases the GIL. No
-    two items may write the same element: atomics are not atomic between slices.
+    two items may write the same element: atomics are not atomic between slices (launch_together).
     """
     if count == 0:
         return
@@ -67,6 +67,12 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     ]
     for slice_ in slices:
         slice_.result()
+
+
+def launch_together(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device) -> None:
+    """As `launch`, of a kernel whose items add to the same elements: the CPU takes them in turn, on one core."""
+    if count > 0:
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK)
 
 
 def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:

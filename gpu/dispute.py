@@ -12,6 +12,7 @@ import warp as wp
 
 from gpu.device import launch
 from gpu.gbuffer import GBuffer, reflectance
+from gpu.lanes import float_sum, lanes_of
 from gpu.new_clusters import UNSERVED_NEED
 from gpu.selection import LAST, Selection
 from gpu.shading_points import ListedPoints, ShadingPoints
@@ -38,13 +39,15 @@ def brightness_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count
 
 
 @wp.kernel
-def mean_kernel(first: int, samples: wp.array[float], mean: wp.array[float]) -> None:
-    """One thread: the mean of the samples."""
-    _single = first + wp.tid()
+def mean_kernel(first: int, samples: wp.array[float], lanes: int, mean: wp.array[float]) -> None:
+    """`lanes` threads: the mean of the samples."""
+    lane = first + wp.tid()
     total = float(0.0)
-    for sample in range(SAMPLES):
+    for sample in range(lane, SAMPLES, lanes):
         total += samples[sample]
-    mean[0] = total / float(SAMPLES)
+    total = float_sum(total, lanes)
+    if lane == 0:
+        mean[0] = total / float(SAMPLES)
 
 
 @wp.kernel
@@ -84,7 +87,8 @@ class MeanBrightness:
         """Measure it by some of all `sps`; irradiance (pixel,)."""
         inputs = [gbuffer, sps.pixels, sps.count, irradiance, self.samples]
         launch(brightness_kernel, SAMPLES, inputs, self.device)
-        launch(mean_kernel, 1, [self.samples, self.value], self.device)
+        lanes = lanes_of(self.device, few=True)
+        launch(mean_kernel, lanes, [self.samples, lanes, self.value], self.device)
 
 
 class WorstPoints(Selection):

@@ -8,8 +8,8 @@ level and the levels beside it. With equal spacings this is the paper's uniform 
 
 import warp as wp
 
+from gpu.buckets import Buckets
 from gpu.device import launch
-from gpu.grouping import Groups
 from gpu.sampling import hashed
 from gpu.wide import four_at
 
@@ -135,17 +135,17 @@ class Grid:
         self.device = device
         entries = LEVELS_HELD * capacity
         buckets = 1 << (entries - 1).bit_length()
-        self._groups = Groups(entries, buckets, device)
+        self._buckets = Buckets(entries, buckets, device)
         self.data = Representatives()
         self.data.position = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self.data.normal = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self.data.spacing = wp.zeros(capacity, dtype=float, device=device)
         self.data.level = wp.zeros(capacity, dtype=int, device=device)
         self.data.entries = wp.zeros(2 * entries, dtype=wp.vec4, device=device)
-        self.data.starts, self.data.buckets = self._groups.starts, buckets
+        self.data.starts, self.data.buckets = self._buckets.starts, buckets
 
     def build(self) -> None:
         """Sort the representatives now in `data` into cells."""
-        launch(entry_key_kernel, self._groups.capacity, [self.data, self._groups.keys], self.device)
-        self._groups.sort()
-        launch(entry_kernel, self._groups.capacity, [self._groups.items, self.data], self.device)
+        launch(entry_key_kernel, self._buckets.capacity, [self.data, self._buckets.keys], self.device)
+        self._buckets.sort()
+        launch(entry_kernel, self._buckets.capacity, [self._buckets.items, self.data], self.device)

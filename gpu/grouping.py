@@ -1,4 +1,4 @@
-"""Sorting items by key on the device, so that each key's items lie together: grids, clusters' members, lists."""
+"""Sorting items by key on the device, so that each key's items lie together; gpu.buckets sorts what is small faster."""
 
 import warp as wp
 from warp.utils import array_scan, radix_sort_pairs

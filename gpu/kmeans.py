@@ -8,6 +8,7 @@ bits; a cluster that lost its members starts again at a random point; distances 
 import warp as wp
 
 from gpu.bounds import Runs, allocate_runs, bound_runs, nearest_in_runs
+from gpu.buckets import Buckets
 from gpu.device import launch
 from gpu.grid import FAR_AWAY, NORMAL_THRESHOLD, Grid, Representatives, level_of, separation
 from gpu.grouping import Groups
@@ -150,7 +151,8 @@ class KMeans:
     After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
     is, −1 for a dropped one, and `groups` the members that it is the medoid of. `exhaustive` finds every point the
     nearest of all clusters, so that none is left out, and once more after the last means: for VPLs, whose light would
-    be lost and whose spacing is not known beforehand. SPs are not searched again: they look for clusters by themselves.
+    be lost and whose spacing is not known beforehand, and of which a cluster may have any number. SPs are not searched
+    again: they look for clusters by themselves.
     """
 
     def __init__(
@@ -159,7 +161,7 @@ class KMeans:
         self.cluster_count, self.device = cluster_count, device
         self._exhaustive = exhaustive
         self.grid = Grid(cluster_count + extra, device)
-        self.groups = Groups(capacity, cluster_count, device)
+        self.groups = (Groups if exhaustive else Buckets)(capacity, cluster_count, device)
         self.medoids = wp.zeros(cluster_count + extra, dtype=int, device=device)
         if exhaustive:
             self._runs = allocate_runs(cluster_count, device)

@@ -50,6 +50,18 @@ def bits_of_warp(bits: wp.uint32) -> wp.uint32:
     """
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned alike = __match_any_sync(__activemask(), element);
+    if ((threadIdx.x & 31u) == __ffs(alike) - 1) atomicAdd(counts.data + element, __popc(alike));
+#else
+    ++counts.data[element];
+#endif
+""")
+def count_in(counts: wp.array[int], element: int) -> None:
+    """Adds 1 to an element of `counts`, once for all threads that run together and add to the same one."""
+
+
 @wp.func
 def vector_sum(value: wp.vec3, lanes: int) -> wp.vec3:
     """`float_sum` of each element."""

@@ -5,6 +5,9 @@ import warp as wp
 EMPTY_KEY = wp.constant(0x7FFFFFFF)
 CELLS = wp.constant(512)
 AXIS_BITS = wp.constant(9)
+# Keys alike but for so many bits are of one direction and one of 32 × 32 × 32 cells.
+CELL_BITS = 12
+CELL_COUNT = 6 << (3 * int(AXIS_BITS) - CELL_BITS)
 
 
 @wp.func

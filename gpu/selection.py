@@ -1,43 +1,72 @@
 """Some of the shading points of a list, chosen by keys, in the list's order."""
 
 import warp as wp
-from warp.utils import radix_sort_pairs
+from warp.utils import array_scan
 
-from gpu.device import launch
-from gpu.grouping import iota_kernel
+from gpu.device import launch, launch_together
+from gpu.lanes import count_in
 from gpu.shading_points import ListedPoints
 
-# Keys are 8 bits, so that one pass sorts them; LAST is that of a point that is not chosen.
-KEY_BITS = 8
-LAST = wp.constant(255)
-NOWHERE = wp.constant(0x7FFFFFFF)
+# Keys are below this, and LAST is that of a point that is not chosen.
+KEY_COUNT = 256
+LAST = wp.constant(KEY_COUNT - 1)
+# Marks of those that are chosen, and of those of the key of which only the first are: running totals count both.
+CHOSEN_SHIFT = wp.constant(wp.int64(32))
+CHOSEN, TIED = wp.constant(wp.int64(1 << 32)), wp.constant(wp.int64(1))
 
 
 @wp.kernel
-def select_kernel(first: int, keys: wp.array[int], order: wp.array[int], end: int, selected: wp.array[int],
-                  count: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place in the list of the chosen: their places in the list of all, up to the first of key `end`."""
+def count_kernel(first: int, keys: wp.array[int], end: int, counts: wp.array[int]) -> None:
+    """One thread a listed SP: counts (key,) how many there are of each key below `end`."""
+    key = keys[first + wp.tid()]
+    if key < end:
+        count_in(counts, key)
+
+
+@wp.kernel
+def mark_kernel(first: int, keys: wp.array[int], end: int, totals: wp.array[int], capacity: int,
+                marks: wp.array[wp.int64]) -> None:  # fmt: skip
+    """One thread a listed SP: CHOSEN where all up to its key are at most `capacity`, TIED where but some of it are."""
     place = first + wp.tid()
-    selected[place] = NOWHERE
-    if keys[place] >= end:
+    key = keys[place]
+    marks[place] = wp.int64(0)
+    if key >= end:
         return
-    selected[place] = order[place]
-    if 2 * place == selected.shape[0] - 2 or keys[place + 1] >= end:
-        count[0] = place + 1
+    if totals[key] <= capacity:
+        marks[place] = CHOSEN
+    elif key == 0 or totals[key - 1] < capacity:
+        marks[place] = TIED
+
+
+@wp.func
+def listed_before(total: wp.int64, most_tied: int) -> int:
+    """How many are listed of those that a running total of marks counts, of the tied ones at most so many."""
+    return int(total >> CHOSEN_SHIFT) + wp.min(int(total & (CHOSEN - TIED)), most_tied)
 
 
 @wp.kernel
-def list_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], selected: wp.array[int],
-                count: wp.array[int], to_pixels: wp.array[int], to_numbers: wp.array[int]) -> None:  # fmt: skip
-    """One thread a chosen SP, now sorted as the SPs are, so that neighbours' rays run together: which it is."""
+def list_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], totals: wp.array[wp.int64], last: int,
+                capacity: int, count: wp.array[int], to_pixels: wp.array[int],
+                to_numbers: wp.array[int]) -> None:  # fmt: skip
+    """One thread a listed SP: lists it among the chosen if it is one; totals (place,): of marks, with its own.
+
+    last: the place whose totals are of all.
+    """
     place = first + wp.tid()
-    if place < count[0]:
-        to_pixels[place] = pixels[selected[place]]
-        to_numbers[place] = numbers[selected[place]]
+    most_tied = capacity - int(totals[last] >> CHOSEN_SHIFT)
+    end = listed_before(totals[place], most_tied)
+    begin = int(0)
+    if place > 0:
+        begin = listed_before(totals[place - 1], most_tied)
+    if begin < end:
+        to_pixels[begin] = pixels[place]
+        to_numbers[begin] = numbers[place]
+    if place == last:
+        count[0] = end
 
 
 class Selection:
-    """Of up to `among` SPs the at most `capacity` of the smallest `keys` (place,): ListedPoints.
+    """Of `among` places for SPs the at most `capacity` of the smallest `keys` (place,), first ones first: ListedPoints.
 
     end: the key from which on none is chosen, up to LAST.
     """
@@ -45,20 +74,20 @@ class Selection:
     def __init__(self, among: int, capacity: int, end: int, device: wp.Device) -> None:
         self.device, self._end = device, end
         self.capacity = min(capacity, among)
-        self.keys = wp.zeros(2 * among, dtype=int, device=device)
-        self._order = wp.zeros(2 * among, dtype=int, device=device)
-        self._selected = wp.zeros(2 * self.capacity, dtype=int, device=device)
+        self.keys = wp.zeros(among, dtype=int, device=device)
+        self._counts = wp.zeros(KEY_COUNT, dtype=int, device=device)
+        self._marks = wp.zeros(among, dtype=wp.int64, device=device)
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.numbers = wp.zeros(self.capacity, dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
 
     def choose(self, points: ListedPoints) -> None:
-        """List those of `points`, whose keys are set; LAST for places beyond their count."""
-        device = self.device
-        launch(iota_kernel, points.capacity, [self._order], device)
-        radix_sort_pairs(self.keys, self._order, points.capacity, 0, KEY_BITS)
-        self.count.zero_()
-        launch(select_kernel, self.capacity, [self.keys, self._order, self._end, self._selected, self.count], device)
-        radix_sort_pairs(self._selected, self._order, self.capacity)
-        inputs = [points.pixels, points.numbers, self._selected, self.count, self.pixels, self.numbers]
-        launch(list_kernel, self.capacity, inputs, device)
+        """List those of all `points`, whose keys are set; LAST for places beyond their count."""
+        among, device, counts, marks = len(self.keys), self.device, self._counts, self._marks
+        counts.zero_()
+        launch_together(count_kernel, among, [self.keys, self._end, counts], device)
+        array_scan(counts, counts)
+        launch(mark_kernel, among, [self.keys, self._end, counts, self.capacity, marks], device)
+        array_scan(marks, marks)
+        inputs = [points.pixels, points.numbers, marks, among - 1, self.capacity]
+        launch(list_kernel, among, [*inputs, self.count, self.pixels, self.numbers], device)

@@ -9,8 +9,8 @@ from copy import copy
 from functools import cache
 
 import warp as wp
-from warp.utils import radix_sort_pairs
 
+from gpu.buckets import Buckets
 from gpu.carry import Table
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
@@ -32,7 +32,7 @@ from gpu.new_clusters import (
     free_kernel,
     need_of,
 )
-from gpu.order import EMPTY_KEY, order_key
+from gpu.order import CELL_BITS, CELL_COUNT, EMPTY_KEY, order_key
 from gpu.settings import Weighting
 from gpu.shading_points import SampledPoints, ShadingPoints
 
@@ -56,9 +56,9 @@ class SpClusters:
     """Clusters' representatives as rays need them, and each SP's clusters.
 
     position, geometric (cluster,): where rays start; normal (cluster,): for shading; spacing (cluster,): distance to
-    neighbours; used (cluster,): 0 for a cluster without members; order (cluster,): first the `fresh` (1,) ones whose
-    representatives are new in this frame, so that neighbours in space follow each other, for rays that stay together;
-    then all others. cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
+    neighbours; used (cluster,): 0 for a cluster without members; order (cluster,): the `fresh` (1,) ones whose
+    representatives are new in this frame, so that neighbours in space follow each other, for rays that stay together.
+    cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
     """
 
     position: wp.array[wp.vec3]
@@ -80,7 +80,7 @@ def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device
     clusters.normal = wp.zeros(count, dtype=wp.vec3, device=device)
     clusters.spacing = wp.zeros(count, dtype=float, device=device)
     clusters.used = wp.zeros(count, dtype=int, device=device)
-    clusters.order = wp.zeros(2 * count, dtype=int, device=device)
+    clusters.order = wp.zeros(count, dtype=int, device=device)
     clusters.fresh = wp.zeros(1, dtype=int, device=device)
     clusters.cluster = wp.zeros((fuzziness, sps), dtype=int, device=device)
     clusters.weight = wp.zeros((fuzziness, sps), dtype=float, device=device)
@@ -97,7 +97,6 @@ def representative_kernel(first: int, gbuffer: GBuffer, representatives: Represe
     curve that `order` follows, EMPTY_KEY for those that are not new.
     """
     cluster = first + wp.tid()
-    out.order[cluster] = cluster
     out.used[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 1, 0)
     keys[cluster] = EMPTY_KEY
     if representatives.spacing[cluster] <= 0.0:
@@ -112,19 +111,6 @@ def representative_kernel(first: int, gbuffer: GBuffer, representatives: Represe
     out.geometric[cluster] = gbuffer.geometric[pixel]
     out.normal[cluster] = gbuffer.normal[pixel]
     keys[cluster] = order_key(gbuffer.position[pixel], gbuffer.geometric[pixel])
-
-
-@wp.kernel
-def fresh_kernel(first: int, sorted_keys: wp.array[int], count: int, out: SpClusters) -> None:
-    """One thread a place in the order: the last one of a new representative tells how many there are."""
-    place = first + wp.tid()
-    if place == 0 and sorted_keys[0] == EMPTY_KEY:
-        out.fresh[0] = 0
-    if sorted_keys[place] != EMPTY_KEY:
-        if place == count - 1:
-            out.fresh[0] = count
-        elif sorted_keys[place + 1] == EMPTY_KEY:
-            out.fresh[0] = place + 1
 
 
 @cache
@@ -229,10 +215,11 @@ class SpClustering:
         self._frees = wp.zeros(self.count, dtype=int, device=self.device)
         self._good = wp.zeros(1, dtype=float, device=self.device)
         self._most_new = wp.full(1, self.count, dtype=int, device=self.device)
-        self._order_keys = wp.zeros(2 * self.count, dtype=int, device=self.device)
+        self._order = Buckets(self.count, CELL_COUNT, self.device, shift=CELL_BITS)
         members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
         self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
         self.clusters.cluster, self.clusters.weight = members.cluster, members.weight
+        self.clusters.order, self.clusters.fresh = self._order.items, self._order.starts[CELL_COUNT:]
 
     @property
     def tables(self) -> list[Table]:
@@ -290,9 +277,8 @@ class SpClustering:
         self._kmeans.grid.build()
         self._assign(sps, gbuffer, SERVICE, self._one, least_need=least_need)
         inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
-        launch(representative_kernel, self.count, [*inputs, self._order_keys, self.clusters], self.device)
-        radix_sort_pairs(self._order_keys, self.clusters.order, self.count)
-        launch(fresh_kernel, self.count, [self._order_keys, self.count, self.clusters], self.device)
+        launch(representative_kernel, self.count, [*inputs, self._order.keys, self.clusters], self.device)
+        self._order.sort()
 
     def _assign(
         self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, good: wp.array, *, least_need: int
