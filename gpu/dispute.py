@@ -10,9 +10,8 @@ import math
 
 import warp as wp
 
-from gpu.device import launch
+from gpu.device import BLOCK, launch
 from gpu.gbuffer import GBuffer, reflectance
-from gpu.lanes import float_sum, lanes_of
 from gpu.new_clusters import UNSERVED_NEED
 from gpu.selection import LAST, Selection
 from gpu.shading_points import ListedPoints, ShadingPoints
@@ -38,16 +37,11 @@ def brightness_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count
         samples[sample] = brightness(wp.cw_mul(reflectance(gbuffer, pixel), irradiance[pixel]))
 
 
-@wp.kernel
-def mean_kernel(first: int, samples: wp.array[float], lanes: int, mean: wp.array[float]) -> None:
-    """`lanes` threads: the mean of the samples."""
-    lane = first + wp.tid()
-    total = float(0.0)
-    for sample in range(lane, SAMPLES, lanes):
-        total += samples[sample]
-    total = float_sum(total, lanes)
-    if lane == 0:
-        mean[0] = total / float(SAMPLES)
+@wp.kernel(module="unique")
+def mean_kernel(samples: wp.array[float], mean: wp.array[float]) -> None:
+    """One block: the mean of the samples."""
+    total = wp.tile_sum(wp.tile_load(samples, shape=SAMPLES))
+    wp.tile_store(mean, total * wp.static(1.0 / float(SAMPLES)))
 
 
 @wp.kernel
@@ -87,8 +81,8 @@ class MeanBrightness:
         """Measure it by some of all `sps`; irradiance (pixel,)."""
         inputs = [gbuffer, sps.pixels, sps.count, irradiance, self.samples]
         launch(brightness_kernel, SAMPLES, inputs, self.device)
-        lanes = lanes_of(self.device, few=True)
-        launch(mean_kernel, lanes, [self.samples, lanes, self.value], self.device)
+        inputs = [self.samples, self.value]
+        wp.launch_tiled(mean_kernel, dim=[1], inputs=inputs, device=self.device, block_dim=BLOCK)
 
 
 class WorstPoints(Selection):

@@ -120,3 +120,13 @@ def test_the_worst_of_a_list_of_suspects_are_suspects() -> None:
     assert worst(3, low, high, among=5, need={200: int(UNSERVED_NEED)}) == [90, 100, 200]
     assert worst(8, low, high, among=2) == [90, 100]
     assert worst(PIXELS, low, high, among=PIXELS) == disputed.tolist()
+
+
+def test_a_picture_is_as_bright_as_its_mean_sample() -> None:
+    gbuffer: GBuffer = allocate(GBuffer, PIXELS, CPU)
+    gbuffer.albedo, irradiance = by_pixel(np.full(PIXELS, np.pi)), np.arange(PIXELS, dtype=float)
+    gbuffer.throughput.fill_(1.0)
+    mean = MeanBrightness(CPU)
+    mean.find(gbuffer, sps_backwards(), by_pixel(irradiance))
+    assert mean.value.numpy()[0] == pytest.approx(mean.samples.numpy().mean(), rel=1e-6)
+    assert mean.samples.numpy().max() > 0.0

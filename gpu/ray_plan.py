@@ -1,0 +1,197 @@
+"""Which pairs of representatives of SP clusters and VPL clusters get visibility rays. Beyond the 2022 paper.
+
+Pairs that face away from or lie behind each other get no ray: the representatives exchange no light.
+
+Most others exchange little. A VPL cluster that sends a representative less than a 512th of all its light, if nothing
+hid any, is weak there. Of eight neighbouring VPL clusters the weak ones share one ray, to the brightest of them; of 32,
+those eights whose weak ones send less than a 512th together share one; the others have a ray each. What that can be
+wrong by at a representative: by less than 1/512 of all its light for each pair, less than 7/512 for eight neighbours,
+and on the whole by no more than the pairs without a ray of their own send. Shadows that begin between neighbours make
+some too bright and others too dark, so that the sum is off by much less.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.bits import bit_count, lowest_bit
+from gpu.disk import disk_at
+from gpu.sp_clusters import SpClusters
+from gpu.transfer import brightness, disk_irradiance
+from gpu.vpl_clusters import VplClusters
+
+WORD_BITS = wp.constant(32)
+EIGHT = wp.constant(8)
+EIGHTS = WORD_BITS // EIGHT
+# Of all light that a representative gets if nothing hides any: a VPL cluster that sends less is weak.
+WEAK_SHARE = wp.constant(1.0 / 512.0)
+# The sum is taken in parts, since there are few representatives for a GPU's threads.
+PARTS = wp.constant(32)
+NO_LIGHT = wp.constant(-1.0)
+
+
+@wp.struct
+class RayPlan:
+    """What is planned for words of 32 VPL clusters at new representatives, (word, place in their order) flattened.
+
+    traced: bits of the pairs that have a ray; shared: of those that take another's answer; leaders: whose, four
+    numbers of eight bits, one for each eight.
+    """
+
+    traced: wp.array[wp.uint32]
+    shared: wp.array[wp.uint32]
+    leaders: wp.array[wp.uint32]
+
+
+@wp.func
+def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> float:
+    """Brightness that a VPL cluster sends a representative if nothing is between them, NO_LIGHT if it cannot.
+
+    The cluster's normals fill a cone, so some members may reach what its representative does not; a surface's own
+    plane is what it is.
+    """
+    disk = disk_at(vpls.disks, vpl)
+    way = disk.position - p
+    distance = wp.length(way)
+    cone = vpls.cone[vpl]
+    slack = wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) * distance
+    if wp.dot(way, disk.normal) >= slack or wp.dot(way, p_normal) <= 0.0:
+        return NO_LIGHT
+    return brightness(disk_irradiance(p, p_normal, disk))
+
+
+@wp.kernel(module="unique", module_options={"fast_math": True})
+def part_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float]) -> None:
+    """One thread a PARTS-th of the VPL clusters at one new representative: the sum of their light.
+
+    parts: (part, place in the SP clusters' order).
+    """
+    index = first + wp.tid()
+    fresh = sps.fresh[0]
+    if index >= PARTS * fresh:
+        return
+    sp = sps.order[index % fresh]
+    vpl = index // fresh
+    total = float(0.0)
+    while vpl < vpls.count:
+        total += wp.max(pair_light(sps.position[sp], sps.geometric[sp], vpls, vpl), 0.0)
+        vpl += PARTS
+    parts[index] = total
+
+
+@wp.kernel
+def weak_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.array[float]) -> None:
+    """One thread a new representative, in order: the light below which a VPL cluster is weak there."""
+    place = first + wp.tid()
+    fresh = sps.fresh[0]
+    if place >= fresh:
+        return
+    total = float(0.0)
+    for part in range(PARTS):
+        total += parts[part * fresh + place]
+    weak[place] = WEAK_SHARE * total
+
+
+@cache
+def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
+    """The kernel that plans the rays; facing_away, weak_pairs: whether such pairs have no rays of their own."""
+
+    @wp.kernel(module="unique", module_options={"fast_math": True})
+    def kernel(
+        first: int,
+        sps: SpClusters,
+        vpls: VplClusters,
+        first_vpl: int,
+        words: int,
+        weak: wp.array[float],
+        plan: RayPlan,
+        numbers: wp.array[int],
+    ) -> None:
+        """One thread a word at one new representative, neighbouring threads on neighbours in space.
+
+        words: of VPL clusters; weak (place,): the light below which one is weak; numbers: as of `plan`, of its rays.
+        """
+        index = first + wp.tid()
+        fresh = sps.fresh[0]
+        if index >= words * fresh:
+            numbers[index] = 0
+            return
+        place = index % fresh
+        sp = sps.order[place]
+        begin = first_vpl + WORD_BITS * (index // fresh)
+        p = sps.position[sp]
+        p_normal = sps.geometric[sp]
+        traced = wp.uint32(0)
+        shared = wp.uint32(0)
+        leaders = wp.uint32(0)
+        # Of an eight's weak pairs, and of all eights whose weak pairs are weak together.
+        eight_light = float(0.0)
+        brightest = float(NO_LIGHT)
+        leader = wp.uint32(0)
+        pooled = wp.uint32(0)
+        pool_brightest = float(NO_LIGHT)
+        pool_leader = wp.uint32(0)
+        members = wp.min(int(WORD_BITS), vpls.count - begin)
+        for member in range(members):
+            light = pair_light(p, p_normal, vpls, begin + member)
+            bit = wp.uint32(1) << wp.uint32(member)
+            if wp.static(weak_pairs) and light >= 0.0 and light < weak[place]:
+                shared |= bit
+                eight_light += light
+                if light > brightest:
+                    brightest = light
+                    leader = wp.uint32(member)
+            elif light >= 0.0 or not wp.static(facing_away):
+                traced |= bit
+            if brightest >= 0.0 and (member % EIGHT == EIGHT - 1 or member == members - 1):
+                eight = wp.uint32(member // EIGHT)
+                if eight_light >= weak[place]:
+                    traced |= wp.uint32(1) << leader
+                    leaders |= leader << (wp.uint32(EIGHT) * eight)
+                else:
+                    # The number 1 in an eight's place, to be times the leader's.
+                    pooled |= wp.uint32(1) << (wp.uint32(EIGHT) * eight)
+                    if brightest > pool_brightest:
+                        pool_brightest = brightest
+                        pool_leader = leader
+                eight_light = 0.0
+                brightest = NO_LIGHT
+        if pooled != wp.uint32(0):
+            traced |= wp.uint32(1) << pool_leader
+            leaders |= pooled * pool_leader
+        plan.traced[index] = traced
+        plan.shared[index] = shared & ~traced
+        plan.leaders[index] = leaders
+        numbers[index] = bit_count(traced)
+
+    return kernel
+
+
+@wp.kernel
+def list_kernel(first: int, sps: SpClusters, words: int, plan: RayPlan, totals: wp.array[int],
+                pairs: wp.array[int]) -> None:  # fmt: skip
+    """One thread a word at a new representative: lists its rays, as 32 · index + bit, where those before end."""
+    index = first + wp.tid()
+    if index >= words * sps.fresh[0]:
+        return
+    ray = int(0)
+    if index > 0:
+        ray = totals[index - 1]
+    traced = plan.traced[index]
+    while traced != wp.uint32(0):
+        pairs[ray] = WORD_BITS * index + lowest_bit(traced)
+        traced &= traced - wp.uint32(1)
+        ray += 1
+
+
+@wp.func
+def with_shared(seen: wp.uint32, plan: RayPlan, index: int) -> wp.uint32:
+    """The bits of a word whose rays have seen these, with those of the pairs that take another's answer."""
+    leaders = plan.leaders[index]
+    whole = seen
+    for eight in range(EIGHTS):
+        shift = wp.uint32(EIGHT * eight)
+        leader = (leaders >> shift) & wp.uint32(WORD_BITS - 1)
+        if ((seen >> leader) & wp.uint32(1)) == wp.uint32(1):
+            whole |= plan.shared[index] & (wp.uint32(255) << shift)
+    return whole
