@@ -40,12 +40,13 @@ BRIGHT_PERCENT = 95.0
 
 
 @wp.func
-def picture_at(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int,
+def picture_at(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int, listed: wp.array[int],
                irradiance: wp.array[wp.vec3]) -> wp.vec3:  # fmt: skip
-    """Radiance of a pixel by the irradiance (pixel,) of SPs: black where it sees nothing [W/m²/sr]."""
+    """Radiance of a pixel by the irradiance (pixel,) of the `listed` SPs: black where it sees nothing [W/m²/sr]."""
     if gbuffer.face[pixel] == NO_HIT:
         return wp.vec3(0.0, 0.0, 0.0)
-    return wp.cw_mul(reflectance(gbuffer, pixel), irradiance_at(gbuffer, pixel, width, height, stride, irradiance))
+    light = irradiance_at(gbuffer, pixel, width, height, stride, listed, irradiance)
+    return wp.cw_mul(reflectance(gbuffer, pixel), light)
 
 
 @wp.func
@@ -61,7 +62,7 @@ def candidate(probe: int, number: int, probes: int, total: int, frame: int) -> i
 
 @wp.kernel
 def place_kernel(first: int, total: int, frame: wp.array[int], gbuffer: GBuffer, width: int, height: int, stride: int,
-                 irradiance: wp.array[wp.vec3], pixels: wp.array[int], counts: wp.array[float],
+                 listed: wp.array[int], irradiance: wp.array[wp.vec3], pixels: wp.array[int], counts: wp.array[float],
                  radiance: wp.array2d[wp.vec3]) -> None:  # fmt: skip
     """One thread a probe: draws it from its candidates; how many pixels, relative to others, it `counts` for.
 
@@ -72,7 +73,7 @@ def place_kernel(first: int, total: int, frame: wp.array[int], gbuffer: GBuffer,
     mean = float(0.0)
     for number in range(CANDIDATES):
         pixel = candidate(probe, number, probes, total, frame[0])
-        shown = picture_at(gbuffer, pixel, width, height, stride, irradiance)
+        shown = picture_at(gbuffer, pixel, width, height, stride, listed, irradiance)
         if number == probe % CANDIDATES:
             radiance[3, probe] = shown
         mean += brightness(shown) / float(CANDIDATES)
@@ -82,7 +83,7 @@ def place_kernel(first: int, total: int, frame: wp.array[int], gbuffer: GBuffer,
     share = float(1.0)
     for number in range(CANDIDATES):
         pixel = candidate(probe, number, probes, total, frame[0])
-        bright = brightness(picture_at(gbuffer, pixel, width, height, stride, irradiance)) + DIM * mean
+        bright = brightness(picture_at(gbuffer, pixel, width, height, stride, listed, irradiance)) + DIM * mean
         if rest >= 0.0 and bright > 0.0:
             chosen = pixel
             share = (1.0 + DIM) * mean / bright
@@ -98,8 +99,8 @@ def turn_kernel(first: int, frame: wp.array[int]) -> None:
 
 
 @wp.kernel
-def compare_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, pixels: wp.array[int],
-                   arrived: wp.array[wp.vec3], irradiance: wp.array[wp.vec3],
+def compare_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, listed: wp.array[int],
+                   pixels: wp.array[int], arrived: wp.array[wp.vec3], irradiance: wp.array[wp.vec3],
                    radiance: wp.array2d[wp.vec3]) -> None:  # fmt: skip
     """One thread a probe: its radiance in the picture, and by the two estimates, in rows 0 … 2 [W/m²/sr].
 
@@ -107,7 +108,7 @@ def compare_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride
     """
     probe = first + wp.tid()
     pixel = pixels[probe]
-    radiance[0, probe] = picture_at(gbuffer, pixel, width, height, stride, irradiance)
+    radiance[0, probe] = picture_at(gbuffer, pixel, width, height, stride, listed, irradiance)
     radiance[1, probe] = wp.vec3(0.0, 0.0, 0.0)
     radiance[2, probe] = wp.vec3(0.0, 0.0, 0.0)
     if gbuffer.face[pixel] == NO_HIT:
@@ -165,7 +166,7 @@ class Probes:
     def run(self, vpls: VplClusters) -> None:
         """Gather the light of `vpls` at new probes, before the view's indirect light gets what is not theirs."""
         view, device, count = self._view, self._view.device, len(self._pixels)
-        picture = [view.gbuffer, *view.size, view.shading_points.stride]
+        picture = [view.gbuffer, *view.size, view.shading_points.stride, view.shading_points.listed]
         irradiance = view.indirect.irradiance
         launch(turn_kernel, 1, [self._frame], device)
         inputs = [view.pixels, self._frame, *picture, irradiance, self._pixels, self._counts, self._radiance]

@@ -5,7 +5,7 @@ from math import pi, sin
 
 import warp as wp
 
-from gpu.accumulate import Accumulation, pixel_place
+from gpu.accumulate import Accumulation
 from gpu.camera import turned
 from gpu.errors import UserError
 from gpu.frame import Frame, FrameStats
@@ -115,7 +115,7 @@ class Renderer:
         kept = self._settings.skip.unchanged_camera and sight == self._shown and (walks or not self._walked)
         if not kept:
             self._shown = None
-            view.look(camera, pixel_place(sample), walks=walks)
+            view.look(camera, sample, walks=walks)
             self._method.render(self._stages, sample, self._progress)
         radiance = view.radiance
         if accumulation:

@@ -6,9 +6,9 @@ import numpy as np
 import warp as wp
 
 from gpu.device import allocate, launch
-from gpu.gbuffer import GBuffer
+from gpu.gbuffer import CameraData, GBuffer
 from gpu.grouping import running_total
-from gpu.interpolate import is_shaded, reflect_kernel
+from gpu.interpolate import is_shaded, light_ended, reflect_kernel
 from gpu.kmeans import Points
 from gpu.resident import NO_HIT
 from gpu.sampling import hashed
@@ -32,16 +32,21 @@ def z_order(width: int, height: int) -> Ints:
 
 @wp.kernel
 def shaded_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, order: wp.array[int],
+                  follows: wp.array[int], before: wp.array[CameraData], ends: wp.array[wp.uint8],
                   shaded: wp.array[int], listed: wp.array[int]) -> None:  # fmt: skip
     """One thread a pixel, in Z order: 1 where the camera meets a surface that is shaded there, else 0.
 
-    shaded: in that order; listed (pixel,): by pixel.
+    follows (1,): 1 where light `ends` (pixel,) in the image of the camera `before` (1,) about as in this one; shaded:
+    in that order; listed (pixel,): by pixel.
     """
     index = first + wp.tid()
     pixel = order[index]
     shaded[index] = 0
-    if gbuffer.face[pixel] != NO_HIT and is_shaded(gbuffer, pixel, width, height, stride):
-        shaded[index] = 1
+    if gbuffer.face[pixel] != NO_HIT:
+        if is_shaded(gbuffer, pixel, width, height, stride):
+            shaded[index] = 1
+        elif follows[0] == 1:
+            shaded[index] = int(light_ended(before, ends, gbuffer.position[pixel], width, height))
     listed[pixel] = shaded[index]
 
 
@@ -107,7 +112,8 @@ class ShadingPoints:
     """The SPs of an image of `size` (width, height), found anew each frame without leaving the device: ListedPoints.
 
     pixels (sp,): their pixels in Z order, of which the first count[0] are valid; listed (pixel,): 1 for these, else 0.
-    stride: of the anchors of gpu.interpolate; with 1 every pixel that meets a surface has an SP.
+    stride: of the anchors of gpu.interpolate; with 1 every pixel that meets a surface has an SP. follows (1,): whether
+    the camera `before` (1,) saw much the same in the frame before, so that pixels where light ended then have SPs.
     """
 
     def __init__(self, size: tuple[int, int], stride: int, device: wp.Device) -> None:
@@ -119,13 +125,16 @@ class ShadingPoints:
         self.count = wp.zeros(1, dtype=int, device=device)
         self._order = wp.array(z_order(*size), dtype=int, device=device)
         self.listed = wp.zeros(self.capacity, dtype=int, device=device)
+        self.follows = wp.zeros(1, dtype=int, device=device)
+        self.before = wp.zeros(1, dtype=CameraData, device=device)
+        self._ends = wp.zeros(self.capacity, dtype=wp.uint8, device=device)
         self._shaded = wp.zeros(self.capacity, dtype=int, device=device)
         self._totals = wp.zeros(self.capacity, dtype=int, device=device)
 
     def find(self, gbuffer: GBuffer) -> None:
         """List the pixels of `gbuffer` that are shaded; those that see nothing cost nothing from here on."""
-        inputs = [gbuffer, *self._size, self.stride, self._order, self._shaded, self.listed]
-        launch(shaded_kernel, self.capacity, inputs, self.device)
+        inputs = [gbuffer, *self._size, self.stride, self._order, self.follows, self.before, self._ends]
+        launch(shaded_kernel, self.capacity, [*inputs, self._shaded, self.listed], self.device)
         running_total(self._shaded, self._totals)
         inputs = [self._shaded, self._totals, self._order, self.pixels, self.count]
         launch(compact_kernel, self.capacity, inputs, self.device)
@@ -137,9 +146,12 @@ class ShadingPoints:
         """
         launch(add_kernel, self.capacity, [self.pixels, self.count, term, bounded, total], self.device)
 
-    def reflect(self, gbuffer: GBuffer, irradiance: wp.array, radiance: wp.array) -> None:
-        """Add to `radiance` (pixel,) what all pixels reflect of the `irradiance` (pixel,) that the shaded ones know."""
-        inputs = [gbuffer, *self._size, self.stride, irradiance, radiance]
+    def reflect(self, gbuffer: GBuffer, irradiance: wp.array, mean: wp.array, radiance: wp.array) -> None:
+        """Add to `radiance` (pixel,) what all pixels reflect of the `irradiance` (pixel,) that the shaded ones know.
+
+        mean: (1,) brightness of the picture, about.
+        """
+        inputs = [gbuffer, *self._size, self.stride, self.listed, irradiance, mean, self._ends, radiance]
         launch(reflect_kernel, self.capacity, inputs, self.device)
 
 

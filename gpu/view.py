@@ -2,8 +2,10 @@
 
 import warp as wp
 
+from gpu.accumulate import pixel_place
 from gpu.camera import seen_again
 from gpu.device import allocate
+from gpu.dispute import MeanBrightness
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
 from gpu.history import History
 from gpu.needs import needs_of
@@ -28,7 +30,8 @@ class View:
     `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one, `rests`
     whether that had the same camera. A method whose frames leave their light in `history` and `soft_history`, and what
     they saw in `last`, says so by `kept`; `step` is the number of such frames before this one in a walk. `seed` and
-    `moment` (1,) are the frame's own. stride: of the pixels that are shaded (gpu.interpolate).
+    `moment` (1,) are the frame's own; `brightness` is that of indirect light. stride: of the pixels that are shaded
+    (gpu.interpolate).
     """
 
     def __init__(
@@ -61,9 +64,10 @@ class View:
         self.last = LastFrame(self.pixels, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, stride, self.device)
+        self.brightness = MeanBrightness(self.device)
 
-    def look(self, camera: Camera, place: tuple[float, float] = (0.5, 0.5), *, walks: bool = False) -> None:
-        """Look through `camera`, whose own aspect gives way to the image's, and through that place in each pixel.
+    def look(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
+        """Look through `camera`, whose own aspect gives way to the image's, for frame `sample` of a still view.
 
         walks: the frame may build on the last one, if that saw much the same.
         """
@@ -77,7 +81,9 @@ class View:
         self._last_camera = camera
         self.step = self.step + 1 if self.walks and self.kept else 0
         self.kept = False
-        data = camera_data(camera, placement, aspect, place)
+        self.shading_points.follows.fill_(int(self.step > 0 or (sample > 0 and self.rests)))
+        wp.copy(self.shading_points.before, self.camera)
+        data = camera_data(camera, placement, aspect, pixel_place(sample))
         self.camera.assign(wp.array([data], dtype=CameraData, device="cpu"))
 
     def find_shading_points(self) -> None:
@@ -89,4 +95,4 @@ class View:
 
     def add_indirect(self) -> None:
         """Add the indirect light to the picture."""
-        self.shading_points.reflect(self.gbuffer, self.indirect.irradiance, self.radiance)
+        self.shading_points.reflect(self.gbuffer, self.indirect.irradiance, self.brightness.value, self.radiance)

@@ -9,7 +9,7 @@ from gpu.bright import BrightPoints
 from gpu.carry import Carrying, Table
 from gpu.correct import Correction
 from gpu.counting import Counter
-from gpu.dispute import MeanBrightness, WorstPoints
+from gpu.dispute import WorstPoints
 from gpu.far_light import FarSums
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
@@ -72,7 +72,6 @@ class FuzzyVpl:
             view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
         )
         self._correction = Correction(view.pixels, view.device)
-        self._brightness = MeanBrightness(view.device)
         # Irradiance as clusters tell it, while other stages correct it.
         self._told = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
         self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
@@ -196,7 +195,7 @@ class FuzzyVpl:
                 lacking = history.take_light(sps, indirect.irradiance, correction.own)
                 light = indirect.irradiance, lacking, history.frames
                 shared = view.smoothing.share(gbuffer, sps, *light, UNEVEN_REACH)
-                dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, self._brightness
+                dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, view.brightness
                 self._suspects.find(sps, *dispute)
                 check(self._suspects, *by, range(1, 2))
                 self._worst.find(self._suspects, *dispute)
@@ -207,7 +206,7 @@ class FuzzyVpl:
 
         def bright_rays() -> None:
             inputs = clusters, visibility.words, vpls, far.data, indirect, seed
-            self._bright.trace(view.scene, gbuffer, sps, *inputs, self._brightness)
+            self._bright.trace(view.scene, gbuffer, sps, *inputs, view.brightness)
 
         def bright() -> None:
             self._bright.take(vpls, self._told, history.frames, history.light, indirect.irradiance)
@@ -227,8 +226,7 @@ class FuzzyVpl:
             shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
             if smooth:
                 wp.copy(self._told, indirect.irradiance)
-            if self._refines:
-                self._brightness.find(gbuffer, sps, indirect.irradiance)
+                view.brightness.find(gbuffer, sps, indirect.irradiance)
 
         stages.run("shade", light, repeats=repeats, way=goes_on)
         fork_near_sharing(view, near, self._told, settings, stages, sample)

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 import warp as wp
 from numpy.typing import NDArray
+from scenes import column
 from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
-from gpu.gbuffer import GBuffer
+from gpu.gbuffer import CameraData, GBuffer
 from gpu.interpolate import STRIDE, stride_of
 from gpu.shading_points import ShadingPoints
 
@@ -26,7 +27,9 @@ def reflected(gbuffer: GBuffer, stride: int, irradiance: NDArray) -> NDArray:
     """Radiance of all pixels where those with SPs have `irradiance`, (HEIGHT, WIDTH)."""
     known = np.where(shaded(gbuffer, stride), irradiance, 1.0e9)
     radiance = wp.zeros(WIDTH * HEIGHT, dtype=wp.vec3, device=CPU)
-    ShadingPoints((WIDTH, HEIGHT), stride, CPU).reflect(gbuffer, grey_values(known), radiance)
+    sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
+    sps.find(gbuffer)
+    sps.reflect(gbuffer, grey_values(known), column([0.0], float), radiance)
     return numbers(radiance)
 
 
@@ -56,7 +59,9 @@ def test_every_pixel_reflects_by_its_own_albedo() -> None:
 
 def test_light_is_added_and_pixels_without_a_surface_stay_as_they_are() -> None:
     radiance = wp.full(WIDTH * HEIGHT, wp.vec3(7.0, 7.0, 7.0), dtype=wp.vec3, device=CPU)
-    ShadingPoints((WIDTH, HEIGHT), STRIDE, CPU).reflect(wall(seen=LEFT), grey_values(SLOPE), radiance)
+    sps = ShadingPoints((WIDTH, HEIGHT), STRIDE, CPU)
+    sps.find(wall(seen=LEFT))
+    sps.reflect(wall(seen=LEFT), grey_values(SLOPE), column([0.0], float), radiance)
     assert numbers(radiance) == pytest.approx(np.where(LEFT, 7.0 + SLOPE / np.pi, 7.0), rel=1e-5)
 
 
@@ -106,3 +111,47 @@ def test_what_three_of_four_anchors_tell_is_their_light_alone() -> None:
 
 def test_only_large_pictures_are_interpolated() -> None:
     assert [stride_of(width * height) for width, height in ((320, 180), (512, 288), (1280, 720))] == [1, STRIDE, STRIDE]
+
+
+def seen_flat() -> wp.array:
+    """The camera that sees the wall as its pixels are."""
+    camera = CameraData()
+    camera.origin = wp.vec3(0.5 * WIDTH - 0.5, 0.5 - 0.5 * HEIGHT, 10.0)
+    camera.right, camera.up, camera.back = wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0), wp.vec3(0.0, 0.0, 1.0)
+    camera.half_width, camera.half_height = 0.5 * WIDTH, 0.5 * HEIGHT
+    camera.x = camera.y = 0.5
+    camera.orthographic = True
+    return wp.array([camera], dtype=CameraData, device=CPU)
+
+
+def shaded_next(light: NDArray, *, follows: bool = True, mean: float = 1.0) -> tuple[NDArray, NDArray]:
+    """Which pixels of a wall are shaded in a frame after one that found `light`, and what they reflect of it then."""
+    sps = ShadingPoints((WIDTH, HEIGHT), STRIDE, CPU)
+    radiance = wp.zeros(WIDTH * HEIGHT, dtype=wp.vec3, device=CPU)
+    inputs = wall(), grey_values(light), column([mean], float), radiance
+    sps.find(wall())
+    sps.reflect(*inputs)
+    wp.copy(sps.before, seen_flat())
+    sps.follows.fill_(int(follows))
+    sps.find(wall())
+    radiance.zero_()
+    sps.reflect(*inputs)
+    return sps.listed.numpy().reshape(HEIGHT, WIDTH) == 1, numbers(radiance)
+
+
+def test_where_light_ends_between_anchors_the_next_frame_shades() -> None:
+    light = np.where(LEFT, 1.0, 10.0)
+    listed, radiance = shaded_next(light)
+    usual = shaded(wall(), STRIDE)
+    assert listed[:, 23].all()  # the last one on the left, between anchors of either side
+    assert np.array_equal(listed[:, :22], usual[:, :22])
+    assert np.array_equal(listed[:, 24:], usual[:, 24:])
+    assert radiance == pytest.approx(light / np.pi, rel=1e-5)
+    assert not usual[1:-1:2, 23].any()
+
+
+@pytest.mark.parametrize("kind", ["another view", "dark", "slope"])
+def test_elsewhere_it_shades_no_more(kind: str) -> None:
+    light = SLOPE if kind == "slope" else np.where(LEFT, 1.0, 10.0)
+    listed, _ = shaded_next(light, follows=kind != "another view", mean=100.0 if kind == "dark" else 1.0)
+    assert np.array_equal(listed, shaded(wall(), STRIDE))

@@ -307,10 +307,10 @@ def pixel_kernel(first: int, cameras: wp.array[CameraData], points: wp.array[wp.
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
-@pytest.mark.parametrize("place", [(0.5, 0.5), (0.9, 0.2)])
-def test_a_pixel_finds_its_own_sp(room: ResidentScene, orthographic: bool, place: tuple[float, float]) -> None:
+@pytest.mark.parametrize("sample", [0, 3])
+def test_a_pixel_finds_its_own_sp(room: ResidentScene, orthographic: bool, sample: int) -> None:
     view = View(room, SIZE, lambertian=True)
-    view.look(replace(pose(3), orthographic=orthographic, half_height=0.3), place)
+    view.look(replace(pose(3), orthographic=orthographic, half_height=0.3), sample)
     view.find_shading_points()
     seen = view.gbuffer.face.numpy() != int(NO_HIT)
     found = results(pixel_kernel, view.pixels, [view.camera, view.gbuffer.position, *SIZE], wp.vec2i)

@@ -58,3 +58,24 @@ def test_a_view_with_a_stride_shades_fewer_points() -> None:
         counts.append(int(view.shading_points.count.numpy()[0]))
     assert counts[0] == 96
     assert 24 <= counts[1] < 96
+
+
+def test_light_ended_where_a_frame_of_the_walk_or_of_the_still_view_saw_it_end() -> None:
+    view = View(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
+    one, other = (look_at((0.0, 0.0, 0.4), (x, 0.0, 0.0)) for x in (0.0, 0.01))
+
+    def follows(*args: object, **options: bool) -> bool:
+        before = view.camera.numpy().tobytes()
+        view.look(*args, **options)
+        assert view.shading_points.before.numpy().tobytes() == before
+        return bool(view.shading_points.follows.numpy()[0])
+
+    assert not follows(one)
+    assert not follows(one)  # again from nothing
+    assert follows(one, 1)
+    assert not follows(other, 1)
+    view.kept = True
+    assert not follows(one)
+    view.kept = True
+    assert follows(other, walks=True)
+    assert not follows(one, walks=True)  # nothing was kept
