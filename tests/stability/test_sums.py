@@ -94,7 +94,7 @@ def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster:
     clusters.weight.assign(np.tile([[share], [1.0 - share]], (1, view.pixels)).astype(np.float32))
     clusters.used.fill_(1)
     clusters.fresh.fill_(2)
-    clusters.order.assign(np.arange(4, dtype=np.int32) % 2)
+    clusters.order.assign(np.arange(2, dtype=np.int32))
     far = FarSums(2, COUNT, view.device, enabled=False)
     far.run(clusters, visibility.words, singles, few=False)
     shade(2, view.gbuffer, sps, clusters, visibility, singles, far.data, view.seed, view.indirect)
