@@ -24,13 +24,11 @@ LUCK, MOST_LUCK = 0.12, 0.4
 # share of the change before that lasts. A first frame tells nothing of how fast its view changes, up to this much.
 CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003, 0.003), 0.98, 0.03
 CHANGING = len(CHANGES)
-# Where misses are larger than what was thought of them, views change faster than that: up to so many times as much.
-MOST_RESTLESS = 8.0
 # The share of a picture's pixels that have light is taken to be no less than this, and to change no faster by a frame.
 LEAST_LIT, FASTEST = 1e-4, 1.25
 # A frame's miss counts no more than this, relative to what was expected.
 MOST_MISS = 1.5
-# Frames whose noise, and whose misses, tell of those of the next: one that happens to have more errors has more noise.
+# Frames whose noise tells of that of the next: a frame that happens to have more errors has more noise, too.
 NOISE_FRAMES = 8
 # So near the target a level stays: each other has arrays and graphs of its own.
 NEAR = log(1.04)
@@ -60,8 +58,6 @@ class ErrorModel:
         self._state = np.array([log(LEAST_ERROR), 0.0, *POWERS])
         self._variance = np.diag(np.square([1.0, FIRST_CHANGE, *POWER_DEVIATIONS]))
         self._noise = 0.0
-        # How large misses were, squared, relative to what was thought of them.
-        self._restless = 1.0
         # Where the state has the luck of so many VPL clusters.
         self._luck: dict[int, int] = {}
         # Of the last frame and, expected, of the next.
@@ -126,9 +122,7 @@ class ErrorModel:
         self._learnt += 1
         self._noise += (noise - self._noise) / min(self._learnt, NOISE_FRAMES)
         tells = self._tells(level)
-        thought = float(tells @ self._variance @ tells) + self._noise
-        self._restless += (miss**2 / thought - self._restless) / NOISE_FRAMES
-        gain = self._variance @ tells / thought
+        gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
         self._state += gain * miss
         self._variance -= np.outer(gain, tells @ self._variance)
 
@@ -147,9 +141,7 @@ class ErrorModel:
         following[:2, :2] = [[1.0, 1.0], [0.0, LASTING]]
         self._state = following @ self._state
         self._variance = following @ self._variance @ following.T
-        changes = np.square(CHANGES)
-        changes[:2] *= min(max(self._restless, 1.0), MOST_RESTLESS)
-        self._variance[range(CHANGING), range(CHANGING)] += changes
+        self._variance[range(CHANGING), range(CHANGING)] += np.square(CHANGES)
         error = self._state[0]
         if not log(LEAST_ERROR) <= error <= log(MOST_ERROR):
             self._state[:2] = min(max(error, log(LEAST_ERROR)), log(MOST_ERROR)), 0.0

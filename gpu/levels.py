@@ -8,8 +8,6 @@ SP_STEP = 1.06
 WORD, VPL_STEP = 32, 2.0**0.25
 # SP clusters for each VPL cluster: as in the default counts of a GPU, and how many times that or how little of it.
 SPS_PER_VPL, RANGE = 4.0, 6.0
-# The same for errors, which change little with them.
-ERROR_RANGE = 12.0
 # Members that a VPL cluster has on average. Those of fewer are not worth their name; those of more than a GPU's default
 # counts have are shaded in their parts from afar, so that fewer of them take longer and leave no more error.
 LEAST_MEMBERS, MOST_MEMBERS = 12, 48
@@ -37,13 +35,10 @@ MOST = Level(sp_clusters=65_536, vpl_clusters=16_384)
 
 
 class Levels:
-    """The levels of an image of so many pixels, with about `least` … `most` VPL clusters.
+    """The levels of an image of so many pixels, with about `least` … `most` VPL clusters."""
 
-    reach: up to how many times as many SP clusters as usual there are, or how few.
-    """
-
-    def __init__(self, pixels: int, least: int = WORD, most: int = MOST.vpl_clusters, reach: float = RANGE) -> None:
-        self._most, self._reach = min(pixels, MOST.sp_clusters), reach
+    def __init__(self, pixels: int, least: int = WORD, most: int = MOST.vpl_clusters) -> None:
+        self._most = min(pixels, MOST.sp_clusters)
         steps = range(round(log(MOST.vpl_clusters / WORD, VPL_STEP)) + 1)
         numbers = sorted({WORD * round(VPL_STEP**step) for step in steps})
         few = [number for number in numbers if number <= most] or numbers[:1]
@@ -59,12 +54,12 @@ class Levels:
 
     def of(self, vpl_clusters: int) -> list[Level]:
         """All levels of so many VPL clusters: the usual one, then the others by work."""
-        usual, steps = self.usual(vpl_clusters), int(log(self._reach, SP_STEP))
+        usual, steps = self.usual(vpl_clusters), int(log(RANGE, SP_STEP))
         wanted = (round(usual.sp_clusters * SP_STEP**step) for step in range(-steps, steps + 1))
         counts = {min(max(count, 1), self._most) for count in wanted}
         return [usual, *(Level(count, vpl_clusters) for count in sorted(counts - {usual.sp_clusters}))]
 
 
-def levels_of(pixels: int, vpls: int, reach: float = RANGE) -> Levels:
+def levels_of(pixels: int, vpls: int) -> Levels:
     """The levels of an image of so many pixels that is lit by so many VPLs."""
-    return Levels(pixels, vpls // MOST_MEMBERS, vpls // LEAST_MEMBERS, reach)
+    return Levels(pixels, vpls // MOST_MEMBERS, vpls // LEAST_MEMBERS)

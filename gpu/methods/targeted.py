@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from gpu.error_model import ErrorModel
-from gpu.levels import ERROR_RANGE, RANGE, Level, Levels, levels_of
+from gpu.levels import Level, Levels, levels_of
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import FrameStatistics
 from gpu.methods.fuzzy_vpl import FuzzyVpl
@@ -41,7 +41,7 @@ class TargetedVpl:
         if self._vpls is None:
             levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters)
         else:
-            levels = levels_of(view.pixels, self._vpls, ERROR_RANGE if settings.target_error else RANGE)
+            levels = levels_of(view.pixels, self._vpls)
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}

@@ -125,15 +125,3 @@ def test_luck_has_its_bounds() -> None:
         model.observe(level, Estimate(1e-3 * (level.vpl_clusters / 1000) ** 2.0, 2e-5))
     least = sum(power - 3.0 * deviation for power, deviation in zip(POWERS, POWER_DEVIATIONS, strict=True))
     assert model.predict(TWICE) / model.predict(USUAL) < 2.0**-least * np.exp(2.0 * MOST_LUCK)
-
-
-def test_where_views_change_faster_than_thought_it_follows_sooner() -> None:
-    """Errors that change by a tenth a frame, up for eight frames and down for eight."""
-    model, random = ErrorModel(), np.random.default_rng(0)
-    hardness, off = 0.0, []
-    for number in range(160):
-        error = 1e-3 * np.exp(hardness)
-        off.append(abs(np.log(model.predict(USUAL) / error)) if number else 0.0)
-        model.observe(USUAL, Estimate(error * (1.0 + 0.05 * random.standard_normal()), 0.05 * error))
-        hardness += 0.1 if number // 8 % 2 == 0 else -0.1
-    assert np.mean(off[32:]) < 0.14
