@@ -19,7 +19,7 @@ from gpu.view import View
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
-MOST_TIMES = 4
+MOST_TIMES = 8
 
 
 class TargetedVpl:
