@@ -1,9 +1,9 @@
 """What error a frame of other counts of clusters would have, learnt from noisy estimates: a Kalman filter (1960).
 
-Errors are in proportion to the light that a picture shows: what changes as that comes and goes is known without noise,
-and is no matter of the filter. Its state is what the logarithm of the rest is made of: how hard the view is, how fast
-that changes from frame to frame, how much counts of SP and of VPL clusters help in this scene, and, for each number of
-VPL clusters, how lucky its light set is. All but luck changes, so older frames tell ever less.
+An error is a mean over a picture's pixels, and those without light have none: what changes as they come and go is known
+without noise, and is no matter of the filter. Its state is what the logarithm of the others' error is made of: how hard
+the view is, how fast that changes from frame to frame, how much counts of SP and of VPL clusters help in this scene,
+and, for each number of VPL clusters, how lucky its light set is. All but luck changes, so older frames tell ever less.
 """
 
 from dataclasses import dataclass
@@ -24,13 +24,8 @@ LUCK, MOST_LUCK = 0.12, 0.4
 # share of the change before that lasts. A first frame tells nothing of how fast its view changes, up to this much.
 CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003, 0.003), 0.98, 0.03
 CHANGING = len(CHANGES)
-# Where misses are larger than the filter thought, views change faster than that: by so much of what is beyond is that
-# taken to be so from then on, up to this much as fast, squared.
-HASTE_GAIN, MOST_HASTE = 0.1, 32.0
-# A miss tells no more of that than one of three standard deviations.
-MOST_SURPRISE = 9.0
-# The light of a picture is taken to be no less than this, and to change no faster by a frame.
-LEAST_LIGHT, FASTEST = 1e-4, 1.25
+# The share of a picture's pixels that have light is taken to be no less than this, and to change no faster by a frame.
+LEAST_LIT, FASTEST = 1e-4, 1.25
 # A frame's miss counts no more than this, relative to what was expected.
 MOST_MISS = 1.5
 # Frames whose noise tells of that of the next: a frame that happens to have more errors has more noise, too.
@@ -48,12 +43,12 @@ LEAST_POWER, MOST_POWER = 0.03, 1.0
 class Estimate:
     """A frame's error, and the standard deviation of its noise. It may be below zero, but is right in the mean.
 
-    light: the mean square of what the frame shows, where white is 1.
+    lit: the share of the frame's pixels that have light.
     """
 
     error: float
     deviation: float
-    light: float = 1.0
+    lit: float = 1.0
 
 
 class ErrorModel:
@@ -66,9 +61,7 @@ class ErrorModel:
         # Where the state has the luck of so many VPL clusters.
         self._luck: dict[int, int] = {}
         # Of the last frame and, expected, of the next.
-        self._light = self._next_light = LEAST_LIGHT
-        # How fast views change here, squared, relative to CHANGES.
-        self._haste = 1.0
+        self._lit = self._next_lit = LEAST_LIT
         self._first: Level | None = None
         # Frames, and those that told something.
         self._seen = self._learnt = 0
@@ -87,18 +80,18 @@ class ErrorModel:
         """A frame of `level` had this error; one that is not finite, or of a black frame, tells nothing."""
         if not isfinite(seen.error) or not isfinite(seen.deviation):
             return
-        self._follow_light(max(seen.light, LEAST_LIGHT))
+        self._follow_light(max(seen.lit, LEAST_LIT))
         self._seen += 1
-        if seen.light > 0.0:
-            self._learn(level, seen.error / self._light, seen.deviation / self._light)
+        if seen.lit > 0.0:
+            self._learn(level, seen.error / self._lit, seen.deviation / self._lit)
             self._go_on()
 
     def predict(self, level: Level) -> float:
         """The error of the next frame at `level`; nothing is known before the first observation."""
-        return self._error(level) * self._next_light
+        return self._error(level) * self._next_lit
 
     def _error(self, level: Level) -> float:
-        """The error at `level`, relative to the light that is shown."""
+        """The error of the pixels that have light, at `level`."""
         return exp(float(self._tells(level) @ self._state))
 
     def _tells(self, level: Level) -> NDArray[np.float64]:
@@ -111,13 +104,13 @@ class ErrorModel:
             tells[self._luck[level.vpl_clusters]] = 1.0
         return tells
 
-    def _follow_light(self, light: float) -> None:
-        """The frame showed so much light: what changed since the frame before changes once more."""
-        faster = min(max(light / self._light, 1.0 / FASTEST), FASTEST) if self._seen else 1.0
-        self._light, self._next_light = light, min(max(light * faster, LEAST_LIGHT), 1.0)
+    def _follow_light(self, lit: float) -> None:
+        """That share of the frame's pixels has light: what changed since the frame before changes once more."""
+        faster = min(max(lit / self._lit, 1.0 / FASTEST), FASTEST) if self._seen else 1.0
+        self._lit, self._next_lit = lit, min(max(lit * faster, LEAST_LIT), 1.0)
 
     def _learn(self, level: Level, error: float, deviation: float) -> None:
-        """The frame had this error, with this deviation, relative to its light: the filter's update."""
+        """The pixels that have light had this error, with this deviation: the filter's update."""
         if self._first is None:
             # The logarithm of the noise alone, where an estimate is below it, is as good a guess as any.
             self._first = level
@@ -129,10 +122,7 @@ class ErrorModel:
         self._learnt += 1
         self._noise += (noise - self._noise) / min(self._learnt, NOISE_FRAMES)
         tells = self._tells(level)
-        thought = float(tells @ self._variance @ tells) + self._noise
-        surprise = min(miss**2 / thought, MOST_SURPRISE)
-        self._haste = min(max(self._haste * exp(HASTE_GAIN * (surprise - 1.0)), 1.0), MOST_HASTE)
-        gain = self._variance @ tells / thought
+        gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
         self._state += gain * miss
         self._variance -= np.outer(gain, tells @ self._variance)
 
@@ -152,7 +142,6 @@ class ErrorModel:
         self._state = following @ self._state
         self._variance = following @ self._variance @ following.T
         self._variance[range(CHANGING), range(CHANGING)] += np.square(CHANGES)
-        self._variance[0, 0] += (self._haste - 1.0) * CHANGES[0] ** 2
         error = self._state[0]
         if not log(LEAST_ERROR) <= error <= log(MOST_ERROR):
             self._state[:2] = min(max(error, log(LEAST_ERROR)), log(MOST_ERROR)), 0.0

@@ -182,5 +182,5 @@ class Probes:
         counts = self._counts.numpy().copy()
         self._seen.append((even, render, 0.5 * (one + other), counts))
         white = white_of(*(np.concatenate(values) for values in zip(*self._seen, strict=True)))
-        light = float(np.mean(np.square(np.clip(even / white, 0.0, 1.0)))) if white > 0.0 else 0.0
-        return replace(clipped_product(render, one, other, counts, white), light=light)
+        lit = float(np.mean(np.any(even > 0.0, axis=1)))
+        return replace(clipped_product(render, one, other, counts, white), lit=lit)
