@@ -2,30 +2,37 @@
 
 import numpy as np
 import pytest
+import warp as wp
 from scenes import column
 
 from gpu.device import choose_device
 from gpu.selection import LAST, Selection
 
+NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
+
 
 class Listed:
     """So many SPs of an image of 500 pixels, as ListedPoints."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, device: wp.Device) -> None:
         self.capacity = 500
         pixels = np.random.default_rng(0).permutation(self.capacity)
-        self.pixels, self.numbers = column(pixels, int), column(np.arange(self.capacity) + 1000, int)
-        self.count = column([count], int)
+        arrays = column(pixels, int), column(np.arange(self.capacity) + 1000, int), column([count], int)
+        self.pixels, self.numbers, self.count = (values.to(device) for values in arrays)
 
 
+@pytest.mark.parametrize("name", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
 @pytest.mark.parametrize("end", [40, int(LAST)])
 @pytest.mark.parametrize("capacity", [1, 64, 500])
 @pytest.mark.parametrize("count", [0, 1, 300, 500])
-def test_those_of_the_smallest_keys_are_listed_in_the_order_of_the_list(count: int, capacity: int, end: int) -> None:
-    points = Listed(count)
+def test_those_of_the_smallest_keys_are_listed_in_the_order_of_the_list(
+    count: int, capacity: int, end: int, name: str
+) -> None:
+    device = choose_device(name)
+    points = Listed(count, device)
     keys = np.full(500, int(LAST))
     keys[:count] = np.random.default_rng(1).integers(0, 256, count)
-    selection = Selection(points.capacity, capacity, end, choose_device("cpu"))
+    selection = Selection(points.capacity, capacity, end, device)
     selection.keys.assign(keys.astype(np.int32))
     selection.choose(points)
     smallest = np.argsort(keys, kind="stable")[:capacity]
