@@ -7,13 +7,15 @@ whose future work are counts that are chosen for a wanted time.
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 import warp as wp
 
 from gpu.device import launch
 
 # A thread has so many values of a table, as far apart as there are threads that run together: those write side by side.
-LANES = wp.constant(32)
-EACH = wp.constant(4)
+LANES, EACH = 32, 16
+Places = wp.types.vector(length=EACH, dtype=int)
+Values = wp.types.vector(length=EACH, dtype=wp.uint32)
 
 
 class Table(NamedTuple):
@@ -50,28 +52,29 @@ def origin_of(cluster: int, count: int, before: int) -> int:
 
 
 @wp.kernel
-def carry_kernel(first: int, handovers: wp.array[Handover]) -> None:
-    """One thread EACH values of a target: those of the clusters where they come from, 0 for free ones."""
+def carry_kernel(first: int, handovers: wp.array[Handover], numbers: wp.array[int]) -> None:
+    """One thread EACH values of a target: those of the clusters where they come from, 0 for free ones.
+
+    numbers (run,): the handover of each LANES · EACH values. All places are known before the first value is read, and
+    all values are read before one is written: else each would wait for the one before.
+    """
     thread = first + wp.tid()
     index = thread // LANES * LANES * EACH + thread % LANES
-    number = int(0)
-    while number < handovers.shape[0] - 1 and index >= handovers[number + 1].begin:
-        number += 1
-    handover = handovers[number]
+    handover = handovers[numbers[thread // LANES]]
     source = wp.array(ptr=handover.source, shape=(handover.known,), dtype=wp.uint32)
     target = wp.array(ptr=handover.target, shape=(handover.size,), dtype=wp.uint32)
     index -= handover.begin
     row = index // handover.along // handover.count
     cluster = index // handover.along - row * handover.count
     offset = index % handover.along
-    for _value in range(EACH):
-        if index < handover.size:
+    places = Places()
+    values = Values()
+    for value in range(wp.static(EACH)):
+        places[value] = -1
+        if index + value * LANES < handover.size:
             origin = origin_of(cluster, handover.count, handover.before)
-            value = wp.uint32(0)
             if origin >= 0:
-                value = source[(row * handover.before + origin) * handover.along + offset]
-            target[index] = value
-        index += LANES
+                places[value] = (row * handover.before + origin) * handover.along + offset
         if handover.along == 1:
             cluster += LANES
         else:
@@ -82,6 +85,12 @@ def carry_kernel(first: int, handovers: wp.array[Handover]) -> None:
         while cluster >= handover.count:
             cluster -= handover.count
             row += 1
+    for value in range(wp.static(EACH)):
+        if places[value] >= 0:
+            values[value] = source[places[value]]
+    for value in range(wp.static(EACH)):
+        if index + value * LANES < handover.size:
+            target[index + value * LANES] = values[value]
 
 
 class Carrying:
@@ -91,7 +100,7 @@ class Carrying:
         self.device = device
         # The addresses must stay true.
         self._tables = *sources, *targets
-        handovers, begin, run = [], 0, int(LANES) * int(EACH)
+        handovers, begin, run = [], 0, LANES * EACH
         for source, target in zip(sources, targets, strict=True):
             handover = Handover()
             handover.source, handover.target = wp.uint64(source.values.ptr), wp.uint64(target.values.ptr)
@@ -102,9 +111,11 @@ class Carrying:
             handover.along = handover.size // (handover.count * rows)
             handovers.append(handover)
             begin += -(-handover.size // run) * run
-        self._threads = begin // int(EACH)
+        self._threads = begin // EACH
         self._handovers = wp.array(handovers, dtype=Handover, device=device)
+        runs = [-(-handover.size // run) for handover in handovers]
+        self._numbers = wp.array(np.repeat(np.arange(len(runs)), runs), dtype=int, device=device)
 
     def run(self) -> None:
         """Fill the targets."""
-        launch(carry_kernel, self._threads, [self._handovers], self.device)
+        launch(carry_kernel, self._threads, [self._handovers, self._numbers], self.device)

@@ -30,6 +30,7 @@ class Stages:
         # What was forked runs on a stream of its own.
         self._side: wp.Stream | None = None
         self._forked: wp.Event | None = None
+        self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
         self.variant: Hashable = None
         self.steady = False
@@ -38,6 +39,7 @@ class Stages:
         """Forget the last frame's times."""
         self._order.clear()
         self._seconds.clear()
+        self._joined.clear()
         self._forked_seconds.clear()
         self.steady = True
 
@@ -64,13 +66,12 @@ class Stages:
             self._events[name] = pair
         stream, (begin, end) = wp.get_stream(self._device), self._events[name]
         if joins:
-            stream.record_event(begin)
             stream.wait_event(self._forked)
+            self._joined.add(name)
 
         def timed() -> None:
             # Events are part of the graph: what the host does for its first launch is no time of the device.
-            if not joins:
-                stream.record_event(begin)
+            stream.record_event(begin)
             work()
             stream.record_event(end)
 
@@ -89,7 +90,7 @@ class Stages:
             self._note(key)
             return
         if self._side is None:
-            self._side, self._forked = wp.Stream(self._device), wp.Event(self._device)
+            self._side, self._forked = wp.Stream(self._device), wp.Event(self._device, enable_timing=True)
         with wp.ScopedStream(self._side):
             self._launch(key, work)
             self._side.record_event(self._forked)
@@ -125,4 +126,15 @@ class Stages:
         """The stages' times [ms] in the order they ran; waits for the device."""
         if not self._device.is_cuda:
             return {name: 1e3 * self._seconds[name] for name in self._order}
-        return {name: float(wp.get_event_elapsed_time(*self._events[name])) for name in self._order}
+        return {name: self._device_time(name) + self._waited(name) for name in self._order}
+
+    def _device_time(self, name: str) -> float:
+        return float(wp.get_event_elapsed_time(*self._events[name]))
+
+    def _waited(self, name: str) -> float:
+        """How long a stage had to wait for what was forked, once the stage before it was over [ms]."""
+        place = self._order.index(name)
+        if name not in self._joined or place == 0:
+            return 0.0
+        over = self._events[self._order[place - 1]][1]
+        return max(float(wp.get_event_elapsed_time(over, self._forked)), 0.0)

@@ -94,6 +94,34 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
 
 
 @pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")
+def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_takes() -> None:
+    device, count = wp.get_device("cuda:0"), 1 << 24
+    stages, values = Stages(device), wp.zeros(count, dtype=int, device=device)
+
+    def turn(times: int) -> None:
+        for _ in range(times):
+            launch(turn_kernel, count, [values], device)
+
+    def work() -> None:
+        sleep(0.5)
+        turn(1)
+
+    def frame(beside: int) -> float:
+        stages.start_frame()
+        stages.run("first", lambda: turn(1))
+        stages.fork("second", "beside", lambda: turn(beside), way=beside)
+        stages.run("second", work, joins=True)
+        return stages.milliseconds()["second"]
+
+    _loads, captured, replayed = (frame(1) for _ in range(3))
+    assert captured < 100.0
+    assert replayed < 5.0
+    frame(400)
+    frame(400)
+    assert 5.0 < frame(400) < 100.0
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")
 def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
     device = wp.get_device("cuda:0")
     stages, works = Stages(device), []
