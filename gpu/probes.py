@@ -2,13 +2,11 @@
 
 At probes, pixels drawn anew each frame, the light of all VPLs is gathered as `exact-vpl` does, but with few rays
 (gpu.probe_light). That is done twice: the product of two independent differences is right in the mean where the square
-of one would count the probes' own noise. Most of an estimate's noise is the choice of pixels, so many probes with few
-rays are best. Errors are large where the picture is bright, so these pixels are drawn more often (resampled importance
-sampling, J. Talbot et al. 2005).
+of one would count the probes' own noise. Most of an estimate's noise is the choice of pixels (gpu.probe_places), so
+many probes with few rays are best.
 """
 
 from collections import deque
-from dataclasses import replace
 
 import numpy as np
 import warp as wp
@@ -18,20 +16,16 @@ from gpu.error_model import Estimate
 from gpu.gbuffer import GBuffer, reflectance
 from gpu.interpolate import irradiance_at
 from gpu.probe_light import RAYS, ProbeLight
+from gpu.probe_places import Doubles, ProbePlaces
 from gpu.resident import NO_HIT
-from gpu.sampling import TO_UNIT, hashed
+from gpu.sampling import hashed
 from gpu.scene.types import Floats
-from gpu.transfer import brightness
 from gpu.view import View
 from gpu.vpl_clusters import VplClusters
 
 # Probes, as many as look at so many VPLs in all, and no more than that.
 ON_CUDA, ON_CPU = 1 << 14, 1 << 10
 MOST_LOOKS = 1 << 28
-# Pixels that a probe is drawn from, and how much of their mean brightness is added to each one's, for errors in the
-# dark. With probes drawn evenly an estimate has a deviation of 11.5 over their number's root in a conference room, 5.6
-# in a Cornell box and 4.0 in an atrium; in proportion to brightness it is 7.0, 5.4 and 3.3.
-CANDIDATES, DIM = wp.constant(16), wp.constant(0.2)
 # What counts as white in gpu.metrics; of at least so many probes, and frames at most: those of 32 frames were behind a
 # camera that turns.
 WHITE_PERCENT, WHITE_PROBES, WHITE_FRAMES = 99.0, 1 << 14, 8
@@ -49,64 +43,32 @@ def picture_at(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: in
     return wp.cw_mul(reflectance(gbuffer, pixel), light)
 
 
-@wp.func
-def candidate(probe: int, number: int, probes: int, total: int, frame: int) -> int:
-    """Candidate `number` of a probe: one pixel of one of equal runs of the image's `total`, another in each frame."""
-    index = wp.int64(number) * wp.int64(probes) + wp.int64(probe)
-    runs = wp.int64(CANDIDATES) * wp.int64(probes)
-    begin = int(index * wp.int64(total) / runs)
-    end = int((index + wp.int64(1)) * wp.int64(total) / runs)
-    pick = hashed(wp.uint32(int(index)) ^ hashed(wp.uint32(frame)))
-    return begin + int(pick % wp.uint32(wp.max(end - begin, 1)))
-
-
-@wp.kernel
-def place_kernel(first: int, total: int, frame: wp.array[int], gbuffer: GBuffer, width: int, height: int, stride: int,
-                 listed: wp.array[int], irradiance: wp.array[wp.vec3], pixels: wp.array[int], counts: wp.array[float],
-                 radiance: wp.array2d[wp.vec3]) -> None:  # fmt: skip
-    """One thread a probe: draws it from its candidates; how many pixels, relative to others, it `counts` for.
-
-    radiance: (4, probe); row 3 becomes the picture at one of the probe's candidates, which are drawn evenly.
-    """
-    probe = first + wp.tid()
-    probes = pixels.shape[0]
-    mean = float(0.0)
-    for number in range(CANDIDATES):
-        pixel = candidate(probe, number, probes, total, frame[0])
-        shown = picture_at(gbuffer, pixel, width, height, stride, listed, irradiance)
-        if number == probe % CANDIDATES:
-            radiance[3, probe] = shown
-        mean += brightness(shown) / float(CANDIDATES)
-    state = hashed(wp.uint32(probe) ^ hashed(~wp.uint32(frame[0])))
-    rest = (float(state) * TO_UNIT) * (1.0 + DIM) * mean * float(CANDIDATES)
-    chosen = candidate(probe, 0, probes, total, frame[0])
-    share = float(1.0)
-    for number in range(CANDIDATES):
-        pixel = candidate(probe, number, probes, total, frame[0])
-        bright = brightness(picture_at(gbuffer, pixel, width, height, stride, listed, irradiance)) + DIM * mean
-        if rest >= 0.0 and bright > 0.0:
-            chosen = pixel
-            share = (1.0 + DIM) * mean / bright
-        rest -= bright
-    pixels[probe] = chosen
-    counts[probe] = share
-
-
 @wp.kernel
 def turn_kernel(first: int, frame: wp.array[int]) -> None:
     """One thread: the next frame has other probes and rays, also where this is replayed."""
     frame[first + wp.tid()] += 1
 
 
+@wp.func
+def even_pixel(probe: int, probes: int, total: int, frame: int) -> int:
+    """A pixel of a probe's own of equal runs of the image's `total`, another in each frame."""
+    begin = int(wp.int64(probe) * wp.int64(total) / wp.int64(probes))
+    end = int(wp.int64(probe + 1) * wp.int64(total) / wp.int64(probes))
+    pick = hashed(wp.uint32(probe) ^ hashed(wp.uint32(frame)))
+    return begin + int(pick % wp.uint32(wp.max(end - begin, 1)))
+
+
 @wp.kernel
-def compare_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, listed: wp.array[int],
-                   pixels: wp.array[int], arrived: wp.array[wp.vec3], irradiance: wp.array[wp.vec3],
-                   radiance: wp.array2d[wp.vec3]) -> None:  # fmt: skip
+def compare_kernel(first: int, frame: wp.array[int], gbuffer: GBuffer, width: int, height: int, stride: int,
+                   listed: wp.array[int], irradiance: wp.array[wp.vec3], pixels: wp.array[int],
+                   arrived: wp.array[wp.vec3], radiance: wp.array2d[wp.vec3]) -> None:  # fmt: skip
     """One thread a probe: its radiance in the picture, and by the two estimates, in rows 0 … 2 [W/m²/sr].
 
-    arrived: as in gpu.probe_light; radiance: (4, probe).
+    arrived: as in gpu.probe_light; radiance: (4, probe), of which row 3 becomes the picture at pixels drawn evenly.
     """
     probe = first + wp.tid()
+    even = even_pixel(probe, pixels.shape[0], width * height, frame[0])
+    radiance[3, probe] = picture_at(gbuffer, even, width, height, stride, listed, irradiance)
     pixel = pixels[probe]
     radiance[0, probe] = picture_at(gbuffer, pixel, width, height, stride, listed, irradiance)
     radiance[1, probe] = wp.vec3(0.0, 0.0, 0.0)
@@ -136,16 +98,16 @@ def white_of(even: Floats, render: Floats, truth: Floats, counts: Floats) -> flo
     return float(np.percentile(even, WHITE_PERCENT)) * float(np.sum(bright * truth, dtype=np.float64)) / mean
 
 
-def clipped_product(render: Floats, one: Floats, other: Floats, counts: Floats, white: float) -> Estimate:
-    """MSE (gpu.metrics) of a render (probe, 3) against two independent estimates of the truth; 0 where it is black.
+def clipped_products(render: Floats, one: Floats, other: Floats, white: float) -> Doubles:
+    """Squared errors (gpu.metrics) of a render (probe, 3) by two independent estimates of the truth; 0 if it is black.
 
-    counts: (probe,), how many pixels each is for, 1 in the mean.
+    Right in the mean, (probe,).
     """
     if white <= 0.0:
-        return Estimate(0.0, 0.0)
+        return np.zeros(len(render))
     x, a, b = (np.clip(np.asarray(values, np.float64) / white, 0.0, 1.0) for values in (render, one, other))
-    products = counts * np.mean((x - a) * (x - b), axis=1)
-    return Estimate(float(products.mean()), float(products.std() / np.sqrt(len(products))))
+    products: Doubles = np.mean((x - a) * (x - b), axis=1)
+    return products
 
 
 class Probes:
@@ -157,30 +119,33 @@ class Probes:
         most = ON_CUDA if device.is_cuda else ON_CPU
         count = min(most, max(MOST_LOOKS // vpls, 1), view.pixels)
         self._frame = wp.zeros(1, dtype=int, device=device)
-        self._pixels = wp.zeros(count, dtype=int, device=device)
-        self._counts = wp.zeros(count, dtype=float, device=device)
+        self._places = ProbePlaces(view.size, count, device)
         self._light = ProbeLight(count, device)
         self._radiance = wp.zeros((4, count), dtype=wp.vec3, device=device)
         self._seen: deque[tuple[Floats, ...]] = deque(maxlen=min(-(-WHITE_PROBES // count), WHITE_FRAMES))
 
     def run(self, vpls: VplClusters) -> None:
         """Gather the light of `vpls` at new probes, before the view's indirect light gets what is not theirs."""
-        view, device, count = self._view, self._view.device, len(self._pixels)
+        view, device, places = self._view, self._view.device, self._places
         picture = [view.gbuffer, *view.size, view.shading_points.stride, view.shading_points.listed]
-        irradiance = view.indirect.irradiance
         launch(turn_kernel, 1, [self._frame], device)
-        inputs = [view.pixels, self._frame, *picture, irradiance, self._pixels, self._counts, self._radiance]
-        launch(place_kernel, count, inputs, device)
-        self._light.gather(view.scene, view.gbuffer, self._pixels, self._frame, vpls)
-        inputs = [*picture, self._pixels, self._light.arrived, irradiance, self._radiance]
-        launch(compare_kernel, count, inputs, device)
+        places.draw(self._frame)
+        self._light.gather(view.scene, view.gbuffer, places.pixels, self._frame, vpls)
+        inputs = [self._frame, *picture, view.indirect.irradiance, places.pixels, self._light.arrived, self._radiance]
+        launch(compare_kernel, len(places.pixels), inputs, device)
 
     def estimate(self) -> Estimate:
-        """What the probes of the last frame, which is ready, make of its MSE, right in the mean, and of its light."""
+        """What the probes of the last frame, which is ready, make of its MSE, right in the mean, and of its light.
+
+        To be asked for once a frame: the next frame's probes go to where these found errors.
+        """
         # On a CPU these are the arrays themselves, which the next frame overwrites.
         render, one, other, even = self._radiance.numpy().copy()
-        counts = self._counts.numpy().copy()
+        counts = self._places.counts.numpy().copy()
         self._seen.append((even, render, 0.5 * (one + other), counts))
         white = white_of(*(np.concatenate(values) for values in zip(*self._seen, strict=True)))
         lit = float(np.mean(np.any(even > 0.0, axis=1)))
-        return replace(clipped_product(render, one, other, counts, white), lit=lit)
+        products = clipped_products(render, one, other, white)
+        self._places.learn(products)
+        errors = counts * products
+        return Estimate(float(errors.mean()), float(errors.std() / np.sqrt(len(errors))), lit)
