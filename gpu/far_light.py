@@ -272,9 +272,9 @@ class FarSums:
     def tables(self) -> list[Table]:
         """What is known of representatives."""
         data = self.data
-        rows = [Table(values) for values in (data.near, data.light, data.moved, data.turned)]
+        rows = [Table(values, clears=False) for values in (data.near, data.light, data.moved, data.turned)]
         columns = data.mass, data.totals, data.open_mass, data.open_totals
-        return [*rows, *(Table(values, axis=1) for values in columns)]
+        return [*rows, *(Table(values, axis=1, clears=False) for values in columns)]
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
         """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.

@@ -6,8 +6,9 @@ from math import log, sqrt
 from gpu.levels import Level
 
 # Powers of SP and of VPL clusters that a stage's time is in proportion to, between 1000 and 30,000 SP clusters and 750
-# and 4000 VPL clusters, in six scenes on an H100. Other stages change with no count.
-POWERS = {"cluster": (0.2, 0.0), "visibility": (0.8, 0.8), "shade": (0.05, 0.8), "refine": (0.5, 0.0)}
+# and 4000 VPL clusters, in six scenes on an H100; shading's of SP clusters by walks on an H200, with 6000 to 65,000 of
+# them. Other stages change with no count.
+POWERS = {"cluster": (0.2, 0.0), "visibility": (0.8, 0.8), "shade": (0.4, 0.8), "refine": (0.5, 0.0)}
 # Frames that are pooled, and the share of each miss by which the next frames are taken to change.
 FRAMES, TREND = 2.0, 0.2
 # A frame with more than so many times what was expected, or less than that part of it, for which the system around may

@@ -126,7 +126,7 @@ class Visibility:
     @property
     def tables(self) -> list[Table]:
         """What is known of representatives: their bits."""
-        return [Table(self.words)]
+        return [Table(self.words, clears=False)]
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays."""

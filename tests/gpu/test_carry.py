@@ -44,6 +44,21 @@ def test_clusters_may_be_columns() -> None:
     assert not target.numpy()[:, 9:].any()
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize(("count", "before"), [(75, 70), (70, 75), (64, 2), (400, 300)])
+def test_what_nobody_reads_of_free_clusters_is_left(count: int, before: int, axis: int) -> None:
+    shape = [33, 33]
+    shape[axis] = before
+    known = np.random.default_rng(5).normal(size=shape).astype(np.float32)
+    shape[axis] = count
+    target = column(np.full(shape, 7.0, np.float32), float)
+    Carrying([Table(column(known, float), axis)], [Table(target, axis, clears=False)], CPU).run()
+    origin = origins(count, before)
+    wanted = np.take(known, origin, axis)
+    wanted[(slice(None),) * axis + (origin < 0,)] = 7.0
+    assert np.array_equal(target.numpy(), wanted)
+
+
 @pytest.mark.parametrize("count", [30, 31, 1 << 20])
 def test_as_many_stay_as_there_is_room_for_and_each_once(count: int) -> None:
     known = column(np.arange(1, 1_200_001), wp.int32)

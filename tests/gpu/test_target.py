@@ -26,7 +26,7 @@ def milliseconds(level: Level) -> Stages:
         "fixed": 2.0,
         "cluster": 0.6 + 0.6 * sps**0.4,
         "visibility": 0.3 + 2.0 * sps * vpls,
-        "shade": 0.3 + 3.0 * vpls,
+        "shade": 0.3 + (1.6 + 1.4 * sps**0.8) * vpls,
         "refine": 1.2 * min(sps, 4.0) ** 0.6,
     }
 
