@@ -1,6 +1,6 @@
 """A rendered frame and what it took."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import warp as wp
@@ -22,13 +22,20 @@ class FrameStats:
     one (far_pairs), kinds of light that kernels know nothing of (absent_lights), and 1 for masks, textures or narrow
     specular lobes that they know nothing of (absent_alpha, absent_textures, absent_gloss).
 
-    estimates: of a frame with a target, the target and what was expected of the frame's counts (gpu.target), by name.
+    estimates: of a frame with a target, the target and what was expected of the frame's counts (gpu.target), by name;
+    how many tries a picture for a wanted error took, of which stage_ms are the sum.
     """
 
     stage_ms: dict[str, float] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     skips: dict[str, int] = field(default_factory=dict)
     estimates: dict[str, float] = field(default_factory=dict)
+
+    def after(self, first: "FrameStats") -> "FrameStats":
+        """Those of a second try, after the `first`, which is not shown."""
+        names = {**first.stage_ms, **self.stage_ms}
+        times = {name: first.stage_ms.get(name, 0.0) + self.stage_ms.get(name, 0.0) for name in names}
+        return replace(self, stage_ms=times, estimates={**self.estimates, "tries": 2.0})
 
 
 @dataclass(frozen=True)

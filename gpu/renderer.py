@@ -1,6 +1,7 @@
 """A renderer: one image size and one choice of settings of a resident scene, one frame after the other."""
 
 from collections.abc import Hashable
+from dataclasses import replace
 from math import pi, sin
 
 import warp as wp
@@ -86,7 +87,8 @@ class Renderer:
 
         With an `accumulation`, of this camera's earlier frames and as many pixels: the mean of those and one more.
         walks: from where the last frame was, so that this one may build on it; else the same settings and camera give
-        the same picture, whatever was rendered before.
+        the same picture, whatever was rendered before. Of a frame with a wanted error that is seen to have too large a
+        one, a second try is the picture.
         """
         if self._targeted is None:
             return self._render(camera, accumulation, walks)
@@ -102,9 +104,17 @@ class Renderer:
         frame = self._render(camera, accumulation, walks)
         # A camera that comes back from swaying sees more that is new than one that walks.
         jumps = settles and moves
-        if frame.stats.counts["frames"] == 1 and not frame.stats.skips["unchanged_camera"] and not jumps:
-            self._targeted.learn(self._stages)
-        return frame
+        if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
+            return frame
+        self._targeted.learn(self._stages)
+        if not self._targeted.falls_short:
+            return frame
+        if accumulation:
+            accumulation.restart()
+        self._shown = None
+        better = self._render(camera, accumulation, walks)
+        self._targeted.learn(self._stages)
+        return replace(better, stats=better.stats.after(frame.stats))
 
     def _render(self, camera: Camera, accumulation: Accumulation | None, walks: bool) -> Frame:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure

@@ -18,6 +18,8 @@ from gpu.view import View
 # Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
+# So many times the wanted error is too much to show while counts promise less.
+TOO_LARGE = 1.08
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 8
 
@@ -29,6 +31,9 @@ class TargetedVpl:
     clusters needs a light set; those are kept by `lighting`, and there are few such numbers. Later frames of a still
     view have the counts of its first, since their times and errors are others. For a time, frames of a walk, which
     keep clusters, are governed apart from those that begin from nothing.
+
+    falls_short: whether the last frame that was learnt of is seen to have a larger error than wanted, and the level
+    that was chosen since promises less.
     """
 
     def __init__(
@@ -45,6 +50,7 @@ class TargetedVpl:
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}
+        self.falls_short = False
         # Whether the last frame is a walk's first of its counts.
         self._unlike = False
         self._view = view
@@ -90,7 +96,11 @@ class TargetedVpl:
         of them.
         """
         if self._method.probes is not None:
-            return self._governor.learn(self._method.probes.estimate())
+            seen = self._method.probes.estimate()
+            stays = self._governor.learn(seen)
+            more = self._governor.level.work > self._level.work
+            self.falls_short = more and seen.error > TOO_LARGE * self._target
+            return stays
         return not self._unlike and stages.steady and self._governor.learn(stages.milliseconds())
 
     def count(self) -> None:
@@ -104,8 +114,9 @@ class TargetedVpl:
     def estimates(self) -> dict[str, float]:
         """The target, and what a frame of the chosen level is expected to give."""
         kind = "error" if self._settings.target_error else "ms"
+        tries = {"tries": 1.0} if self._settings.target_error else {}
         expected = self._governor.expected
-        return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected})
+        return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected}) | tries
 
     def _quality(self, level: Level) -> Quality:
         vpls = self._vpls or self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters

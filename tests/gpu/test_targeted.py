@@ -8,8 +8,11 @@ from scenes import box, grey, quad, resident_of
 
 from gpu.accumulate import Accumulation
 from gpu.camera import look_at
+from gpu.error_model import Estimate
+from gpu.frame import FrameStats
 from gpu.levels import LEAST_MEMBERS, MOST_MEMBERS
 from gpu.methods.targeted import KEPT_LEVELS
+from gpu.probes import Probes
 from gpu.quality import ON_CPU
 from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
@@ -244,6 +247,41 @@ def test_frames_for_an_error_build_on_none_before(room: ResidentScene) -> None:
         for name in ("kept_clusters", "kept_light"):
             assert (frames[-1].skips[name] > 0) == builds
         assert frames[-1].skips["unchanged_lights"] > 0
+
+
+def test_a_frame_with_too_large_an_error_is_tried_once_more(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = [1e-3]
+    monkeypatch.setattr(Probes, "estimate", lambda _: Estimate(told[0], 1e-6))
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=1e-3))
+    accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
+    usual = renderer.render(CAMERA, accumulation)
+    work = usual.stats.counts["sp_clusters"] * usual.stats.counts["vpl_clusters"]
+    assert usual.stats.estimates["tries"] == 1
+    for error, tries in ((1.05e-3, 1), (0.5e-3, 1), (1.5e-3, 2)):
+        told[0] = error
+        accumulation.restart()
+        frame = renderer.render(CAMERA, accumulation)
+        assert frame.stats.estimates["tries"] == tries
+        assert (accumulation.samples, frame.stats.counts["frames"]) == (1, 1)
+    more = frame.stats.counts["sp_clusters"] * frame.stats.counts["vpl_clusters"]
+    assert more > work
+    assert list(frame.stats.stage_ms) == list(usual.stats.stage_ms)
+    same = RenderSettings(**INDIRECT, **{name: frame.stats.counts[name] for name in ("sp_clusters", "vpl_clusters")})
+    assert np.allclose(frame.radiance(), Renderer(room, SIZE, same).render(CAMERA).radiance(), atol=1e-6)
+    # Another frame of the still view is no new try, nor is one at the most counts.
+    assert renderer.render(CAMERA, accumulation).stats.counts["frames"] == 2
+    told[0] = 1.0
+    tries = [renderer.render(CAMERA, walks=True).stats.estimates["tries"] for _ in range(12)]
+    assert tries[0] == 2
+    assert tries[-1] == 1
+
+
+def test_times_of_two_tries_are_added() -> None:
+    first = FrameStats({"shade": 1.0, "carry": 0.5}, {"vpls": 1}, {"far_pairs": 1}, {"tries": 1.0})
+    both = FrameStats({"shade": 2.0, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 1.0}).after(first)
+    assert both == FrameStats({"shade": 3.0, "carry": 0.5, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 2.0})
 
 
 def test_counts_of_a_walk_follow_its_error(room: ResidentScene) -> None:
