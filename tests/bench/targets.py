@@ -166,6 +166,7 @@ def run(suite: Suite) -> None:
             "running": held(running_means(errors, RUNNING // every), target),
             "estimated": held(estimates, target),
             "errors": errors,
+            "tries": float(np.mean([frame.estimates["tries"] for frame in stats])),
             **path_of(stats, "error"),
         }
 

@@ -66,12 +66,13 @@ def test_stages_are_in_the_order_of_what_is_left_to_their_floors() -> None:
 def test_targets_are_shown_as_ratios() -> None:
     spread = {"median": 1.01, "p5": 0.94, "p95": 1.2}
     row = {"scene": "room", "frames": 180, "held": {**spread, "mean": 1.02, "within": 0.875}, "changes": 7}
-    row |= {"pairs": spread, "path_ms": [6.0] * 180}
-    lines = targets_table([{**row, "target": {"ms": 6.0}}, {**row, "target": {"error": 1e-3}, "errors": [1e-3]}])
+    row |= {"pairs": spread, "path_ms": [6.0, 6.5, 6.7, 5.0] * 45}
+    errors = {"target": {"error": 1e-3}, "errors": [1e-3, 1.2e-3], "tries": 1.125}
+    lines = targets_table([{**row, "target": {"ms": 6.0}}, {**row, **errors}])
     rest = "1.01 (0.94–1.2) | 1.02 | 88 %"
     assert lines.splitlines()[2:] == [
-        f"| room | 6 ms | {rest} | 180 of 180 | 7 | 1.01 (0.94–1.2) |",
-        f"| room | MSE 0.001 | {rest} | 1 of 180 | 7 | 1.01 (0.94–1.2) |",
+        f"| room | 6 ms | {rest} | 25 % | 1 | 180 of 180 | 7 | 1.01 (0.94–1.2) |",
+        f"| room | MSE 0.001 | {rest} | 50 % | 1.12 | 2 of 180 | 7 | 1.01 (0.94–1.2) |",
     ]
 
 
