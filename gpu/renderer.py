@@ -107,7 +107,7 @@ class Renderer:
         if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
             return frame
         self._targeted.learn(self._stages)
-        if not self._targeted.falls_short:
+        if not self._targeted.tries_again():
             return frame
         if accumulation:
             accumulation.restart()

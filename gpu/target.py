@@ -57,6 +57,14 @@ class Governor(Generic[Seen]):
         self.expected = model.predict(self.level)
         return self.level == before and model.ready
 
+    def try_again(self, level: Level) -> bool:
+        """Choose the level of a second try at a frame of `level`, which was learnt of; False if none promises less."""
+        best, promised = self._best(), self._model.predict(level)
+        if self._model.predict(best) >= promised:
+            return False
+        self.level, self.expected = best, self._model.predict(best)
+        return True
+
     def _off(self, level: Level) -> float:
         return abs(log(self._model.predict(level) / self._target))
 

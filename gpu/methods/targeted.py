@@ -18,8 +18,9 @@ from gpu.view import View
 # Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
 # walk goes to and fro between some.
 KEPT_LEVELS = 8
-# So many times the wanted error is too much to show while counts promise less.
-TOO_LARGE = 1.08
+# So many times the wanted error is too much to show while counts promise less. Too small an error is shown as it is, so
+# that frames have the wanted one where a little more is aimed at.
+TOO_LARGE, AIM = 1.08, 1.03
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 8
 
@@ -31,9 +32,6 @@ class TargetedVpl:
     clusters needs a light set; those are kept by `lighting`, and there are few such numbers. Later frames of a still
     view have the counts of its first, since their times and errors are others. For a time, frames of a walk, which
     keep clusters, are governed apart from those that begin from nothing.
-
-    falls_short: whether the last frame that was learnt of is seen to have a larger error than wanted, and the level
-    that was chosen since promises less.
     """
 
     def __init__(
@@ -50,7 +48,8 @@ class TargetedVpl:
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}
-        self.falls_short = False
+        # Of the last frame that was learnt of, over the one that is wanted.
+        self._error = 0.0
         # Whether the last frame is a walk's first of its counts.
         self._unlike = False
         self._view = view
@@ -66,8 +65,8 @@ class TargetedVpl:
         """That of a walk, or of frames that begin from nothing, whatever the last one was."""
         apart = self.governs_apart(walks=self._view.walks)
         if apart not in self._governors:
-            model = ErrorModel() if self._settings.target_error else TimeModel()
-            self._governors[apart] = Governor(self._levels, model, self._target, self._level)
+            model, aim = (ErrorModel(), AIM) if self._settings.target_error else (TimeModel(), 1.0)
+            self._governors[apart] = Governor(self._levels, model, aim * self._target, self._level)
         return self._governors[apart]
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
@@ -97,11 +96,16 @@ class TargetedVpl:
         """
         if self._method.probes is not None:
             seen = self._method.probes.estimate()
-            stays = self._governor.learn(seen)
-            more = self._governor.level.work > self._level.work
-            self.falls_short = more and seen.error > TOO_LARGE * self._target
-            return stays
+            self._error = seen.error / self._target
+            return self._governor.learn(seen)
         return not self._unlike and stages.steady and self._governor.learn(stages.milliseconds())
+
+    def tries_again(self) -> bool:
+        """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.
+
+        The next frame has these then.
+        """
+        return self._error > TOO_LARGE and self._governor.try_again(self._level)
 
     def count(self) -> None:
         """As `fuzzy-vpl` does."""

@@ -164,6 +164,26 @@ def estimated(error: float, noise: float, random: np.random.Generator) -> Estima
     return Estimate(error * random.gamma(noise**-2, noise**2), noise * error)
 
 
+def test_a_second_try_has_counts_that_promise_less() -> None:
+    random, governor = np.random.default_rng(2), for_error(1e-3)
+    for _ in range(30):
+        governor.learn(estimated(error_of(governor.level, 0.7), 0.05, random))
+    level = governor.level
+    governor.learn(estimated(1.4 * error_of(level, 0.7), 0.05, random))
+    assert governor.try_again(level)
+    assert governor.level.work > level.work
+    assert governor.expected == pytest.approx(1e-3, rel=0.1)
+
+
+def test_there_is_no_second_try_at_the_most_counts() -> None:
+    random, governor = np.random.default_rng(2), for_error(1e-5)
+    for _ in range(40):
+        governor.learn(estimated(error_of(governor.level, 0.7), 0.05, random))
+    level, expected = governor.level, governor.expected
+    assert not governor.try_again(level)
+    assert (governor.level, governor.expected) == (level, expected)
+
+
 @pytest.mark.parametrize(("target", "power"), [(7e-4, 0.4), (5e-4, 0.7), (1.5e-3, 0.4), (1e-3, 0.25)])
 def test_a_noisy_error_is_met(target: float, power: float) -> None:
     for seed in range(8):
