@@ -2,7 +2,8 @@
 
 Errors grow with light, their squares with its square. Where the sun shines on mouldings, one SP in seven holds three
 quarters of what the clusters of a whole living-room are wrong by, and its neighbours have other light. So such SPs send
-more rays, drawn from all their light in even steps, so that each part of it has its share. What they find is their own.
+more rays, drawn from all their light in even steps, so that each part of it has its share. What they find is shared
+with the nearest of them alone.
 """
 
 from functools import cache
@@ -17,11 +18,13 @@ from gpu.dispute import SAMPLES, MeanBrightness
 from gpu.far_light import FarLight
 from gpu.gbuffer import GBuffer, reflectance
 from gpu.interpolate import is_even
+from gpu.kinship import kinship
 from gpu.rays import connection
 from gpu.resident import SceneData
 from gpu.selection import LAST, Selection
 from gpu.shade import CHECKS, NEAR_PARTS, Indirect
 from gpu.shading_points import ShadingPoints
+from gpu.smooth import GUIDE_TOLERANCE, PLANE_TOLERANCE
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, light_of
 from gpu.vpl_clusters import VplClusters
@@ -31,8 +34,11 @@ LEAST_BRIGHT, BRIGHTER = wp.constant(0.6), 10
 STEPS_PER_OCTAVE, MOST_OCTAVES = wp.constant(16.0), wp.constant(8.0)
 # What frames before knew counts as the rays of so many of them, at most.
 FRAMES = wp.constant(6)
-# Share of what neighbours share, in what is shown. What is so much darker, as gpu.refine leaves it, is shown alone.
-MIX, DARKER = wp.constant(0.4), wp.constant(0.3)
+# Of what shared light lacks, an SP's own rays tell this share, those of listed SPs about it the rest. What is so much
+# darker, as gpu.refine leaves it, is shown as it is.
+OWN, DARKER = wp.constant(0.45), wp.constant(0.3)
+# Shares of pixels 0, 1 and 2 away on each axis.
+BINOMIAL = wp.constant(wp.vec3(6.0, 4.0, 1.0))
 
 
 @wp.kernel
@@ -81,11 +87,13 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
 
 @wp.kernel
 def take_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, rays: Rays,
-                told: wp.array[wp.vec3], frames: wp.array[int], light: wp.array[wp.vec3],
-                irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a listed SP: takes what its rays found into its `light`, and most of that into its `irradiance`.
+                told: wp.array[wp.vec3], frames: wp.array[int], light: wp.array[wp.vec3], irradiance: wp.array[wp.vec3],
+                places: wp.array[int], lacking: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a listed SP: takes what its rays found into its `light`, and tells what its irradiance then lacks.
 
-    All (pixel,). told: irradiance as its clusters tell it; frames: how many frames before knew the light.
+    told, light, irradiance (pixel,): as its clusters tell it, as its own rays do, and as neighbours share it; frames
+    (pixel,): how many frames before knew the light; places (pixel,): where an SP is listed, beyond `count` where it is
+    shown as it is; lacking (place,) [W/m²].
     """
     place = first + wp.tid()
     if place >= count[0]:
@@ -101,9 +109,45 @@ def take_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: V
     known = CHECKS * wp.min(frames[pixel] + 1, FRAMES)
     mean = light[pixel] + (found - light[pixel]) * (float(RAYS) / float(RAYS + known))
     light[pixel] = mean
-    if brightness(irradiance[pixel]) >= DARKER * brightness(mean):
-        mixed = mean * (1.0 - MIX) + irradiance[pixel] * MIX
-        irradiance[pixel] = wp.max(mixed, wp.vec3(0.0, 0.0, 0.0))
+    lacking[place] = mean - irradiance[pixel]
+    places[pixel] = wp.where(brightness(irradiance[pixel]) < DARKER * brightness(mean), count[0], place)
+
+
+@wp.kernel
+def share_kernel(first: int, gbuffer: GBuffer, width: int, height: int, pixels: wp.array[int], count: wp.array[int],
+                 places: wp.array[int], lacking: wp.array[wp.vec3], told: wp.array[wp.vec3],
+                 irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a listed SP: adds to its `irradiance` what that lacks, in part as listed SPs about it find.
+
+    Arrays as `take_kernel` left them; binomial weights, where the told light is alike.
+    """
+    place = first + wp.tid()
+    if place >= count[0]:
+        return
+    pixel = pixels[place]
+    if places[pixel] != place:
+        return
+    x = pixel % width
+    y = pixel // width
+    own = brightness(told[pixel])
+    total = float(0.0)
+    mixed = wp.vec3(0.0, 0.0, 0.0)
+    for neighbour in range(25):
+        dx = neighbour % 5 - 2
+        dy = neighbour // 5 - 2
+        column = x + dx
+        row = y + dy
+        if column >= 0 and column < width and row >= 0 and row < height:
+            other = row * width + column
+            at = places[other]
+            if at < count[0] and pixels[at] == other:
+                weight = BINOMIAL[wp.abs(dx)] * BINOMIAL[wp.abs(dy)]
+                weight *= kinship(gbuffer, pixel, other, 2, PLANE_TOLERANCE)
+                weight *= wp.exp(-wp.abs(brightness(told[other]) - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
+                total += weight
+                mixed += lacking[at] * weight
+    lacks = lacking[place] * OWN + mixed * ((1.0 - OWN) / wp.max(total, 1.0e-20))
+    irradiance[pixel] = wp.max(irradiance[pixel] + lacks, wp.vec3(0.0, 0.0, 0.0))
 
 
 class BrightPoints(Selection):
@@ -118,6 +162,8 @@ class BrightPoints(Selection):
         self._samples = wp.zeros(2 * int(SAMPLES), dtype=float, device=device)
         self._sample_order = wp.zeros(2 * int(SAMPLES), dtype=int, device=device)
         self._rays: Rays = allocate(Rays, RAYS * self.capacity, device)
+        self._places = wp.zeros(size[0] * size[1], dtype=int, device=device)
+        self._lacking = wp.zeros(self.capacity, dtype=wp.vec3, device=device)
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, words: wp.array,
               vpls: VplClusters, far: FarLight, indirect: Indirect, seed: wp.array,
@@ -140,7 +186,11 @@ class BrightPoints(Selection):
         launch(draw_kernel(fuzziness), rays, inputs, device)
         launch(trace_kernel(connection(scene)), rays, [scene, gbuffer, self.pixels, vpls, self._rays], device)
 
-    def take(self, vpls: VplClusters, told: wp.array, frames: wp.array, light: wp.array, irradiance: wp.array) -> None:
-        """Have what the rays found in `light` and `irradiance`, as `take_kernel` tells; (pixel,) each."""
-        inputs = [self.pixels, self.count, vpls, self._rays, told, frames, light, irradiance]
+    def take(self, gbuffer: GBuffer, vpls: VplClusters, told: wp.array, frames: wp.array, light: wp.array,
+             irradiance: wp.array) -> None:  # fmt: skip
+        """Have what the rays found in `light` and `irradiance`, as the kernels tell; (pixel,) each."""
+        listed, lacking = [self.pixels, self.count], [self._places, self._lacking]
+        inputs = [*listed, vpls, self._rays, told, frames, light, irradiance, *lacking]
         launch(take_kernel, self.capacity, inputs, self.device)
+        inputs = [gbuffer, *self._size, *listed, *lacking, told, irradiance]
+        launch(share_kernel, self.capacity, inputs, self.device)

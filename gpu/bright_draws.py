@@ -47,7 +47,7 @@ class Rays:
 @wp.kernel
 def step_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], count: wp.array[int], indirect: Indirect,
                 seed: wp.array[int], rays: Rays) -> None:  # fmt: skip
-    """One thread a ray: where it falls in all light, evenly in one of RAYS steps, later rays further on.
+    """One thread a ray: where it falls in all light, in RAYS even steps, later rays further on.
 
     Read by all who compare it, since rounding that differs between them would lose rays.
     """
@@ -57,8 +57,7 @@ def step_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], count
     rays.vpl[index] = -1
     if place < count[0]:
         sp = numbers[place]
-        key = hashed(BRIGHT_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed[0]))
-        state = hashed(wp.uint32(pixels[place]) ^ key)
+        state = hashed(wp.uint32(pixels[place]) ^ hashed(BRIGHT_KEY + wp.uint32(seed[0])))
         whole = indirect.open_near[sp] + indirect.open_far[sp]
         rays.share[index] = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
 

@@ -26,6 +26,8 @@ from gpu.transfer import light_of
 from gpu.vpl_clusters import VplClusters
 
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
+# SPs that follow each other have steps of the golden ratio between their rays, as a share of 2³².
+GOLDEN_STEP = wp.constant(wp.uint32(2654435769))
 # Between the seeds of several passes.
 PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
 
@@ -65,7 +67,11 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         indirect: Indirect,
         checks: Checks,
     ) -> None:
-        """One thread a ray of pass `number`: draws to which member of which VPL cluster it goes."""
+        """One thread a ray of pass `number`: draws to which member of which VPL cluster it goes.
+
+        An SP's rays take equal shares of all light, and those of neighbours, who share what they find, other parts of
+        these.
+        """
         index = first + wp.tid()
         place = index // CHECKS
         check = index % CHECKS
@@ -80,13 +86,18 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         own = wp.uint32(seed[0]) + wp.uint32(number) * PASS_SEED
-        state = hashed(wp.uint32(pixel) ^ hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * own))
-        pick = float(state) * TO_UNIT * whole - indirect.near[sp]
+        key = hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * own)
+        state = hashed(wp.uint32(pixel) ^ key)
+        step = float(wp.uint32(sp) * GOLDEN_STEP + key) * TO_UNIT
+        pick = (float(check) + step) / float(CHECKS) * whole - indirect.near[sp]
         guided = guides(clusters, sp, position, normal)
         believed = float(0.0)
         drawn = indirect.target[check, sp]
         if pick >= 0.0 or drawn < 0:
-            guide = guide_at(guided, far.totals, wp.max(pick, 0.0))
+            guide = guide_at(guided, far.totals, float(state) * TO_UNIT * indirect.far[sp])
+            if guide.cluster >= 0:
+                on = wp.clamp(pick / indirect.far[sp], 0.0, 1.0)
+                guide.pick = on * far.totals[far.totals.shape[0] - 1, guide.cluster]
             far_drawn = far_draw(position, normal, guided, visibility, vpls, far.near, far.mass, far.totals,
                                  LEAST_DOUBT, guide, state)  # fmt: skip
             drawn = far_drawn.cluster

@@ -209,7 +209,7 @@ class FuzzyVpl:
             self._bright.trace(view.scene, gbuffer, sps, *inputs, view.brightness)
 
         def bright() -> None:
-            self._bright.take(vpls, self._told, history.frames, history.light, indirect.irradiance)
+            self._bright.take(gbuffer, vpls, self._told, history.frames, history.light, indirect.irradiance)
 
         remembers = self._remembers = self._builds_on and remembers_light(view, sample)
         seed.fill_(frame_seed(settings.seed, frame_number(view, sample)))

@@ -1,17 +1,21 @@
 """Rays of the shading points that may be brightest."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 import warp as wp
 from pipeline import Pipeline
 from scenes import column, slats
 
-from gpu.bright import BRIGHTER, DARKER, FRAMES, LEAST_BRIGHT, MIX, BrightPoints
+from gpu.bright import BINOMIAL, BRIGHTER, DARKER, FRAMES, LEAST_BRIGHT, OWN, BrightPoints
 from gpu.bright_draws import RAYS, TRUST
 from gpu.dispute import SAMPLES, MeanBrightness
 from gpu.gbuffer import GBuffer, reflectance
+from gpu.kinship import NORMAL_POWER
 from gpu.scene.types import Doubles, Ints
 from gpu.shade import CHECKS
+from gpu.smooth import GUIDE_TOLERANCE, PLANE_TOLERANCE
 
 SEEDS = 200
 SIZE = (16, 12)
@@ -28,7 +32,7 @@ class Bright:
     """The brightest of a pipeline's SPs. dim: how bright the picture is taken to be, so that many are bright."""
 
     def __init__(self, fuzzy: Pipeline, capacity: int, dim: float = 0.2) -> None:
-        self.fuzzy, self.view, self._dim = fuzzy, fuzzy.view, dim
+        self.fuzzy, self.view, self.dim = fuzzy, fuzzy.view, dim
         self.points = BrightPoints(fuzzy.size, capacity, fuzzy.view.device)
         self.picture = MeanBrightness(fuzzy.view.device)
 
@@ -36,7 +40,7 @@ class Bright:
         """The pixels of those that have rays now."""
         fuzzy, view = self.fuzzy, self.view
         view.seed.fill_(seed)
-        dim = column(self._dim * fuzzy.irradiance(), wp.vec3)
+        dim = column(self.dim * fuzzy.irradiance(), wp.vec3)
         self.picture.find(view.gbuffer, view.shading_points, dim)
         clusters, far = fuzzy.clustering.clusters, fuzzy.far.data
         self.points.trace(view.scene, view.gbuffer, view.shading_points, clusters, fuzzy.visibility.words,
@@ -47,13 +51,33 @@ class Bright:
         """Light and irradiance (pixel, 3) once the rays are taken into `known` light and the irradiance `shown`."""
         light, irradiance = column(known, wp.vec3), column(shown, wp.vec3)
         before = wp.full(self.view.pixels, frames, dtype=int, device=self.view.device)
-        self.points.take(self.fuzzy.lights, column(told, wp.vec3), before, light, irradiance)
+        self.points.take(self.view.gbuffer, self.fuzzy.lights, column(told, wp.vec3), before, light, irradiance)
         return light.numpy().astype(np.float64), irradiance.numpy().astype(np.float64)
 
     def found(self, frames: int = 0) -> Doubles:
         """What the rays say that the light is, (pixel, 3)."""
         told, none = self.fuzzy.irradiance(), np.zeros((self.view.pixels, 3))
         return self.take(told, none, none, frames)[0] * (RAYS + CHECKS * (frames + 1)) / RAYS
+
+    def shared(self, pixels: Ints, lacking: Doubles, told: Doubles) -> Doubles:
+        """What SPs at `pixels` lack as those of them around each tell it, (place, 3); told, lacking (pixel, 3)."""
+        gbuffer, (width, height), brightness = self.view.gbuffer, self.fuzzy.size, told.mean(axis=1)
+        position, normal, geometric = (getattr(gbuffer, name).numpy() for name in ("position", "normal", "geometric"))
+        means = []
+        for pixel in pixels:
+            row, column = divmod(pixel, width)
+            weights = np.zeros(self.view.pixels)
+            for across, down in product(range(-2, 3), repeat=2):
+                other = (row + down) * width + column + across
+                if not (0 <= row + down < height and 0 <= column + across < width and other in pixels):
+                    continue
+                off = geometric[pixel] @ (position[other] - position[pixel])
+                limit = float(PLANE_TOLERANCE) * gbuffer.spacing.numpy()[pixel] * 2
+                kinship = max(normal[pixel] @ normal[other], 0.0) ** float(NORMAL_POWER) * np.exp(-((off / limit) ** 2))
+                unlike = abs(brightness[other] - brightness[pixel]) / (float(GUIDE_TOLERANCE) * brightness[pixel])
+                weights[other] = BINOMIAL[abs(across)] * BINOMIAL[abs(down)] * kinship * np.exp(-unlike)
+            means.append(weights @ lacking / weights.sum())
+        return np.array(means)
 
 
 def picture_of(*, far_pairs: bool) -> Pipeline:
@@ -145,19 +169,40 @@ def test_what_rays_find_counts_beside_what_frames_before_knew(bright: Bright) ->
         share = RAYS / (RAYS + CHECKS * min(frames + 1, int(FRAMES)))
         mean = 1.0 + (found[pixels] - 1.0) * share
         assert light[pixels] == pytest.approx(mean, rel=1e-4, abs=1e-5)
-        mixed = (1.0 - float(MIX)) * mean + float(MIX)
+        lacking = np.zeros_like(known)
+        lacking[pixels] = mean - 1.0
+        mixed = 1.0 + float(OWN) * lacking[pixels] + (1.0 - float(OWN)) * bright.shared(pixels, lacking, told)
         kept = mean.mean(axis=1) * float(DARKER) > 1.0
         assert not kept.all()
-        assert shown[pixels][~kept] == pytest.approx(np.maximum(mixed, 0.0)[~kept], rel=1e-4, abs=1e-5)
+        assert shown[pixels][~kept] == pytest.approx(np.maximum(mixed, 0.0)[~kept], rel=1e-3, abs=1e-4)
         others = np.setdiff1d(np.arange(bright.view.pixels), pixels)
         assert (light[others] == 1.0).all()
         assert (shown[others] == 1.0).all()
 
 
-def test_what_was_found_to_be_much_darker_is_shown_as_it_is(bright: Bright) -> None:
-    pixels = bright.trace()
+def test_points_that_were_listed_once_tell_nothing_any_more(bright: Bright) -> None:
+    fuzzy, told = bright.fuzzy, bright.fuzzy.irradiance()
+    none = np.zeros_like(told)
+    many = Bright(fuzzy, fuzzy.view.pixels)
+    before = many.trace()
+    many.take(told, none, none, 0)
+    many.dim = 1.0
+    few = many.trace()
+    assert 0 < len(few) < len(before)
+    fresh = Bright(fuzzy, fuzzy.view.pixels, 1.0)
+    fresh.trace()
+    for seen, expected in zip(many.take(told, none, told, 0), fresh.take(told, none, told, 0), strict=True):
+        assert np.array_equal(seen, expected)
+
+
+def test_what_was_found_to_be_much_darker_is_shown_as_it_is_and_tells_nothing(bright: Bright) -> None:
+    pixels, told = bright.trace(), bright.fuzzy.irradiance()
     found = bright.found()[pixels].mean(axis=1)
     dark = np.full((bright.view.pixels, 3), 0.5 * float(DARKER) * found.max() * RAYS / (RAYS + CHECKS))
-    _, shown = bright.take(bright.fuzzy.irradiance(), np.zeros_like(dark), dark, 0)
-    brightest = pixels[np.argmax(found)]
-    assert shown[brightest] == pytest.approx(dark[brightest])
+    light, shown = bright.take(told, np.zeros_like(dark), dark, 0)
+    kept = dark[pixels].mean(axis=1) < float(DARKER) * light[pixels].mean(axis=1)
+    assert kept.any()
+    assert shown[pixels[kept]] == pytest.approx(dark[pixels[kept]])
+    others, lacking = pixels[~kept], light - dark
+    mixed = dark[others] + float(OWN) * lacking[others] + (1.0 - float(OWN)) * bright.shared(others, lacking, told)
+    assert shown[others] == pytest.approx(np.maximum(mixed, 0.0), rel=1e-3, abs=1e-4)

@@ -72,6 +72,24 @@ def test_the_mean_of_corrections_is_what_clusters_are_wrong_by(beliefs: str, far
     assert (fuzzy.view.indirect.far.numpy() > 0.0).any() == far_pairs
 
 
+def test_rays_of_neighbours_take_other_parts_of_their_light() -> None:
+    """So that less is left of their noise together than of as many rays at random."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    resident = resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
+    camera = look_at((0.0, 0.0, 0.45), (0.0, -0.2, -0.5))
+    room = Pipeline(resident, camera, SIZE, sp_clusters=100, vpls=250, vpl_clusters=1000, far_pairs=True)
+    # All is seen, which clusters believe of one half of the lights.
+    shape = room.clustering.count, room.lights.count
+    room.believe(np.broadcast_to(np.arange(shape[1]) < shape[1] // 2, shape))
+    found = corrections(room, SEEDS)[:, room.pixels].mean(axis=2)
+    far, near = (array.numpy()[: room.sp_count] for array in (room.view.indirect.far, room.view.indirect.near))
+    mostly_far = far > 4.0 * near
+    assert mostly_far.sum() > 20
+    found, at_random = found[:, mostly_far], variance_of(room)[mostly_far].sum()
+    assert found.var(axis=0, ddof=1).sum() < 0.85 * at_random
+    assert found.sum(axis=1).var(ddof=1) < 0.7 * at_random
+
+
 def test_where_clusters_tell_the_truth_nothing_is_corrected() -> None:
     fuzzy = point_lights(fuzziness=1)
     assert (corrections(fuzzy, 1) != 0.0).any()
