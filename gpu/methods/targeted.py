@@ -20,7 +20,7 @@ from gpu.view import View
 KEPT_LEVELS = 8
 # So many times the wanted error is too much to show while counts promise less. Too small an error is shown as it is, so
 # that frames have the wanted one where a little more is aimed at.
-TOO_LARGE, AIM = 1.08, 1.03
+TOO_LARGE, AIM = 1.1, 1.03
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 8
 

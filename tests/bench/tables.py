@@ -182,7 +182,7 @@ def still_table(rows: list[Row]) -> str:
 
 
 def targets_table(rows: list[Row]) -> str:
-    """How a walk held its target: over the target, and the shares of it that were within 10 % and above that."""
+    """How a walk held its target: over the target, and the shares of it that were within 10 %, above and below."""
     head = [
         "scene",
         "target",
@@ -190,6 +190,7 @@ def targets_table(rows: list[Row]) -> str:
         "mean",
         "within 10 %",
         "above",
+        "below at the fewest counts",
         "tries",
         "measured at",
         "changes",
@@ -201,9 +202,10 @@ def targets_table(rows: list[Row]) -> str:
         goal, places = f"{target:g} ms" if kind == "ms" else f"MSE {target:g}", f"{len(compared)} of {row['frames']}"
         held, within = row["held"], f"{100.0 * row['held']['within']:.0f} %"
         above = f"{100.0 * sum(value > (1.0 + WITHIN) * target for value in compared) / len(compared):.0f} %"
+        below = f"{100.0 * row['below_at_fewest']:.0f} %" if "below_at_fewest" in row else "–"
         tries = f"{row['tries']:.2f}" if "tries" in row else "1"
         spreads, counts = [spread_text(held), number(held["mean"])], [str(row["changes"]), spread_text(row["pairs"])]
-        lines.append([row["scene"], goal, *spreads, within, above, tries, places, *counts])
+        lines.append([row["scene"], goal, *spreads, within, above, below, tries, places, *counts])
     return table(head, lines)
 
 

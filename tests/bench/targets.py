@@ -70,6 +70,12 @@ def path_of(frames: Sequence[FrameStats], unit: str) -> Row:
     }
 
 
+def share_at_fewest(errors: Sequence[float], levels: Sequence[str], fewest: str, target: float) -> float:
+    """The share of frames that have less error than is within 10 % of `target` though they have the `fewest` counts."""
+    below = [error < (1.0 - WITHIN) * target for error in errors]
+    return sum(less and level == fewest for less, level in zip(below, levels, strict=True)) / len(errors)
+
+
 def two_digits(value: float) -> float:
     """A round number near `value`."""
     return float(f"{value:.2g}")
@@ -149,6 +155,8 @@ def run(suite: Suite) -> None:
         settings = RenderSettings(**base_error, target_error=target)
         renderer = Renderer(subject.resident, subject.size, settings)
         renderer.render(subject.camera)
+        levels = levels_of(subject.size[0] * subject.size[1], vpls)
+        fewest = min(levels.of(levels.vpl_clusters[0]), key=lambda level: level.work)
         errors, estimates, stats = [], [], []
         for number in range(1, 1 + frames):
             frame = renderer.render(view(name, number), walks=True)
@@ -156,6 +164,8 @@ def run(suite: Suite) -> None:
             if number % every == 0:
                 errors.append(mse(frame.radiance(), exact(name, number, frame.stats.counts["vpl_clusters"])))
                 estimates.append(frame.stats.estimates["expected_error"])
+        path = path_of(stats, "error")
+        counts = path["path_clusters"][every - 1 :: every]
         return {
             "scene": name,
             "size": list(subject.size),
@@ -166,8 +176,9 @@ def run(suite: Suite) -> None:
             "running": held(running_means(errors, RUNNING // every), target),
             "estimated": held(estimates, target),
             "errors": errors,
+            "below_at_fewest": share_at_fewest(errors, counts, f"{fewest.sp_clusters} {fewest.vpl_clusters}", target),
             "tries": float(np.mean([frame.estimates["tries"] for frame in stats])),
-            **path_of(stats, "error"),
+            **path,
         }
 
     for name in suite.scene_names():

@@ -67,12 +67,12 @@ def test_targets_are_shown_as_ratios() -> None:
     spread = {"median": 1.01, "p5": 0.94, "p95": 1.2}
     row = {"scene": "room", "frames": 180, "held": {**spread, "mean": 1.02, "within": 0.875}, "changes": 7}
     row |= {"pairs": spread, "path_ms": [6.0, 6.5, 6.7, 5.0] * 45}
-    errors = {"target": {"error": 1e-3}, "errors": [1e-3, 1.2e-3], "tries": 1.125}
+    errors = {"target": {"error": 1e-3}, "errors": [1e-3, 1.2e-3], "tries": 1.125, "below_at_fewest": 0.25}
     lines = targets_table([{**row, "target": {"ms": 6.0}}, {**row, **errors}])
     rest = "1.01 (0.94–1.2) | 1.02 | 88 %"
     assert lines.splitlines()[2:] == [
-        f"| room | 6 ms | {rest} | 25 % | 1 | 180 of 180 | 7 | 1.01 (0.94–1.2) |",
-        f"| room | MSE 0.001 | {rest} | 50 % | 1.12 | 2 of 180 | 7 | 1.01 (0.94–1.2) |",
+        f"| room | 6 ms | {rest} | 25 % | – | 1 | 180 of 180 | 7 | 1.01 (0.94–1.2) |",
+        f"| room | MSE 0.001 | {rest} | 50 % | 25 % | 1.12 | 2 of 180 | 7 | 1.01 (0.94–1.2) |",
     ]
 
 

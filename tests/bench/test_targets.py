@@ -3,7 +3,7 @@ import pytest
 
 from gpu.camera import look_at
 from gpu.frame import FrameStats
-from tests.bench.targets import AHEAD, PERIOD, held, path_of, running_means, swayed
+from tests.bench.targets import AHEAD, PERIOD, held, path_of, running_means, share_at_fewest, swayed
 
 
 def test_what_is_within_a_tenth_of_its_target_is_held() -> None:
@@ -24,6 +24,11 @@ def test_a_path_keeps_each_frame_and_counts_what_changed() -> None:
     assert path["path_ms"] == [1.5] * 4
     assert path["path_expected"] == [1.6] * 4
     assert path["path_clusters"] == ["8 2", "8 2", "9 2", "4 3"]
+
+
+def test_errors_below_the_target_are_told_where_no_counts_are_fewer() -> None:
+    levels = ["8 2", "8 2", "9 2", "8 2"]
+    assert share_at_fewest([0.85, 0.95, 0.5, 1.2], levels, "8 2", 1.0) == 0.25
 
 
 def test_running_means_are_of_so_many_values_in_a_row() -> None:
