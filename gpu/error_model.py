@@ -12,11 +12,15 @@ from math import exp, isfinite, log
 import numpy as np
 from numpy.typing import NDArray
 
-from gpu.levels import Level
+from gpu.levels import SPS_PER_VPL, Level
 
-# Errors fall with about these powers of SP and of VPL clusters, give or take this much from scene to scene. By fixed
-# counts in three scenes on a CPU.
-POWERS, POWER_DEVIATIONS = (0.15, 0.38), (0.06, 0.13)
+# Errors fall with about these powers of SP clusters, near their usual number, and of VPL clusters, where the ratio of
+# both stays; give or take this much from scene to scene. By 40 pairs of counts in three scenes on a CPU.
+POWERS, POWER_DEVIATIONS = (0.12, 0.5), (0.06, 0.13)
+# Errors of SP clusters add to those of VPL clusters: their share beside these at usual counts, and the power by which
+# it falls. So fewer SP clusters do more harm than more do good. (A sixth of the usual number leaves 1.3, 1.4 and 1.8
+# times the error in a Cornell box, a conference room and an atrium, six times that number 0.92, 0.97 and 0.71 times.)
+SP_SHARE, SP_FALL = 0.2, 0.8
 # Light sets of like numbers leave errors that differ by about this much (4 and 11 % in two views of a Cornell box), and
 # by this at the most.
 LUCK, MOST_LUCK = 0.12, 0.4
@@ -24,6 +28,10 @@ LUCK, MOST_LUCK = 0.12, 0.4
 # share of the change before that lasts. A first frame tells nothing of how fast its view changes, up to this much.
 CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003, 0.003), 0.98, 0.03
 CHANGING = len(CHANGES)
+# Where misses are larger than is expected of them, views change more than that: the variance of their hardness grows
+# to so many times at the most, by such a power of e for each time the square that is expected of a miss, of which one
+# miss is no more than so many (covariance matching, R. Mehra 1972).
+MOST_UNREST, UNREST_GAIN, MOST_SURPRISE = 25.0, 0.2, 4.0
 # The share of a picture's pixels that have light is taken to be no less than this, and to change no faster by a frame.
 LEAST_LIT, FASTEST = 1e-4, 1.25
 # A frame's miss counts no more than this, relative to what was expected.
@@ -51,17 +59,26 @@ class Estimate:
     lit: float = 1.0
 
 
+def harm(level: Level) -> float:
+    """The logarithm of an error that falls as that of SP clusters does, by a power of 1 near their usual number."""
+    ratio = level.sp_clusters / (SPS_PER_VPL * level.vpl_clusters)
+    return log(1.0 + SP_SHARE * ratio**-SP_FALL) * (1.0 + SP_SHARE) / (SP_SHARE * SP_FALL)
+
+
 class ErrorModel:
     """Errors of levels, by estimates of those that frames had."""
 
     def __init__(self) -> None:
         self._state = np.array([log(LEAST_ERROR), 0.0, *POWERS])
         self._variance = np.diag(np.square([1.0, FIRST_CHANGE, *POWER_DEVIATIONS]))
-        self._noise = 0.0
+        self._noise, self._unrest = 0.0, 1.0
         # Where the state has the luck of so many VPL clusters.
         self._luck: dict[int, int] = {}
-        # Of the last frame and, expected, of the next.
-        self._lit = self._next_lit = LEAST_LIT
+        # The state and its variance at the last view; and whether the next frame is of that view again.
+        self._here = self._state, self._variance
+        self._stays = False
+        # Of the last view, of the one before and, expected, of the next.
+        self._lit = self._lit_before = self._next_lit = LEAST_LIT
         self._first: Level | None = None
         # Frames, and those that told something.
         self._seen = self._learnt = 0
@@ -86,6 +103,16 @@ class ErrorModel:
             self._learn(level, seen.error / self._lit, seen.deviation / self._lit)
             self._go_on()
 
+    def stay(self) -> None:
+        """The next frame is of the last one's view again, whose light is known and whose hardness did not change."""
+        self._state, self._variance = self._here
+        self._next_lit, self._stays = self._lit, True
+
+    def leave(self) -> None:
+        """It is not, after all."""
+        self._go_on()
+        self._follow_light(self._lit)
+
     def predict(self, level: Level) -> float:
         """The error of the next frame at `level`; nothing is known before the first observation."""
         return self._error(level) * self._next_lit
@@ -97,17 +124,19 @@ class ErrorModel:
     def _tells(self, level: Level) -> NDArray[np.float64]:
         """What the logarithm of an error of `level` is of the state."""
         first = self._first or level
-        sps, vpls = level.sp_clusters / first.sp_clusters, level.vpl_clusters / first.vpl_clusters
         tells = np.zeros(len(self._state))
-        tells[:CHANGING] = 1.0, 0.0, -log(sps), -log(vpls)
+        tells[:CHANGING] = 1.0, 0.0, harm(level) - harm(first), -log(level.vpl_clusters / first.vpl_clusters)
         if level.vpl_clusters in self._luck:
             tells[self._luck[level.vpl_clusters]] = 1.0
         return tells
 
     def _follow_light(self, lit: float) -> None:
-        """That share of the frame's pixels has light: what changed since the frame before changes once more."""
-        faster = min(max(lit / self._lit, 1.0 / FASTEST), FASTEST) if self._seen else 1.0
-        self._lit, self._next_lit = lit, min(max(lit * faster, LEAST_LIT), 1.0)
+        """That share of the frame's pixels has light: what changed since the view before changes once more."""
+        if not self._stays:
+            self._lit_before = self._lit if self._seen else lit
+        self._lit, self._stays = lit, False
+        faster = min(max(lit / self._lit_before, 1.0 / FASTEST), FASTEST)
+        self._next_lit = min(max(lit * faster, LEAST_LIT), 1.0)
 
     def _learn(self, level: Level, error: float, deviation: float) -> None:
         """The pixels that have light had this error, with this deviation: the filter's update."""
@@ -122,9 +151,12 @@ class ErrorModel:
         self._learnt += 1
         self._noise += (noise - self._noise) / min(self._learnt, NOISE_FRAMES)
         tells = self._tells(level)
-        gain = self._variance @ tells / (tells @ self._variance @ tells + self._noise)
-        self._state += gain * miss
-        self._variance -= np.outer(gain, tells @ self._variance)
+        spread = tells @ self._variance @ tells + self._noise
+        surprise = min(miss**2 / spread, MOST_SURPRISE)
+        self._unrest = min(max(self._unrest * exp(UNREST_GAIN * (surprise - 1.0)), 1.0), MOST_UNREST)
+        gain = self._variance @ tells / spread
+        self._state = self._state + gain * miss
+        self._variance = self._variance - np.outer(gain, tells @ self._variance)
 
     def _take_in(self, vpl_clusters: int) -> None:
         """Have room in the state for the luck of this number of VPL clusters."""
@@ -136,12 +168,14 @@ class ErrorModel:
         self._variance[-1, -1] = LUCK**2
 
     def _go_on(self) -> None:
-        """To the next frame, by what errors and powers can be; an error at its bound no longer changes."""
+        """To the next view, by what errors and powers can be; an error at its bound no longer changes."""
+        self._here = self._state, self._variance
         following = np.eye(len(self._state))
         following[:2, :2] = [[1.0, 1.0], [0.0, LASTING]]
         self._state = following @ self._state
         self._variance = following @ self._variance @ following.T
         self._variance[range(CHANGING), range(CHANGING)] += np.square(CHANGES)
+        self._variance[0, 0] += (self._unrest - 1.0) * CHANGES[0] ** 2
         error = self._state[0]
         if not log(LEAST_ERROR) <= error <= log(MOST_ERROR):
             self._state[:2] = min(max(error, log(LEAST_ERROR)), log(MOST_ERROR)), 0.0

@@ -31,11 +31,11 @@ class FrameStats:
     skips: dict[str, int] = field(default_factory=dict)
     estimates: dict[str, float] = field(default_factory=dict)
 
-    def after(self, first: "FrameStats") -> "FrameStats":
-        """Those of a second try, after the `first`, which is not shown."""
-        names = {**first.stage_ms, **self.stage_ms}
-        times = {name: first.stage_ms.get(name, 0.0) + self.stage_ms.get(name, 0.0) for name in names}
-        return replace(self, stage_ms=times, estimates={**self.estimates, "tries": 2.0})
+    def after(self, before: "FrameStats") -> "FrameStats":
+        """Those of another try, after the tries `before`, which are not shown."""
+        names = {**before.stage_ms, **self.stage_ms}
+        times = {name: before.stage_ms.get(name, 0.0) + self.stage_ms.get(name, 0.0) for name in names}
+        return replace(self, stage_ms=times, estimates={**self.estimates, "tries": before.estimates["tries"] + 1.0})
 
 
 @dataclass(frozen=True)

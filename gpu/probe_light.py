@@ -20,8 +20,8 @@ from gpu.transfer import brightness, disk_transfer, light_of
 from gpu.vpl_clusters import VplClusters
 
 # Rays of an estimate at a probe, and threads that look at all VPLs for it. These rays leave less noise than the choice
-# of pixels does in an atrium and a conference room, and about as much in a Cornell box.
-RAYS, PARTS = wp.constant(32), wp.constant(64)
+# of pixels does; half as many leave more in a Cornell box (of 16,384 probes 4.6 percent of the error, not 3.0).
+RAYS, PARTS = wp.constant(64), wp.constant(64)
 
 
 @wp.struct

@@ -30,6 +30,8 @@ MAX_SIDE = 16_384
 SETTLING_FRAMES = 16
 # In those of a walk the camera sways, so far to either side: frames that see nothing new would take less than others.
 SWAY_DEGREES = 4.0
+# Of a frame with a wanted error.
+MOST_TRIES = 3
 
 
 def _swayed(camera: Camera, number: int) -> Camera:
@@ -87,8 +89,8 @@ class Renderer:
 
         With an `accumulation`, of this camera's earlier frames and as many pixels: the mean of those and one more.
         walks: from where the last frame was, so that this one may build on it; else the same settings and camera give
-        the same picture, whatever was rendered before. Of a frame with a wanted error that is seen to have too large a
-        one, a second try is the picture.
+        the same picture, whatever was rendered before. A frame with a wanted error that is seen to have too large a one
+        is tried again, and the last try is the picture.
         """
         if self._targeted is None:
             return self._render(camera, accumulation, walks)
@@ -107,14 +109,16 @@ class Renderer:
         if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
             return frame
         self._targeted.learn(self._stages)
-        if not self._targeted.tries_again():
-            return frame
-        if accumulation:
-            accumulation.restart()
-        self._shown = None
-        better = self._render(camera, accumulation, walks)
-        self._targeted.learn(self._stages)
-        return replace(better, stats=better.stats.after(frame.stats))
+        for _ in range(MOST_TRIES - 1):
+            if not self._targeted.tries_again():
+                break
+            if accumulation:
+                accumulation.restart()
+            self._shown = None
+            better = self._render(camera, accumulation, walks)
+            self._targeted.learn(self._stages)
+            frame = replace(better, stats=better.stats.after(frame.stats))
+        return frame
 
     def _render(self, camera: Camera, accumulation: Accumulation | None, walks: bool) -> Frame:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure

@@ -9,6 +9,7 @@ SP clusters do not suffice. Nothing here renders.
 from math import log
 from typing import Generic, Protocol, TypeVar
 
+from gpu.error_model import ErrorModel, Estimate
 from gpu.levels import Level, Levels
 
 # Where SP clusters alone come as near as this, no other VPL clusters are taken.
@@ -57,14 +58,6 @@ class Governor(Generic[Seen]):
         self.expected = model.predict(self.level)
         return self.level == before and model.ready
 
-    def try_again(self, level: Level) -> bool:
-        """Choose the level of a second try at a frame of `level`, which was learnt of; False if none promises less."""
-        best, promised = self._best(), self._model.predict(level)
-        if self._model.predict(best) >= promised:
-            return False
-        self.level, self.expected = best, self._model.predict(best)
-        return True
-
     def _off(self, level: Level) -> float:
         return abs(log(self._model.predict(level) / self._target))
 
@@ -81,3 +74,22 @@ class Governor(Generic[Seen]):
         numbers = sorted(levels.vpl_clusters, key=lambda number: self._off(levels.usual(number)))
         others = next(filter(None, map(near, numbers)))
         return min([same, *others], key=self._off)
+
+
+class ErrorGovernor(Governor[Estimate]):
+    """One for a wanted error, of which a frame can be tried again."""
+
+    def __init__(self, levels: Levels, target: float, level: Level) -> None:
+        self._errors = ErrorModel()
+        super().__init__(levels, self._errors, target, level)
+
+    def try_again(self, level: Level) -> bool:
+        """Choose the level of another try at a frame of `level`, which was learnt of; False if none promises less."""
+        self._errors.stay()
+        best, promised = self._best(), self._errors.predict(level)
+        expected = self._errors.predict(best)
+        if expected >= promised:
+            self._errors.leave()
+            return False
+        self.level, self.expected = best, expected
+        return True

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from typing import Any
 
-from gpu.error_model import ErrorModel
 from gpu.levels import Level, Levels, levels_of
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import FrameStatistics
@@ -11,7 +10,7 @@ from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.quality import Quality
 from gpu.settings import RenderSettings
 from gpu.stages import Stages
-from gpu.target import Governor
+from gpu.target import ErrorGovernor, Governor
 from gpu.time_model import TimeModel
 from gpu.view import View
 
@@ -20,7 +19,7 @@ from gpu.view import View
 KEPT_LEVELS = 8
 # So many times the wanted error is too much to show while counts promise less. Too small an error is shown as it is, so
 # that frames have the wanted one where a little more is aimed at.
-TOO_LARGE, AIM = 1.1, 1.03
+TOO_LARGE, AIM = 1.08, 1.03
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 8
 
@@ -65,8 +64,10 @@ class TargetedVpl:
         """That of a walk, or of frames that begin from nothing, whatever the last one was."""
         apart = self.governs_apart(walks=self._view.walks)
         if apart not in self._governors:
-            model, aim = (ErrorModel(), AIM) if self._settings.target_error else (TimeModel(), 1.0)
-            self._governors[apart] = Governor(self._levels, model, aim * self._target, self._level)
+            if self._settings.target_error:
+                self._governors[apart] = ErrorGovernor(self._levels, AIM * self._target, self._level)
+            else:
+                self._governors[apart] = Governor(self._levels, TimeModel(), self._target, self._level)
         return self._governors[apart]
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
@@ -105,7 +106,10 @@ class TargetedVpl:
 
         The next frame has these then.
         """
-        return self._error > TOO_LARGE and self._governor.try_again(self._level)
+        governor = self._governor
+        if not isinstance(governor, ErrorGovernor) or self._error <= TOO_LARGE:
+            return False
+        return governor.try_again(self._level)
 
     def count(self) -> None:
         """As `fuzzy-vpl` does."""
