@@ -23,9 +23,8 @@ from gpu.scene.types import Floats
 from gpu.view import View
 from gpu.vpl_clusters import VplClusters
 
-# Probes, as many as look at so many VPLs in all, and no more than that.
+# Probes of a frame.
 ON_CUDA, ON_CPU = 1 << 14, 1 << 10
-MOST_LOOKS = 1 << 28
 # What counts as white in gpu.metrics; of at least so many probes, and frames at most: those of 32 frames were behind a
 # camera that turns.
 WHITE_PERCENT, WHITE_PROBES, WHITE_FRAMES = 99.0, 1 << 14, 8
@@ -111,13 +110,12 @@ def clipped_products(render: Floats, one: Floats, other: Floats, white: float) -
 
 
 class Probes:
-    """Probes of the frames of `view`, lit by so many VPLs; its arrays are allocated once."""
+    """Probes of the frames of `view`; its arrays are allocated once."""
 
-    def __init__(self, view: View, vpls: int) -> None:
+    def __init__(self, view: View) -> None:
         self._view = view
         device = view.device
-        most = ON_CUDA if device.is_cuda else ON_CPU
-        count = min(most, max(MOST_LOOKS // vpls, 1), view.pixels)
+        count = min(ON_CUDA if device.is_cuda else ON_CPU, view.pixels)
         self._frame = wp.zeros(1, dtype=int, device=device)
         self._places = ProbePlaces(view.size, count, device)
         self._light = ProbeLight(count, device)

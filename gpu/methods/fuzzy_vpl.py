@@ -76,7 +76,7 @@ class FuzzyVpl:
         self._told = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
         self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
         self._counter = Counter(13, view.device)
-        self.probes = Probes(view, quality.vpls) if settings.target_error else None
+        self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
     def resized(self, quality: Quality, progress: Progress) -> "FuzzyVpl":

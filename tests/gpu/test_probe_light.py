@@ -40,3 +40,6 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     together = [np.corrcoef(one[:, probe], other[:, probe])[0, 1] for probe in range(len(pixels))]
     assert abs(np.nanmean(together)) < 0.02, "the two estimates are independent"
     assert np.all(light._steps.vpl.numpy() >= 0)
+    steps = np.array(light._steps.amount.numpy()).reshape(len(pixels), -1)
+    alone = np.isclose(steps, light._steps.light.numpy()[-1][:, None] / int(RAYS))
+    assert 0.1 < alone.mean() < 0.9, "some clusters are one share of the light, some are not"
