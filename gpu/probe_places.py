@@ -62,10 +62,11 @@ def place_kernel(first: int, width: int, height: int, frame: wp.array[int], unti
 
 def blurred(tiles: Doubles) -> Doubles:
     """The sums of tiles (row, column) with those around, by 1/4, 1/2, 1/4 on each axis."""
-    for axis in (0, 1):
-        padded = np.pad(tiles, [(1, 1) if side == axis else (0, 0) for side in (0, 1)])
-        before, after = np.roll(padded, 1, axis), np.roll(padded, -1, axis)
-        tiles = (0.25 * before + 0.5 * padded + 0.25 * after).take(np.arange(1, padded.shape[axis] - 1), axis)
+    for _ in range(2):
+        # Along rows, then, turned over, along columns.
+        padded = np.zeros((tiles.shape[0] + 2, tiles.shape[1]))
+        padded[1:-1] = tiles
+        tiles = (0.25 * padded[:-2] + 0.5 * padded[1:-1] + 0.25 * padded[2:]).T
     return tiles
 
 

@@ -87,25 +87,27 @@ def compare_kernel(first: int, frame: wp.array[int], gbuffer: GBuffer, width: in
 def white_of(even: Floats, render: Floats, truth: Floats, counts: Floats) -> float:
     """What counts as white of the truth: by a render at pixels drawn `even`ly, and at probes with noisy truth there.
 
-    The noise of probes' own rays makes their brightest brighter, and few clusters make the picture's darker: by the one
-    alone errors were taken for 0.90 to 0.96 times what they were, by the other for 1.0 to 1.17 times.
+    even, render, truth: (channel, probe); counts: (probe,). The noise of probes' own rays makes their brightest
+    brighter, and few clusters make the picture's darker: by the one alone errors were taken for 0.90 to 0.96 times what
+    they were, by the other for 1.0 to 1.17 times.
     """
-    bright = (render >= np.percentile(even, BRIGHT_PERCENT)) * counts[:, None]
+    least, white = np.percentile(even, [BRIGHT_PERCENT, WHITE_PERCENT])
+    bright = (render >= least) * counts
     mean = float(np.sum(bright * render, dtype=np.float64))
     if not mean > 0.0:
         return 0.0
-    return float(np.percentile(even, WHITE_PERCENT)) * float(np.sum(bright * truth, dtype=np.float64)) / mean
+    return float(white) * float(np.sum(bright * truth, dtype=np.float64)) / mean
 
 
 def clipped_products(render: Floats, one: Floats, other: Floats, white: float) -> Doubles:
-    """Squared errors (gpu.metrics) of a render (probe, 3) by two independent estimates of the truth; 0 if it is black.
+    """Squared errors (gpu.metrics) of a render by two independent estimates of the truth, each (channel, probe).
 
-    Right in the mean, (probe,).
+    (probe,); right in the mean, 0 if the render is black.
     """
     if white <= 0.0:
-        return np.zeros(len(render))
+        return np.zeros(render.shape[1])
     x, a, b = (np.clip(np.asarray(values, np.float64) / white, 0.0, 1.0) for values in (render, one, other))
-    products: Doubles = np.mean((x - a) * (x - b), axis=1)
+    products: Doubles = np.mean((x - a) * (x - b), axis=0)
     return products
 
 
@@ -137,12 +139,12 @@ class Probes:
 
         To be asked for once a frame: the next frame's probes go to where these found errors.
         """
-        # On a CPU these are the arrays themselves, which the next frame overwrites.
-        render, one, other, even = self._radiance.numpy().copy()
+        # Copies: on a CPU arrays are the device's own, which the next frame overwrites.
+        render, one, other, even = self._radiance.numpy().transpose(0, 2, 1).copy()
         counts = self._places.counts.numpy().copy()
         self._seen.append((even, render, 0.5 * (one + other), counts))
-        white = white_of(*(np.concatenate(values) for values in zip(*self._seen, strict=True)))
-        lit = float(np.mean(np.any(even > 0.0, axis=1)))
+        white = white_of(*(np.concatenate(values, axis=-1) for values in zip(*self._seen, strict=True)))
+        lit = float(np.mean(even.max(axis=0) > 0.0))
         products = clipped_products(render, one, other, white)
         self._places.learn(products)
         errors = counts * products

@@ -26,7 +26,7 @@ def room() -> ResidentScene:
 
 def test_products_of_independent_estimates_do_not_count_their_noise() -> None:
     random = np.random.default_rng(3)
-    truth = random.uniform(0.1, 0.8, (4000, 3))
+    truth = random.uniform(0.1, 0.8, (3, 4000))
     render = truth + 0.05
     one, other = (truth + 0.1 * random.standard_normal(truth.shape) for _ in range(2))
     noisy = clipped_products(render, one, other, 2.0)
@@ -40,10 +40,10 @@ def test_products_of_independent_estimates_do_not_count_their_noise() -> None:
 def test_white_is_that_of_the_truth_whatever_noise_it_has_and_however_dim_the_render_is(dimmed: float) -> None:
     """Bright probes are drawn more often, and so count for less."""
     random = np.random.default_rng(5)
-    even = random.exponential(size=(20_000, 3))
-    bright = even.mean(axis=1)
-    drawn = random.choice(len(even), len(even), p=bright / bright.sum())
-    counts, truth = bright.mean() / bright[drawn], even[drawn]
+    even = random.exponential(size=(3, 20_000))
+    bright = even.mean(axis=0)
+    drawn = random.choice(len(bright), len(bright), p=bright / bright.sum())
+    counts, truth = bright.mean() / bright[drawn], even[:, drawn]
     noisy = truth * random.exponential(size=truth.shape)
     white = white_of(dimmed * even, dimmed * truth, noisy, counts)
     assert white == pytest.approx(np.percentile(even, 99.0), rel=0.06)
