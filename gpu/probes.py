@@ -24,7 +24,7 @@ from gpu.view import View
 from gpu.vpl_clusters import VplClusters
 
 # Probes of a frame.
-ON_CUDA, ON_CPU = 1 << 14, 1 << 10
+ON_CUDA, ON_CPU = 1 << 14, 1 << 12
 # What counts as white in gpu.metrics; of at least so many probes, and frames at most: those of 32 frames were behind a
 # camera that turns.
 WHITE_PERCENT, WHITE_PROBES, WHITE_FRAMES = 99.0, 1 << 14, 8
