@@ -26,6 +26,7 @@ from gpu.vpl_clusters import VplClusters, is_behind
 RAYS, PARTS = wp.constant(64), wp.constant(64)
 # So many times its extent is a cluster away that is one share of the light.
 FAR_EXTENTS = wp.constant(4.0)
+NOT, AS_ONE, BY_MEMBERS = wp.constant(0), wp.constant(1), wp.constant(2)
 
 
 @wp.struct
@@ -42,16 +43,26 @@ class Steps:
 
 
 @wp.func
-def is_one_share(way: wp.vec3, normal: wp.vec3, disk: Disk, extent: float, cone: float) -> bool:
-    """Whether what `disk` stands for lights a point, whence `way` leads to it, much as members all at its place would.
+def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> int:
+    """How to look at a cluster from a point: NOT where no member lights it, AS_ONE where all do much as its disk does.
 
-    So it has light where any member has, and each has at most 14 times as much as that.
+    Of the latter each member has at most 14 times the light it would have at the disk's place. Else BY_MEMBERS.
     """
+    disk = disk_at(vpls.disks, cluster)
+    extent = vpls.extent[cluster]
+    cone = vpls.cone[cluster]
+    way = disk.position - position
     away = wp.length(way)
-    turned = wp.sqrt(wp.max(1.0 - cone * cone, 0.0))
-    if away < FAR_EXTENTS * extent or wp.dot(way, normal) < extent:
-        return False
-    return -wp.dot(way, disk.normal) > away * turned + extent
+    facing = wp.dot(way, normal)
+    leaving = -wp.dot(way, disk.normal)
+    turned = away * wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) + extent
+    if facing <= -extent or leaving * cone < -turned:
+        return NOT
+    if away > FAR_EXTENTS * extent and facing > extent and leaving > turned:
+        return AS_ONE
+    if is_behind(position, normal, vpls, cluster):
+        return NOT
+    return BY_MEMBERS
 
 
 @wp.func
@@ -83,10 +94,11 @@ def sum_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClu
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         for cluster in range((part * vpls.count) // PARTS, ((part + 1) * vpls.count) // PARTS):
+            look = way_to_look(position, normal, vpls, cluster)
             disk = disk_at(vpls.disks, cluster)
-            if is_one_share(disk.position - position, normal, disk, vpls.extent[cluster], vpls.cone[cluster]):
+            if look == AS_ONE:
                 total += share_of(disk.position - position, normal, disk)
-            elif not is_behind(position, normal, vpls, cluster):
+            if look == BY_MEMBERS:
                 begin = vpls.starts[cluster]
                 end = vpls.starts[cluster + 1]
                 area = disk.area / float(end - begin)
@@ -151,12 +163,13 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.a
     a_step = whole / float(RAYS)
     last = int(-1)
     for cluster in range((part * vpls.count) // PARTS, ((part + 1) * vpls.count) // PARTS):
+        look = way_to_look(position, normal, vpls, cluster)
         disk = disk_at(vpls.disks, cluster)
         begin = vpls.starts[cluster]
         end = vpls.starts[cluster + 1]
         number = float(end - begin)
         area = disk.area / number
-        if is_one_share(disk.position - position, normal, disk, vpls.extent[cluster], vpls.cone[cluster]):
+        if look == AS_ONE:
             light = share_of(disk.position - position, normal, disk)
             before = total
             total += light
@@ -167,7 +180,7 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.a
                 ray += 1
                 step = step_at(probe, estimate, ray, frame[0], whole)
             last = end - 1
-        elif not is_behind(position, normal, vpls, cluster):
+        if look == BY_MEMBERS:
             for vpl in range(begin, end):
                 light = light_at(gbuffer, pixel, vpls, area, vpl)
                 if light > 0.0:
