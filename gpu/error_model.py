@@ -22,8 +22,9 @@ POWERS, POWER_DEVIATIONS = (0.12, 0.5), (0.06, 0.13)
 # times the error in a Cornell box, a conference room and an atrium, six times that number 0.92, 0.97 and 0.71 times.)
 SP_SHARE, SP_FALL = 0.2, 0.8
 # Light sets of like numbers leave errors that differ by about this much (4 and 11 % in two views of a Cornell box), and
-# by this at the most.
-LUCK, MOST_LUCK = 0.12, 0.4
+# by this at the most. Frames of the same counts differ by this much, since each has SP clusters of its own: that tells
+# nothing of the next, no more than an estimate's noise does.
+LUCK, MOST_LUCK, OWN_LUCK = 0.12, 0.4, 0.04
 # What changes from one frame to the next: how hard a view is, how fast that changes, how much counts help; and the
 # share of the change before that lasts. A first frame tells nothing of how fast its view changes, up to this much.
 CHANGES, LASTING, FIRST_CHANGE = (0.015, 0.008, 0.003, 0.003), 0.98, 0.03
@@ -147,7 +148,7 @@ class ErrorModel:
         self._take_in(level.vpl_clusters)
         expected = self._error(level)
         miss = min(max(error / expected - 1.0, -MOST_MISS), MOST_MISS)
-        noise = (deviation / max(expected, error / (1.0 + MOST_MISS))) ** 2
+        noise = (deviation / max(expected, error / (1.0 + MOST_MISS))) ** 2 + OWN_LUCK**2
         self._learnt += 1
         self._noise += (noise - self._noise) / min(self._learnt, NOISE_FRAMES)
         tells = self._tells(level)
