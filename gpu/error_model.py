@@ -72,6 +72,7 @@ class ErrorModel:
     def __init__(self) -> None:
         self._state = np.array([log(LEAST_ERROR), 0.0, *POWERS])
         self._variance = np.diag(np.square([1.0, FIRST_CHANGE, *POWER_DEVIATIONS]))
+        # The variance of an estimate; and that of a change of hardness, over what it usually is.
         self._noise, self._unrest = 0.0, 1.0
         # Where the state has the luck of so many VPL clusters.
         self._luck: dict[int, int] = {}

@@ -176,6 +176,21 @@ def test_a_second_try_has_counts_that_promise_less() -> None:
     assert governor.expected == pytest.approx(1e-3, rel=0.1)
 
 
+def test_a_second_try_is_of_the_same_view() -> None:
+    """Views get a tenth harder each: counts for the next one would leave too little error in this one."""
+    levels = Levels(PIXELS, 512, 16_384)
+    governor = for_error(1e-3, levels)
+    for number in range(24):
+        hardness = 0.3 * 1.1**number
+        level, error = governor.level, hardness * error_of(governor.level, 0.5)
+        governor.learn(Estimate(error, 0.02 * error))
+    following = hardness * error_of(governor.level, 0.5)
+    assert governor.try_again(level)
+    again = hardness * error_of(governor.level, 0.5)
+    assert following < 0.96e-3
+    assert again == pytest.approx(1e-3, rel=0.03)
+
+
 def test_there_is_no_second_try_at_the_most_counts() -> None:
     random, governor = np.random.default_rng(2), for_error(1e-5)
     for _ in range(40):
