@@ -24,7 +24,7 @@ from gpu.resident import SceneData
 from gpu.selection import LAST, Selection
 from gpu.shade import CHECKS, NEAR_PARTS, Indirect
 from gpu.shading_points import ShadingPoints
-from gpu.smooth import GUIDE_TOLERANCE, PLANE_TOLERANCE
+from gpu.smooth import PLANE_TOLERANCE, likeness
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, light_of
 from gpu.vpl_clusters import VplClusters
@@ -143,7 +143,7 @@ def share_kernel(first: int, gbuffer: GBuffer, width: int, height: int, pixels: 
             if at < count[0] and pixels[at] == other:
                 weight = BINOMIAL[wp.abs(dx)] * BINOMIAL[wp.abs(dy)]
                 weight *= kinship(gbuffer, pixel, other, 2, PLANE_TOLERANCE)
-                weight *= wp.exp(-wp.abs(brightness(told[other]) - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
+                weight *= likeness(own, brightness(told[other]))
                 total += weight
                 mixed += lacking[at] * weight
     lacks = lacking[place] * OWN + mixed * ((1.0 - OWN) / wp.max(total, 1.0e-20))

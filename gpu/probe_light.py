@@ -12,13 +12,13 @@ import warp as wp
 
 from gpu.aim import sees_member_of
 from gpu.device import launch
-from gpu.disk import Disk, disk_at
+from gpu.disk import disk_at
 from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
 from gpu.rays import connection
 from gpu.resident import NO_HIT, SceneData
 from gpu.sampling import TO_UNIT, hashed
-from gpu.transfer import brightness, disk_transfer, light_of
+from gpu.transfer import brightness, disk_irradiance, light_of, member_irradiance
 from gpu.vpl_clusters import VplClusters, is_behind
 
 # Rays of an estimate at a probe, and threads that look at all VPLs for it. These rays leave less noise than the choice
@@ -46,7 +46,7 @@ class Steps:
 def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> int:
     """How to look at a cluster from a point: NOT where no member lights it, AS_ONE where all do much as its disk does.
 
-    Of the latter each member has at most 14 times the light it would have at the disk's place. Else BY_MEMBERS.
+    Of the latter each member has at most 14 times its share of the disk's light. Else BY_MEMBERS.
     """
     disk = disk_at(vpls.disks, cluster)
     extent = vpls.extent[cluster]
@@ -66,17 +66,9 @@ def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: 
 
 
 @wp.func
-def share_of(way: wp.vec3, normal: wp.vec3, disk: Disk) -> float:
-    """Brightness of the light at a point from what `disk` stands for, all at its place [W/m²]."""
-    return disk_transfer(way, normal, disk.normal, disk.area) * brightness(disk.flux)
-
-
-@wp.func
-def light_at(gbuffer: GBuffer, pixel: int, vpls: VplClusters, area: float, vpl: int) -> float:
-    """Brightness of what a VPL, a disk of so large an `area`, sends to a pixel's surface, were nothing in between."""
-    way = vpls.members.position[vpl] - gbuffer.position[pixel]
-    light = disk_transfer(way, gbuffer.normal[pixel], vpls.members.normal[vpl], area)
-    return light * brightness(vpls.members.flux[vpl])
+def light_at(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, area: float, vpl: int) -> float:
+    """Brightness of what a VPL, a disk of so large an `area`, sends to a point, were nothing in between [W/m²]."""
+    return brightness(member_irradiance(position, normal, vpls, vpl, area))
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
@@ -97,13 +89,13 @@ def sum_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClu
             look = way_to_look(position, normal, vpls, cluster)
             disk = disk_at(vpls.disks, cluster)
             if look == AS_ONE:
-                total += share_of(disk.position - position, normal, disk)
+                total += brightness(disk_irradiance(position, normal, disk))
             if look == BY_MEMBERS:
                 begin = vpls.starts[cluster]
                 end = vpls.starts[cluster + 1]
                 area = disk.area / float(end - begin)
                 for vpl in range(begin, end):
-                    total += light_at(gbuffer, pixel, vpls, area, vpl)
+                    total += light_at(position, normal, vpls, area, vpl)
     steps.light[part, probe] = total
 
 
@@ -170,19 +162,19 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.a
         number = float(end - begin)
         area = disk.area / number
         if look == AS_ONE:
-            light = share_of(disk.position - position, normal, disk)
+            light = brightness(disk_irradiance(position, normal, disk))
             before = total
             total += light
             while step < wp.min(total, most):
                 last = wp.min(begin + int((step - before) / light * number), end - 1)
                 steps.vpl[first_ray + ray] = last
-                steps.amount[first_ray + ray] = a_step * light_at(gbuffer, pixel, vpls, area, last) * number / light
+                steps.amount[first_ray + ray] = a_step * light_at(position, normal, vpls, area, last) * number / light
                 ray += 1
                 step = step_at(probe, estimate, ray, frame[0], whole)
             last = end - 1
         if look == BY_MEMBERS:
             for vpl in range(begin, end):
-                light = light_at(gbuffer, pixel, vpls, area, vpl)
+                light = light_at(position, normal, vpls, area, vpl)
                 if light > 0.0:
                     total += light
                     last = vpl

@@ -83,6 +83,12 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
     out[pixel] = mixed / total
 
 
+@wp.func
+def likeness(own: float, other: float) -> float:
+    """How much of what a neighbour knows counts, 0 … 1, where a guide of little noise has `other` light there."""
+    return wp.exp(-wp.abs(other - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
+
+
 @wp.kernel(module="unique", module_options={"fast_math": True})
 def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
                          count: wp.array[int], listed: wp.array[int], stride: int, step: int, frames: wp.array[int],
@@ -120,7 +126,7 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
             if other != pixel and (step > 0 or listed[other] == 1):
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
                 weight = share * kinship(gbuffer, pixel, other, wp.max(step * stride, 1), PLANE_TOLERANCE)
-                weight *= wp.exp(-wp.abs(brightness(guide[other]) - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
+                weight *= likeness(own, brightness(guide[other]))
                 weight *= wp.min(float(frames[other] + 1) / float(frames[pixel] + 1), 1.0)
                 total += weight
                 mixed += light[other] * weight

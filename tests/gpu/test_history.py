@@ -222,6 +222,7 @@ def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: ResidentSce
 
     (flicker, mse), (usual_flicker, usual_mse) = errors(), errors(skip=Skips(kept_light=False))
     assert flicker < 0.9 * usual_flicker
+    assert flicker < 0.0028 * float(truth.mean())
     assert mse < 1.1 * usual_mse
 
 
