@@ -76,11 +76,13 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
     ) -> None:
         """One thread a ray: adds its light if nothing stops it."""
         index = first + wp.tid()
-        vpl = rays.vpl[index]
+        place = index % pixels.shape[0]
+        ray = index // pixels.shape[0]
+        vpl = rays.vpl[ray, place]
         if vpl < 0:
             return
-        if sees(scene, gbuffer, pixels[index // RAYS], vpls, vpl):
-            rays.found[index] += rays.share[index]
+        if sees(scene, gbuffer, pixels[place], vpls, vpl):
+            rays.found[ray, place] += rays.share[ray, place]
 
     return kernel
 
@@ -101,10 +103,9 @@ def take_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: V
     pixel = pixels[place]
     total = wp.vec3(0.0, 0.0, 0.0)
     for ray in range(RAYS):
-        index = place * RAYS + ray
-        vpl = rays.vpl[index]
+        vpl = rays.vpl[ray, place]
         if vpl >= 0:
-            total += light_of(vpls, vpl, rays.found[index])
+            total += light_of(vpls, vpl, rays.found[ray, place])
     found = told[pixel] * TRUST + total / float(RAYS)
     known = CHECKS * wp.min(frames[pixel] + 1, FRAMES)
     mean = light[pixel] + (found - light[pixel]) * (float(RAYS) / float(RAYS + known))
@@ -161,7 +162,7 @@ class BrightPoints(Selection):
         self._size = size
         self._samples = wp.zeros(2 * int(SAMPLES), dtype=float, device=device)
         self._sample_order = wp.zeros(2 * int(SAMPLES), dtype=int, device=device)
-        self._rays: Rays = allocate(Rays, RAYS * self.capacity, device)
+        self._rays: Rays = allocate(Rays, self.capacity, device, RAYS)
         self._places = wp.zeros(size[0] * size[1], dtype=int, device=device)
         self._lacking = wp.zeros(self.capacity, dtype=wp.vec3, device=device)
 

@@ -32,16 +32,16 @@ BRIGHT_KEY, GUIDE_KEY = wp.constant(wp.uint32(0x7A3D70A1)), wp.constant(wp.uint3
 
 @wp.struct
 class Rays:
-    """Rays of listed SPs, (place, ray) flattened.
+    """Rays of listed SPs, (ray, place): those that run side by side go from neighbours to much the same light.
 
     vpl: the VPL that each goes to, −1 for none; share: its light over its density [W/m²]; found: that times what rays
     find, less what is taken for granted. Before they are drawn, vpl is the near VPL cluster, −1 for a far one, and
     share where the ray falls in all light.
     """
 
-    vpl: wp.array[int]
-    share: wp.array[float]
-    found: wp.array[float]
+    vpl: wp.array2d[int]
+    share: wp.array2d[float]
+    found: wp.array2d[float]
 
 
 @wp.kernel
@@ -52,14 +52,14 @@ def step_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], count
     Read by all who compare it, since rounding that differs between them would lose rays.
     """
     index = first + wp.tid()
-    place = index // RAYS
-    ray = index % RAYS
-    rays.vpl[index] = -1
+    place = index % pixels.shape[0]
+    ray = index // pixels.shape[0]
+    rays.vpl[ray, place] = -1
     if place < count[0]:
         sp = numbers[place]
         state = hashed(wp.uint32(pixels[place]) ^ hashed(BRIGHT_KEY + wp.uint32(seed[0])))
         whole = indirect.open_near[sp] + indirect.open_far[sp]
-        rays.share[index] = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
+        rays.share[ray, place] = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
 
 
 @wp.func
@@ -67,7 +67,7 @@ def step_at(rays: Rays, place: int, ray: int) -> float:
     """Where a ray falls in all light, above that for none."""
     if ray >= RAYS:
         return FAR_AWAY
-    return rays.share[place * RAYS + ray]
+    return rays.share[ray, place]
 
 
 @cache
@@ -135,12 +135,12 @@ def near_kernel(fuzziness: int) -> wp.Kernel:
                     total += amount
                     last = 32 * word + int(bit)
                     while step < wp.min(total, most):
-                        rays.vpl[place * RAYS + ray] = last
+                        rays.vpl[ray, place] = last
                         ray += 1
                         step = step_at(rays, place, ray)
         # By rounding, a part may end a little short.
         while step < most:
-            rays.vpl[place * RAYS + ray] = last
+            rays.vpl[ray, place] = last
             ray += 1
             step = step_at(rays, place, ray)
 
@@ -172,10 +172,10 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         Rays to far ones take the tables of the SP's clusters by turns, each further on in its own.
         """
         index = first + wp.tid()
-        place = index // RAYS
-        ray = index % RAYS
+        place = index % pixels.shape[0]
+        ray = index // pixels.shape[0]
         if place >= count[0]:
-            rays.vpl[index] = -1
+            rays.vpl[ray, place] = -1
             return
         sp = numbers[place]
         pixel = pixels[place]
@@ -186,14 +186,14 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         guided = guides(clusters, sp, position, normal)
         own = hashed(wp.uint32(pixel) ^ hashed(GUIDE_KEY + wp.uint32(seed[0])))
         state = hashed(own + wp.uint32(ray))
-        drawn = rays.vpl[index]
+        drawn = rays.vpl[ray, place]
         believed = float(0.0)
         scale = float(1.0)
         if drawn < 0:
             turn = float(own) * TO_UNIT + GOLDEN * float(ray)
             guide = guide_at(guided, far.open_totals, (turn - wp.floor(turn)) * indirect.open_far[sp])
             if guide.cluster >= 0:
-                on = (rays.share[index] - near) / indirect.open_far[sp]
+                on = (rays.share[ray, place] - near) / indirect.open_far[sp]
                 guide.pick = wp.clamp(on, 0.0, 1.0) * far.open_totals[far.open_totals.shape[0] - 1, guide.cluster]
             far_drawn = far_draw(position, normal, guided, visibility, vpls, far.near, far.open_mass, far.open_totals,
                                  1.0, guide, state)  # fmt: skip
@@ -206,8 +206,8 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         else:
             believed = believed_share(guided, visibility, drawn, wp.static(fuzziness))
         target = member_of(position, normal, vpls, drawn, hashed(state))
-        rays.vpl[index] = target.vpl
-        rays.share[index] = target.share * scale * whole
-        rays.found[index] = -TRUST * believed * rays.share[index]
+        rays.vpl[ray, place] = target.vpl
+        rays.share[ray, place] = target.share * scale * whole
+        rays.found[ray, place] = -TRUST * believed * rays.share[ray, place]
 
     return kernel
