@@ -8,7 +8,6 @@ Cornell box, an atrium, a conference room), in proportion to brightness 5.9, 4.2
 
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from gpu.device import launch
 from gpu.sampling import TO_UNIT, hashed
@@ -16,9 +15,7 @@ from gpu.sampling import TO_UNIT, hashed
 # Pixels on each side of a tile.
 TILE = wp.constant(16)
 # Share of the mean that is added to each tile's, for errors that are new; and what is left of a frame in the next one.
-FLOOR, LASTING = 0.3, 0.6
-
-Doubles = NDArray[np.float64]
+FLOOR, LASTING = wp.constant(0.3), wp.constant(0.6)
 
 
 @wp.func
@@ -32,12 +29,21 @@ def pixel_of_probe(tile: int, width: int, height: int, state: wp.uint32) -> int:
     return (top + pick // wide) * width + left + pick % wide
 
 
+@wp.func
+def area_of(tile: int, width: int, height: int) -> float:
+    """A tile's share of the image."""
+    tiles = (width + TILE - 1) // TILE
+    across = wp.min(TILE, width - tile % tiles * TILE)
+    down = wp.min(TILE, height - tile // tiles * TILE)
+    return float(across * down) / (float(width) * float(height))
+
+
 @wp.kernel
 def place_kernel(first: int, width: int, height: int, frame: wp.array[int], until: wp.array[float],
-                 pixels: wp.array[int], counts: wp.array[float]) -> None:  # fmt: skip
+                 tiles: wp.array[int], pixels: wp.array[int], counts: wp.array[float]) -> None:  # fmt: skip
     """One thread a probe: draws its pixel, in even steps through `until` (tile,): shares of all probes up to its end.
 
-    counts (probe,): how many pixels it stands for, 1 in the mean.
+    tiles (probe,): where it is, in ascending order; counts (probe,): how many pixels it stands for, 1 in the mean.
     """
     probe = first + wp.tid()
     state = hashed(wp.uint32(probe) ^ hashed(~wp.uint32(frame[0])))
@@ -53,21 +59,95 @@ def place_kernel(first: int, width: int, height: int, frame: wp.array[int], unti
     share = until[low]
     if low > 0:
         share -= until[low - 1]
-    tiles = (width + TILE - 1) // TILE
-    across = wp.min(TILE, width - low % tiles * TILE)
-    down = wp.min(TILE, height - low // tiles * TILE)
+    tiles[probe] = low
     pixels[probe] = pixel_of_probe(low, width, height, hashed(state))
-    counts[probe] = float(across * down) / (share * float(width * height))
+    counts[probe] = area_of(low, width, height) / share
 
 
-def blurred(tiles: Doubles) -> Doubles:
-    """The sums of tiles (row, column) with those around, by 1/4, 1/2, 1/4 on each axis."""
-    for _ in range(2):
-        # Along rows, then, turned over, along columns.
-        padded = np.zeros((tiles.shape[0] + 2, tiles.shape[1]))
-        padded[1:-1] = tiles
-        tiles = (0.25 * padded[:-2] + 0.5 * padded[1:-1] + 0.25 * padded[2:]).T
-    return tiles
+@wp.func
+def first_of(tiles: wp.array[int], tile: int) -> int:
+    """The first probe of a tile, or, where it has none, of those that follow."""
+    low = int(0)
+    high = tiles.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if tiles[middle] < tile:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@wp.kernel
+def learn_kernel(first: int, tiles: wp.array[int], counts: wp.array[float], products: wp.array[float],
+                 squares: wp.array2d[float], looks: wp.array2d[float]) -> None:  # fmt: skip
+    """One thread a tile: takes in what its probes found, their `products` (probe,) of two estimates of an error.
+
+    squares, looks (row, column): what products' squares, and the pixels that these stand for, sum up to.
+    """
+    tile = first + wp.tid()
+    found = float(0.0)
+    looked = float(0.0)
+    for probe in range(first_of(tiles, tile), first_of(tiles, tile + 1)):
+        found += counts[probe] * products[probe] * products[probe]
+        looked += counts[probe]
+    row = tile // looks.shape[1]
+    column = tile % looks.shape[1]
+    squares[row, column] = LASTING * squares[row, column] + found
+    looks[row, column] = LASTING * looks[row, column] + looked
+
+
+@wp.func
+def blurred(tiles: wp.array2d[float], row: int, column: int) -> float:
+    """The sum of a tile (row, column) with those around, by 1/4, 1/2, 1/4 on each axis."""
+    total = float(0.0)
+    for near in range(9):
+        down = near // 3 - 1
+        across = near % 3 - 1
+        y = row + down
+        x = column + across
+        if y >= 0 and y < tiles.shape[0] and x >= 0 and x < tiles.shape[1]:
+            total += tiles[y, x] * (0.5 - 0.25 * float(wp.abs(down))) * (0.5 - 0.25 * float(wp.abs(across)))
+    return total
+
+
+@wp.kernel
+def deviation_kernel(first: int, width: int, height: int, squares: wp.array2d[float], looks: wp.array2d[float],
+                     deviations: wp.array2d[float]) -> None:  # fmt: skip
+    """One thread a tile: how much products deviate there, times the tile's area."""
+    tile = first + wp.tid()
+    row = tile // looks.shape[1]
+    column = tile % looks.shape[1]
+    found = wp.sqrt(blurred(squares, row, column) / wp.max(blurred(looks, row, column), 1.0e-6))
+    deviations[row, column] = found * area_of(tile, width, height)
+
+
+@wp.kernel
+def row_kernel(first: int, deviations: wp.array2d[float]) -> None:
+    """One thread a row of tiles: running totals of them."""
+    row = first + wp.tid()
+    total = float(0.0)
+    for column in range(deviations.shape[1]):
+        total += deviations[row, column]
+        deviations[row, column] = total
+
+
+@wp.kernel
+def until_kernel(first: int, evenly: wp.array[float], totals: wp.array2d[float], until: wp.array[float]) -> None:
+    """One thread a tile: the share of all probes up to its end, by running `totals` of each row.
+
+    evenly (tile,): that share if they were drawn evenly. Where all totals are 0 it stays.
+    """
+    tile = first + wp.tid()
+    last = totals.shape[1] - 1
+    own = totals[tile // totals.shape[1], tile % totals.shape[1]]
+    whole = float(0.0)
+    for row in range(totals.shape[0]):
+        if row == tile // totals.shape[1]:
+            own += whole
+        whole += totals[row, last]
+    if whole > 0.0:
+        until[tile] = (own / whole + FLOOR * evenly[tile]) / (1.0 + FLOOR)
 
 
 class ProbePlaces:
@@ -78,40 +158,29 @@ class ProbePlaces:
 
     def __init__(self, size: tuple[int, int], count: int, device: wp.Device) -> None:
         self._size, self._device = size, device
+        self._tiles = wp.zeros(count, dtype=int, device=device)
         self.pixels = wp.zeros(count, dtype=int, device=device)
         self.counts = wp.zeros(count, dtype=float, device=device)
         across, down = (np.diff(np.append(np.arange(0, side, int(TILE)), side)) for side in size)
-        self._area = np.outer(down, across) / (size[0] * size[1])
-        # Of each tile: what products' squares and their pixels sum up to.
-        self._squares: Doubles = np.zeros(self._area.shape)
-        self._looks: Doubles = np.zeros(self._area.shape)
-        self._until = wp.zeros(self._area.size, dtype=float, device=device)
-        self._share(np.ones(self._area.shape))
-
-    def _share(self, weights: Doubles) -> None:
-        """Share the probes among the tiles, by `weights` of their pixels."""
-        until = np.cumsum(self._area * weights)
-        self._until.assign((until / until[-1]).astype(np.float32))
+        area = np.outer(down, across)
+        self._evenly = wp.array(np.cumsum(area) / area.sum(), dtype=float, device=device)
+        self._until = wp.clone(self._evenly)
+        self._squares, self._looks, self._deviations = (
+            wp.zeros(area.shape, dtype=float, device=device) for _ in range(3)
+        )
 
     def draw(self, frame: wp.array) -> None:
         """Draw `pixels`, others in each `frame` (1,)."""
-        inputs = [*self._size, frame, self._until, self.pixels, self.counts]
+        inputs = [*self._size, frame, self._until, self._tiles, self.pixels, self.counts]
         launch(place_kernel, len(self.pixels), inputs, self._device)
 
-    def learn(self, products: Doubles) -> None:
+    def learn(self, products: wp.array) -> None:
         """Have the next probes go to where these (probe,) found errors: their `products` of two estimates of them.
 
-        Those that are not finite, or all 0, tell nothing.
+        Those that are all 0 tell nothing.
         """
-        if not np.isfinite(products).all():
-            return
-        pixels, counts = self.pixels.numpy(), self.counts.numpy()
-        width, (rows, columns) = self._size[0], self._area.shape
-        tiles = pixels // width // int(TILE) * columns + pixels % width // int(TILE)
-        for sums, values in ((self._squares, counts * np.square(products)), (self._looks, counts)):
-            sums *= LASTING
-            sums += np.bincount(tiles, weights=values, minlength=rows * columns).reshape(rows, columns)
-        found = np.sqrt(blurred(self._squares) / np.maximum(blurred(self._looks), 1e-6))
-        mean = float(np.sum(self._area * found))
-        if mean > 0.0:
-            self._share(found + FLOOR * mean)
+        device, deviations, sums = self._device, self._deviations, [self._squares, self._looks]
+        launch(learn_kernel, len(self._until), [self._tiles, self.counts, products, *sums], device)
+        launch(deviation_kernel, len(self._until), [*self._size, *sums, deviations], device)
+        launch(row_kernel, deviations.shape[0], [deviations], device)
+        launch(until_kernel, len(self._until), [self._evenly, deviations, self._until], device)

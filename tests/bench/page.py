@@ -95,7 +95,8 @@ SECTIONS = (
         "fewest and the most counts have on the walk. Of errors a few frames are measured, against `exact-vpl` with "
         "the same VPLs. above: frames more than 10 % above the target; below at the fewest counts: frames more than "
         "10 % below it that have the fewest clusters there are; tries: renders of a frame, more than one where it is "
-        "seen to have too large an error; pairs: of clusters.",
+        "seen to have too large an error; stages: what those of all tries take, probes of the error, too; with the "
+        "host: from a frame's call to its return; pairs: of clusters.",
         {"targets": "time of frames over the wanted time, while the camera sways; green: within 10 %"},
         (tables.targets_table,),
     ),

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from tests.bench import paper
-from tests.bench.figures import time_to_equal_error
+from tests.bench.figures import spread, time_to_equal_error
 from tests.bench.goals import STILL_SECONDS, WITHIN, Goal
 from tests.bench.rows import (
     GROWTH_AXES,
@@ -192,6 +192,8 @@ def targets_table(rows: list[Row]) -> str:
         "above",
         "below at the fewest counts",
         "tries",
+        "stages [ms]",
+        "with the host [ms]",
         "measured at",
         "changes",
         "pairs",
@@ -205,7 +207,8 @@ def targets_table(rows: list[Row]) -> str:
         below = f"{100.0 * row['below_at_fewest']:.0f} %" if "below_at_fewest" in row else "–"
         tries = f"{row['tries']:.2f}" if "tries" in row else "1"
         spreads, counts = [spread_text(held), number(held["mean"])], [str(row["changes"]), spread_text(row["pairs"])]
-        lines.append([row["scene"], goal, *spreads, within, above, below, tries, places, *counts])
+        times = [spread_text(spread(row["path_ms"])), spread_text(row["wall_ms"]) if "wall_ms" in row else "–"]
+        lines.append([row["scene"], goal, *spreads, within, above, below, tries, *times, places, *counts])
     return table(head, lines)
 
 

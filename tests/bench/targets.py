@@ -157,9 +157,11 @@ def run(suite: Suite) -> None:
         renderer.render(subject.camera)
         levels = levels_of(subject.size[0] * subject.size[1], vpls)
         fewest = min(levels.of(levels.vpl_clusters[0]), key=lambda level: level.work)
-        errors, estimates, stats = [], [], []
+        errors, estimates, stats, wall = [], [], [], []
         for number in range(1, 1 + frames):
+            begun = perf_counter()
             frame = renderer.render(view(name, number), walks=True)
+            wall.append(1e3 * (perf_counter() - begun))
             stats.append(frame.stats)
             if number % every == 0:
                 errors.append(mse(frame.radiance(), exact(name, number, frame.stats.counts["vpl_clusters"])))
@@ -178,6 +180,7 @@ def run(suite: Suite) -> None:
             "errors": errors,
             "below_at_fewest": share_at_fewest(errors, counts, f"{fewest.sp_clusters} {fewest.vpl_clusters}", target),
             "tries": float(np.mean([frame.estimates["tries"] for frame in stats])),
+            "wall_ms": spread(wall),
             **path,
         }
 

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 import warp as wp
+from scenes import column
 
-from gpu.probe_places import TILE, ProbePlaces, blurred
+from gpu.probe_places import ProbePlaces, blurred
 
 CPU = wp.get_device("cpu")
 # Sides that are no multiples of a tile's.
@@ -27,7 +28,7 @@ def drawn(frames: int) -> list[tuple[np.ndarray, np.ndarray]]:
         places.draw(frame)
         pixels, counts = places.pixels.numpy().copy(), places.counts.numpy().copy()
         seen.append((pixels, counts))
-        places.learn(errors_at(pixels))
+        places.learn(column(errors_at(pixels), float))
     return seen
 
 
@@ -56,16 +57,15 @@ def test_probes_go_to_where_errors_were_so_that_estimates_have_less_noise() -> N
     assert nothing.any(), "errors that are new must be found, too"
 
 
-@pytest.mark.parametrize("value", [0.0, np.nan, np.inf])
-def test_probes_that_tell_nothing_leave_places_as_they_are(value: float) -> None:
+def test_probes_that_tell_nothing_leave_places_as_they_are() -> None:
     places, frame = ProbePlaces(SIZE, PROBES, CPU), wp.zeros(1, dtype=int, device=CPU)
     places.draw(frame)
     before = places.pixels.numpy().copy()
-    places.learn(np.full(PROBES, value))
+    places.learn(wp.zeros(PROBES, dtype=float, device=CPU))
     places.draw(frame)
     assert np.array_equal(places.pixels.numpy(), before)
     assert places.counts.numpy() == pytest.approx(np.ones(PROBES), rel=1e-3)
-    places.learn(errors_at(before))
+    places.learn(column(errors_at(before), float))
     places.draw(frame)
     assert places.counts.numpy().min() < 0.5
 
@@ -77,18 +77,24 @@ def test_one_probe_and_an_image_smaller_than_a_tile_will_do() -> None:
         frame.fill_(number)
         places.draw(frame)
         seen.add(int(places.pixels.numpy()[0]))
-        places.learn(np.array([0.5]))
+        places.learn(column([0.5], float))
         assert places.counts.numpy()[0] == pytest.approx(1.0)
     assert seen == set(range(6))
 
 
-def test_blurring_shares_with_tiles_around() -> None:
-    tiles = np.zeros((4, 5))
-    tiles[1, 2] = 16.0
-    wanted = np.zeros((4, 5))
-    wanted[:3, 1:4] = np.outer([1.0, 2.0, 1.0], [1.0, 2.0, 1.0])
-    assert np.array_equal(blurred(tiles), wanted)
-    corner = np.zeros((1, 1))
-    corner[0, 0] = 4.0
-    assert np.array_equal(blurred(corner), [[1.0]])
-    assert int(TILE) > 1
+@wp.kernel
+def blur_kernel(tiles: wp.array2d[float], out: wp.array2d[float]) -> None:
+    """One thread a tile: what is blurred there."""
+    row, column = wp.tid()
+    out[row, column] = blurred(tiles, row, column)
+
+
+@pytest.mark.parametrize("shape", [(4, 5), (1, 1), (1, 3)])
+def test_blurring_shares_with_tiles_around(shape: tuple[int, int]) -> None:
+    tiles = np.random.default_rng(1).uniform(size=shape).astype(np.float32)
+    out = wp.zeros(shape, dtype=float, device=CPU)
+    wp.launch(blur_kernel, dim=shape, inputs=[wp.array(tiles, device=CPU), out], device=CPU)
+    wanted = np.pad(tiles, 1)
+    for _ in range(2):  # along columns, then, turned over, along rows
+        wanted = (0.25 * wanted[:-2] + 0.5 * wanted[1:-1] + 0.25 * wanted[2:]).T
+    assert out.numpy() == pytest.approx(wanted, rel=1e-5)
