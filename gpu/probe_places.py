@@ -89,8 +89,9 @@ def learn_kernel(first: int, tiles: wp.array[int], counts: wp.array[float], prod
     found = float(0.0)
     looked = float(0.0)
     for probe in range(first_of(tiles, tile), first_of(tiles, tile + 1)):
-        found += counts[probe] * products[probe] * products[probe]
-        looked += counts[probe]
+        if wp.isfinite(products[probe]):
+            found += counts[probe] * products[probe] * products[probe]
+            looked += counts[probe]
     row = tile // looks.shape[1]
     column = tile % looks.shape[1]
     squares[row, column] = LASTING * squares[row, column] + found
@@ -177,7 +178,7 @@ class ProbePlaces:
     def learn(self, products: wp.array) -> None:
         """Have the next probes go to where these (probe,) found errors: their `products` of two estimates of them.
 
-        Those that are all 0 tell nothing.
+        Those that are not finite, or all 0, tell nothing.
         """
         device, deviations, sums = self._device, self._deviations, [self._squares, self._looks]
         launch(learn_kernel, len(self._until), [self._tiles, self.counts, products, *sums], device)

@@ -65,12 +65,12 @@ def product_kernel(first: int, quantiles: wp.array[float], whole: wp.array[wp.ve
     """One thread a probe: its squared error (gpu.metrics) by two estimates of the truth, right in the mean.
 
     quantiles, whole: of gpu.probe_white; errors (probe,): times what the probe counts for, and the square of that. All
-    are 0 if the picture is black.
+    are 0 if the picture is black, and not finite if white is not.
     """
     probe = first + wp.tid()
     white = white_of(quantiles, whole)
-    product = float(0.0)
-    if white > 0.0:
+    product = white
+    if white > 0.0 and wp.isfinite(white):
         shown = clipped(render[probe], white)
         product = wp.dot(shown - clipped(one[probe], white), shown - clipped(other[probe], white)) / 3.0
     products[probe] = product

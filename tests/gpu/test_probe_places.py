@@ -57,11 +57,12 @@ def test_probes_go_to_where_errors_were_so_that_estimates_have_less_noise() -> N
     assert nothing.any(), "errors that are new must be found, too"
 
 
-def test_probes_that_tell_nothing_leave_places_as_they_are() -> None:
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf])
+def test_probes_that_tell_nothing_leave_places_as_they_are(value: float) -> None:
     places, frame = ProbePlaces(SIZE, PROBES, CPU), wp.zeros(1, dtype=int, device=CPU)
     places.draw(frame)
     before = places.pixels.numpy().copy()
-    places.learn(wp.zeros(PROBES, dtype=float, device=CPU))
+    places.learn(wp.full(PROBES, value, dtype=float, device=CPU))
     places.draw(frame)
     assert np.array_equal(places.pixels.numpy(), before)
     assert places.counts.numpy() == pytest.approx(np.ones(PROBES), rel=1e-3)

@@ -47,6 +47,12 @@ def test_products_of_independent_estimates_do_not_count_their_noise() -> None:
     assert not products(0.0 * truth, truth, truth, 0.0).any()
 
 
+@pytest.mark.parametrize("white", [np.nan, np.inf])
+def test_an_error_relative_to_no_number_is_none(white: float) -> None:
+    one = np.ones((9, 3))
+    assert not np.isfinite(products(one, one, one, white)).any()
+
+
 @pytest.mark.parametrize("name", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
 @pytest.mark.parametrize("smooth", [True, False])
 def test_the_estimate_is_the_error_against_exact_vpl(monkeypatch: pytest.MonkeyPatch, smooth: bool, name: str) -> None:
