@@ -97,7 +97,7 @@ SECTIONS = (
         "10 % below it that have the fewest clusters there are; tries: renders of a frame, more than one where it is "
         "seen to have too large an error; stages: what those of all tries take, probes of the error, too; with the "
         "host: from a frame's call to its return; pairs: of clusters.",
-        {"targets": "time of frames over the wanted time, while the camera sways; green: within 10 %"},
+        {"targets": "what frames take or have over what is wanted, while the camera sways; green: within 10 %"},
         (tables.targets_table,),
     ),
     Section(

@@ -20,10 +20,10 @@ from tests.bench.charts import (
     save,
     titled_panels,
 )
-from tests.bench.goals import STILL_ERROR, STILL_SECONDS
+from tests.bench.goals import STILL_ERROR, STILL_SECONDS, WITHIN
 from tests.bench.pictures import LEAST_DECADE, MOST_DECADE, decoded
 from tests.bench.plots import Plots
-from tests.bench.rows import blend_text, counts_text, scenes_of
+from tests.bench.rows import blend_text, counts_text, over_target, scenes_of
 from tests.bench.store import Row
 
 MAPS = {"total_error": "against path tracing", "clustering_error": "against exact-vpl"}
@@ -127,23 +127,21 @@ def rest(rows: list[Row], folder: Path) -> Plots:
 
 
 def targets(rows: list[Row], folder: Path) -> Plots:
-    """One figure: a panel for each share of the default's time, with frames over what is wanted, a curve a scene."""
-    wanted = sorted({row["share"] for row in rows if "ms" in row["target"]})
-    if not wanted:
-        return
-    figure, axes = panels(1, len(wanted), 5.4, 3.6)
-    for panel, share in zip(axes, wanted, strict=True):
-        own = [row for row in rows if "ms" in row["target"] and row["share"] == share]
-        for colour, row in zip(SCENES, own, strict=False):
-            over = np.asarray(row["path_ms"]) / row["target"]["ms"]
-            panel.plot(over, linewidth=1.0, color=colour, label=row["scene"])
-        panel.axhspan(0.9, 1.1, color=GREEN, alpha=0.12, linewidth=0.0)
-        panel.set(
-            ylim=(0.0, 2.0),
-            title=f"{share:g} times the default's time wanted",
-            xlabel="frame",
-            ylabel="time over what is wanted",
-        )
+    """One figure: a panel for each share of the default's time and of the errors that is wanted, a curve a scene."""
+    kinds = {"ms": "wanted: {:g} times the default's time", "error": "wanted: {:g} of the way from least error to most"}
+    own = {
+        text.format(share): [row for row in rows if kind in row["target"] and row["share"] == share]
+        for kind, text in kinds.items()
+        for share in sorted({row["share"] for row in rows if kind in row["target"]})
+    }
+    figure, axes = titled_panels(list(own), 2, 5.4, 3.6)
+    for panel, walks in zip(axes, own.values(), strict=True):
+        for colour, row in zip(SCENES, walks, strict=False):
+            frames, over = over_target(row)
+            dots = "." if len(frames) < row["frames"] else ""
+            panel.plot(frames, over, marker=dots, linewidth=1.0, color=colour, label=row["scene"])
+        panel.axhspan(1.0 - WITHIN, 1.0 + WITHIN, color=GREEN, alpha=0.12, linewidth=0.0)
+        panel.set(ylim=(0.0, 2.0), xlabel="frame", ylabel="over what is wanted")
     legend_below(figure, axes, 6)
-    figure.suptitle("Counts chosen for a time, while the camera sways", x=0.01, ha="left", fontweight="bold")
+    figure.suptitle("Counts chosen for a target, while the camera sways", x=0.01, ha="left", fontweight="bold")
     yield save(figure, folder, "targets")

@@ -111,3 +111,10 @@ def slopes(points: Points) -> tuple[float, float]:
     x, y = zip(*points, strict=True)
     half = len(x) // 2
     return slope(x, y), slope(x[half:], y[half:])
+
+
+def over_target(row: Row) -> tuple[list[int], list[float]]:
+    """The frames of a walk for a target that were measured, and what they had over what was wanted."""
+    values, (target,) = row.get("errors", row["path_ms"]), row["target"].values()
+    every = row["frames"] // len(values)
+    return [every * (1 + number) for number in range(len(values))], [value / target for value in values]

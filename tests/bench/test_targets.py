@@ -3,6 +3,7 @@ import pytest
 
 from gpu.camera import look_at
 from gpu.frame import FrameStats
+from tests.bench.rows import over_target
 from tests.bench.targets import AHEAD, PERIOD, held, path_of, running_means, share_at_fewest, swayed
 
 
@@ -44,3 +45,9 @@ def test_a_walk_sways_and_comes_back() -> None:
     left, right = (swayed(camera, 10.0, PERIOD * quarter // 4).to_world[:3, :3] @ (0, 0, -1) for quarter in (1, 3))
     assert left[0] == pytest.approx(-right[0])
     assert left[0] < -0.2
+
+
+def test_what_frames_have_over_a_target_is_of_those_that_were_measured() -> None:
+    row = {"frames": 4, "path_ms": [3.0, 6.0, 6.0, 9.0], "target": {"ms": 6.0}}
+    assert over_target(row) == ([1, 2, 3, 4], [0.5, 1.0, 1.0, 1.5])
+    assert over_target({**row, "errors": [2e-3, 1e-3], "target": {"error": 1e-3}}) == ([2, 4], [2.0, 1.0])
