@@ -6,10 +6,11 @@ white is the picture's, at pixels drawn evenly, times how much brighter the trut
 """
 
 import warp as wp
-from warp.utils import array_scan, array_sum
+from warp.utils import array_sum
 
 from gpu.device import launch, launch_together
 from gpu.gbuffer import GBuffer, reflectance
+from gpu.grouping import running_total
 from gpu.interpolate import irradiance_at
 from gpu.lanes import count_in
 from gpu.resident import NO_HIT
@@ -18,13 +19,13 @@ from gpu.view import View
 
 # Pixels whose radiance tells the picture's.
 EVEN = 1 << 16
-# What counts as white in gpu.metrics. Where the picture is brightest, which that share of it is not, it is less or
+# Shares of the values that are below white, as in gpu.metrics, and below what is bright, where the picture is less or
 # more so than the truth.
 WHITE_SHARE, BRIGHT_SHARE = wp.constant(0.99), wp.constant(0.95)
-# Values are counted by so many of a float's first bits, in steps of 1/128 of an octave.
-DROPPED_BITS = wp.constant(16)
-BINS = (0x7F800000 >> 16) + 1
-LARGEST = wp.constant(3.0e38)
+# Values are counted by a float's bits without so many of the last, in steps of 1/128 of an octave, up to this one.
+DROPPED_BITS, LARGEST = wp.constant(16), wp.constant(3.0e38)
+INFINITE = 0x7F800000
+BINS = (INFINITE >> int(DROPPED_BITS)) + 1
 
 
 @wp.struct
@@ -99,7 +100,7 @@ def count_kernel(first: int, frame: wp.array[int], count: int, picture: Picture,
 
 @wp.func
 def quantile(totals: wp.array[int], share: float) -> float:
-    """The value that this share of all is below, by running `totals` of bins; even within a bin."""
+    """The value that this share of all is below, by running `totals` of bins, evenly within one; 0 in the first."""
     last = totals.shape[0] - 1
     rank = share * float(totals[last])
     low = int(0)
@@ -110,9 +111,9 @@ def quantile(totals: wp.array[int], share: float) -> float:
             high = middle
         else:
             low = middle + 1
-    before = int(0)
-    if low > 0:
-        before = totals[low - 1]
+    if low == 0:
+        return 0.0
+    before = totals[low - 1]
     inside = (rank - float(before)) / float(wp.max(totals[low] - before, 1))
     return least_of(low) + (least_of(low + 1) - least_of(low)) * inside
 
@@ -170,7 +171,7 @@ class White:
         bins.zero_()
         self.lit.zero_()
         launch_together(count_kernel, self.even, [frame, self.even, picture, bins, self.lit], device)
-        array_scan(bins, bins)
+        running_total(bins, bins)
         launch(quantile_kernel, 2, [bins, self.quantiles], device)
         launch(bright_kernel, len(bright), [self.quantiles, counts, render, one, other, bright], device)
         array_sum(bright, self.whole)

@@ -87,11 +87,13 @@ def test_what_is_dark_or_not_finite_is_below_all_others_and_pixels_that_see_noth
     assert white.quantiles.numpy() == pytest.approx([1.0, 1.0], rel=0.01)
 
 
-def test_a_black_picture_has_no_white() -> None:
+@pytest.mark.parametrize("lit", [0, 100])
+def test_a_picture_that_is_black_nearly_everywhere_has_no_white(lit: int) -> None:
     black, probes = np.zeros((WIDTH * HEIGHT, 3)), np.zeros((9, 3))
+    black[:lit], probes[0] = 1.0, lit / 100.0
     white = found(picture_of(black, "cpu"), probes, probes + 1.0, probes + 1.0, np.ones(9))
     assert value(white) == 0.0
-    assert white.lit.numpy()[0] == 0
+    assert white.lit.numpy()[0] == lit
 
 
 def test_other_pixels_tell_in_other_frames(monkeypatch: pytest.MonkeyPatch) -> None:
