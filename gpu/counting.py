@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import warp as wp
 
 from gpu.device import launch
+from gpu.mirror import Mirror
 
 # A GPU's threads, each with few values; their sums are summed on the device once more before they travel.
 PARTIALS = 16_384
@@ -52,7 +53,7 @@ class Counter:
     def __init__(self, rows: int, device: wp.Device) -> None:
         self.device = device
         self._partials = wp.zeros((rows, PARTIALS), dtype=int, device=device)
-        self._sums = wp.zeros((rows, SUMS), dtype=int, device=device)
+        self._sums = Mirror(wp.zeros((rows, SUMS), dtype=int, device=device))
 
     def run(self, arrays: Sequence[tuple[wp.array, int]], counted: Sequence[tuple[wp.array, int]] = ()) -> None:
         """For each (values, least) sum those non-negative values that are `least` or more; at most `rows` in all.
@@ -63,8 +64,9 @@ class Counter:
             launch(sum_kernel, PARTIALS, [values, least, row, self._partials], self.device)
         for row, (values, value) in enumerate(counted, start=len(arrays)):
             launch(count_kernel, PARTIALS, [values, value, row, self._partials], self.device)
-        launch(fold_kernel, self._sums.size, [self._partials, self._sums], self.device)
+        launch(fold_kernel, self._sums.array.size, [self._partials, self._sums.array], self.device)
+        self._sums.download()
 
     def totals(self) -> list[int]:
-        """What the last run found, for all rows: those that it did not need have older ones."""
-        return [int(total) for total in self._sums.numpy().sum(axis=1, dtype="int64")]
+        """What the last run, which is ready, found, for all rows: those that it did not need have older ones."""
+        return [int(total) for total in self._sums.host.sum(axis=1, dtype="int64")]

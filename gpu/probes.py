@@ -12,6 +12,7 @@ from warp.utils import array_sum
 from gpu.device import launch
 from gpu.error_model import Estimate
 from gpu.gbuffer import reflectance
+from gpu.mirror import Mirror
 from gpu.probe_light import RAYS, ProbeLight
 from gpu.probe_places import ProbePlaces
 from gpu.probe_white import Picture, White, picture_of, radiance_at, white_of
@@ -105,7 +106,7 @@ class Probes:
         self._products = wp.zeros(count, dtype=float, device=device)
         self._errors = wp.zeros(count, dtype=wp.vec2, device=device)
         self._sums = wp.zeros(1, dtype=wp.vec2, device=device)
-        self._estimate = wp.zeros(1, dtype=wp.vec3, device=device)
+        self._estimate = Mirror(wp.zeros(1, dtype=wp.vec3, device=device))
 
     def run(self, vpls: VplClusters) -> None:
         """Estimate the error of the view's indirect light of `vpls`, before it gets what is not theirs.
@@ -124,9 +125,10 @@ class Probes:
         launch(product_kernel, count, inputs, device)
         places.learn(self._products)
         array_sum(self._errors, self._sums)
-        launch(estimate_kernel, 1, [self._sums, count, white.lit, white.even, self._estimate], device)
+        launch(estimate_kernel, 1, [self._sums, count, white.lit, white.even, self._estimate.array], device)
+        self._estimate.download()
 
     def estimate(self) -> Estimate:
         """What the probes of the last frame, which is ready, make of its MSE, right in the mean, and of its light."""
-        error, deviation, lit = self._estimate.numpy()[0].tolist()
+        error, deviation, lit = self._estimate.host[0].tolist()
         return Estimate(error, deviation, lit)

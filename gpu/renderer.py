@@ -98,9 +98,9 @@ class Renderer:
         settles = moves not in self._settled
         for number in range(SETTLING_FRAMES if settles else 0):
             self._shown = None  # one more of the same
-            self._render(_swayed(camera, number) if moves else camera, None, walks)
+            frame = self._render(_swayed(camera, number) if moves else camera, None, walks)
             self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
-            if self._targeted.learn(self._stages):
+            if self._learn(frame):
                 break
         self._settled.add(moves)
         frame = self._render(camera, accumulation, walks)
@@ -108,7 +108,7 @@ class Renderer:
         jumps = settles and moves
         if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
             return frame
-        self._targeted.learn(self._stages)
+        self._learn(frame)
         for _ in range(MOST_TRIES - 1):
             if not self._targeted.tries_again():
                 break
@@ -116,9 +116,12 @@ class Renderer:
                 accumulation.restart()
             self._shown = None
             better = self._render(camera, accumulation, walks)
-            self._targeted.learn(self._stages)
+            self._learn(better)
             frame = replace(better, stats=better.stats.after(frame.stats))
         return frame
+
+    def _learn(self, frame: Frame) -> bool:
+        return self._targeted is not None and self._targeted.learn(frame.stats.stage_ms, steady=self._stages.steady)
 
     def _render(self, camera: Camera, accumulation: Accumulation | None, walks: bool) -> Frame:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
@@ -145,8 +148,7 @@ class Renderer:
         counts, skips = self._statistics
         if kept:
             skips = {"unchanged_camera": view.pixels}
-        nonfinite = int(tonemap.nonfinite.numpy()[0])
-        counts = {"pixels": view.pixels, "frames": sample + 1, **counts, "nonfinite": nonfinite}
+        counts = {"pixels": view.pixels, "frames": sample + 1, **counts, "nonfinite": tonemap.nonfinite()}
         skips = dict.fromkeys(Skips.model_fields, 0) | skips
         estimates = self._targeted.estimates() if self._targeted else {}
         stats = FrameStats(self._stages.milliseconds(), counts, skips, estimates)

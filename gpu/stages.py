@@ -123,13 +123,13 @@ class Stages:
             wp.capture_launch(graph)
 
     def milliseconds(self) -> dict[str, float]:
-        """The stages' times [ms] in the order they ran; waits for the device."""
+        """The stages' times [ms] in the order they ran, once the frame is ready."""
         if not self._device.is_cuda:
             return {name: 1e3 * self._seconds[name] for name in self._order}
         return {name: self._device_time(name) + self._waited(name) for name in self._order}
 
     def _device_time(self, name: str) -> float:
-        return float(wp.get_event_elapsed_time(*self._events[name]))
+        return float(wp.get_event_elapsed_time(*self._events[name], synchronize=False))
 
     def _waited(self, name: str) -> float:
         """How long a stage had to wait for what was forked, once the stage before it was over [ms]."""
@@ -137,4 +137,4 @@ class Stages:
         if name not in self._joined or place == 0:
             return 0.0
         over = self._events[self._order[place - 1]][1]
-        return max(float(wp.get_event_elapsed_time(over, self._forked)), 0.0)
+        return max(float(wp.get_event_elapsed_time(over, self._forked, synchronize=False)), 0.0)

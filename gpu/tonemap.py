@@ -3,6 +3,7 @@
 import warp as wp
 
 from gpu.device import allocate, launch
+from gpu.mirror import Mirror
 
 # A GPU's threads, each with few pixels; so many others sum up what they find.
 PARTIALS = 16_384
@@ -108,12 +109,12 @@ def tonemap_kernel(first: int, radiance: wp.array[wp.vec3], exposure: wp.array[f
 
 
 class Tonemap:
-    """Display of images of `pixels` pixels. After `run`: `pixels` (pixel, 3) uint8, `nonfinite` (1,) how many are."""
+    """Display of images of `pixels` pixels; `pixels` (pixel, 3) uint8 holds what the last run made."""
 
     def __init__(self, pixels: int, device: wp.Device) -> None:
         self.device = device
         self.pixels = wp.zeros((pixels, 3), dtype=wp.uint8, device=device)
-        self.nonfinite = wp.zeros(1, dtype=int, device=device)
+        self._nonfinite = Mirror(wp.zeros(1, dtype=int, device=device))
         self._exposure = wp.zeros(1, dtype=float, device=device)
         self._tally: Tally = allocate(Tally, PARTIALS, device)
         self._sums: Tally = allocate(Tally, SUMS, device)
@@ -125,6 +126,11 @@ class Tonemap:
         """
         launch(tally_kernel, PARTIALS, [radiance, self._tally], self.device)
         launch(fold_kernel, SUMS, [self._tally, self._sums], self.device)
-        inputs = [self._sums, exposure or 0.0, self._exposure, self.nonfinite]
+        inputs = [self._sums, exposure or 0.0, self._exposure, self._nonfinite.array]
         launch(exposure_kernel, 1, inputs, self.device)
+        self._nonfinite.download()
         launch(tonemap_kernel, len(radiance), [radiance, self._exposure, self.pixels], self.device)
+
+    def nonfinite(self) -> int:
+        """How many pixels of the last run, which is ready, have non-finite radiance."""
+        return int(self._nonfinite.host[0])

@@ -1,5 +1,7 @@
 """One viewer's image: the arrays of its size, which live as long as its renderer, and the camera it looks through."""
 
+from typing import Any
+
 import warp as wp
 
 from gpu.accumulate import pixel_place
@@ -8,6 +10,7 @@ from gpu.device import allocate
 from gpu.dispute import MeanBrightness
 from gpu.gbuffer import CameraData, GBuffer, camera_data, trace_primary_rays
 from gpu.history import History
+from gpu.mirror import Mirror
 from gpu.needs import needs_of
 from gpu.past import LastFrame
 from gpu.resident import ResidentScene
@@ -54,7 +57,8 @@ class View:
         self.kept = False
         self.seed = wp.zeros(1, dtype=int, device=self.device)
         self.moment = wp.zeros(1, dtype=int, device=self.device)
-        self.camera = wp.zeros(1, dtype=CameraData, device=self.device)
+        self._camera = Mirror(wp.zeros(1, dtype=CameraData, device=self.device))
+        self.camera = self._camera.array
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
         self.soft = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
@@ -83,8 +87,9 @@ class View:
         self.kept = False
         self.shading_points.follows.fill_(int(self.step > 0 or (sample > 0 and self.rests)))
         wp.copy(self.shading_points.before, self.camera)
-        data = camera_data(camera, placement, aspect, pixel_place(sample))
-        self.camera.assign(wp.array([data], dtype=CameraData, device="cpu"))
+        data: Any = camera_data(camera, placement, aspect, pixel_place(sample))
+        self._camera.host[0] = data.numpy_value()
+        self._camera.upload()
 
     def find_shading_points(self) -> None:
         """Trace the primary rays and list the pixels that meet a surface."""

@@ -111,6 +111,7 @@ def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_tak
         stages.run("first", lambda: turn(1))
         stages.fork("second", "beside", lambda: turn(beside), way=beside)
         stages.run("second", work, joins=True)
+        wp.synchronize_device(device)
         return stages.milliseconds()["second"]
 
     _loads, captured, replayed = (frame(1) for _ in range(3))
@@ -135,6 +136,7 @@ def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
         stages.start_frame()
         stages.variant = size
         stages.run("turn", work)
+        wp.synchronize_device(device)
         stages.milliseconds()
         return stages.steady
 
@@ -160,7 +162,6 @@ def test_each_way_of_a_stage_is_captured_once() -> None:
 
         stages.start_frame()
         stages.run("turn", work, way=way)
-        stages.milliseconds()
 
     for way in (False, True, True, False, True, False, True):
         frame(way)

@@ -13,7 +13,7 @@ def shown(radiance: NDArray, exposure: float | None) -> tuple[NDArray, int]:
     """The bytes of a picture, and how many of its pixels are not finite."""
     tonemap = Tonemap(len(radiance), CPU)
     tonemap.run(column(radiance, wp.vec3), exposure)
-    return tonemap.pixels.numpy(), int(tonemap.nonfinite.numpy()[0])
+    return tonemap.pixels.numpy(), tonemap.nonfinite()
 
 
 def twin(radiance: NDArray, exposure: float) -> NDArray:
