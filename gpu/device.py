@@ -19,6 +19,9 @@ CORES = cpu_count() or 1
 SMALLEST_SLICE = 1024
 # Threads that a GPU starts and ends together: where they take unlike long, as with rays, fewer wait for fewer.
 BLOCK = 128
+# Threads of a launch at most; each has several items where there are more, so that a launch for as many as there may be
+# takes little where there are few.
+MOST_THREADS = 1 << 22
 
 _prioritised: set[str] = set()
 _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
@@ -54,7 +57,8 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     if count == 0:
         return
     if device.is_cuda:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK)
+        blocks = MOST_THREADS // BLOCK
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
         return
     size = max(SMALLEST_SLICE, -(-count // (4 * CORES)))
     if size >= count:

@@ -8,7 +8,6 @@ clusters that are near a representative, in its spacings, are shaded SP by SP.
 import warp as wp
 
 from gpu.bits import lowest_bit
-from gpu.carry import Table
 from gpu.device import allocate, launch
 from gpu.disk import Disk, disk_at
 from gpu.draws import groups_a_part
@@ -267,14 +266,6 @@ class FarSums:
         near = self.data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=device)
         self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
-
-    @property
-    def tables(self) -> list[Table]:
-        """What is known of representatives."""
-        data = self.data
-        rows = [Table(values, clears=False) for values in (data.near, data.light, data.moved, data.turned)]
-        columns = data.mass, data.totals, data.open_mass, data.open_totals
-        return [*rows, *(Table(values, axis=1, clears=False) for values in columns)]
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
         """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.

@@ -47,7 +47,7 @@ def shows(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spac
 
 @wp.kernel
 def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: int, gbuffer: GBuffer,
-                sp_count: wp.array[int], spacing_scale: float, representatives: Representatives,
+                sp_count: wp.array[int], spacing_scale: wp.array[float], representatives: Representatives,
                 serving: wp.array[int], spacings: wp.array[float], crowded: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: its spacing in this view, 0 where its representative's surface is not seen.
 
@@ -68,7 +68,7 @@ def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: i
         return
     pixel = place[1] * width + place[0]
     if gbuffer.face[pixel] != NO_HIT:
-        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale
+        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]
         if shows(gbuffer, pixel, position, representatives.normal[cluster], spacing):
             spacings[cluster] = spacing
 
@@ -123,13 +123,30 @@ def thin_kernel(first: int, spacings: wp.array[float], crowded: wp.array[int], r
     representatives.spacing[cluster] = wp.where(crowded[cluster] == 1, 0.0, spacings[cluster])
 
 
-def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: float,
+@wp.kernel
+def drop_kernel(first: int, wanted: wp.array[int], free: wp.array[int], representatives: Representatives) -> None:
+    """One thread a cluster: where more than `wanted` (1,) are in use, so many stay, evenly many of all.
+
+    free (cluster,): the running number of those that are not in use.
+    """
+    cluster = first + wp.tid()
+    places = free.shape[0]
+    used = wp.int64(places - free[places - 1])
+    stay = wp.int64(wanted[0])
+    if used <= stay or representatives.spacing[cluster] <= 0.0:
+        return
+    before = wp.int64(cluster - free[cluster])
+    if (before + wp.int64(1)) * stay / used == before * stay / used:
+        representatives.spacing[cluster] = 0.0
+
+
+def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: wp.array,
          good: wp.array, representatives: Representatives, serving: wp.array, spacings: wp.array, crowded: wp.array,
          pixels: wp.array) -> None:  # fmt: skip
     """Keep of the last frame's `representatives` those that are still good; the others become free.
 
-    camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale: from a pixel's spacing and the
-    square root of the SPs' count to that of clusters; good (1,): the distance from an SP that is good enough
+    camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale (1,): from a pixel's spacing and
+    the square root of the SPs' count to that of clusters; good (1,): the distance from an SP that is good enough
     [spacings]; serving (cluster,): 1 for the nearest of an SP in the last frame, becomes 0; spacings, crowded
     (cluster,): for the work; pixels (cluster,): becomes −1.
     """

@@ -34,11 +34,11 @@ class Points:
 
 
 @wp.kernel
-def seed_kernel(first: int, points: Points, cluster_count: int, seed: int, clusters: Representatives) -> None:
-    """One thread a cluster: starts it at a point, one from each of equal runs of the points' order."""
+def seed_kernel(first: int, points: Points, wanted: wp.array[int], seed: int, clusters: Representatives) -> None:
+    """One thread a cluster: starts one of `wanted` (1,) at a point of each of equal runs of the points' order."""
     cluster = first + wp.tid()
     count = points.count[0]
-    used = wp.min(cluster_count, count)
+    used = wp.min(wanted[0], count)
     clusters.spacing[cluster] = 0.0
     if cluster >= used:
         return
@@ -52,12 +52,10 @@ def seed_kernel(first: int, points: Points, cluster_count: int, seed: int, clust
 
 
 @wp.kernel
-def assign_kernel(
-    first: int, points: Points, clusters: Representatives, cluster_count: int, keys: wp.array[int]
-) -> None:
-    """One thread a point: keys[point] becomes its nearest cluster, or `cluster_count` where none is near."""
+def assign_kernel(first: int, points: Points, clusters: Representatives, none: int, keys: wp.array[int]) -> None:
+    """One thread a point: keys[point] becomes its nearest cluster, or `none` where none is near."""
     point = first + wp.tid()
-    keys[point] = cluster_count
+    keys[point] = none
     if point >= points.count[0]:
         return
     level = level_of(points.spacing[point])
@@ -67,23 +65,23 @@ def assign_kernel(
 
 
 @wp.kernel
-def guess_kernel(first: int, points: Points, cluster_count: int, owner: wp.array[int]) -> None:
+def guess_kernel(first: int, points: Points, wanted: wp.array[int], owner: wp.array[int]) -> None:
     """One thread a point: the cluster that starts in its run of the points' order."""
     point = first + wp.tid()
     count = points.count[0]
     if point < count:
-        owner[point] = int(wp.int64(point) * wp.int64(wp.min(cluster_count, count)) / wp.int64(count))
+        owner[point] = int(wp.int64(point) * wp.int64(wp.min(wanted[0], count)) / wp.int64(count))
 
 
 @wp.kernel
-def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, cluster_count: int, runs: Runs,
+def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, none: int, runs: Runs,
                              owner: wp.array[int], keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any.
 
-    owner (point,): what that was before.
+    owner (point,): what that was before; none: the key of what is no point.
     """
     point = first + wp.tid()
-    keys[point] = cluster_count
+    keys[point] = none
     if point >= points.count[0]:
         return
     found = nearest_in_runs(clusters, runs, points.position[point], points.normal[point], owner[point])
@@ -92,12 +90,12 @@ def exhaustive_assign_kernel(first: int, points: Points, clusters: Representativ
 
 
 @wp.kernel
-def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], cluster_count: int,
+def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], wanted: wp.array[int],
                 seed: int, clusters: Representatives) -> None:  # fmt: skip
     """One thread a cluster: moves it to its members' weighted mean; without any it starts again at a random point."""
     cluster = first + wp.tid()
     count = points.count[0]
-    if cluster >= wp.min(cluster_count, count):
+    if cluster >= wp.min(wanted[0], count):
         return
     position = wp.vec3(0.0, 0.0, 0.0)
     normal = wp.vec3(0.0, 0.0, 0.0)
@@ -146,7 +144,7 @@ def medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp
 
 
 class KMeans:
-    """K-means of up to `capacity` points into `cluster_count` clusters; arrays are allocated once.
+    """K-means of up to `capacity` points into `wanted` (1,) clusters, at most `most`; arrays are allocated once.
 
     After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
     is, −1 for a dropped one, and `groups` the members that it is the medoid of. `exhaustive` finds every point the
@@ -156,38 +154,40 @@ class KMeans:
     """
 
     def __init__(
-        self, capacity: int, cluster_count: int, device: wp.Device, *, extra: int = 0, exhaustive: bool = False
+        self, capacity: int, most: int, device: wp.Device, *, extra: int = 0, exhaustive: bool = False
     ) -> None:
-        self.cluster_count, self.device = cluster_count, device
+        self.most, self.device = most, device
+        self.wanted = wp.full(1, most, dtype=int, device=device)
         self._exhaustive = exhaustive
-        self.grid = Grid(cluster_count + extra, device)
-        self.groups = (Groups if exhaustive else Buckets)(capacity, cluster_count, device)
-        self.medoids = wp.zeros(cluster_count + extra, dtype=int, device=device)
+        self.grid = Grid(most + extra, device)
+        self.groups = (Groups if exhaustive else Buckets)(capacity, most, device)
+        self.medoids = wp.zeros(most + extra, dtype=int, device=device)
         if exhaustive:
-            self._runs = allocate_runs(cluster_count, device)
+            self._runs = allocate_runs(most, device)
             self._owner = wp.zeros(capacity, dtype=int, device=device)
 
     def run(self, points: Points, iterations: int, seed: int) -> None:
         """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids."""
-        clusters, groups, k = self.grid.data, self.groups, self.cluster_count
-        launch(seed_kernel, k, [points, k, seed, clusters], self.device)
+        clusters, groups, wanted = self.grid.data, self.groups, self.wanted
+        launch(seed_kernel, self.most, [points, wanted, seed, clusters], self.device)
         if self._exhaustive:
-            launch(guess_kernel, groups.capacity, [points, k, self._owner], self.device)
+            launch(guess_kernel, groups.capacity, [points, wanted, self._owner], self.device)
         for iteration in range(iterations):
             self._assign(points)
-            inputs = [points, groups.items, groups.starts, k, seed + iteration + 1, clusters]
-            launch(mean_kernel, k, inputs, self.device)
+            inputs = [points, groups.items, groups.starts, wanted, seed + iteration + 1, clusters]
+            launch(mean_kernel, self.most, inputs, self.device)
         if self._exhaustive:
             self._assign(points)
-        launch(medoid_kernel, k, [points, groups.items, groups.starts, clusters, self.medoids], self.device)
+        inputs = [points, groups.items, groups.starts, clusters, self.medoids]
+        launch(medoid_kernel, self.most, inputs, self.device)
 
     def _assign(self, points: Points) -> None:
         clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
         if self._exhaustive:
             bound_runs(clusters, self._runs)
-            inputs = [points, clusters, self.cluster_count, self._runs, self._owner, keys]
+            inputs = [points, clusters, self.most, self._runs, self._owner, keys]
             launch(exhaustive_assign_kernel, capacity, inputs, self.device)
         else:
             self.grid.build()
-            launch(assign_kernel, capacity, [points, clusters, self.cluster_count, keys], self.device)
+            launch(assign_kernel, capacity, [points, clusters, self.most, keys], self.device)
         self.groups.sort()

@@ -48,6 +48,10 @@ class Levels:
         """The level of so many VPL clusters with the usual number of SP clusters for each."""
         return Level(min(round(SPS_PER_VPL * vpl_clusters), self._most), vpl_clusters)
 
+    def most(self, vpl_clusters: int) -> int:
+        """The most SP clusters of a level with so many VPL clusters."""
+        return max(level.sp_clusters for level in self.of(vpl_clusters))
+
     def nearest(self, work: float) -> Level:
         """The usual level that is nearest to so much `work`."""
         return min(map(self.usual, self.vpl_clusters), key=lambda level: abs(log(level.work / work)))

@@ -110,14 +110,15 @@ def nearest_search(number: int, metric: wp.Function = separation, *, widens: boo
 
 
 @wp.func
-def nearest_of_all(clusters: Representatives, position: wp.vec3, normal: wp.vec3, threshold: float, every: int) -> int:
-    """The nearest of all representatives in use, of those with a like normal if there are any; −1 if none is in use.
+def nearest_of_all(clusters: Representatives, count: int, position: wp.vec3, normal: wp.vec3, threshold: float,
+                   every: int) -> int:  # fmt: skip
+    """The nearest of the first `count` representatives in use, of those with a like normal if there are any.
 
-    every: 1, or of so many that follow each other just one is looked at.
+    −1 if none is in use. every: 1, or of so many that follow each other just one is looked at.
     """
     best = int(-1)
     best_distance = float(FAR_AWAY)
-    for cluster in range(0, clusters.spacing.shape[0], every):
+    for cluster in range(0, count, every):
         if clusters.spacing[cluster] > 0.0:
             candidate_normal = clusters.normal[cluster]
             distance = separation(position, normal, clusters.position[cluster], candidate_normal)

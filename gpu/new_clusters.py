@@ -98,19 +98,22 @@ def represent(gbuffer: GBuffer, pixel: int, spacing: float, cluster: int, repres
 
 @wp.kernel
 def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                 spacing_scale: float, base: int, extra: int, representatives: Representatives,
-                 pixels: wp.array[int]) -> None:  # fmt: skip
-    """One thread an extra cluster, which follow the `base` of k-means: takes its SP. totals: the running sum of need.
+                 spacing_scale: wp.array[float], base: wp.array[int], extra: wp.array[int],
+                 representatives: Representatives, pixels: wp.array[int]) -> None:  # fmt: skip
+    """One thread one of `extra` (1,) clusters, which follow the `base` (1,) of k-means: takes its SP.
 
-    pixels (cluster,): where the representatives are.
+    totals: the running sum of need; spacing_scale (1,): as in gpu.kept_clusters; pixels (cluster,): where the
+    representatives are.
     """
     index = first + wp.tid()
-    cluster = base + index
+    if index >= extra[0]:
+        return
+    cluster = base[0] + index
     representatives.spacing[cluster] = 0.0
-    sp = drawn_sp(totals, sp_count[0], index, extra)
+    sp = drawn_sp(totals, sp_count[0], index, extra[0])
     if sp >= 0:
         pixels[cluster] = sps[sp]
-        spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(sp_count[0])) * spacing_scale
+        spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]
         represent(gbuffer, sps[sp], spacing, cluster, representatives)
 
 
@@ -122,6 +125,13 @@ def free_kernel(first: int, representatives: Representatives, free: wp.array[int
 
 
 @wp.func
+def room_of(free: wp.array[int], wanted: int) -> int:
+    """How many more there may be of `wanted` clusters; free (cluster,): the running number of those not in use."""
+    places = free.shape[0]
+    return wp.max(free[places - 1] - (places - wanted), 0)
+
+
+@wp.func
 def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
     """How many more clusters `count` SPs need; totals: the running sum of need, by which they lack a share of all."""
     return int(wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED)))
@@ -129,47 +139,49 @@ def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
 
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                spacing_scale: float, free: wp.array[int], most: wp.array[int], representatives: Representatives,
-                pixels: wp.array[int], serving: wp.array[int]) -> None:  # fmt: skip
+                spacing_scale: wp.array[float], wanted: wp.array[int], free: wp.array[int], most: wp.array[int],
+                representatives: Representatives, pixels: wp.array[int], serving: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: one that is free takes an SP, as long as clusters are lacking, and at most `most` (1,) do.
 
-    totals: the running sum of need, by which SPs lack their share of all clusters; free (cluster,): the running number
-    of those that are free; pixels (cluster,): where new representatives are; serving (cluster,): 1 for them, which are
-    there for an SP that may not see them before the next frame.
+    totals: the running sum of need, by which SPs lack their share of all `wanted` (1,) clusters; spacing_scale (1,): as
+    in gpu.kept_clusters; free (cluster,): the running number of those that are free; pixels (cluster,): where new
+    representatives are; serving (cluster,): 1 for them, which are there for an SP that may not see them before the next
+    frame.
     """
     cluster = first + wp.tid()
     count = sp_count[0]
     if count == 0 or representatives.spacing[cluster] > 0.0:
         return
-    clusters = free.shape[0]
     index = free[cluster] - 1
-    number = wp.min(wp.min(free[clusters - 1], most[0]), lacking_of(totals, count, clusters))
+    number = wp.min(wp.min(room_of(free, wanted[0]), most[0]), lacking_of(totals, count, wanted[0]))
     if index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
     if sp >= 0:
         pixels[cluster] = sps[sp]
         serving[cluster] = 1
-        spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(count)) * spacing_scale
+        spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(count)) * spacing_scale[0]
         represent(gbuffer, sps[sp], spacing, cluster, representatives)
 
 
 @wp.kernel
-def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], free: wp.array[int],
-                 good: wp.array[float], most: wp.array[int]) -> None:  # fmt: skip
+def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], wanted: wp.array[int],
+                 free: wp.array[int], good: wp.array[float], most: wp.array[int],
+                 extent: wp.array[int]) -> None:  # fmt: skip
     """One thread in all: changes the distance `good` (1,) where too few or too many clusters are left for others.
 
-    That is what is free less what is lacking, from `totals` and `free` of fill_kernel. Where no more than `most` (1,)
-    are lacking, that becomes all clusters.
+    That is what is free less what is lacking, from arrays of fill_kernel. Where no more than `most` (1,) are lacking,
+    that becomes all clusters. extent (1,): becomes at least `wanted`, since the first free ones are taken first.
     """
     count = sp_count[0]
+    clusters = wanted[0]
+    extent[0] = wp.max(extent[0], clusters)
     if count == 0:
         return
-    clusters = free.shape[0]
     lacking = lacking_of(totals, count, clusters)
     if lacking <= most[0]:
         most[0] = clusters
-    left = float(free[clusters - 1] - lacking) / float(clusters)
+    left = float(room_of(free, clusters) - lacking) / float(clusters)
     if left < LEAST_FREE or left > MOST_FREE:
         # A surface takes as many as it has squares of that side.
         change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)

@@ -75,12 +75,15 @@ def add_kernel(first: int, pixels: wp.array[int], count: wp.array[int], term: wp
 
 
 @wp.kernel
-def sample_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], total: wp.array[int], wanted: int,
-                  scale: float, seed: int, sampled: wp.array[int], out: Points) -> None:  # fmt: skip
-    """One thread a sample: one SP of each of `wanted` equal runs of the list, or every SP when they are fewer."""
+def sample_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], total: wp.array[int], wanted: wp.array[int],
+                  scale: wp.array[float], seed: int, sampled: wp.array[int], out: Points) -> None:  # fmt: skip
+    """One thread a sample: one SP of each of `wanted` (1,) equal runs of the list, or every SP when they are fewer.
+
+    scale (1,): from a pixel's spacing and the square root of the SPs' count to the distance of clusters.
+    """
     index = first + wp.tid()
     sp_count = total[0]
-    count = wp.min(wanted, sp_count)
+    count = wp.min(wanted[0], sp_count)
     if index == 0:
         out.count[0] = count
     if index >= count:
@@ -93,7 +96,7 @@ def sample_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], total: wp
     out.position[index] = gbuffer.position[pixel]
     out.normal[index] = gbuffer.normal[pixel]
     out.weight[index] = 1.0
-    out.spacing[index] = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count)) * scale
+    out.spacing[index] = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count)) * scale[0]
 
 
 class ListedPoints(Protocol):
@@ -156,15 +159,19 @@ class ShadingPoints:
 
 
 class SampledPoints:
-    """The paper's downsampling by γ (Alg. 1, line 1): `points` holds at most `capacity` SPs, `pixels` their pixels."""
+    """The paper's downsampling by γ (Alg. 1, line 1): `points` holds some SPs, `pixels` their pixels.
+
+    wanted (1,): how many there are to be, `capacity` at the most.
+    """
 
     def __init__(self, capacity: int, device: wp.Device) -> None:
         self.capacity, self.device = capacity, device
+        self.wanted = wp.full(1, capacity, dtype=int, device=device)
         self.pixels = wp.zeros(capacity, dtype=int, device=device)
         self.points: Points = allocate(Points, capacity, device)
         self.points.count = wp.zeros(1, dtype=int, device=device)
 
-    def draw(self, sps: ShadingPoints, gbuffer: GBuffer, scale: float, seed: int) -> None:
-        """Sample `sps` evenly; scale: distance of clusters wanted [pixels] over the square root of the SPs' count."""
-        inputs = [gbuffer, sps.pixels, sps.count, self.capacity, scale, seed, self.pixels, self.points]
+    def draw(self, sps: ShadingPoints, gbuffer: GBuffer, scale: wp.array, seed: int) -> None:
+        """Sample `sps` evenly; scale (1,): distance wanted of clusters [pixels] over the root of the SPs' count."""
+        inputs = [gbuffer, sps.pixels, sps.count, self.wanted, scale, seed, self.pixels, self.points]
         launch(sample_kernel, self.capacity, inputs, self.device)

@@ -5,18 +5,16 @@ the normal. SPs that are served badly or not at all get representatives of their
 back for them, spread in proportion to need. What is then still unserved takes the nearest cluster of all.
 """
 
-from copy import copy
 from functools import cache
 
 import warp as wp
 
 from gpu.buckets import Buckets
-from gpu.carry import Table
 from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.grid import NORMAL_THRESHOLD, Representatives, level_of
 from gpu.grouping import running_total
-from gpu.kept_clusters import keep
+from gpu.kept_clusters import drop_kernel, keep
 from gpu.kmeans import KMeans
 from gpu.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
 from gpu.new_clusters import (
@@ -89,9 +87,9 @@ def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device
 
 @wp.kernel
 def representative_kernel(first: int, gbuffer: GBuffer, representatives: Representatives, pixels: wp.array[int],
-                          base: int, medoids: wp.array[int], sampled: wp.array[int], keys: wp.array[int],
+                          base: wp.array[int], medoids: wp.array[int], sampled: wp.array[int], keys: wp.array[int],
                           out: SpClusters) -> None:  # fmt: skip
-    """One thread a cluster: the SP that represents it. Those below `base` are medoids; others know their pixel.
+    """One thread a cluster: the SP that represents it. Those below `base` (1,) are medoids; others know their pixel.
 
     pixels (cluster,): −1 for a representative that is kept, which stays where it is; keys (cluster,): the place on the
     curve that `order` follows, EMPTY_KEY for those that are not new.
@@ -101,7 +99,7 @@ def representative_kernel(first: int, gbuffer: GBuffer, representatives: Represe
     keys[cluster] = EMPTY_KEY
     if representatives.spacing[cluster] <= 0.0:
         return
-    if cluster < base:
+    if cluster < base[0]:
         pixels[cluster] = sampled[medoids[cluster]]
     pixel = pixels[cluster]
     out.spacing[cluster] = representatives.spacing[cluster]
@@ -125,7 +123,8 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         sps: wp.array[int],
         sp_count: wp.array[int],
         clusters: Representatives,
-        spacing_scale: float,
+        extent: wp.array[int],
+        spacing_scale: wp.array[float],
         least_need: int,
         scale: NeedScale,
         good: wp.array[float],
@@ -135,6 +134,7 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     ) -> None:
         """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
 
+        extent (1,): of the clusters, the first so many may be in use; spacing_scale (1,): as in gpu.kept_clusters.
         least_need: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
         good (1,): the distance that is good enough [spacings]; serving (cluster,): becomes 1 for the nearest one,
         whoever writes it.
@@ -148,16 +148,17 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         pixel = sps[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale
+        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]
         nearest = search(clusters, position, normal, level_of(spacing), NORMAL_THRESHOLD)
         need[sp] = scale.unserved
         if nearest.cluster[0] < 0 and least_need > 0:
             # Few SPs come here; any cluster is better than none, and they are the first to be refined. One that looked
             # at all clusters would keep the others waiting.
-            every = 1 + clusters.spacing.shape[0] // LOOKED_AT
-            nearest.cluster[0] = nearest_of_all(clusters, position, normal, RELAXED_THRESHOLD, every)
+            count = extent[0]
+            every = 1 + count // LOOKED_AT
+            nearest.cluster[0] = nearest_of_all(clusters, count, position, normal, RELAXED_THRESHOLD, every)
             if nearest.cluster[0] < 0:
-                nearest.cluster[0] = nearest_of_all(clusters, position, normal, RELAXED_THRESHOLD, 1)
+                nearest.cluster[0] = nearest_of_all(clusters, count, position, normal, RELAXED_THRESHOLD, 1)
             nearest.distance[0] = spacing
             if nearest.cluster[0] < 0:
                 need[sp] = UNASSIGNED_NEED
@@ -181,107 +182,109 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     return kernel
 
 
+def extra_of(count: int) -> int:
+    """How many of `count` clusters are kept for SPs that k-means serves badly."""
+    return int(count * EXTRA_SHARE) if count > 1 else 0
+
+
 class SpClustering:
-    """Clusters a frame's SPs; `clusters` (SpClusters) and `need` (sp,) hold the result, arrays are allocated once."""
+    """Clusters a frame's SPs; `clusters` (SpClusters) and `need` (sp,) hold the result, arrays are allocated once.
 
-    def __init__(
-        self, capacity: int, cluster_count: int, fuzziness: int, weighting: Weighting, device: wp.Device
-    ) -> None:
-        self.device, self._capacity = device, capacity
+    They have room for `most` clusters, `count` of which there are to be: all, until `use` says otherwise.
+    """
+
+    def __init__(self, sps: ShadingPoints, most: int, fuzziness: int, weighting: Weighting) -> None:
+        device = self.device = sps.device
+        self._sps, self.most = sps, min(most, sps.capacity)
         self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
-        self.need = wp.zeros(capacity, dtype=int, device=device)
-        self._needs = wp.zeros(capacity, dtype=int, device=device)
-        self.clusters = allocate_sp_clusters(0, fuzziness, capacity, device)
-        self._one = wp.ones(1, dtype=float, device=device)
-        self._allocate(cluster_count)
-
-    def resized(self, cluster_count: int) -> "SpClustering":
-        """Another number of clusters. It shares the arrays of SPs, so these hold the result of whichever ran last."""
-        other = copy(self)
-        other._allocate(cluster_count)
-        return other
-
-    def _allocate(self, cluster_count: int) -> None:
-        self.count = min(cluster_count, self._capacity)
-        self._extra = int(self.count * EXTRA_SHARE) if self.count > 1 else 0
-        self._base = self.count - self._extra
-        self._samples = SampledPoints(min(self._capacity, SAMPLES_PER_CLUSTER * self._base), self.device)
-        self._kmeans = KMeans(self._samples.capacity, self._base, self.device, extra=self._extra)
-        self._pixels = wp.zeros(self.count, dtype=int, device=self.device)
-        self._spacings = wp.zeros(self.count, dtype=float, device=self.device)
-        self._crowded = wp.zeros(self.count, dtype=int, device=self.device)
-        self._serving = wp.zeros(self.count, dtype=int, device=self.device)
-        self._free = wp.zeros(self.count, dtype=int, device=self.device)
-        self._frees = wp.zeros(self.count, dtype=int, device=self.device)
-        self._good = wp.zeros(1, dtype=float, device=self.device)
-        self._most_new = wp.full(1, self.count, dtype=int, device=self.device)
-        self._order = Buckets(self.count, CELL_COUNT, self.device, shift=CELL_BITS)
-        members, fuzziness = self.clusters, self.clusters.cluster.shape[0]
-        self.clusters = allocate_sp_clusters(self.count, fuzziness, 0, self.device)
-        self.clusters.cluster, self.clusters.weight = members.cluster, members.weight
+        self.need = wp.zeros(sps.capacity, dtype=int, device=device)
+        self._needs = wp.zeros(sps.capacity, dtype=int, device=device)
+        extra = extra_of(self.most)
+        base = self.most - extra
+        self._samples = SampledPoints(min(sps.capacity, SAMPLES_PER_CLUSTER * base), device)
+        self._kmeans = KMeans(self._samples.capacity, base, device, extra=extra)
+        self._pixels = wp.zeros(self.most, dtype=int, device=device)
+        self._spacings = wp.zeros(self.most, dtype=float, device=device)
+        self._crowded = wp.zeros(self.most, dtype=int, device=device)
+        self._serving = wp.zeros(self.most, dtype=int, device=device)
+        self._free = wp.zeros(self.most, dtype=int, device=device)
+        self._frees = wp.zeros(self.most, dtype=int, device=device)
+        # What kernels know of `count`: that, how many are not of k-means, how many are new at most where it changed in
+        # a walk, and the scale from pixels' spacings to clusters'.
+        self._wanted, self._extra, self._some_new = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
+        self._scale = wp.zeros(1, dtype=float, device=device)
+        self._good, self._one = (wp.ones(1, dtype=float, device=device) for _ in range(2))
+        self._most_new, self._extent, self._none = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
+        self._order = Buckets(self.most, CELL_COUNT, device, shift=CELL_BITS)
+        self.clusters = allocate_sp_clusters(self.most, fuzziness, sps.capacity, device)
         self.clusters.order, self.clusters.fresh = self._order.items, self._order.starts[CELL_COUNT:]
+        self.use(self.most)
 
-    @property
-    def tables(self) -> list[Table]:
-        """What is known of clusters, which `go_on` keeps."""
-        known, clusters = self._kmeans.grid.data, self.clusters
-        arrays = known.position, known.normal, known.spacing, clusters.position, clusters.geometric, clusters.normal
-        return [Table(values) for values in (*arrays, self._serving, self._good)]
+    def use(self, count: int) -> None:
+        """Have so many clusters from the next frame on, but no more than there is room for."""
+        self.count = min(count, self.most)
+        extra = extra_of(self.count)
+        base = self.count - extra
+        self._wanted.fill_(self.count)
+        self._extra.fill_(extra)
+        self._kmeans.wanted.fill_(base)
+        self._samples.wanted.fill_(min(self._samples.capacity, SAMPLES_PER_CLUSTER * base))
+        self._some_new.fill_(1 + int(MOST_NEW * self.count))
+        self._scale.fill_(self._sps.stride * base**-0.5)
 
-    def run(self, sps: ShadingPoints, gbuffer: GBuffer, seed: int) -> None:
-        """K-means of a sample of `sps`, then the F nearest clusters of every SP."""
-        grid, scale = self._kmeans.grid, self._spacing_scale(sps)
+    def run(self, gbuffer: GBuffer, seed: int) -> None:
+        """K-means of a sample of the SPs, then the F nearest clusters of every SP."""
+        sps, grid, device = self._sps, self._kmeans.grid, self.device
         grid.data.spacing.zero_()
         self._serving.zero_()
         self._good.fill_(GOOD)
-        self._most_new.fill_(self.count)
-        self._samples.draw(sps, gbuffer, scale, seed)
+        wp.copy(self._most_new, self._wanted)
+        wp.copy(self._extent, self._wanted)
+        self._samples.draw(sps, gbuffer, self._scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
-        self._assign(sps, gbuffer, SERVICE, self._one, least_need=0)
+        self._assign(gbuffer, SERVICE, self._one, least_need=0)
         running_total(self.need, self._needs)
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._base, self._extra]
-        launch(extra_kernel, self._extra, [*inputs, grid.data, self._pixels], self.device)
-        self._finish(sps, gbuffer, self._base, least_need=1)
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._kmeans.wanted, self._extra]
+        launch(extra_kernel, extra_of(self.most), [*inputs, grid.data, self._pixels], device)
+        self._finish(gbuffer, self._kmeans.wanted, least_need=1)
 
-    def go_on(
-        self, sps: ShadingPoints, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int], *, carried: bool = False
-    ) -> None:
+    def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int], *, changed: bool = False) -> None:
         """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
 
-        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by; carried: whether that run had another
-        number of clusters, whose `tables` these have.
+        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by; changed: whether that run had another
+        `count` of them. Then evenly many of all stay where there are too many.
         """
-        grid, scale = self._kmeans.grid, self._spacing_scale(sps)
-        if carried:
-            self._most_new.fill_(1 + int(MOST_NEW * self.count))
-            grid.build()
+        sps, grid, device = self._sps, self._kmeans.grid, self.device
         work = self._spacings, self._crowded, self._pixels
-        keep(camera, size, gbuffer, sps, scale, self._good, grid.data, self._serving, *work)
+        keep(camera, size, gbuffer, sps, self._scale, self._good, grid.data, self._serving, *work)
+        if changed:
+            wp.copy(self._most_new, self._some_new)
+            self._count_free()
+            launch(drop_kernel, self.most, [self._wanted, self._frees, grid.data], device)
         grid.build()
-        self._assign(sps, gbuffer, FILLING, self._good, least_need=0)
+        self._assign(gbuffer, FILLING, self._good, least_need=0)
         running_total(self.need, self._needs)
-        launch(free_kernel, self.count, [grid.data, self._free], self.device)
+        self._count_free()
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._wanted, self._frees, self._most_new]
+        launch(fill_kernel, self.most, [*inputs, grid.data, self._pixels, self._serving], device)
+        inputs = [sps.count, self._needs, self._wanted, self._frees, self._good, self._most_new, self._extent]
+        launch(adapt_kernel, 1, inputs, device)
+        self._finish(gbuffer, self._none, least_need=int(WHOLE_NEED))
+
+    def _count_free(self) -> None:
+        launch(free_kernel, self.most, [self._kmeans.grid.data, self._free], self.device)
         running_total(self._free, self._frees)
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, scale, self._frees, self._most_new]
-        launch(fill_kernel, self.count, [*inputs, grid.data, self._pixels, self._serving], self.device)
-        inputs = [sps.count, self._needs, self._frees, self._good, self._most_new]
-        launch(adapt_kernel, 1, inputs, self.device)
-        self._finish(sps, gbuffer, 0, least_need=int(WHOLE_NEED))
 
-    def _spacing_scale(self, sps: ShadingPoints) -> float:
-        return float(sps.stride * self._base**-0.5)
-
-    def _finish(self, sps: ShadingPoints, gbuffer: GBuffer, base: int, *, least_need: int) -> None:
-        """Serve the needy by the new clusters too, of which the first `base` are medoids, and order all."""
+    def _finish(self, gbuffer: GBuffer, base: wp.array, *, least_need: int) -> None:
+        """Serve the needy by the new clusters too, of which the first `base` (1,) are medoids, and order all."""
         self._kmeans.grid.build()
-        self._assign(sps, gbuffer, SERVICE, self._one, least_need=least_need)
+        self._assign(gbuffer, SERVICE, self._one, least_need=least_need)
         inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
-        launch(representative_kernel, self.count, [*inputs, self._order.keys, self.clusters], self.device)
+        launch(representative_kernel, self.most, [*inputs, self._order.keys, self.clusters], self.device)
         self._order.sort()
 
-    def _assign(
-        self, sps: ShadingPoints, gbuffer: GBuffer, scale: NeedScale, good: wp.array, *, least_need: int
-    ) -> None:
-        inputs = [gbuffer, sps.pixels, sps.count, self._kmeans.grid.data, self._spacing_scale(sps), least_need]
+    def _assign(self, gbuffer: GBuffer, scale: NeedScale, good: wp.array, *, least_need: int) -> None:
+        sps, data = self._sps, self._kmeans.grid.data
+        inputs = [gbuffer, sps.pixels, sps.count, data, self._extent, self._scale, least_need]
         launch(self._kernel, sps.capacity, [*inputs, scale, good, self.need, self._serving, self.clusters], self.device)

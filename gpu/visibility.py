@@ -8,7 +8,6 @@ from functools import cache
 import warp as wp
 
 from gpu.bits import bit_count, lowest_bit
-from gpu.carry import Table
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
 from gpu.grouping import running_total
@@ -122,11 +121,6 @@ class Visibility:
         self.rays = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
         self.shared = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
-
-    @property
-    def tables(self) -> list[Table]:
-        """What is known of representatives: their bits."""
-        return [Table(self.words, clears=False)]
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays."""

@@ -6,7 +6,6 @@ from functools import partial
 import warp as wp
 
 from gpu.bright import BrightPoints
-from gpu.carry import Carrying, Table
 from gpu.correct import Correction
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
@@ -61,16 +60,22 @@ class FuzzyVpl:
     """The six steps of the 2022 paper, section 3.1; steps 1 and 2 happened when the light set was made."""
 
     def __init__(
-        self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
+        self,
+        view: View,
+        settings: RenderSettings,
+        quality: Quality,
+        lighting: Lighting,
+        progress: Progress,
+        most: int | None = None,
     ) -> None:
+        """With as many SP clusters as `quality` tells, or fewer (`use`); most: of those in any lights (`relit`)."""
         self._view, self._settings, self._lighting = view, settings, lighting
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
         # A wanted error is to follow from a frame's own counts, not from clusters and light of frames before.
         self._builds_on = settings.target_error is None
-        self._clustering = SpClustering(
-            view.pixels, quality.sp_clusters, settings.fuzziness, settings.weighting, view.device
-        )
+        sps, weighting = view.shading_points, settings.weighting
+        self._clustering = SpClustering(sps, most or quality.sp_clusters, settings.fuzziness, weighting)
         self._correction = Correction(view.pixels, view.device)
         # Irradiance as clusters tell it, while other stages correct it.
         self._told = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
@@ -79,10 +84,12 @@ class FuzzyVpl:
         self.probes = Probes(view) if settings.target_error else None
         self._take_light(quality, progress)
 
-    def resized(self, quality: Quality, progress: Progress) -> "FuzzyVpl":
-        """The method with other counts. Both share the arrays of the image's size: render with one after the other."""
+    def relit(self, quality: Quality, progress: Progress) -> "FuzzyVpl":
+        """The method with other lights, and as many SP clusters as `quality` tells, or fewer.
+
+        Both share these, and the arrays of the image's size: render with one after the other.
+        """
         other = copy(self)
-        other._clustering = self._clustering.resized(quality.sp_clusters)
         other._take_light(quality, progress)
         return other
 
@@ -94,10 +101,10 @@ class FuzzyVpl:
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
         self._kept, self._refines = True, False
-        # The number in a still view of the frame that left clusters and bits of these lights, and whether those of
-        # other counts were carried.
+        # The number in a still view of the frame that left clusters and bits of these lights, and whether there are to
+        # be more or fewer from now on.
         self._begun: int | None = None
-        self._carried = False
+        self._changed = False
         # Whether the last frame built on the light of those before.
         self._remembers = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
@@ -105,28 +112,24 @@ class FuzzyVpl:
         if self._has_indirect and settings.near_field:
             self._first_lit = self._lighting.radiosity(lighting_choice(settings, quality), progress)
         most = self._vpls.count if self._fixed else quality.vpl_clusters
-        self._visibility = Visibility(self._clustering.count, most, view.device, settings.skip)
-        self._far = FarSums(self._clustering.count, most, view.device, enabled=settings.skip.far_pairs)
+        sp_clusters = min(quality.sp_clusters, self._clustering.most)
+        self._visibility = Visibility(sp_clusters, most, view.device, settings.skip)
+        self._far = FarSums(sp_clusters, most, view.device, enabled=settings.skip.far_pairs)
         suspects, worst = (int(quality.sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
         self._suspects = WorstPoints(view.pixels, suspects, LEAST_DISPUTE, view.device)
         self._worst = WorstPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
         self._bright = BrightPoints(view.size, int(BRIGHT_SHARE * quality.sp_clusters), view.device)
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
-    @property
-    def _tables(self) -> list[Table]:
-        return [*self._clustering.tables, *self._visibility.tables, *self._far.tables]
-
-    def take_over(self, other: "FuzzyVpl") -> Carrying:
-        """Go on where `other` left off in a walk, if its lights are the same; else a walk begins from nothing here.
-
-        What is returned is to run before the next frame. Both share the history of the view.
-        """
-        self._carried = self._builds_on and other._begun == 0 and other._first is self._first
-        self._begun = 0 if self._carried else None
-        if not self._carried:
-            return Carrying([], [], self._view.device)
-        return Carrying(other._tables, self._tables, self._view.device)
+    def use(self, sp_clusters: int, *, begins: bool) -> None:
+        """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before."""
+        self._changed = sp_clusters != self._clustering.count
+        self._clustering.use(sp_clusters)
+        self._suspects.limit(int(sp_clusters * SUSPECTED_SHARE))
+        self._worst.limit(int(sp_clusters * REFINED_SHARE))
+        self._bright.limit(int(sp_clusters * BRIGHT_SHARE))
+        if begins:
+            self._begun = None
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then what VPLs send, which the next frame of a walk builds on."""
@@ -171,8 +174,8 @@ class FuzzyVpl:
             self._vpls = self._lighting.clusters(choice, progress)
             lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
         goes_on = self._kept and settings.skip.kept_clusters and self._goes_on(sample)
-        carried = goes_on and self._carried
-        self._begun, self._carried = None, False  # nor are they, should this frame fail
+        changed = goes_on and self._changed
+        self._begun, self._changed = None, False  # nor are they, should this frame fail
         vpls, visibility = self._vpls, self._visibility
         fuzziness, seed, history = settings.fuzziness, view.seed, view.history
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
@@ -182,9 +185,9 @@ class FuzzyVpl:
 
         def cluster() -> None:
             if goes_on:
-                clustering.go_on(sps, gbuffer, view.camera, view.size, carried=carried)
+                clustering.go_on(gbuffer, view.camera, view.size, changed=changed)
             else:
-                clustering.run(sps, gbuffer, frame_seed(settings.seed, sample))
+                clustering.run(gbuffer, frame_seed(settings.seed, sample))
 
         def correct() -> None:
             check = partial(correction.trace, view.scene, gbuffer)
@@ -217,7 +220,7 @@ class FuzzyVpl:
             look_back = partial(history.find, gbuffer, sps, view.last, seed) if remembers else history.forget
             stages.run("history", look_back, repeats=repeats, way=remembers)
         near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
-        stages.run("cluster", cluster, repeats=repeats, way=(goes_on, carried))
+        stages.run("cluster", cluster, repeats=repeats, way=(goes_on, changed))
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
         self._begun = sample
 

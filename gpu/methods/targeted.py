@@ -14,9 +14,9 @@ from gpu.target import ErrorGovernor, Governor
 from gpu.time_model import TimeModel
 from gpu.view import View
 
-# Levels that are kept, each with arrays of its clusters (0.2 GB for the default counts of a GPU) and captured graphs: a
-# walk goes to and fro between some.
-KEPT_LEVELS = 8
+# Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters: a walk goes to and
+# fro between some.
+KEPT_LIGHTS = 4
 # So many times the wanted error is too much to show while counts promise less. Too small an error is shown as it is, so
 # that frames have the wanted one where a little more is aimed at.
 TOO_LARGE, AIM = 1.08, 1.03
@@ -52,8 +52,10 @@ class TargetedVpl:
         # Whether the last frame is a walk's first of its counts.
         self._unlike = False
         self._view = view
-        self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress)
-        self._kept = {self._level: self._method}  # in the order of their last use
+        most = max(map(levels.most, levels.vpl_clusters))
+        self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress, most)
+        self._method.use(self._level.sp_clusters, begins=True)
+        self._kept = {self._level.vpl_clusters: self._method}  # in the order of their last use
 
     def governs_apart(self, *, walks: bool) -> bool:
         """Whether frames are governed as those of a walk, apart from others: for an error all are alike."""
@@ -75,18 +77,23 @@ class TargetedVpl:
         changes = sample == 0 and self._level != self._governor.level
         self._unlike = changes and self._view.walks
         if changes:
-            self._level = self._governor.level
-            known, before = self._kept.pop(self._level, None), self._method
-            self._method = known or before.resized(self._quality(self._level), progress)
-            self._kept[self._level] = self._method
-            if self._view.walks:
-                stages.run("carry", self._method.take_over(before).run, repeats=False)
-            if len(self._kept) > KEPT_LEVELS:
-                oldest = next(iter(self._kept))
-                del self._kept[oldest]
-                stages.forget(oldest)
-        stages.variant = self._level
+            before, self._level = self._level, self._governor.level
+            relights = before.vpl_clusters != self._level.vpl_clusters
+            if relights:
+                self._relight(stages, progress)
+            self._method.use(self._level.sp_clusters, begins=relights)
+        stages.variant = self._level.vpl_clusters
         self._method.render(stages, sample, progress)
+
+    def _relight(self, stages: Stages, progress: Progress) -> None:
+        number = self._level.vpl_clusters
+        known = self._kept.pop(number) if number in self._kept else None
+        self._method = known or self._method.relit(self._quality(self._level), progress)
+        self._kept[number] = self._method
+        if len(self._kept) > KEPT_LIGHTS:
+            oldest = next(iter(self._kept))
+            del self._kept[oldest]
+            stages.forget(oldest)
 
     def learn(self, stage_ms: dict[str, float], *, steady: bool) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
@@ -129,5 +136,7 @@ class TargetedVpl:
         return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected}) | tries
 
     def _quality(self, level: Level) -> Quality:
+        """That of `level` with the most SP clusters of its lights."""
         vpls = self._vpls or self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters
-        return replace(self._usual, sp_clusters=level.sp_clusters, vpl_clusters=level.vpl_clusters, vpls=vpls)
+        most = self._levels.most(level.vpl_clusters)
+        return replace(self._usual, sp_clusters=most, vpl_clusters=level.vpl_clusters, vpls=vpls)

@@ -116,8 +116,8 @@ class Pipeline:
         view.look(self.camera)
         view.find_shading_points()
         device = view.device
-        self.clustering = SpClustering(view.pixels, self.sp_clusters, self.fuzziness, Weighting.DISTANCE, device)
-        self.clustering.run(view.shading_points, view.gbuffer, 0)
+        self.clustering = SpClustering(view.shading_points, self.sp_clusters, self.fuzziness, Weighting.DISTANCE)
+        self.clustering.run(view.gbuffer, 0)
         vpls = traced_vpls(self.resident, view.scene, self.vpls, 3)
         self.lights = cluster_vpls(self.resident, vpls, self.vpl_clusters, 0)
         self.visibility = Visibility(self.clustering.count, self.lights.count, device)

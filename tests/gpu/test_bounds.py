@@ -24,7 +24,8 @@ def all_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3
                found: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: its nearest cluster, by a look at each."""
     point = first + wp.tid()
-    found[point] = nearest_of_all(clusters, position[point], normal[point], NORMAL_THRESHOLD, 1)
+    count = clusters.spacing.shape[0]
+    found[point] = nearest_of_all(clusters, count, position[point], normal[point], NORMAL_THRESHOLD, 1)
 
 
 def patches(count: int, seed: int) -> tuple[NDArray, NDArray]:

@@ -5,15 +5,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 import warp as wp
-from scenes import box, grey, quad, resident_of, results, slats, traced_vpls
+from scenes import box, column, grey, quad, resident_of, results, slats, traced_vpls
 
 from gpu.accumulate import Accumulation
 from gpu.camera import look_at, turned
-from gpu.carry import Carrying
 from gpu.device import duplicate
 from gpu.frame import Frame
 from gpu.gbuffer import CameraData, pixel_of
-from gpu.kept_clusters import CROWDED
+from gpu.grid import Representatives
+from gpu.kept_clusters import CROWDED, drop_kernel
 from gpu.new_clusters import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, MOST_NEW, WHOLE_NEED
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
@@ -48,11 +48,12 @@ def room() -> ResidentScene:
 
 @dataclass
 class Walk:
-    """A walk's clusters and what they see."""
+    """A walk's clusters, for which there is a little room more, and what they see."""
 
     resident: ResidentScene
     size: tuple[int, int] = SIZE
     count: int = 300
+    most: int = 300
     view: View = field(init=False)
     clustering: SpClustering = field(init=False)
     lights: VplClusters = field(init=False)
@@ -60,20 +61,21 @@ class Walk:
 
     def __post_init__(self) -> None:
         self.view = View(self.resident, self.size, lambertian=True)
-        self.clustering = SpClustering(self.view.pixels, self.count, 6, Weighting.DISTANCE, self.view.device)
+        self.clustering = SpClustering(self.view.shading_points, self.most, 6, Weighting.DISTANCE)
+        self.clustering.use(self.count)
         vpls = traced_vpls(self.resident, self.view.scene, 2000, 3)
         self.lights = cluster_vpls(self.resident, vpls, 70, 0)
-        self.visibility = Visibility(self.count, max(self.lights.count, 1), self.view.device)
+        self.visibility = Visibility(self.most, max(self.lights.count, 1), self.view.device)
 
-    def step(self, camera: Camera, *, begins: bool = False, carried: bool = False) -> None:
-        """One frame, the first, one that goes on, or one whose clusters were carried."""
+    def step(self, camera: Camera, *, begins: bool = False, changed: bool = False) -> None:
+        """One frame, the first, one that goes on, or one before which their number changed."""
         view = self.view
         view.look(camera)
         view.find_shading_points()
         if begins:
-            self.clustering.run(view.shading_points, view.gbuffer, 0)
+            self.clustering.run(view.gbuffer, 0)
         else:
-            self.clustering.go_on(view.shading_points, view.gbuffer, view.camera, view.size, carried=carried)
+            self.clustering.go_on(view.gbuffer, view.camera, view.size, changed=changed)
         self.visibility.trace(view.scene, self.clustering.clusters, self.lights)
 
     @property
@@ -451,26 +453,29 @@ def test_after_a_long_walk_the_picture_is_about_as_good_as_that_of_a_new_rendere
     assert kept < bound * usual
 
 
-def go_on_with(walk: Walk, count: int) -> Walk:
-    """The walk with another number of clusters."""
-    other = replace(walk, count=count)
-    other.view, other.lights = walk.view, walk.lights
-    other.clustering = walk.clustering.resized(count)
-    sources, targets = ([*each.clustering.tables, *each.visibility.tables] for each in (walk, other))
-    Carrying(sources, targets, walk.view.device).run()
-    return other
+@pytest.mark.parametrize("wanted", [100, 70, 69, 35, 1])
+def test_where_too_many_are_in_use_evenly_many_of_all_stay(wanted: int) -> None:
+    spacing = np.where(np.arange(100) % 10 < 7, 1.0, 0.0)
+    representatives = Representatives()
+    representatives.spacing = column(spacing, float)
+    frees = column(np.cumsum(spacing == 0.0), wp.int32)
+    wp.launch(drop_kernel, 100, [0, column([wanted], wp.int32), frees, representatives], device="cpu")
+    stay = representatives.spacing.numpy() > 0.0
+    assert stay.sum() == min(wanted, 70)
+    assert not stay[spacing == 0.0].any()
+    assert np.ptp(stay.reshape(10, 10).sum(axis=1)) <= 1
 
 
 @pytest.mark.parametrize("count", [450, 200])
 def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: int) -> None:
-    walk = Walk(room)
+    walk = Walk(room, most=600)
     walk.step(pose(0.0), begins=True)
     walk.step(pose(0.0))
     before, known = walk.used.sum(), {row.tobytes() for row in walk.clusters.position.numpy()[walk.used]}
-    walk = go_on_with(walk, count)
+    walk.clustering.use(count)
     numbers, new = [], []
     for step in range(14):
-        walk.step(pose(0.1 * step), carried=step == 0)
+        walk.step(pose(0.1 * step), changed=step == 0)
         walk.assert_served()
         numbers.append(walk.used.sum())
         new.append(len(walk.fresh))
@@ -479,9 +484,11 @@ def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: 
             assert kept <= known
             assert len(kept) > 0.8 * before * min(1.0, count / 300)
             words = walk.visibility.words.numpy().copy()
-            walk.clusters.fresh.fill_(count)
+            walk.clusters.order.assign(np.arange(walk.most))
+            walk.clusters.fresh.fill_(walk.most)
             walk.visibility.trace(walk.view.scene, walk.clusters, walk.lights)
             assert np.array_equal(walk.visibility.words.numpy()[walk.used], words[walk.used])
     assert max(new[:3]) <= 1 + int(MOST_NEW * count)
+    assert max(numbers) <= count
     assert numbers[-1] > 0.8 * count
     assert (new[0] < numbers[-1] - before) == (count > before)

@@ -79,7 +79,7 @@ def keys_of(kmeans: KMeans, count: int) -> NDArray:
     """Each point's cluster, −1 where it has none."""
     keys = np.full(count, -1)
     items, starts = kmeans.groups.items.numpy(), kmeans.groups.starts.numpy()
-    for cluster in range(kmeans.cluster_count):
+    for cluster in range(kmeans.most):
         keys[items[starts[cluster] : starts[cluster + 1]]] = cluster
     return keys
 

@@ -39,7 +39,7 @@ def all_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3
                threshold: float, every: int, found: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: the nearest of all representatives, or of each `every`-th."""
     point = first + wp.tid()
-    found[point] = nearest_of_all(clusters, position[point], normal[point], threshold, every)
+    found[point] = nearest_of_all(clusters, clusters.spacing.shape[0], position[point], normal[point], threshold, every)
 
 
 def scattered(count: int, seed: int) -> tuple[NDArray, NDArray]:

@@ -23,19 +23,21 @@ class Listed:
 
 @pytest.mark.parametrize("name", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
 @pytest.mark.parametrize("end", [40, int(LAST)])
-@pytest.mark.parametrize("capacity", [1, 64, 500])
+@pytest.mark.parametrize(("capacity", "most"), [(1, 1), (64, 64), (500, 500), (500, 64), (64, 500)])
 @pytest.mark.parametrize("count", [0, 1, 300, 500])
 def test_those_of_the_smallest_keys_are_listed_in_the_order_of_the_list(
-    count: int, capacity: int, end: int, name: str
+    count: int, capacity: int, most: int, end: int, name: str
 ) -> None:
     device = choose_device(name)
     points = Listed(count, device)
     keys = np.full(500, int(LAST))
     keys[:count] = np.random.default_rng(1).integers(0, 256, count)
     selection = Selection(points.capacity, capacity, end, device)
+    if most != capacity:
+        selection.limit(most)
     selection.keys.assign(keys.astype(np.int32))
     selection.choose(points)
-    smallest = np.argsort(keys, kind="stable")[:capacity]
+    smallest = np.argsort(keys, kind="stable")[: min(capacity, most)]
     chosen = np.sort(smallest[keys[smallest] < end])
     assert selection.count.numpy()[0] == len(chosen)
     assert np.array_equal(selection.pixels.numpy()[: len(chosen)], points.pixels.numpy()[chosen])

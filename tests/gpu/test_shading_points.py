@@ -68,7 +68,7 @@ def test_samples_differ_by_seed() -> None:
     drawn = []
     for seed in (0, 0, 1):
         samples = SampledPoints(50, CPU)
-        samples.draw(sps, gbuffer, 25**-0.5, seed)
+        samples.draw(sps, gbuffer, column([25**-0.5], float), seed)
         drawn.append(samples.pixels.numpy())
     assert np.array_equal(drawn[0], drawn[1])
     assert (drawn[0] != drawn[2]).sum() > 25
@@ -79,7 +79,7 @@ def test_samples_are_even_and_distinct(listed: int) -> None:
     valid = np.arange(600).reshape(20, 30) < listed
     gbuffer, sps, samples = gbuffer_with(valid), ShadingPoints((30, 20), 1, CPU), SampledPoints(50, CPU)
     sps.find(gbuffer)
-    samples.draw(sps, gbuffer, 25**-0.5, 0)
+    samples.draw(sps, gbuffer, column([25**-0.5], float), 0)
     count = samples.points.count.numpy()[0]
     assert count == min(50, listed)
     pixels = samples.pixels.numpy()[:count]

@@ -22,8 +22,8 @@ def clustering_of(
     view = View(resident, size, lambertian=True)
     view.look(camera)
     view.find_shading_points()
-    clustering = SpClustering(view.pixels, count, fuzziness, weighting, resident.device)
-    clustering.run(view.shading_points, view.gbuffer, 0)
+    clustering = SpClustering(view.shading_points, count, fuzziness, weighting)
+    clustering.run(view.gbuffer, 0)
     return clustering, view
 
 
@@ -133,3 +133,18 @@ def test_a_view_of_nothing_has_no_clusters() -> None:
     clustering, view = clustering_of(resident, outside, size, 50, 6, Weighting.DISTANCE)
     assert view.shading_points.count.numpy()[0] == 0
     assert not clustering.clusters.used.numpy().any()
+
+
+@pytest.mark.parametrize("count", [1, 30, 90])
+def test_room_for_more_clusters_changes_none(count: int) -> None:
+    (alone, _), (roomy, view) = clustered(count, 6), clustered(90, 6)
+    roomy.use(count)
+    roomy.run(view.gbuffer, 0)
+    assert roomy.count == count
+    assert roomy.clusters.used.numpy().sum() == alone.clusters.used.numpy().sum() > 0
+    for name in ("position", "normal", "geometric", "spacing", "used"):
+        assert (
+            getattr(roomy.clusters, name).numpy()[:count].tobytes() == getattr(alone.clusters, name).numpy().tobytes()
+        )
+    for name in ("cluster", "weight"):
+        assert getattr(roomy.clusters, name).numpy().tobytes() == getattr(alone.clusters, name).numpy().tobytes()

@@ -1,6 +1,7 @@
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from gpu.accumulate import Accumulation
 from gpu.camera import look_at
 from gpu.error_model import Estimate
 from gpu.frame import FrameStats
-from gpu.levels import LEAST_MEMBERS, MOST_MEMBERS
-from gpu.methods.targeted import KEPT_LEVELS
+from gpu.levels import LEAST_MEMBERS, MOST_MEMBERS, Level
+from gpu.lighting import Progress
+from gpu.methods.targeted import KEPT_LIGHTS, TargetedVpl
 from gpu.probes import Probes
 from gpu.quality import ON_CPU
 from gpu.renderer import Renderer
@@ -25,6 +27,7 @@ SIZE = (64, 48)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 INDIRECT = {"component": Component.INDIRECT, "vpls": 2000, "skip": {"unchanged_camera": False}}
 RATE = 1e-4  # simulated milliseconds a pair of clusters
+LEVELS: WeakKeyDictionary[Stages, list[Level]] = WeakKeyDictionary()
 
 
 @pytest.fixture(scope="module")
@@ -34,12 +37,29 @@ def room() -> ResidentScene:
     return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
 
 
+@pytest.fixture(autouse=True)
+def levels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stages whose times are simulated know the levels of their last two frames."""
+    render = TargetedVpl.render
+
+    def rendered(method: TargetedVpl, stages: Stages, sample: int, progress: Progress) -> None:
+        render(method, stages, sample, progress)
+        LEVELS[stages] = [*LEVELS.get(stages, [])[-1:], method._level]
+
+    monkeypatch.setattr(TargetedVpl, "render", rendered)
+
+
+def work_of(stages: Stages) -> float:
+    """That of the last frame's level, if it had one."""
+    return LEVELS[stages][-1].work if stages in LEVELS else 0.0
+
+
 @pytest.fixture
 def simulated_times(monkeypatch: pytest.MonkeyPatch) -> None:
     """Frames take what their pairs of clusters say, whatever this machine does meanwhile."""
 
     def milliseconds(stages: Stages) -> dict[str, float]:
-        return {"fixed": 5.0, "visibility": RATE * getattr(stages.variant, "work", 0.0)}
+        return {"fixed": 5.0, "visibility": RATE * work_of(stages)}
 
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
 
@@ -90,7 +110,7 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: ResidentScene, 
         frame = renderer.render(CAMERA)
         counts = frame.stats.counts["sp_clusters"], frame.stats.counts["vpl_clusters"]
         pictures.setdefault(counts, []).append(frame.radiance().tobytes())
-        assert len(renderer._targeted._kept) <= KEPT_LEVELS
+        assert len(renderer._targeted._kept) <= KEPT_LIGHTS
     assert len(pictures) > 2
     assert any(len(same) > 5 for same in pictures.values())
     assert all(len(set(same)) == 1 for same in pictures.values())
@@ -104,18 +124,12 @@ def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
     room: ResidentScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It takes ten times as long; were that believed, the next frames would have far fewer clusters."""
-    target, rate, last = 40.0, [RATE], [None]
-    start_frame = Stages.start_frame
-
-    def started(stages: Stages) -> None:
-        last[0] = stages.variant
-        start_frame(stages)
+    target, rate = 40.0, [RATE]
 
     def milliseconds(stages: Stages) -> dict[str, float]:
-        times = 1.0 if stages.variant == last[0] else 10.0
-        return {"fixed": 5.0, "visibility": times * rate[0] * getattr(stages.variant, "work", 0.0)}
+        times = 1.0 if len(set(LEVELS[stages])) == 1 else 10.0
+        return {"fixed": 5.0, "visibility": times * rate[0] * work_of(stages)}
 
-    monkeypatch.setattr(Stages, "start_frame", started)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
     renderer.render(CAMERA)
@@ -135,7 +149,7 @@ def test_what_a_walks_first_picture_takes_is_not_learnt(room: ResidentScene, mon
     seen = [False]
 
     def milliseconds(stages: Stages) -> dict[str, float]:
-        return {"fixed": 5.0, "visibility": (1.5 if seen[0] else 1.0) * RATE * getattr(stages.variant, "work", 0.0)}
+        return {"fixed": 5.0, "visibility": (1.5 if seen[0] else 1.0) * RATE * work_of(stages)}
 
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
@@ -284,10 +298,10 @@ def test_a_frame_with_too_large_an_error_is_tried_twice_more_at_the_most(
 
 
 def test_times_of_tries_are_added() -> None:
-    first = FrameStats({"shade": 1.0, "carry": 0.5}, {"vpls": 1}, {"far_pairs": 1}, {"tries": 1.0})
+    first = FrameStats({"shade": 1.0, "near": 0.5}, {"vpls": 1}, {"far_pairs": 1}, {"tries": 1.0})
     second = FrameStats({"shade": 2.0, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 1.0})
     both = second.after(first)
-    assert both == FrameStats({"shade": 3.0, "carry": 0.5, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 2.0})
+    assert both == FrameStats({"shade": 3.0, "near": 0.5, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 2.0})
     assert second.after(both).estimates == {"tries": 3.0}
 
 

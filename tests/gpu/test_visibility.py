@@ -41,8 +41,8 @@ def traced() -> tuple[ResidentScene, View, SpClustering, VplClusters]:
     view = View(resident, size, lambertian=True)
     view.look(camera)
     view.find_shading_points()
-    clustering = SpClustering(view.pixels, 90, 6, Weighting.DISTANCE, resident.device)
-    clustering.run(view.shading_points, view.gbuffer, 0)
+    clustering = SpClustering(view.shading_points, 90, 6, Weighting.DISTANCE)
+    clustering.run(view.gbuffer, 0)
     vpls = traced_vpls(resident, view.scene, 3000, 3)
     return resident, view, clustering, cluster_vpls(resident, vpls, 150, 0)
 
