@@ -9,30 +9,33 @@ from gpu.mirror import Mirror
 
 # A GPU's threads, each with few values; their sums are summed on the device once more before they travel.
 PARTIALS = 16_384
-SUMS = 128
+SUMS = 1024
+READ = 8
+LARGEST = (1 << 31) - 1
+Some = wp.types.vector(length=READ, dtype=int)
 
 
 @wp.kernel
-def sum_kernel(first: int, values: wp.array[int], least: int, row: int, partials: wp.array2d[int]) -> None:
-    """One thread a partial sum over every PARTIALS-th value; values below `least` do not count."""
+def sum_kernel(first: int, values: wp.array[int], least: int, most: int, counts: bool, row: int,
+               partials: wp.array2d[int]) -> None:  # fmt: skip
+    """One thread a partial sum over every PARTIALS-th value from `least` to `most`; counts: of 1 for each of these.
+
+    READ values are read before one is used: a thread waits for memory most of the time.
+    """
     partial = first + wp.tid()
+    some = Some()
     total = int(0)
     index = int(partial)
     while index < values.shape[0]:
-        total += wp.where(values[index] >= least, values[index], 0)
-        index += PARTIALS
-    partials[row, partial] = total
-
-
-@wp.kernel
-def count_kernel(first: int, values: wp.array[int], value: int, row: int, partials: wp.array2d[int]) -> None:
-    """One thread a partial count over every PARTIALS-th value of those that are `value`."""
-    partial = first + wp.tid()
-    total = int(0)
-    index = int(partial)
-    while index < values.shape[0]:
-        total += wp.where(values[index] == value, 1, 0)
-        index += PARTIALS
+        for number in range(wp.static(READ)):
+            place = index + number * PARTIALS
+            some[number] = least - 1
+            if place < values.shape[0]:
+                some[number] = values[place]
+        for number in range(wp.static(READ)):
+            if some[number] >= least and some[number] <= most:
+                total += wp.where(counts, 1, some[number])
+        index += wp.static(READ) * PARTIALS
     partials[row, partial] = total
 
 
@@ -61,9 +64,9 @@ class Counter:
         Then, for each (values, value) of `counted`, count how many are `value`.
         """
         for row, (values, least) in enumerate(arrays):
-            launch(sum_kernel, PARTIALS, [values, least, row, self._partials], self.device)
+            launch(sum_kernel, PARTIALS, [values, least, LARGEST, False, row, self._partials], self.device)
         for row, (values, value) in enumerate(counted, start=len(arrays)):
-            launch(count_kernel, PARTIALS, [values, value, row, self._partials], self.device)
+            launch(sum_kernel, PARTIALS, [values, value, value, True, row, self._partials], self.device)
         launch(fold_kernel, self._sums.array.size, [self._partials, self._sums.array], self.device)
         self._sums.download()
 

@@ -43,6 +43,7 @@ class Levels:
         numbers = sorted({WORD * round(VPL_STEP**step) for step in steps})
         few = [number for number in numbers if number <= most] or numbers[:1]
         self.vpl_clusters = [number for number in few if number >= least] or few[-1:]
+        self._of: dict[int, tuple[Level, ...]] = {}
 
     def usual(self, vpl_clusters: int) -> Level:
         """The level of so many VPL clusters with the usual number of SP clusters for each."""
@@ -50,18 +51,20 @@ class Levels:
 
     def most(self, vpl_clusters: int) -> int:
         """The most SP clusters of a level with so many VPL clusters."""
-        return max(level.sp_clusters for level in self.of(vpl_clusters))
+        return self.of(vpl_clusters)[-1].sp_clusters
 
     def nearest(self, work: float) -> Level:
         """The usual level that is nearest to so much `work`."""
         return min(map(self.usual, self.vpl_clusters), key=lambda level: abs(log(level.work / work)))
 
-    def of(self, vpl_clusters: int) -> list[Level]:
-        """All levels of so many VPL clusters: the usual one, then the others by work."""
-        usual, steps = self.usual(vpl_clusters), int(log(RANGE, SP_STEP))
-        wanted = (round(usual.sp_clusters * SP_STEP**step) for step in range(-steps, steps + 1))
-        counts = {min(max(count, 1), self._most) for count in wanted}
-        return [usual, *(Level(count, vpl_clusters) for count in sorted(counts - {usual.sp_clusters}))]
+    def of(self, vpl_clusters: int) -> tuple[Level, ...]:
+        """All levels of so many VPL clusters, by work."""
+        if vpl_clusters not in self._of:
+            usual, steps = self.usual(vpl_clusters), int(log(RANGE, SP_STEP))
+            wanted = (round(usual.sp_clusters * SP_STEP**step) for step in range(-steps, steps + 1))
+            counts = sorted({min(max(count, 1), self._most) for count in wanted})
+            self._of[vpl_clusters] = tuple(Level(count, vpl_clusters) for count in counts)
+        return self._of[vpl_clusters]
 
 
 def levels_of(pixels: int, vpls: int) -> Levels:

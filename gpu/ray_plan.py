@@ -28,6 +28,9 @@ WEAK_SHARE = wp.constant(1.0 / 512.0)
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
 NO_LIGHT = wp.constant(-1.0)
+# Running totals count both: rays below, pairs that share one above.
+SHARED_SHIFT = wp.constant(wp.int64(32))
+RAY_MASK = wp.constant(wp.int64((1 << 32) - 1))
 
 
 @wp.struct
@@ -41,6 +44,18 @@ class RayPlan:
     traced: wp.array[wp.uint32]
     shared: wp.array[wp.uint32]
     leaders: wp.array[wp.uint32]
+
+
+@wp.func
+def rays_of(total: wp.int64) -> int:
+    """How many rays a running total counts."""
+    return int(total & RAY_MASK)
+
+
+@wp.func
+def shared_of(total: wp.int64) -> int:
+    """How many pairs that take another's answer a running total counts."""
+    return int(total >> SHARED_SHIFT)
 
 
 @wp.func
@@ -105,16 +120,16 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
         words: int,
         weak: wp.array[float],
         plan: RayPlan,
-        numbers: wp.array[int],
+        numbers: wp.array[wp.int64],
     ) -> None:
         """One thread a word at one new representative, neighbouring threads on neighbours in space.
 
-        words: of VPL clusters; weak (place,): the light below which one is weak; numbers: as of `plan`, of its rays.
+        words: of VPL clusters; weak (place,): the light below which one is weak; numbers: as of `plan`, to be added up.
         """
         index = first + wp.tid()
         fresh = sps.fresh[0]
         if index >= words * fresh:
-            numbers[index] = 0
+            numbers[index] = wp.int64(0)
             return
         place = index % fresh
         sp = sps.order[place]
@@ -162,13 +177,13 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
         plan.traced[index] = traced
         plan.shared[index] = shared & ~traced
         plan.leaders[index] = leaders
-        numbers[index] = bit_count(traced)
+        numbers[index] = wp.int64(bit_count(traced)) + (wp.int64(bit_count(shared & ~traced)) << SHARED_SHIFT)
 
     return kernel
 
 
 @wp.kernel
-def list_kernel(first: int, sps: SpClusters, words: int, plan: RayPlan, totals: wp.array[int],
+def list_kernel(first: int, sps: SpClusters, words: int, plan: RayPlan, totals: wp.array[wp.int64],
                 pairs: wp.array[int]) -> None:  # fmt: skip
     """One thread a word at a new representative: lists its rays, as 32 · index + bit, where those before end."""
     index = first + wp.tid()
@@ -176,7 +191,7 @@ def list_kernel(first: int, sps: SpClusters, words: int, plan: RayPlan, totals: 
         return
     ray = int(0)
     if index > 0:
-        ray = totals[index - 1]
+        ray = rays_of(totals[index - 1])
     traced = plan.traced[index]
     while traced != wp.uint32(0):
         pairs[ray] = WORD_BITS * index + lowest_bit(traced)

@@ -3,6 +3,7 @@
 from collections.abc import Hashable
 from dataclasses import replace
 from math import pi, sin
+from time import perf_counter
 
 import warp as wp
 
@@ -71,6 +72,8 @@ class Renderer:
         self._shown: tuple[Hashable, int] | None = None
         self._statistics: FrameStatistics = {}, {}
         self._walked = False
+        # Of the last frame [ms], beside its stages, and of learning of it.
+        self._host_ms = self._learning_ms = 0.0
 
     def _is_fuzzy(self) -> bool:
         return self._settings.method is Method.FUZZY_VPL and self._settings.clustering is not Clustering.VPLS
@@ -121,9 +124,15 @@ class Renderer:
         return frame
 
     def _learn(self, frame: Frame) -> bool:
-        return self._targeted is not None and self._targeted.learn(frame.stats.stage_ms, steady=self._stages.steady)
+        """Whether counts can stay. What a frame takes is all that the host waits for, and learning of the last one."""
+        begun = perf_counter()
+        times = {**frame.stats.stage_ms, "host": self._host_ms + self._learning_ms}
+        stays = self._targeted is not None and self._targeted.learn(times, steady=self._stages.steady)
+        self._learning_ms = 1e3 * (perf_counter() - begun)
+        return stays
 
     def _render(self, camera: Camera, accumulation: Accumulation | None, walks: bool) -> Frame:
+        begun = perf_counter()
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
         sample = accumulation.samples if accumulation else 0
         self._stages.start_frame()
@@ -152,4 +161,5 @@ class Renderer:
         skips = dict.fromkeys(Skips.model_fields, 0) | skips
         estimates = self._targeted.estimates() if self._targeted else {}
         stats = FrameStats(self._stages.milliseconds(), counts, skips, estimates)
+        self._host_ms = max(1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values()), 0.0)
         return Frame(view.size, radiance, tonemap.pixels, stats)

@@ -77,7 +77,7 @@ class RenderSettings(BaseModel):
     vpl_clusters: int | None = Field(None, ge=1, le=65_536, description="clusters of VPLs")
     clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
     target_ms: float | None = Field(
-        None, gt=0.0, le=10_000.0, description="device time of a frame [ms] that counts of clusters are chosen for"
+        None, gt=0.0, le=10_000.0, description="time until a frame is ready [ms] that counts of clusters are chosen for"
     )
     target_error: float | None = Field(
         None,

@@ -17,7 +17,7 @@ class Stages:
 
     On CUDA a stage is captured as a graph, so that its many small launches cost the host nothing: what it launches must
     be the same every frame of one `variant`, and what differs must come through arrays. Times are device events there,
-    wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame does.
+    wall clock on the CPU. steady: whether the last frame's stages did nothing that only first frames do.
     """
 
     def __init__(self, device: wp.Device) -> None:
@@ -114,6 +114,7 @@ class Stages:
         (name, way, repeats), loaded = key, self._note(key)
         graph = self._graphs.get((name, way, self.variant)) if repeats else None
         if repeats and loaded and graph is None:
+            self.steady = False
             with wp.ScopedCapture(self._device) as capture:
                 work()
             graph = self._graphs[name, way, self.variant] = capture.graph

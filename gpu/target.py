@@ -6,6 +6,8 @@ of the governing. VPL clusters come in few numbers, since each needs a light set
 SP clusters do not suffice. Nothing here renders.
 """
 
+from bisect import bisect_left
+from collections.abc import Sequence
 from math import log
 from typing import Generic, Protocol, TypeVar
 
@@ -68,12 +70,20 @@ class Governor(Generic[Seen]):
         def near(number: int) -> list[Level]:
             return [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= FARTHEST]
 
-        same = min([level, *near(level.vpl_clusters)], key=self._off)
+        same = min([level, *self._about(near(level.vpl_clusters))], key=self._off)
         if self._off(same) <= ALMOST:
             return same
         numbers = sorted(levels.vpl_clusters, key=lambda number: self._off(levels.usual(number)))
         others = next(filter(None, map(near, numbers)))
-        return min([same, *others], key=self._off)
+        return min([same, *self._about(others)], key=self._off)
+
+    def _about(self, levels: Sequence[Level]) -> Sequence[Level]:
+        """Of `levels` by work those two between which the target is: what they give goes one way."""
+        if not levels:
+            return levels
+        side = 1.0 if self._model.predict(levels[-1]) >= self._model.predict(levels[0]) else -1.0
+        place = bisect_left(levels, side * self._target, key=lambda level: side * self._model.predict(level))
+        return levels[max(place - 1, 0) : place + 1]
 
 
 class ErrorGovernor(Governor[Estimate]):

@@ -7,11 +7,22 @@ from functools import cache
 
 import warp as wp
 
-from gpu.bits import bit_count, lowest_bit
+from gpu.bits import lowest_bit
 from gpu.device import allocate, launch
 from gpu.disk import disk_at
 from gpu.grouping import running_total
-from gpu.ray_plan import PARTS, WORD_BITS, RayPlan, list_kernel, part_kernel, plan_kernel, weak_kernel, with_shared
+from gpu.ray_plan import (
+    PARTS,
+    WORD_BITS,
+    RayPlan,
+    list_kernel,
+    part_kernel,
+    plan_kernel,
+    rays_of,
+    shared_of,
+    weak_kernel,
+    with_shared,
+)
 from gpu.rays import connection, free_path
 from gpu.resident import SceneData
 from gpu.settings import EVERY_SKIP, Skips
@@ -37,7 +48,7 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
         vpls: VplClusters,
         first_vpl: int,
         words: int,
-        totals: wp.array[int],
+        totals: wp.array[wp.int64],
         threads: int,
         pairs: wp.array[int],
     ) -> None:
@@ -49,7 +60,7 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
         fresh = sps.fresh[0]
         if fresh == 0:
             return
-        rays = totals[words * fresh - 1]
+        rays = rays_of(totals[words * fresh - 1])
         spread = wp.clamp(threads // wp.max(rays, 1), 1, SPREAD)
         if thread % spread != 0:
             return
@@ -69,24 +80,27 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
 
 
 @wp.kernel
-def pack_kernel(first: int, sps: SpClusters, count: int, plan: RayPlan, totals: wp.array[int],
-                answers: wp.array[int], first_word: int, words: wp.array2d[wp.uint32], rays: wp.array[int],
+def pack_kernel(first: int, sps: SpClusters, count: int, plan: RayPlan, totals: wp.array[wp.int64],
+                answers: wp.array[int], first_word: int, words: wp.array2d[wp.uint32], run: int, rays: wp.array[int],
                 shared: wp.array[int]) -> None:  # fmt: skip
-    """One thread a word: packs 32 VPL clusters' answers for one new representative, and counts them.
+    """One thread a word: packs 32 VPL clusters' answers for one new representative.
 
-    count: words in this run; words: (sp cluster, word); rays, shared (sp clusters · words,): how many were traced and
-    how many took another's.
+    count: words in this run; words: (sp cluster, word); rays, shared (run,): how many were traced in this one, and how
+    many took another's.
     """
     index = first + wp.tid()
     fresh = sps.fresh[0]
-    counted = first_word * words.shape[0] + index
-    rays[counted] = 0
-    shared[counted] = 0
+    if index == 0:
+        total = wp.int64(0)
+        if fresh > 0:
+            total = totals[count * fresh - 1]
+        rays[run] = rays_of(total)
+        shared[run] = shared_of(total)
     if index >= count * fresh:
         return
     ray = int(0)
     if index > 0:
-        ray = totals[index - 1]
+        ray = rays_of(totals[index - 1])
     seen = wp.uint32(0)
     traced = plan.traced[index]
     while traced != wp.uint32(0):
@@ -94,8 +108,6 @@ def pack_kernel(first: int, sps: SpClusters, count: int, plan: RayPlan, totals: 
         traced &= traced - wp.uint32(1)
         ray += 1
     words[sps.order[index % fresh], first_word + index // fresh] = with_shared(seen, plan, index)
-    rays[counted] = bit_count(plan.traced[index])
-    shared[counted] = bit_count(plan.shared[index])
 
 
 class Visibility:
@@ -113,13 +125,14 @@ class Visibility:
         self._run = min(self._word_count, max(1, MAX_PAIRS // (int(WORD_BITS) * sp_count)))
         words = self._run * sp_count
         self._plan: RayPlan = allocate(RayPlan, words, device)
-        self._numbers = wp.zeros(words, dtype=int, device=device)
-        self._totals = wp.zeros(words, dtype=int, device=device)
+        self._numbers = wp.zeros(words, dtype=wp.int64, device=device)
+        self._totals = wp.zeros(words, dtype=wp.int64, device=device)
         self._pairs = wp.zeros(words * int(WORD_BITS), dtype=int, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
-        self.rays = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
-        self.shared = wp.zeros(sp_count * self._word_count, dtype=int, device=device)
+        runs = -(-self._word_count // self._run)
+        self.rays = wp.zeros(runs, dtype=int, device=device)
+        self.shared = wp.zeros(runs, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
@@ -131,7 +144,7 @@ class Visibility:
             launch(weak_kernel, count, [sps, self._parts, self._weak], device)
         plans = plan_kernel(skip.facing_away, skip.weak_pairs)
         trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
-        for first_word in range(0, self._word_count, self._run):
+        for run, first_word in enumerate(range(0, self._word_count, self._run)):
             words = min(self._run, self._word_count - first_word)
             first_vpl = first_word * int(WORD_BITS)
             launch(plans, words * count, [sps, vpls, first_vpl, words, self._weak, plan, self._numbers], device)
@@ -139,5 +152,5 @@ class Visibility:
             launch(list_kernel, words * count, [sps, words, plan, totals, pairs], device)
             threads = min(TRACING_THREADS, words * count * int(WORD_BITS))
             launch(trace, threads, [scene, sps, vpls, first_vpl, words, totals, threads, pairs], device)
-            inputs = [sps, words, plan, totals, pairs, first_word, self.words, self.rays, self.shared]
+            inputs = [sps, words, plan, totals, pairs, first_word, self.words, run, self.rays, self.shared]
             launch(pack_kernel, words * count, inputs, device)

@@ -95,10 +95,10 @@ class TargetedVpl:
             del self._kept[oldest]
             stages.forget(oldest)
 
-    def learn(self, stage_ms: dict[str, float], *, steady: bool) -> bool:
+    def learn(self, times: dict[str, float], *, steady: bool) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        stage_ms: what that took; steady: without what only a first frame does.
+        times: what that took [ms], by parts; steady: without what only a first frame does.
 
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frame of a
         level in a walk has more new clusters than those that follow, and takes up to a fifth longer: that tells nothing
@@ -108,7 +108,7 @@ class TargetedVpl:
             seen = self._method.probes.estimate()
             self._error = seen.error / self._target
             return self._governor.learn(seen)
-        return not self._unlike and steady and self._governor.learn(stage_ms)
+        return not self._unlike and steady and self._governor.learn(times)
 
     def tries_again(self) -> bool:
         """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.

@@ -113,8 +113,14 @@ def slopes(points: Points) -> tuple[float, float]:
     return slope(x, y), slope(x[half:], y[half:])
 
 
+def targeted(row: Row) -> list[float]:
+    """What frames of a walk for a target took or had; older rows tell only what their stages took."""
+    values: list[float] = row.get("errors") or row.get("path_wall_ms") or row["path_ms"]
+    return values
+
+
 def over_target(row: Row) -> tuple[list[int], list[float]]:
     """The frames of a walk for a target that were measured, and what they had over what was wanted."""
-    values, (target,) = row.get("errors", row["path_ms"]), row["target"].values()
+    values, (target,) = targeted(row), row["target"].values()
     every = row["frames"] // len(values)
     return [every * (1 + number) for number in range(len(values))], [value / target for value in values]

@@ -16,6 +16,7 @@ from tests.bench.rows import (
     scenes_of,
     setting_rows,
     slopes,
+    targeted,
     within,
 )
 from tests.bench.store import Row
@@ -200,7 +201,7 @@ def targets_table(rows: list[Row]) -> str:
     ]
     lines = []
     for row in rows:
-        (kind, target), compared = next(iter(row["target"].items())), row.get("errors", row["path_ms"])
+        (kind, target), compared = next(iter(row["target"].items())), targeted(row)
         goal, places = f"{target:g} ms" if kind == "ms" else f"MSE {target:g}", f"{len(compared)} of {row['frames']}"
         held, within = row["held"], f"{100.0 * row['held']['within']:.0f} %"
         above = f"{100.0 * sum(value > (1.0 + WITHIN) * target for value in compared) / len(compared):.0f} %"

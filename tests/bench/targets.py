@@ -1,8 +1,8 @@
 """How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
 
 What is wanted is within a scene's reach: times are multiples of what the default counts take in motion there, errors
-lie between those that the fewest and the most counts have on the walk. Times are device times of frames as they come,
-with no frame left out but those before the first picture. Errors are measured at some frames of the walk: against
+lie between those that the fewest and the most counts have on the walk. Times are those until frames are ready, as they
+come, with no frame left out but those before the first picture. Errors are measured at some frames of the walk: against
 `exact-vpl` with the same VPLs, and without near-field light, which the estimate that they are chosen by leaves out too.
 Rows keep what every frame took, its counts, and what was expected.
 """
@@ -56,8 +56,11 @@ def running_means(values: Sequence[float], count: int) -> list[float]:
     return [float(np.mean(values[begin : begin + count])) for begin in range(len(values) - count + 1)]
 
 
-def path_of(frames: Sequence[FrameStats], unit: str) -> Row:
-    """What the frames of a walk for a target in `unit` took and had: by frame, and how often their counts changed."""
+def path_of(frames: Sequence[FrameStats], wall: Sequence[float], unit: str) -> Row:
+    """What the frames of a walk for a target in `unit` took and had: by frame, and how often their counts changed.
+
+    wall: until each was ready [ms], beside which its stages' own times are kept.
+    """
     levels = [(stats.counts["sp_clusters"], stats.counts["vpl_clusters"]) for stats in frames]
     return {
         "frames": len(frames),
@@ -65,6 +68,8 @@ def path_of(frames: Sequence[FrameStats], unit: str) -> Row:
         "light_sets": sum(before[1] != after[1] for before, after in pairwise(levels)),
         "pairs": spread([float(sps * vpls) for sps, vpls in levels]),
         "path_ms": [round(sum(stats.stage_ms.values()), 3) for stats in frames],
+        "path_wall_ms": [round(ms, 3) for ms in wall],
+        "wall_ms": spread(wall),
         "path_clusters": [f"{sps} {vpls}" for sps, vpls in levels],
         "path_expected": [float(f"{stats.estimates[f'expected_{unit}']:.4g}") for stats in frames],
     }
@@ -109,15 +114,14 @@ def run(suite: Suite) -> None:
             begun = perf_counter()
             stats.append(renderer.render(view(name, number), walks=True).stats)
             wall.append(1e3 * (perf_counter() - begun))
-        path = path_of(stats, "ms")
+        path = path_of(stats, wall, "ms")
         return {
             "scene": name,
             "size": list(subject.size),
             "settings": settings.model_dump(mode="json"),
             "target": {"ms": target},
             "share": share,
-            "held": held(path["path_ms"], target),
-            "wall_ms": spread(wall),
+            "held": held(wall, target),
             **path,
         }
 
@@ -166,7 +170,7 @@ def run(suite: Suite) -> None:
             if number % every == 0:
                 errors.append(mse(frame.radiance(), exact(name, number, frame.stats.counts["vpl_clusters"])))
                 estimates.append(frame.stats.estimates["expected_error"])
-        path = path_of(stats, "error")
+        path = path_of(stats, wall, "error")
         counts = path["path_clusters"][every - 1 :: every]
         return {
             "scene": name,
@@ -180,7 +184,6 @@ def run(suite: Suite) -> None:
             "errors": errors,
             "below_at_fewest": share_at_fewest(errors, counts, f"{fewest.sp_clusters} {fewest.vpl_clusters}", target),
             "tries": float(np.mean([frame.estimates["tries"] for frame in stats])),
-            "wall_ms": spread(wall),
             **path,
         }
 

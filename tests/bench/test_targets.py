@@ -20,9 +20,10 @@ def test_a_path_keeps_each_frame_and_counts_what_changed() -> None:
         FrameStats({"a": 1.0, "b": 0.5}, {"sp_clusters": sps, "vpl_clusters": vpls}, {}, {"expected_ms": 1.6})
         for sps, vpls in levels
     ]
-    path = path_of(frames, "ms")
+    path = path_of(frames, [2.0, 2.0, 2.0, 4.0], "ms")
     assert (path["frames"], path["changes"], path["light_sets"]) == (4, 2, 1)
     assert path["path_ms"] == [1.5] * 4
+    assert (path["path_wall_ms"], path["wall_ms"]["median"]) == ([2.0, 2.0, 2.0, 4.0], 2.0)
     assert path["path_expected"] == [1.6] * 4
     assert path["path_clusters"] == ["8 2", "8 2", "9 2", "4 3"]
 
@@ -50,4 +51,5 @@ def test_a_walk_sways_and_comes_back() -> None:
 def test_what_frames_have_over_a_target_is_of_those_that_were_measured() -> None:
     row = {"frames": 4, "path_ms": [3.0, 6.0, 6.0, 9.0], "target": {"ms": 6.0}}
     assert over_target(row) == ([1, 2, 3, 4], [0.5, 1.0, 1.0, 1.5])
+    assert over_target({**row, "path_wall_ms": [6.0, 6.0, 6.0, 12.0]})[1] == [1.0, 1.0, 1.0, 2.0]
     assert over_target({**row, "errors": [2e-3, 1e-3], "target": {"error": 1e-3}}) == ([2, 4], [2.0, 1.0])

@@ -126,7 +126,7 @@ def test_a_time_that_does_not_repeat_is_ignored() -> None:
 def test_what_cannot_be_met_ends_at_the_end_of_the_levels(target: float) -> None:
     _, levels = walk(target, lambda _, level: milliseconds(level), 60)
     every = Levels(PIXELS)
-    end = every.of(every.vpl_clusters[0])[1] if target == 1.0 else MOST
+    end = every.of(every.vpl_clusters[0])[0] if target == 1.0 else MOST
     assert levels[-1] == end
     assert moves(levels[40:]) == 0
 
@@ -232,7 +232,7 @@ def test_an_error_that_changes_with_the_view_is_held() -> None:
 def test_other_vpl_clusters_are_within_reach_of_the_fewest_sp_clusters() -> None:
     """An easy view: 416 VPL clusters with the fewest SP clusters leave less error than wanted, the fewest do not."""
     levels = levels_of(PIXELS, 16_000)
-    governor = ErrorGovernor(levels, 1e-3, levels.of(416)[1])
+    governor = ErrorGovernor(levels, 1e-3, levels.of(416)[0])
 
     def plant(level: Level) -> float:
         return 8e-4 * (level.vpl_clusters / 416) ** -0.5 * (level.sp_clusters / 290) ** -0.2

@@ -39,7 +39,8 @@ def room() -> ResidentScene:
 
 @pytest.fixture(autouse=True)
 def levels(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Stages whose times are simulated know the levels of their last two frames."""
+    """Stages whose times are simulated know the levels of their last two frames, and nothing else takes time."""
+    monkeypatch.setattr("gpu.renderer.perf_counter", lambda: 0.0)
     render = TargetedVpl.render
 
     def rendered(method: TargetedVpl, stages: Stages, sample: int, progress: Progress) -> None:
@@ -75,6 +76,23 @@ def test_the_first_picture_has_the_counts_that_meet_the_time(
         assert stats.counts["sp_clusters"] > 0
         assert stats.estimates["target_ms"] == target
         assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
+
+
+def test_what_the_host_takes_is_of_a_wanted_time(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    now, host = [0.0], 6.0
+
+    def milliseconds(stages: Stages) -> dict[str, float]:
+        times = {"fixed": 5.0, "visibility": RATE * work_of(stages)}
+        now[0] += 1e-3 * (sum(times.values()) + host)
+        return times
+
+    monkeypatch.setattr(Stages, "milliseconds", milliseconds)
+    monkeypatch.setattr("gpu.renderer.perf_counter", lambda: now[0])
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
+    for _ in range(3):
+        stats = renderer.render(CAMERA).stats
+    assert sum(stats.stage_ms.values()) == pytest.approx(20.0 - host, rel=0.1)
+    assert stats.estimates["expected_ms"] == pytest.approx(20.0, rel=0.1)
 
 
 def test_vpls_follow_a_time_but_stay_for_an_error(room: ResidentScene, simulated_times: None) -> None:

@@ -126,8 +126,9 @@ def test_runs_of_vpl_clusters_give_what_all_at_once_give(
     monkeypatch.setattr("gpu.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two of five words at a time
     other, in_runs = bits_of(traced, skip)
     assert np.array_equal(other, bits)
-    assert np.array_equal(in_runs.rays.numpy(), stage.rays.numpy())
-    assert np.array_equal(in_runs.shared.numpy(), stage.shared.numpy())
+    assert len(in_runs.rays) > len(stage.rays) == 1
+    assert in_runs.rays.numpy().sum() == stage.rays.numpy().sum()
+    assert in_runs.shared.numpy().sum() == stage.shared.numpy().sum()
 
 
 def test_more_rays_than_threads_are_all_traced(
