@@ -71,13 +71,16 @@ def trace_kernel(connect: wp.Function) -> wp.Kernel:
         scene: SceneData,
         gbuffer: GBuffer,
         pixels: wp.array[int],
+        count: wp.array[int],
         vpls: VplClusters,
         rays: Rays,
     ) -> None:
         """One thread a ray: adds its light if nothing stops it."""
         index = first + wp.tid()
-        place = index % pixels.shape[0]
-        ray = index // pixels.shape[0]
+        if index >= RAYS * count[0]:
+            return
+        place = index % count[0]
+        ray = index // count[0]
         vpl = rays.vpl[ray, place]
         if vpl < 0:
             return
@@ -185,7 +188,8 @@ class BrightPoints(Selection):
         launch(near_kernel(fuzziness), NEAR_PARTS * self.capacity, inputs, device)
         inputs = [gbuffer, *chosen, clusters, words, vpls, far, indirect, seed, self._rays]
         launch(draw_kernel(fuzziness), rays, inputs, device)
-        launch(trace_kernel(connection(scene)), rays, [scene, gbuffer, self.pixels, vpls, self._rays], device)
+        inputs = [scene, gbuffer, self.pixels, self.count, vpls, self._rays]
+        launch(trace_kernel(connection(scene)), rays, inputs, device)
 
     def take(self, gbuffer: GBuffer, vpls: VplClusters, told: wp.array, frames: wp.array, light: wp.array,
              irradiance: wp.array) -> None:  # fmt: skip

@@ -15,7 +15,7 @@ from gpu.gbuffer import GBuffer
 from gpu.grid import FAR_AWAY
 from gpu.lanes import bits_of_warp
 from gpu.sampling import TO_UNIT, hashed
-from gpu.shade import REGISTERS, Indirect, guides_of, words_a_part
+from gpu.shade import NEAR_PARTS, REGISTERS, Indirect, guides_of, words_a_part
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, unoccluded
 from gpu.vpl_clusters import VplClusters
@@ -52,14 +52,15 @@ def step_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], count
     Read by all who compare it, since rounding that differs between them would lose rays.
     """
     index = first + wp.tid()
-    place = index % pixels.shape[0]
-    ray = index // pixels.shape[0]
+    if index >= RAYS * count[0]:
+        return
+    place = index % count[0]
+    ray = index // count[0]
     rays.vpl[ray, place] = -1
-    if place < count[0]:
-        sp = numbers[place]
-        state = hashed(wp.uint32(pixels[place]) ^ hashed(BRIGHT_KEY + wp.uint32(seed[0])))
-        whole = indirect.open_near[sp] + indirect.open_far[sp]
-        rays.share[ray, place] = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
+    sp = numbers[place]
+    state = hashed(wp.uint32(pixels[place]) ^ hashed(BRIGHT_KEY + wp.uint32(seed[0])))
+    whole = indirect.open_near[sp] + indirect.open_far[sp]
+    rays.share[ray, place] = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
 
 
 @wp.func
@@ -93,13 +94,14 @@ def near_kernel(fuzziness: int) -> wp.Kernel:
         Neighbouring threads have neighbouring SPs.
         """
         index = first + wp.tid()
-        capacity = pixels.shape[0]
-        place = index % capacity
-        part = index // capacity
+        if index >= NEAR_PARTS * count[0]:
+            return
+        place = index % count[0]
+        part = index // count[0]
         words = (vpls.count + 31) // 32
         begin = part * words_a_part(vpls)
         end = wp.min(begin + words_a_part(vpls), words)
-        if place >= count[0] or begin >= words:
+        if begin >= words:
             return
         sp = numbers[place]
         pixel = pixels[place]
@@ -172,11 +174,10 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         Rays to far ones take the tables of the SP's clusters by turns, each further on in its own.
         """
         index = first + wp.tid()
-        place = index % pixels.shape[0]
-        ray = index // pixels.shape[0]
-        if place >= count[0]:
-            rays.vpl[ray, place] = -1
+        if index >= RAYS * count[0]:
             return
+        place = index % count[0]
+        ray = index // count[0]
         sp = numbers[place]
         pixel = pixels[place]
         near = indirect.open_near[sp]

@@ -35,7 +35,7 @@ RAY_MASK = wp.constant(wp.int64((1 << 32) - 1))
 
 @wp.struct
 class RayPlan:
-    """What is planned for words of 32 VPL clusters at new representatives, (word, place in their order) flattened.
+    """What is planned for words of 32 VPL clusters at a run of new representatives, (word, place in it) flattened.
 
     traced: bits of the pairs that have a ray; shared: of those that take another's answer; leaders: whose, four
     numbers of eight bits, one for each eight.
@@ -44,6 +44,24 @@ class RayPlan:
     traced: wp.array[wp.uint32]
     shared: wp.array[wp.uint32]
     leaders: wp.array[wp.uint32]
+
+
+@wp.struct
+class Run:
+    """New representatives whose pairs are planned and traced together: from `begin` in their order `most` at the most.
+
+    words: of VPL clusters.
+    """
+
+    begin: int
+    most: int
+    words: int
+
+
+@wp.func
+def length_of(run: Run, sps: SpClusters) -> int:
+    """How many representatives a run has."""
+    return wp.clamp(sps.fresh[0] - run.begin, 0, run.most)
 
 
 @wp.func
@@ -116,24 +134,23 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
         first: int,
         sps: SpClusters,
         vpls: VplClusters,
-        first_vpl: int,
-        words: int,
+        run: Run,
         weak: wp.array[float],
         plan: RayPlan,
         numbers: wp.array[wp.int64],
     ) -> None:
         """One thread a word at one new representative, neighbouring threads on neighbours in space.
 
-        words: of VPL clusters; weak (place,): the light below which one is weak; numbers: as of `plan`, to be added up.
+        weak (place,): the light below which one is weak; numbers: as of `plan`, to be added up.
         """
         index = first + wp.tid()
-        fresh = sps.fresh[0]
-        if index >= words * fresh:
+        length = length_of(run, sps)
+        if index >= run.words * length:
             numbers[index] = wp.int64(0)
             return
-        place = index % fresh
+        place = run.begin + index % length
         sp = sps.order[place]
-        begin = first_vpl + WORD_BITS * (index // fresh)
+        begin = WORD_BITS * (index // length)
         p = sps.position[sp]
         p_normal = sps.geometric[sp]
         traced = wp.uint32(0)
@@ -183,11 +200,11 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
 
 
 @wp.kernel
-def list_kernel(first: int, sps: SpClusters, words: int, plan: RayPlan, totals: wp.array[wp.int64],
+def list_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, totals: wp.array[wp.int64],
                 pairs: wp.array[int]) -> None:  # fmt: skip
     """One thread a word at a new representative: lists its rays, as 32 · index + bit, where those before end."""
     index = first + wp.tid()
-    if index >= words * sps.fresh[0]:
+    if index >= run.words * length_of(run, sps):
         return
     ray = int(0)
     if index > 0:

@@ -60,11 +60,10 @@ def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
                 rays: Rays) -> None:  # fmt: skip
     """One thread a part of the VPL clusters at one SP: what its groups would send were nothing between."""
     index = first + wp.tid()
-    capacity = pixels.shape[0]
-    place = index % capacity
-    part = index // capacity
-    if place >= count[0]:
+    if index >= rays.totals.shape[0] * count[0]:
         return
+    place = index % count[0]
+    part = index // count[0]
     position = gbuffer.position[pixels[place]]
     normal = gbuffer.normal[pixels[place]]
     groups = groups_a_part(vpls, rays.totals.shape[0])

@@ -15,6 +15,8 @@ from gpu.ray_plan import (
     PARTS,
     WORD_BITS,
     RayPlan,
+    Run,
+    length_of,
     list_kernel,
     part_kernel,
     plan_kernel,
@@ -29,7 +31,7 @@ from gpu.settings import EVERY_SKIP, Skips
 from gpu.sp_clusters import SpClusters
 from gpu.vpl_clusters import VplClusters
 
-# VPL clusters are taken in runs, so that what is planned for their pairs stays within bounded memory.
+# New representatives are taken in runs, so that what is planned for their pairs stays within bounded memory.
 MAX_PAIRS = 1 << 25
 # Threads that trace: each takes every so-manieth ray, since only the device knows how many there are.
 TRACING_THREADS = 1 << 20
@@ -46,8 +48,7 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
         scene: SceneData,
         sps: SpClusters,
         vpls: VplClusters,
-        first_vpl: int,
-        words: int,
+        run: Run,
         totals: wp.array[wp.int64],
         threads: int,
         pairs: wp.array[int],
@@ -57,18 +58,18 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
         Where rays are few, only each SPREAD-th thread has one: fewer wait for each other.
         """
         thread = first + wp.tid()
-        fresh = sps.fresh[0]
-        if fresh == 0:
+        length = length_of(run, sps)
+        if length == 0:
             return
-        rays = rays_of(totals[words * fresh - 1])
+        rays = rays_of(totals[run.words * length - 1])
         spread = wp.clamp(threads // wp.max(rays, 1), 1, SPREAD)
         if thread % spread != 0:
             return
         ray = thread // spread
         while ray < rays:
             index = pairs[ray] // WORD_BITS
-            sp = sps.order[index % fresh]
-            vpl = first_vpl + WORD_BITS * (index // fresh) + pairs[ray] % WORD_BITS
+            sp = sps.order[run.begin + index % length]
+            vpl = WORD_BITS * (index // length) + pairs[ray] % WORD_BITS
             seen = int(0)
             disk = disk_at(vpls.disks, vpl)
             if see(scene, sps.position[sp], sps.geometric[sp], disk.position, disk.normal):
@@ -80,23 +81,23 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
 
 
 @wp.kernel
-def pack_kernel(first: int, sps: SpClusters, count: int, plan: RayPlan, totals: wp.array[wp.int64],
-                answers: wp.array[int], first_word: int, words: wp.array2d[wp.uint32], run: int, rays: wp.array[int],
+def pack_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, totals: wp.array[wp.int64],
+                answers: wp.array[int], words: wp.array2d[wp.uint32], number: int, rays: wp.array[int],
                 shared: wp.array[int]) -> None:  # fmt: skip
     """One thread a word: packs 32 VPL clusters' answers for one new representative.
 
-    count: words in this run; words: (sp cluster, word); rays, shared (run,): how many were traced in this one, and how
-    many took another's.
+    words: (sp cluster, word); rays, shared (run,): how many were traced in this one, which is `number`, and how many
+    took another's.
     """
     index = first + wp.tid()
-    fresh = sps.fresh[0]
+    length = length_of(run, sps)
     if index == 0:
         total = wp.int64(0)
-        if fresh > 0:
-            total = totals[count * fresh - 1]
-        rays[run] = rays_of(total)
-        shared[run] = shared_of(total)
-    if index >= count * fresh:
+        if length > 0:
+            total = totals[run.words * length - 1]
+        rays[number] = rays_of(total)
+        shared[number] = shared_of(total)
+    if index >= run.words * length:
         return
     ray = int(0)
     if index > 0:
@@ -107,7 +108,7 @@ def pack_kernel(first: int, sps: SpClusters, count: int, plan: RayPlan, totals: 
         seen |= wp.uint32(answers[ray]) << wp.uint32(lowest_bit(traced))
         traced &= traced - wp.uint32(1)
         ray += 1
-    words[sps.order[index % fresh], first_word + index // fresh] = with_shared(seen, plan, index)
+    words[sps.order[run.begin + index % length], index // length] = with_shared(seen, plan, index)
 
 
 class Visibility:
@@ -122,15 +123,15 @@ class Visibility:
         self.device, self._skip = device, skip
         self._sp_count = sp_count
         self._word_count = max(1, -(-vpl_count // int(WORD_BITS)))
-        self._run = min(self._word_count, max(1, MAX_PAIRS // (int(WORD_BITS) * sp_count)))
-        words = self._run * sp_count
+        self._run = min(sp_count, max(1, MAX_PAIRS // (int(WORD_BITS) * self._word_count)))
+        words = self._run * self._word_count
         self._plan: RayPlan = allocate(RayPlan, words, device)
         self._numbers = wp.zeros(words, dtype=wp.int64, device=device)
         self._totals = wp.zeros(words, dtype=wp.int64, device=device)
         self._pairs = wp.zeros(words * int(WORD_BITS), dtype=int, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
-        runs = -(-self._word_count // self._run)
+        runs = -(-sp_count // self._run)
         self.rays = wp.zeros(runs, dtype=int, device=device)
         self.shared = wp.zeros(runs, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
@@ -144,13 +145,14 @@ class Visibility:
             launch(weak_kernel, count, [sps, self._parts, self._weak], device)
         plans = plan_kernel(skip.facing_away, skip.weak_pairs)
         trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
-        for run, first_word in enumerate(range(0, self._word_count, self._run)):
-            words = min(self._run, self._word_count - first_word)
-            first_vpl = first_word * int(WORD_BITS)
-            launch(plans, words * count, [sps, vpls, first_vpl, words, self._weak, plan, self._numbers], device)
+        words = len(totals)
+        threads = min(TRACING_THREADS, len(pairs))
+        for number, begin in enumerate(range(0, count, self._run)):
+            run = Run()
+            run.begin, run.most, run.words = begin, self._run, self._word_count
+            launch(plans, words, [sps, vpls, run, self._weak, plan, self._numbers], device)
             running_total(self._numbers, totals)
-            launch(list_kernel, words * count, [sps, words, plan, totals, pairs], device)
-            threads = min(TRACING_THREADS, words * count * int(WORD_BITS))
-            launch(trace, threads, [scene, sps, vpls, first_vpl, words, totals, threads, pairs], device)
-            inputs = [sps, words, plan, totals, pairs, first_word, self.words, run, self.rays, self.shared]
-            launch(pack_kernel, words * count, inputs, device)
+            launch(list_kernel, words, [sps, run, plan, totals, pairs], device)
+            launch(trace, threads, [scene, sps, vpls, run, totals, threads, pairs], device)
+            inputs = [sps, run, plan, totals, pairs, self.words, number, self.rays, self.shared]
+            launch(pack_kernel, words, inputs, device)

@@ -119,11 +119,11 @@ def test_without_sharing_every_answer_is_exact(
 
 
 @pytest.mark.parametrize("skip", [EVERY_SKIP, Skips(weak_pairs=False), Skips(weak_pairs=False, facing_away=False)])
-def test_runs_of_vpl_clusters_give_what_all_at_once_give(
+def test_runs_of_representatives_give_what_all_at_once_give(
     traced: tuple[ResidentScene, View, SpClustering, VplClusters], skip: Skips, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bits, stage = bits_of(traced, skip)
-    monkeypatch.setattr("gpu.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two of five words at a time
+    monkeypatch.setattr("gpu.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two fifths at a time
     other, in_runs = bits_of(traced, skip)
     assert np.array_equal(other, bits)
     assert len(in_runs.rays) > len(stage.rays) == 1
