@@ -21,7 +21,7 @@ SMALLEST_SLICE = 1024
 BLOCK = 128
 # Threads of a launch at most; each has several items where there are more, so that a launch for as many as there may be
 # takes little where there are few.
-MOST_THREADS = 1 << 22
+MOST_THREADS = 1 << 20
 
 _prioritised: set[str] = set()
 _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")

@@ -39,7 +39,7 @@ LEAST_LIT, FASTEST = 1e-4, 1.25
 MOST_MISS = 1.5
 # Frames whose noise tells of that of the next: a frame that happens to have more errors has more noise, too.
 NOISE_FRAMES = 8
-# So near the target a level stays: each other has arrays and graphs of its own, and luck of its own.
+# So near the target a level stays: each other has luck of its own.
 NEAR = log(1.05)
 # Frames that a first picture waits for.
 FIRST_FRAMES = 6

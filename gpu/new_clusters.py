@@ -144,9 +144,9 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     """One thread a cluster: one that is free takes an SP, as long as clusters are lacking, and at most `most` (1,) do.
 
     totals: the running sum of need, by which SPs lack their share of all `wanted` (1,) clusters; spacing_scale (1,): as
-    in gpu.kept_clusters; free (cluster,): the running number of those that are free; pixels (cluster,): where new
-    representatives are; serving (cluster,): 1 for them, which are there for an SP that may not see them before the next
-    frame.
+    in gpu.kept_clusters; free (cluster,): the running number of those that are free, before too many were dropped;
+    pixels (cluster,): where new representatives are; serving (cluster,): 1 for them, which are there for an SP that may
+    not see them before the next frame.
     """
     cluster = first + wp.tid()
     count = sp_count[0]
@@ -154,7 +154,7 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
         return
     index = free[cluster] - 1
     number = wp.min(wp.min(room_of(free, wanted[0]), most[0]), lacking_of(totals, count, wanted[0]))
-    if index >= number:
+    if number == 0 or index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
     if sp >= 0:

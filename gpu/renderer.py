@@ -28,15 +28,16 @@ from gpu.view import View
 
 MAX_SIDE = 16_384
 # Frames that nobody sees, until the counts of the first picture meet its target.
-SETTLING_FRAMES = 16
-# In those of a walk the camera sways, so far to either side: frames that see nothing new would take less than others.
-SWAY_DEGREES = 4.0
+SETTLING_FRAMES = 32
+# In those of a walk the camera sways, so far to either side and so many frames to and fro: frames that see nothing new
+# would take less than others.
+SWAY_DEGREES, SWAY_FRAMES = 4.0, 16
 # Of a frame with a wanted error.
 MOST_TRIES = 3
 
 
 def _swayed(camera: Camera, number: int) -> Camera:
-    return turned(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SETTLING_FRAMES))
+    return turned(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SWAY_FRAMES))
 
 
 def _silent(what: str, fraction: float) -> None:
@@ -161,5 +162,6 @@ class Renderer:
         skips = dict.fromkeys(Skips.model_fields, 0) | skips
         estimates = self._targeted.estimates() if self._targeted else {}
         stats = FrameStats(self._stages.milliseconds(), counts, skips, estimates)
-        self._host_ms = max(1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values()), 0.0)
+        if not self._stages.captured:  # which is no time of the frames that follow
+            self._host_ms = max(1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values()), 0.0)
         return Frame(view.size, radiance, tonemap.pixels, stats)

@@ -209,9 +209,9 @@ class SpClustering:
         self._serving = wp.zeros(self.most, dtype=int, device=device)
         self._free = wp.zeros(self.most, dtype=int, device=device)
         self._frees = wp.zeros(self.most, dtype=int, device=device)
-        # What kernels know of `count`: that, how many are not of k-means, how many are new at most where it changed in
-        # a walk, and the scale from pixels' spacings to clusters'.
-        self._wanted, self._extra, self._some_new = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
+        # What kernels know of `count`: that, how many are not of k-means, and the scale from pixels' spacings to
+        # clusters'.
+        self._wanted, self._extra = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
         self._scale = wp.zeros(1, dtype=float, device=device)
         self._good, self._one = (wp.ones(1, dtype=float, device=device) for _ in range(2))
         self._most_new, self._extent, self._none = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
@@ -221,7 +221,10 @@ class SpClustering:
         self.use(self.most)
 
     def use(self, count: int) -> None:
-        """Have so many clusters from the next frame on, but no more than there is room for."""
+        """Have so many clusters from the next frame on, but no more than there is room for.
+
+        A walk goes on: evenly many of all stay where there are too many, and new ones come in turn.
+        """
         self.count = min(count, self.most)
         extra = extra_of(self.count)
         base = self.count - extra
@@ -229,7 +232,7 @@ class SpClustering:
         self._extra.fill_(extra)
         self._kmeans.wanted.fill_(base)
         self._samples.wanted.fill_(min(self._samples.capacity, SAMPLES_PER_CLUSTER * base))
-        self._some_new.fill_(1 + int(MOST_NEW * self.count))
+        self._most_new.fill_(1 + int(MOST_NEW * self.count))
         self._scale.fill_(self._sps.stride * base**-0.5)
 
     def run(self, gbuffer: GBuffer, seed: int) -> None:
@@ -249,32 +252,25 @@ class SpClustering:
         launch(extra_kernel, extra_of(self.most), [*inputs, grid.data, self._pixels], device)
         self._finish(gbuffer, self._kmeans.wanted, least_need=1)
 
-    def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int], *, changed: bool = False) -> None:
+    def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
         """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
 
-        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by; changed: whether that run had another
-        `count` of them. Then evenly many of all stay where there are too many.
+        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
         """
         sps, grid, device = self._sps, self._kmeans.grid, self.device
         work = self._spacings, self._crowded, self._pixels
         keep(camera, size, gbuffer, sps, self._scale, self._good, grid.data, self._serving, *work)
-        if changed:
-            wp.copy(self._most_new, self._some_new)
-            self._count_free()
-            launch(drop_kernel, self.most, [self._wanted, self._frees, grid.data], device)
+        launch(free_kernel, self.most, [grid.data, self._free], device)
+        running_total(self._free, self._frees)
+        launch(drop_kernel, self.most, [self._wanted, self._frees, grid.data], device)
         grid.build()
         self._assign(gbuffer, FILLING, self._good, least_need=0)
         running_total(self.need, self._needs)
-        self._count_free()
         inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._wanted, self._frees, self._most_new]
         launch(fill_kernel, self.most, [*inputs, grid.data, self._pixels, self._serving], device)
         inputs = [sps.count, self._needs, self._wanted, self._frees, self._good, self._most_new, self._extent]
         launch(adapt_kernel, 1, inputs, device)
         self._finish(gbuffer, self._none, least_need=int(WHOLE_NEED))
-
-    def _count_free(self) -> None:
-        launch(free_kernel, self.most, [self._kmeans.grid.data, self._free], self.device)
-        running_total(self._free, self._frees)
 
     def _finish(self, gbuffer: GBuffer, base: wp.array, *, least_need: int) -> None:
         """Serve the needy by the new clusters too, of which the first `base` (1,) are medoids, and order all."""

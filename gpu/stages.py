@@ -17,7 +17,8 @@ class Stages:
 
     On CUDA a stage is captured as a graph, so that its many small launches cost the host nothing: what it launches must
     be the same every frame of one `variant`, and what differs must come through arrays. Times are device events there,
-    wall clock on the CPU. steady: whether the last frame's stages did nothing that only first frames do.
+    wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame does;
+    captured: whether the host captured some of them.
     """
 
     def __init__(self, device: wp.Device) -> None:
@@ -33,7 +34,7 @@ class Stages:
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
         self.variant: Hashable = None
-        self.steady = False
+        self.steady = self.captured = False
 
     def start_frame(self) -> None:
         """Forget the last frame's times."""
@@ -41,7 +42,7 @@ class Stages:
         self._seconds.clear()
         self._joined.clear()
         self._forked_seconds.clear()
-        self.steady = True
+        self.steady, self.captured = True, False
 
     def forget(self, variant: Hashable) -> None:
         """Free the graphs of a variant, whose arrays go too."""
@@ -114,7 +115,7 @@ class Stages:
         (name, way, repeats), loaded = key, self._note(key)
         graph = self._graphs.get((name, way, self.variant)) if repeats else None
         if repeats and loaded and graph is None:
-            self.steady = False
+            self.captured = True
             with wp.ScopedCapture(self._device) as capture:
                 work()
             graph = self._graphs[name, way, self.variant] = capture.graph

@@ -14,8 +14,8 @@ FRAMES, TREND = 2.0, 0.2
 # A frame with more than so many times what was expected, or less than that part of it, for which the system around may
 # be to blame, counts only when the next one is no better, and then in full.
 SURPRISE = 1.5
-# So near the target a level stays: another begins from nothing, which takes a frame longer.
-NEAR = log(1.06)
+# So near the target a level stays: the first frame of another takes longer.
+NEAR = log(1.04)
 
 
 class TimeModel:

@@ -101,10 +101,8 @@ class FuzzyVpl:
         self._first = unclustered(view.resident, vpls) if self._fixed else vpls
         self._vpls = self._first
         self._kept, self._refines = True, False
-        # The number in a still view of the frame that left clusters and bits of these lights, and whether there are to
-        # be more or fewer from now on.
+        # The number in a still view of the frame that left clusters and bits of these lights.
         self._begun: int | None = None
-        self._changed = False
         # Whether the last frame built on the light of those before.
         self._remembers = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
@@ -123,7 +121,6 @@ class FuzzyVpl:
 
     def use(self, sp_clusters: int, *, begins: bool) -> None:
         """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before."""
-        self._changed = sp_clusters != self._clustering.count
         self._clustering.use(sp_clusters)
         self._suspects.limit(int(sp_clusters * SUSPECTED_SHARE))
         self._worst.limit(int(sp_clusters * REFINED_SHARE))
@@ -174,8 +171,7 @@ class FuzzyVpl:
             self._vpls = self._lighting.clusters(choice, progress)
             lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
         goes_on = self._kept and settings.skip.kept_clusters and self._goes_on(sample)
-        changed = goes_on and self._changed
-        self._begun, self._changed = None, False  # nor are they, should this frame fail
+        self._begun = None  # should this frame fail, it leaves nothing
         vpls, visibility = self._vpls, self._visibility
         fuzziness, seed, history = settings.fuzziness, view.seed, view.history
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
@@ -185,7 +181,7 @@ class FuzzyVpl:
 
         def cluster() -> None:
             if goes_on:
-                clustering.go_on(gbuffer, view.camera, view.size, changed=changed)
+                clustering.go_on(gbuffer, view.camera, view.size)
             else:
                 clustering.run(gbuffer, frame_seed(settings.seed, sample))
 
@@ -220,7 +216,7 @@ class FuzzyVpl:
             look_back = partial(history.find, gbuffer, sps, view.last, seed) if remembers else history.forget
             stages.run("history", look_back, repeats=repeats, way=remembers)
         near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
-        stages.run("cluster", cluster, repeats=repeats, way=(goes_on, changed))
+        stages.run("cluster", cluster, repeats=repeats, way=goes_on)
         stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
         self._begun = sample
 

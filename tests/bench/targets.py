@@ -2,9 +2,9 @@
 
 What is wanted is within a scene's reach: times are multiples of what the default counts take in motion there, errors
 lie between those that the fewest and the most counts have on the walk. Times are those until frames are ready, as they
-come, with no frame left out but those before the first picture. Errors are measured at some frames of the walk: against
-`exact-vpl` with the same VPLs, and without near-field light, which the estimate that they are chosen by leaves out too.
-Rows keep what every frame took, its counts, and what was expected.
+come, with no frame left out but those before the first picture of a walk. Errors are measured at some frames of the
+walk: against `exact-vpl` with the same VPLs, and without near-field light, which the estimate that they are chosen by
+leaves out too. Rows keep what every frame took, its counts, and what was expected.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gpu.camera import turned
-from gpu.frame import FrameStats
+from gpu.frame import Frame, FrameStats
 from gpu.levels import levels_of
 from gpu.metrics import mse
 from gpu.renderer import Renderer
@@ -86,6 +86,13 @@ def two_digits(value: float) -> float:
     return float(f"{value:.2g}")
 
 
+def timed(renderer: Renderer, camera: Camera) -> tuple[Frame, float]:
+    """The next frame of a walk, and the time until it is ready [ms]."""
+    begun = perf_counter()
+    frame = renderer.render(camera, walks=True)
+    return frame, 1e3 * (perf_counter() - begun)
+
+
 def swayed(camera: Camera, extent: float, frame: int) -> Camera:
     """`camera` at a frame of the walk: it turns to its left, to its right and back while it steps ahead and back."""
     angle = 2.0 * np.pi * frame / PERIOD
@@ -108,12 +115,13 @@ def run(suite: Suite) -> None:
         target = two_digits(share * default)
         settings = RenderSettings(**base, target_ms=target)
         renderer = Renderer(subject.resident, subject.size, settings)
-        renderer.render(subject.camera)
+        for walks in (False, True):
+            renderer.render(subject.camera, walks=walks)
         stats, wall = [], []
         for number in range(1, 1 + (QUICK_FRAMES if suite.quick else FRAMES)):
-            begun = perf_counter()
-            stats.append(renderer.render(view(name, number), walks=True).stats)
-            wall.append(1e3 * (perf_counter() - begun))
+            frame, ms = timed(renderer, view(name, number))
+            stats.append(frame.stats)
+            wall.append(ms)
         path = path_of(stats, wall, "ms")
         return {
             "scene": name,
@@ -163,10 +171,9 @@ def run(suite: Suite) -> None:
         fewest = min(levels.of(levels.vpl_clusters[0]), key=lambda level: level.work)
         errors, estimates, stats, wall = [], [], [], []
         for number in range(1, 1 + frames):
-            begun = perf_counter()
-            frame = renderer.render(view(name, number), walks=True)
-            wall.append(1e3 * (perf_counter() - begun))
+            frame, ms = timed(renderer, view(name, number))
             stats.append(frame.stats)
+            wall.append(ms)
             if number % every == 0:
                 errors.append(mse(frame.radiance(), exact(name, number, frame.stats.counts["vpl_clusters"])))
                 estimates.append(frame.stats.estimates["expected_error"])

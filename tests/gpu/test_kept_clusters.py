@@ -67,15 +67,15 @@ class Walk:
         self.lights = cluster_vpls(self.resident, vpls, 70, 0)
         self.visibility = Visibility(self.most, max(self.lights.count, 1), self.view.device)
 
-    def step(self, camera: Camera, *, begins: bool = False, changed: bool = False) -> None:
-        """One frame, the first, one that goes on, or one before which their number changed."""
+    def step(self, camera: Camera, *, begins: bool = False) -> None:
+        """One frame, the first or one that goes on."""
         view = self.view
         view.look(camera)
         view.find_shading_points()
         if begins:
             self.clustering.run(view.gbuffer, 0)
         else:
-            self.clustering.go_on(view.gbuffer, view.camera, view.size, changed=changed)
+            self.clustering.go_on(view.gbuffer, view.camera, view.size)
         self.visibility.trace(view.scene, self.clustering.clusters, self.lights)
 
     @property
@@ -475,7 +475,7 @@ def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: 
     walk.clustering.use(count)
     numbers, new = [], []
     for step in range(14):
-        walk.step(pose(0.1 * step), changed=step == 0)
+        walk.step(pose(0.1 * step))
         walk.assert_served()
         numbers.append(walk.used.sum())
         new.append(len(walk.fresh))
