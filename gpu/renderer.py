@@ -1,8 +1,10 @@
 """A renderer: one image size and one choice of settings of a resident scene, one frame after the other."""
 
+from collections import deque
 from collections.abc import Hashable
 from dataclasses import replace
 from math import pi, sin
+from statistics import median
 from time import perf_counter
 
 import warp as wp
@@ -34,6 +36,8 @@ SETTLING_FRAMES = 32
 SWAY_DEGREES, SWAY_FRAMES = 4.0, 16
 # Of a frame with a wanted error.
 MOST_TRIES = 3
+# What the host takes varies more than what a device does: so many frames tell what it takes.
+HOST_FRAMES = 15
 
 
 def _swayed(camera: Camera, number: int) -> Camera:
@@ -73,8 +77,9 @@ class Renderer:
         self._shown: tuple[Hashable, int] | None = None
         self._statistics: FrameStatistics = {}, {}
         self._walked = False
-        # Of the last frame [ms], beside its stages, and of learning of it.
-        self._host_ms = self._learning_ms = 0.0
+        # What frames took beside their stages, and learning of the last one [ms].
+        self._host_ms: deque[float] = deque([0.0], HOST_FRAMES)
+        self._learning_ms = 0.0
 
     def _is_fuzzy(self) -> bool:
         return self._settings.method is Method.FUZZY_VPL and self._settings.clustering is not Clustering.VPLS
@@ -127,7 +132,7 @@ class Renderer:
     def _learn(self, frame: Frame) -> bool:
         """Whether counts can stay. What a frame takes is all that the host waits for, and learning of the last one."""
         begun = perf_counter()
-        times = {**frame.stats.stage_ms, "host": self._host_ms + self._learning_ms}
+        times = {**frame.stats.stage_ms, "host": median(self._host_ms)}
         stays = self._targeted is not None and self._targeted.learn(times, steady=self._stages.steady)
         self._learning_ms = 1e3 * (perf_counter() - begun)
         return stays
@@ -163,5 +168,6 @@ class Renderer:
         estimates = self._targeted.estimates() if self._targeted else {}
         stats = FrameStats(self._stages.milliseconds(), counts, skips, estimates)
         if not self._stages.captured:  # which is no time of the frames that follow
-            self._host_ms = max(1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values()), 0.0)
+            host_ms = 1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values())
+            self._host_ms.append(max(host_ms, 0.0) + self._learning_ms)
         return Frame(view.size, radiance, tonemap.pixels, stats)
