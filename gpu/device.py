@@ -19,9 +19,9 @@ CORES = cpu_count() or 1
 SMALLEST_SLICE = 1024
 # Threads that a GPU starts and ends together: where they take unlike long, as with rays, fewer wait for fewer.
 BLOCK = 128
-# Threads of a launch at most; each has several items where there are more, so that a launch for as many as there may be
-# takes little where there are few.
-MOST_THREADS = 1 << 20
+# Of a launch, whose threads have several items each where there are more: so a launch for as many as there may be takes
+# little where there are few.
+MOST_BLOCKS = (1 << 20) // BLOCK
 
 _prioritised: set[str] = set()
 _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
@@ -57,8 +57,7 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     if count == 0:
         return
     if device.is_cuda:
-        blocks = MOST_THREADS // BLOCK
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=MOST_BLOCKS)
         return
     size = max(SMALLEST_SLICE, -(-count // (4 * CORES)))
     if size >= count:
@@ -76,7 +75,7 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
 def launch_together(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device) -> None:
     """As `launch`, of a kernel whose items add to the same elements: the CPU takes them in turn, on one core."""
     if count > 0:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK)
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=MOST_BLOCKS)
 
 
 def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:

@@ -48,5 +48,5 @@ class Groups:
 
 
 def running_total(values: wp.array, totals: wp.array) -> None:
-    """Inclusive prefix sums of the array `values` of ints, of 32 or 64 bits, into `totals`."""
+    """Inclusive prefix sums of the int array `values` into `totals`."""
     array_scan(values, totals, inclusive=True)

@@ -62,6 +62,32 @@ def count_in(counts: wp.array[int], element: int) -> None:
     """Adds 1 to an element of `counts`, once for all threads that run together and add to the same one."""
 
 
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned together = __activemask(), lane = threadIdx.x & 31u;
+    int before = 0, total = 0;
+    for (int bit = 0; bit < 6; ++bit) {
+        const unsigned have = __ballot_sync(together, (number >> bit) & 1);
+        before += __popc(have & ((1u << lane) - 1u)) << bit;
+        total += __popc(have) << bit;
+    }
+    const int leader = __ffs(together) - 1;
+    int end = 0;
+    if (lane == leader) end = atomicAdd(ends.data + element, total);
+    return __shfl_sync(together, end, leader) + before;
+#else
+    const int end = ends.data[element];
+    ends.data[element] += number;
+    return end;
+#endif
+""")
+def room_in(ends: wp.array[int], element: int, number: int) -> wp.int32:
+    """Where a list of which `ends` [element] is the length has room for `number` items more, 0 to 63; it grows by them.
+
+    Once for all threads that run together, which must mean the same list. No result may depend on where that is.
+    """
+
+
 @wp.func
 def vector_sum(value: wp.vec3, lanes: int) -> wp.vec3:
     """`float_sum` of each element."""

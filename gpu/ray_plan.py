@@ -16,6 +16,7 @@ import warp as wp
 
 from gpu.bits import bit_count, lowest_bit
 from gpu.disk import disk_at
+from gpu.lanes import room_in
 from gpu.sp_clusters import SpClusters
 from gpu.transfer import brightness, disk_irradiance
 from gpu.vpl_clusters import VplClusters
@@ -28,9 +29,6 @@ WEAK_SHARE = wp.constant(1.0 / 512.0)
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
 NO_LIGHT = wp.constant(-1.0)
-# Running totals count both: rays below, pairs that share one above.
-SHARED_SHIFT = wp.constant(wp.int64(32))
-RAY_MASK = wp.constant(wp.int64((1 << 32) - 1))
 
 
 @wp.struct
@@ -38,21 +36,23 @@ class RayPlan:
     """What is planned for words of 32 VPL clusters at a run of new representatives, (word, place in it) flattened.
 
     traced: bits of the pairs that have a ray; shared: of those that take another's answer; leaders: whose, four
-    numbers of eight bits, one for each eight.
+    numbers of eight bits, one for each eight; first_ray: where a word's rays begin in their list.
     """
 
     traced: wp.array[wp.uint32]
     shared: wp.array[wp.uint32]
     leaders: wp.array[wp.uint32]
+    first_ray: wp.array[int]
 
 
 @wp.struct
 class Run:
     """New representatives whose pairs are planned and traced together: from `begin` in their order `most` at the most.
 
-    words: of VPL clusters.
+    number: of the run; words: of VPL clusters.
     """
 
+    number: int
     begin: int
     most: int
     words: int
@@ -62,18 +62,6 @@ class Run:
 def length_of(run: Run, sps: SpClusters) -> int:
     """How many representatives a run has."""
     return wp.clamp(sps.fresh[0] - run.begin, 0, run.most)
-
-
-@wp.func
-def rays_of(total: wp.int64) -> int:
-    """How many rays a running total counts."""
-    return int(total & RAY_MASK)
-
-
-@wp.func
-def shared_of(total: wp.int64) -> int:
-    """How many pairs that take another's answer a running total counts."""
-    return int(total >> SHARED_SHIFT)
 
 
 @wp.func
@@ -137,16 +125,14 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
         run: Run,
         weak: wp.array[float],
         plan: RayPlan,
-        numbers: wp.array[wp.int64],
     ) -> None:
         """One thread a word at one new representative, neighbouring threads on neighbours in space.
 
-        weak (place,): the light below which one is weak; numbers: as of `plan`, to be added up.
+        weak (place,): the light below which a VPL cluster is weak.
         """
         index = first + wp.tid()
         length = length_of(run, sps)
         if index >= run.words * length:
-            numbers[index] = wp.int64(0)
             return
         place = run.begin + index % length
         sp = sps.order[place]
@@ -194,22 +180,24 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
         plan.traced[index] = traced
         plan.shared[index] = shared & ~traced
         plan.leaders[index] = leaders
-        numbers[index] = wp.int64(bit_count(traced)) + (wp.int64(bit_count(shared & ~traced)) << SHARED_SHIFT)
 
     return kernel
 
 
 @wp.kernel
-def list_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, totals: wp.array[wp.int64],
+def list_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, rays: wp.array[int], shared: wp.array[int],
                 pairs: wp.array[int]) -> None:  # fmt: skip
-    """One thread a word at a new representative: lists its rays, as 32 · index + bit, where those before end."""
+    """One thread a word at a new representative: lists its rays, as 32 · index + bit, where there is room.
+
+    rays, shared (run,): become how many are traced in this one, and how many take another's answer.
+    """
     index = first + wp.tid()
     if index >= run.words * length_of(run, sps):
         return
-    ray = int(0)
-    if index > 0:
-        ray = rays_of(totals[index - 1])
     traced = plan.traced[index]
+    ray = room_in(rays, run.number, bit_count(traced))
+    plan.first_ray[index] = ray
+    room_in(shared, run.number, bit_count(plan.shared[index]))
     while traced != wp.uint32(0):
         pairs[ray] = WORD_BITS * index + lowest_bit(traced)
         traced &= traced - wp.uint32(1)

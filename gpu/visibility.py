@@ -8,9 +8,8 @@ from functools import cache
 import warp as wp
 
 from gpu.bits import lowest_bit
-from gpu.device import allocate, launch
+from gpu.device import allocate, launch, launch_together
 from gpu.disk import disk_at
-from gpu.grouping import running_total
 from gpu.ray_plan import (
     PARTS,
     WORD_BITS,
@@ -20,8 +19,6 @@ from gpu.ray_plan import (
     list_kernel,
     part_kernel,
     plan_kernel,
-    rays_of,
-    shared_of,
     weak_kernel,
     with_shared,
 )
@@ -32,7 +29,7 @@ from gpu.sp_clusters import SpClusters
 from gpu.vpl_clusters import VplClusters
 
 # New representatives are taken in runs, so that what is planned for their pairs stays within bounded memory.
-MAX_PAIRS = 1 << 25
+MAX_PAIRS = 1 << 26
 # Threads that trace: each takes every so-manieth ray, since only the device knows how many there are.
 TRACING_THREADS = 1 << 20
 SPREAD = wp.constant(4)
@@ -49,24 +46,22 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
         sps: SpClusters,
         vpls: VplClusters,
         run: Run,
-        totals: wp.array[wp.int64],
+        rays: wp.array[int],
         threads: int,
         pairs: wp.array[int],
     ) -> None:
-        """One thread every threads-th ray of the list: its pair becomes 1 if it arrives, else 0.
+        """One thread every threads-th of the run's `rays` (run,): its pair becomes 1 if it arrives, else 0.
 
         Where rays are few, only each SPREAD-th thread has one: fewer wait for each other.
         """
         thread = first + wp.tid()
         length = length_of(run, sps)
-        if length == 0:
-            return
-        rays = rays_of(totals[run.words * length - 1])
-        spread = wp.clamp(threads // wp.max(rays, 1), 1, SPREAD)
+        count = rays[run.number]
+        spread = wp.clamp(threads // wp.max(count, 1), 1, SPREAD)
         if thread % spread != 0:
             return
         ray = thread // spread
-        while ray < rays:
+        while ray < count:
             index = pairs[ray] // WORD_BITS
             sp = sps.order[run.begin + index % length]
             vpl = WORD_BITS * (index // length) + pairs[ray] % WORD_BITS
@@ -81,27 +76,14 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
 
 
 @wp.kernel
-def pack_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, totals: wp.array[wp.int64],
-                answers: wp.array[int], words: wp.array2d[wp.uint32], number: int, rays: wp.array[int],
-                shared: wp.array[int]) -> None:  # fmt: skip
-    """One thread a word: packs 32 VPL clusters' answers for one new representative.
-
-    words: (sp cluster, word); rays, shared (run,): how many were traced in this one, which is `number`, and how many
-    took another's.
-    """
+def pack_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, answers: wp.array[int],
+                words: wp.array2d[wp.uint32]) -> None:  # fmt: skip
+    """One thread a word: packs 32 VPL clusters' answers for one new representative. words: (sp cluster, word)."""
     index = first + wp.tid()
     length = length_of(run, sps)
-    if index == 0:
-        total = wp.int64(0)
-        if length > 0:
-            total = totals[run.words * length - 1]
-        rays[number] = rays_of(total)
-        shared[number] = shared_of(total)
     if index >= run.words * length:
         return
-    ray = int(0)
-    if index > 0:
-        ray = rays_of(totals[index - 1])
+    ray = plan.first_ray[index]
     seen = wp.uint32(0)
     traced = plan.traced[index]
     while traced != wp.uint32(0):
@@ -116,7 +98,7 @@ class Visibility:
 
     A cluster that is not in use has the bits of whichever had its place before.
 
-    rays, shared: counts that add up to the pairs that were traced, and to those that took another pair's answer.
+    rays, shared (run,): how many pairs were traced, and how many took another pair's answer.
     """
 
     def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, skip: Skips = EVERY_SKIP) -> None:
@@ -126,8 +108,6 @@ class Visibility:
         self._run = min(sp_count, max(1, MAX_PAIRS // (int(WORD_BITS) * self._word_count)))
         words = self._run * self._word_count
         self._plan: RayPlan = allocate(RayPlan, words, device)
-        self._numbers = wp.zeros(words, dtype=wp.int64, device=device)
-        self._totals = wp.zeros(words, dtype=wp.int64, device=device)
         self._pairs = wp.zeros(words * int(WORD_BITS), dtype=int, device=device)
         self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
         self._weak = wp.zeros(sp_count, dtype=float, device=device)
@@ -139,20 +119,19 @@ class Visibility:
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays."""
         count, device, skip = self._sp_count, self.device, self._skip
-        plan, totals, pairs = self._plan, self._totals, self._pairs
+        plan, pairs = self._plan, self._pairs
         if skip.weak_pairs:
             launch(part_kernel, len(self._parts), [sps, vpls, self._parts], device)
             launch(weak_kernel, count, [sps, self._parts, self._weak], device)
         plans = plan_kernel(skip.facing_away, skip.weak_pairs)
         trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
-        words = len(totals)
-        threads = min(TRACING_THREADS, len(pairs))
+        words, threads = len(plan.traced), min(TRACING_THREADS, len(pairs))
+        self.rays.zero_()
+        self.shared.zero_()
         for number, begin in enumerate(range(0, count, self._run)):
             run = Run()
-            run.begin, run.most, run.words = begin, self._run, self._word_count
-            launch(plans, words, [sps, vpls, run, self._weak, plan, self._numbers], device)
-            running_total(self._numbers, totals)
-            launch(list_kernel, words, [sps, run, plan, totals, pairs], device)
-            launch(trace, threads, [scene, sps, vpls, run, totals, threads, pairs], device)
-            inputs = [sps, run, plan, totals, pairs, self.words, number, self.rays, self.shared]
-            launch(pack_kernel, words, inputs, device)
+            run.number, run.begin, run.most, run.words = number, begin, self._run, self._word_count
+            launch(plans, words, [sps, vpls, run, self._weak, plan], device)
+            launch_together(list_kernel, words, [sps, run, plan, self.rays, self.shared, pairs], device)
+            launch(trace, threads, [scene, sps, vpls, run, self.rays, threads, pairs], device)
+            launch(pack_kernel, words, [sps, run, plan, pairs, self.words], device)

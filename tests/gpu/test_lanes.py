@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from gpu.lanes import bits_of_warp
+from gpu.lanes import bits_of_warp, room_in
 
 WARP = 32
 
@@ -37,3 +37,27 @@ def test_threads_of_a_warp_have_the_bits_of_all_on_cuda() -> None:
     found = together(bits, "cuda:0").reshape(-1, WARP)
     assert (found & bits.reshape(-1, WARP) == bits.reshape(-1, WARP)).all()
     assert (found | whole[:, None] == whole[:, None]).all()
+
+
+@wp.kernel
+def room_kernel(numbers: wp.array[int], ends: wp.array[int], begins: wp.array[int]) -> None:
+    """One thread an item that needs room, every third does not come."""
+    index = wp.tid()
+    if index % 3 == 0:
+        return
+    begins[index] = room_in(ends, 1, numbers[index])
+
+
+@pytest.mark.parametrize(
+    "device",
+    ["cpu", pytest.param("cuda:0", marks=pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device"))],
+)
+def test_each_has_room_of_its_own_and_none_is_left(device: str) -> None:
+    numbers = np.random.default_rng(0).integers(0, 33, 1000).astype(np.int32)
+    ends, begins = (wp.array(values, dtype=int, device=device) for values in ([5, 7], np.full(1000, -1)))
+    wp.launch(room_kernel, 1000, [wp.array(numbers, dtype=int, device=device), ends, begins], device=device)
+    came = np.arange(1000) % 3 != 0
+    assert ends.numpy().tolist() == [5, 7 + numbers[came].sum()]
+    taken = [np.arange(number) + begin for number, begin in zip(numbers[came], begins.numpy()[came], strict=True)]
+    assert np.array_equal(np.sort(np.concatenate(taken)), np.arange(7, ends.numpy()[1]))
+    assert (begins.numpy()[~came] == -1).all()
