@@ -167,7 +167,7 @@ class Renderer:
         skips = dict.fromkeys(Skips.model_fields, 0) | skips
         estimates = self._targeted.estimates() if self._targeted else {}
         stats = FrameStats(self._stages.milliseconds(), counts, skips, estimates)
-        if not self._stages.captured:  # which is no time of the frames that follow
+        if self._stages.steady and not self._stages.captured:
             host_ms = 1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values())
             self._host_ms.append(max(host_ms, 0.0) + self._learning_ms)
         return Frame(view.size, radiance, tonemap.pixels, stats)

@@ -16,8 +16,9 @@ from gpu.levels import Level, Levels
 
 # Where SP clusters alone come as near as this, no other VPL clusters are taken.
 ALMOST = log(1.08)
-# A model is trusted no farther than this from what it has seen, in work.
-FARTHEST = 4.0
+# A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
+# where there may be more, takes no larger steps than the second: else it would see too late what it asked for.
+FARTHEST, WALKED = 4.0, 1.25
 
 Seen = TypeVar("Seen", contravariant=True)
 
@@ -43,11 +44,14 @@ class Model(Protocol[Seen]):
 class Governor(Generic[Seen]):
     """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`.
 
-    level: that of the next frame, the first one to begin with; expected: what it will give, None before that frame.
+    rise: how many times the work of one frame the next may have at the most. level: that of the next frame, the first
+    one to begin with; expected: what it will give, None before that frame.
     """
 
-    def __init__(self, levels: Levels, model: Model[Seen], target: float, level: Level) -> None:
-        self._levels, self._model, self._target = levels, model, target
+    def __init__(
+        self, levels: Levels, model: Model[Seen], target: float, level: Level, *, rise: float = FARTHEST
+    ) -> None:
+        self._levels, self._model, self._target, self._rise = levels, model, target, rise
         self.level = level
         self.expected: float | None = None
 
@@ -68,7 +72,7 @@ class Governor(Generic[Seen]):
         levels, level = self._levels, self.level
 
         def near(number: int) -> list[Level]:
-            return [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= FARTHEST]
+            return [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= self._rise]
 
         same = min([level, *self._about(near(level.vpl_clusters))], key=self._off)
         if self._off(same) <= ALMOST:

@@ -15,7 +15,7 @@ FRAMES, TREND = 2.0, 0.2
 # be to blame, counts only when the next one is no better, and then in full.
 SURPRISE = 1.5
 # So near the target a level stays: the first frame of another takes longer.
-NEAR = log(1.04)
+NEAR = log(1.05)
 
 
 class TimeModel:

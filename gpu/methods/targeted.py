@@ -10,7 +10,7 @@ from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.quality import Quality
 from gpu.settings import RenderSettings
 from gpu.stages import Stages
-from gpu.target import ErrorGovernor, Governor
+from gpu.target import FARTHEST, WALKED, ErrorGovernor, Governor
 from gpu.time_model import TimeModel
 from gpu.view import View
 
@@ -69,7 +69,8 @@ class TargetedVpl:
             if self._settings.target_error:
                 self._governors[apart] = ErrorGovernor(self._levels, AIM * self._target, self._level)
             else:
-                self._governors[apart] = Governor(self._levels, TimeModel(), self._target, self._level)
+                rise = WALKED if apart else FARTHEST
+                self._governors[apart] = Governor(self._levels, TimeModel(), self._target, self._level, rise=rise)
         return self._governors[apart]
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:

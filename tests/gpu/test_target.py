@@ -131,6 +131,20 @@ def test_what_cannot_be_met_ends_at_the_end_of_the_levels(target: float) -> None
     assert moves(levels[40:]) == 0
 
 
+@pytest.mark.parametrize("rise", [1.25, 2.0])
+def test_work_grows_and_falls_as_fast_as_it_may(rise: float) -> None:
+    governor = Governor(Levels(PIXELS), TimeModel(), 40.0, Level(8192, 2048), rise=rise)
+    works = []
+    for number in range(60):
+        works.append(governor.level.work)
+        governor.learn(scaled(milliseconds(governor.level), 1.0 if number < 40 else 4.0))
+    steps = np.array(works[1:]) / works[:-1]
+    assert steps.max() <= rise
+    assert sum(milliseconds(governor.level).values()) * 4.0 == pytest.approx(40.0, rel=0.1)
+    assert steps.min() < 1.0 / 1.5
+    assert max(works) > 4.0 * works[0]
+
+
 def test_work_grows_fourfold_at_most_from_one_frame_to_the_next() -> None:
     _, levels = walk(1e4, lambda _, level: milliseconds(level), 10)
     works = np.array([level.work for level in levels])
