@@ -109,7 +109,7 @@ class Renderer:
             self._shown = None  # one more of the same
             frame = self._render(_swayed(camera, number) if moves else camera, None, walks)
             self._progress("choosing counts of clusters", number / SETTLING_FRAMES)
-            if self._learn(frame):
+            if self._learn(frame, shown=False):
                 break
         self._settled.add(moves)
         frame = self._render(camera, accumulation, walks)
@@ -129,11 +129,12 @@ class Renderer:
             frame = replace(better, stats=better.stats.after(frame.stats))
         return frame
 
-    def _learn(self, frame: Frame) -> bool:
+    def _learn(self, frame: Frame, *, shown: bool = True) -> bool:
         """Whether counts can stay. What a frame takes is all that the host waits for, and learning of the last one."""
         begun = perf_counter()
         times = {**frame.stats.stage_ms, "host": median(self._host_ms)}
-        stays = self._targeted is not None and self._targeted.learn(times, steady=self._stages.steady)
+        targeted, steady = self._targeted, self._stages.steady
+        stays = targeted is not None and targeted.learn(times, steady=steady, shown=shown)
         self._learning_ms = 1e3 * (perf_counter() - begun)
         return stays
 

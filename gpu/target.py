@@ -16,6 +16,8 @@ from gpu.levels import Level, Levels
 
 # Where SP clusters alone come as near as this, no other VPL clusters are taken.
 ALMOST = log(1.08)
+# Of frames that are shown, so many in a row must be beyond that: a light set is made within a frame.
+PATIENCE = 8
 # A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
 # where there may be more, takes no larger steps than the second: else it would see too late what it asked for.
 FARTHEST, WALKED = 4.0, 1.25
@@ -52,22 +54,29 @@ class Governor(Generic[Seen]):
         self, levels: Levels, model: Model[Seen], target: float, level: Level, *, rise: float = FARTHEST
     ) -> None:
         self._levels, self._model, self._target, self._rise = levels, model, target, rise
+        # Frames in a row that SP clusters alone do not bring near enough.
+        self._beyond = 0
         self.level = level
         self.expected: float | None = None
 
-    def learn(self, seen: Seen) -> bool:
-        """A frame of `level` gave what was `seen`; True when that can stay: it is near enough, or as near as can be."""
+    def learn(self, seen: Seen, *, patient: bool = False) -> bool:
+        """A frame of `level` gave what was `seen`; True when that can stay: it is near enough, or as near as can be.
+
+        patient: whether other numbers of VPL clusters are taken only after PATIENCE frames that lack them.
+        """
         model, before = self._model, self.level
         model.observe(before, seen)
         if self._off(before) > model.near:
-            self.level = self._best()
+            self.level = self._best(patient=patient)
+        else:
+            self._beyond = 0
         self.expected = model.predict(self.level)
         return self.level == before and model.ready
 
     def _off(self, level: Level) -> float:
         return abs(log(self._model.predict(level) / self._target))
 
-    def _best(self) -> Level:
+    def _best(self, *, patient: bool = False) -> Level:
         """The level to go to; of equally good ones, this."""
         levels, level = self._levels, self.level
 
@@ -75,8 +84,10 @@ class Governor(Generic[Seen]):
             return [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= self._rise]
 
         same = min([level, *self._about(near(level.vpl_clusters))], key=self._off)
-        if self._off(same) <= ALMOST:
+        self._beyond = self._beyond + 1 if self._off(same) > ALMOST else 0
+        if self._beyond == 0 or (patient and self._beyond < PATIENCE):
             return same
+        self._beyond = 0
         numbers = sorted(levels.vpl_clusters, key=lambda number: self._off(levels.usual(number)))
         others = next(filter(None, map(near, numbers)))
         return min([same, *self._about(others)], key=self._off)

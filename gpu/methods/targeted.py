@@ -17,6 +17,8 @@ from gpu.view import View
 # Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters: a walk goes to and
 # fro between some.
 KEPT_LIGHTS = 4
+# Frames of a walk with lights that it had not before until they take what those that follow do.
+FIRST_OF_LIGHTS = 4
 # So many times the wanted error is too much to show while counts promise less. Too small an error is shown as it is, so
 # that frames have the wanted one where a little more is aimed at.
 TOO_LARGE, AIM = 1.08, 1.03
@@ -49,8 +51,8 @@ class TargetedVpl:
         self._governors: dict[bool, Governor[Any]] = {}
         # Of the last frame that was learnt of, over the one that is wanted.
         self._error = 0.0
-        # Whether the last frame is a walk's first of its counts.
-        self._unlike = False
+        # How many frames from the last one on are unlike those that follow in a walk.
+        self._unlike = 0
         self._view = view
         most = max(map(levels.most, levels.vpl_clusters))
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress, most)
@@ -76,13 +78,15 @@ class TargetedVpl:
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """One frame at the level that was chosen for it."""
         changes = sample == 0 and self._level != self._governor.level
-        self._unlike = changes and self._view.walks
+        self._unlike = max(self._unlike - 1, 0) if self._view.walks else 0
         if changes:
             before, self._level = self._level, self._governor.level
             relights = before.vpl_clusters != self._level.vpl_clusters
             if relights:
                 self._relight(stages, progress)
             self._method.use(self._level.sp_clusters, begins=relights)
+            if self._view.walks:
+                self._unlike = FIRST_OF_LIGHTS if relights else 1
         stages.variant = self._level.vpl_clusters
         self._method.render(stages, sample, progress)
 
@@ -96,20 +100,21 @@ class TargetedVpl:
             del self._kept[oldest]
             stages.forget(oldest)
 
-    def learn(self, times: dict[str, float], *, steady: bool) -> bool:
+    def learn(self, times: dict[str, float], *, steady: bool, shown: bool) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        times: what that took [ms], by parts; steady: without what only a first frame does.
+        times: what that took [ms], by parts; steady: without what only a first frame does; shown: whether anybody sees
+        it, so that light sets are not changed in haste.
 
-        True when the level can stay: it meets the target, or comes as near to it as any does. The first frame of a
-        level in a walk has more new clusters than those that follow, and takes up to a fifth longer: that tells nothing
-        of them.
+        True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
+        level in a walk have more new clusters than those that follow, and take up to a fifth longer, with other lights
+        three times as long: that tells nothing of them.
         """
         if self._method.probes is not None:
             seen = self._method.probes.estimate()
             self._error = seen.error / self._target
             return self._governor.learn(seen)
-        return not self._unlike and steady and self._governor.learn(times)
+        return self._unlike == 0 and steady and self._governor.learn(times, patient=shown)
 
     def tries_again(self) -> bool:
         """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.

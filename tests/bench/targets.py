@@ -1,6 +1,6 @@
 """How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
 
-What is wanted is within a scene's reach: times are multiples of what the default counts take in motion there, errors
+What is wanted is within a scene's reach: times are multiples of what the default counts take on the walk, errors
 lie between those that the fewest and the most counts have on the walk. Times are those until frames are ready, as they
 come, with no frame left out but those before the first picture of a walk. Errors are measured at some frames of the
 walk: against `exact-vpl` with the same VPLs, and without near-field light, which the estimate that they are chosen by
@@ -26,14 +26,13 @@ from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import spread
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
-from tests.bench.sweep import measure_walk
 
 # Of what the default counts take in motion; and of the way from the least error to the greatest, in logarithms.
 TIMES = (1.25, 2.5)
 ERRORS = (0.6, 0.4)
 # A sway: so far to either side, so far ahead as a share of the scene's extent, and frames until it is back.
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
-FRAMES, QUICK_FRAMES = 144, 8
+FRAMES, QUICK_FRAMES, USUAL_FRAMES = 144, 8, 48
 # Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
 ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 4, 4, 16
 # Of these, for what is within reach.
@@ -109,10 +108,19 @@ def run(suite: Suite) -> None:
         subject = suite.subject(name)
         return swayed(subject.camera, 1.0 / subject.resident.scene.placement.scale, frame)
 
+    @cache
+    def usual_ms(name: str) -> float:
+        """What frames of the walk take with the default counts, in the median."""
+        subject = suite.subject(name)
+        renderer = Renderer(subject.resident, subject.size, RenderSettings(**base))
+        every = [
+            timed(renderer, view(name, number))[1] for number in range(QUICK_FRAMES if suite.quick else USUAL_FRAMES)
+        ]
+        return float(np.median(every))
+
     def measure_times(name: str, share: float) -> Row:
         subject = suite.subject(name)
-        default = measure_walk(suite, subject, suite.settings(), moves=True).frame_ms["median"]
-        target = two_digits(share * default)
+        target = two_digits(share * usual_ms(name))
         settings = RenderSettings(**base, target_ms=target)
         renderer = Renderer(subject.resident, subject.size, settings)
         for walks in (False, True):

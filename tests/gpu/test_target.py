@@ -9,7 +9,7 @@ import pytest
 
 from gpu.error_model import FIRST_FRAMES, Estimate
 from gpu.levels import MOST, Level, Levels, levels_of
-from gpu.target import ErrorGovernor, Governor
+from gpu.target import PATIENCE, ErrorGovernor, Governor
 from gpu.time_model import TimeModel
 
 PIXELS = 600_000
@@ -129,6 +129,19 @@ def test_what_cannot_be_met_ends_at_the_end_of_the_levels(target: float) -> None
     end = every.of(every.vpl_clusters[0])[0] if target == 1.0 else MOST
     assert levels[-1] == end
     assert moves(levels[40:]) == 0
+
+
+def test_other_lights_are_waited_for_with_patience() -> None:
+    governor = for_time(6.0)
+    for _ in range(20):
+        governor.learn(milliseconds(governor.level), patient=True)
+    lights, asked = governor.level.vpl_clusters, []
+    for number in range(40):
+        factor = 0.05 if number in (5, 12) or number >= 20 else 1.0  # twice for one frame, then for good
+        governor.learn(scaled(milliseconds(governor.level), factor), patient=True)
+        asked.append(governor.level.vpl_clusters != lights)
+    assert not any(asked[: 20 + PATIENCE - 1])
+    assert asked[-1]
 
 
 @pytest.mark.parametrize("rise", [1.25, 2.0])
