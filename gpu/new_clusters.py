@@ -48,6 +48,9 @@ LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(1.2)
 LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
 # In a frame, as a share of it.
 MOST_CHANGE = wp.constant(0.03)
+# Of a walk that goes on with more clusters than before, at most this share is new in a frame until nothing is lacking:
+# new ones trace rays, and frames are to take alike.
+MOST_NEW = 0.0625
 
 
 @wp.func
@@ -136,9 +139,9 @@ def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
 
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                spacing_scale: wp.array[float], wanted: wp.array[int], free: wp.array[int],
+                spacing_scale: wp.array[float], wanted: wp.array[int], free: wp.array[int], most: wp.array[int],
                 representatives: Representatives, pixels: wp.array[int], serving: wp.array[int]) -> None:  # fmt: skip
-    """One thread a cluster: one that is free takes an SP, as long as clusters are lacking.
+    """One thread a cluster: one that is free takes an SP, as long as clusters are lacking, and at most `most` (1,) do.
 
     totals: the running sum of need, by which SPs lack their share of all `wanted` (1,) clusters; spacing_scale (1,): as
     in gpu.kept_clusters; free (cluster,): the running number of those that are free, before too many were dropped;
@@ -150,7 +153,7 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     if count == 0 or representatives.spacing[cluster] > 0.0:
         return
     index = free[cluster] - 1
-    number = wp.min(room_of(free, wanted[0]), lacking_of(totals, count, wanted[0]))
+    number = wp.min(wp.min(room_of(free, wanted[0]), most[0]), lacking_of(totals, count, wanted[0]))
     if number == 0 or index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
@@ -163,18 +166,22 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
 
 @wp.kernel
 def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], wanted: wp.array[int],
-                 free: wp.array[int], good: wp.array[float], extent: wp.array[int]) -> None:  # fmt: skip
+                 free: wp.array[int], good: wp.array[float], most: wp.array[int],
+                 extent: wp.array[int]) -> None:  # fmt: skip
     """One thread in all: changes the distance `good` (1,) where too few or too many clusters are left for others.
 
-    That is what is free less what is lacking, from arrays of fill_kernel. extent (1,): becomes at least `wanted`, since
-    the first free ones are taken first.
+    That is what is free less what is lacking, from arrays of fill_kernel. Where no more than `most` (1,) are lacking,
+    that becomes all clusters. extent (1,): becomes at least `wanted`, since the first free ones are taken first.
     """
     count = sp_count[0]
     clusters = wanted[0]
     extent[0] = wp.max(extent[0], clusters)
     if count == 0:
         return
-    left = float(room_of(free, clusters) - lacking_of(totals, count, clusters)) / float(clusters)
+    lacking = lacking_of(totals, count, clusters)
+    if lacking <= most[0]:
+        most[0] = clusters
+    left = float(room_of(free, clusters) - lacking) / float(clusters)
     if left < LEAST_FREE or left > MOST_FREE:
         # A surface takes as many as it has squares of that side.
         change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)

@@ -20,6 +20,7 @@ from gpu.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
 from gpu.new_clusters import (
     FILLING,
     GOOD,
+    MOST_NEW,
     SERVICE,
     WHOLE_NEED,
     NeedScale,
@@ -213,7 +214,7 @@ class SpClustering:
         self._wanted, self._extra = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
         self._scale = wp.zeros(1, dtype=float, device=device)
         self._good, self._one = (wp.ones(1, dtype=float, device=device) for _ in range(2))
-        self._extent, self._none = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
+        self._most_new, self._extent, self._none = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
         self._order = Buckets(self.most, CELL_COUNT, device, shift=CELL_BITS)
         self.clusters = allocate_sp_clusters(self.most, fuzziness, sps.capacity, device)
         self.clusters.order, self.clusters.fresh = self._order.items, self._order.starts[CELL_COUNT:]
@@ -222,7 +223,7 @@ class SpClustering:
     def use(self, count: int) -> None:
         """Have so many clusters from the next frame on, but no more than there is room for.
 
-        A walk goes on: where there are too many, evenly many of all stay.
+        A walk goes on: evenly many of all stay where there are too many, and new ones come in turn.
         """
         self.count = min(count, self.most)
         extra = extra_of(self.count)
@@ -231,6 +232,7 @@ class SpClustering:
         self._extra.fill_(extra)
         self._kmeans.wanted.fill_(base)
         self._samples.wanted.fill_(min(self._samples.capacity, SAMPLES_PER_CLUSTER * base))
+        self._most_new.fill_(1 + int(MOST_NEW * self.count))
         self._scale.fill_(self._sps.stride * base**-0.5)
 
     def run(self, gbuffer: GBuffer, seed: int) -> None:
@@ -239,6 +241,7 @@ class SpClustering:
         grid.data.spacing.zero_()
         self._serving.zero_()
         self._good.fill_(GOOD)
+        wp.copy(self._most_new, self._wanted)
         wp.copy(self._extent, self._wanted)
         self._samples.draw(sps, gbuffer, self._scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
@@ -263,9 +266,9 @@ class SpClustering:
         grid.build()
         self._assign(gbuffer, FILLING, self._good, least_need=0)
         running_total(self.need, self._needs)
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._wanted, self._frees]
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._wanted, self._frees, self._most_new]
         launch(fill_kernel, self.most, [*inputs, grid.data, self._pixels, self._serving], device)
-        inputs = [sps.count, self._needs, self._wanted, self._frees, self._good, self._extent]
+        inputs = [sps.count, self._needs, self._wanted, self._frees, self._good, self._most_new, self._extent]
         launch(adapt_kernel, 1, inputs, device)
         self._finish(gbuffer, self._none, least_need=int(WHOLE_NEED))
 

@@ -14,7 +14,7 @@ from gpu.frame import Frame
 from gpu.gbuffer import CameraData, pixel_of
 from gpu.grid import Representatives
 from gpu.kept_clusters import CROWDED, drop_kernel
-from gpu.new_clusters import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, WHOLE_NEED
+from gpu.new_clusters import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, MOST_NEW, WHOLE_NEED
 from gpu.renderer import Renderer
 from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene.types import Camera, Doubles
@@ -488,6 +488,7 @@ def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: 
             walk.clusters.fresh.fill_(walk.most)
             walk.visibility.trace(walk.view.scene, walk.clusters, walk.lights)
             assert np.array_equal(walk.visibility.words.numpy()[walk.used], words[walk.used])
+    assert max(new[:3]) <= 1 + int(MOST_NEW * count)
     assert max(numbers) <= count
     assert numbers[-1] > 0.8 * count
     assert (new[0] < numbers[-1] - before) == (count > before)

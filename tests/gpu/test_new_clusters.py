@@ -92,26 +92,31 @@ def test_sps_in_whole_need_lack_their_share_of_all_clusters() -> None:
     assert results(lacking_kernel, 1, [totals, 2, 1000], wp.int32)[0] == 1_000_000_000
 
 
-def adapted(free: int, lacking: int, good: float = GOOD, *, sps: int = 100, extent: int = 0) -> tuple[float, int]:
-    """The good distance after a frame of 1000 clusters, and how many places are looked at.
-
-    There are 500 places more, which are not to be used.
-    """
-    held, extents = column([good], float), column([extent], wp.int32)
+def adapted(
+    free: int, lacking: int, good: float = GOOD, *, sps: int = 100, most: int = 1000, extent: int = 0
+) -> tuple[float, int, int]:
+    """The good distance after a frame of 1000 clusters, `most` of them new, how many may be new in the next, and how
+    many places are looked at. There are 500 places more, which are not to be used."""
+    held, new, extents = column([good], float), column([most], wp.int32), column([extent], wp.int32)
     totals = column([0] * 99 + [lacking * int(WHOLE_NEED) // 10], wp.int32)
     wanted, frees = column([1000], wp.int32), column([0] * 1499 + [500 + free], wp.int32)
-    inputs = [0, column([sps], wp.int32), totals, wanted, frees, held, extents]
+    inputs = [0, column([sps], wp.int32), totals, wanted, frees, held, new, extents]
     wp.launch(adapt_kernel, 1, inputs, device="cpu")
-    return float(held.numpy()[0]), int(extents.numpy()[0])
+    return float(held.numpy()[0]), int(new.numpy()[0]), int(extents.numpy()[0])
 
 
 def adapted_good(free: int, lacking: int, good: float = GOOD, sps: int = 100) -> float:
     return adapted(free, lacking, good, sps=sps)[0]
 
 
+def test_all_may_be_new_again_once_no_more_are_lacking_than_may_be_new() -> None:
+    assert [adapted(300, lacking, most=60)[1] for lacking in (300, 100, 60, 0)] == [60, 60, 1000, 1000]
+    assert adapted(300, 0, sps=0, most=60)[1] == 60
+
+
 def test_places_that_were_in_use_are_looked_at_as_well_as_all_that_may_be() -> None:
-    assert [adapted(300, 0, extent=extent)[1] for extent in (0, 1000, 1400)] == [1000, 1000, 1400]
-    assert adapted(300, 0, sps=0, extent=400)[1] == 1000
+    assert [adapted(300, 0, extent=extent)[2] for extent in (0, 1000, 1400)] == [1000, 1000, 1400]
+    assert adapted(300, 0, sps=0, extent=400)[2] == 1000
 
 
 @wp.kernel
