@@ -6,7 +6,7 @@ of the governing. VPL clusters come in few numbers, since each needs a light set
 SP clusters do not suffice. Nothing here renders.
 """
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from math import log
 from typing import Generic, Protocol, TypeVar
@@ -80,8 +80,10 @@ class Governor(Generic[Seen]):
         """The level to go to; of equally good ones, this."""
         levels, level = self._levels, self.level
 
-        def near(number: int) -> list[Level]:
-            return [other for other in levels.of(number) if 1.0 / FARTHEST <= other.work / level.work <= self._rise]
+        def near(number: int) -> Sequence[Level]:
+            every = levels.of(number)
+            begin = bisect_left(every, level.work / FARTHEST, key=lambda other: other.work)
+            return every[begin : bisect_right(every, level.work * self._rise, key=lambda other: other.work)]
 
         same = min([level, *self._about(near(level.vpl_clusters))], key=self._off)
         self._beyond = self._beyond + 1 if self._off(same) > ALMOST else 0

@@ -72,5 +72,7 @@ class TimeModel:
         return 1.0 / max(min(self._seen, FRAMES), 1.0)
 
     def _scale(self, name: str, level: Level) -> float:
-        sps, vpls = POWERS.get(name, (0.0, 0.0))
+        if name not in POWERS:
+            return 1.0
+        sps, vpls = POWERS[name]
         return float(level.sp_clusters**sps * level.vpl_clusters**vpls)

@@ -1,10 +1,10 @@
 """How well counts chosen for a wanted frame time or error hold it: a camera that sways to and fro, once a target.
 
-What is wanted is within a scene's reach: times are multiples of what the default counts take on the walk, errors
-lie between those that the fewest and the most counts have on the walk. Times are those until frames are ready, as they
-come, with no frame left out but those before the first picture of a walk. Errors are measured at some frames of the
-walk: against `exact-vpl` with the same VPLs, and without near-field light, which the estimate that they are chosen by
-leaves out too. Rows keep what every frame took, its counts, and what was expected.
+Wanted times are multiples of what the default counts take on the walk, until frames are ready; the most counts that
+there are may take less than that. Wanted errors lie between those that the fewest and the most counts have on the walk.
+No frame is left out but those before the first picture of a walk. Errors are measured at some frames of the walk:
+against `exact-vpl` with the same VPLs, and without near-field light, which the estimate that they are chosen by leaves
+out too. Rows keep what every frame took, its counts, and what was expected.
 """
 
 from collections.abc import Sequence
