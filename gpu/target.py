@@ -20,7 +20,7 @@ ALMOST = log(1.08)
 PATIENCE = 8
 # A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
 # where there may be more, takes no larger steps than the second: else it would see too late what it asked for.
-FARTHEST, WALKED = 4.0, 1.25
+FARTHEST, WALKED = 4.0, 2.0
 
 Seen = TypeVar("Seen", contravariant=True)
 
