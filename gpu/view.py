@@ -73,7 +73,7 @@ class View:
     def look(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
         """Look through `camera`, whose own aspect gives way to the image's, for frame `sample` of a still view.
 
-        walks: the frame may build on the last one, if that saw much the same.
+        walks: the frame may build on the last one, if that saw much the same. The device is done with that.
         """
         aspect, placement = self.size[0] / self.size[1], self.resident.scene.placement
         self.walks = (
