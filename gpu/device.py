@@ -20,7 +20,7 @@ SMALLEST_SLICE = 1024
 # Threads that a GPU starts and ends together: where they take unlike long, as with rays, fewer wait for fewer.
 BLOCK = 128
 # Of a launch, whose threads have several items each where there are more: so a launch for as many as there may be takes
-# little where there are few.
+# little where there are few. Whole warps of threads, so that the lanes of an item (gpu.lanes) stay in one.
 MOST_BLOCKS = (1 << 20) // BLOCK
 
 _prioritised: set[str] = set()

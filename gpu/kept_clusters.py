@@ -78,7 +78,8 @@ def crowd_kernel(first: int, spacings: wp.array[float], good: wp.array[float], r
                  crowded: wp.array[int]) -> None:  # fmt: skip
     """One thread a corner of a cluster's surroundings: whether one there is too near to keep both.
 
-    Cells are wider than that, so at most two of them on each axis can hold it, and each has a corner in it.
+    Cells are wider than that, so at most two of them on each axis can hold it, and each has a corner in it. Where
+    counts have just fallen by much, some stay for a frame more.
     crowded (cluster,): becomes 1 where one that stays has a lower rank, whoever writes it. The grid is still that of
     the frame before.
     """

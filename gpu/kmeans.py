@@ -147,10 +147,10 @@ class KMeans:
     """K-means of up to `capacity` points into `wanted` (1,) clusters, at most `most`; arrays are allocated once.
 
     After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
-    is, −1 for a dropped one, and `groups` the members that it is the medoid of. `exhaustive` finds every point the
-    nearest of all clusters, so that none is left out, and once more after the last means: for VPLs, whose light would
-    be lost and whose spacing is not known beforehand, and of which a cluster may have any number. SPs are not searched
-    again: they look for clusters by themselves.
+    is, −1 for a dropped one and those beyond `wanted`, and `groups` the members that it is the medoid of. `exhaustive`
+    finds every point the nearest of all clusters, so that none is left out, and once more after the last means: for
+    VPLs, whose light would be lost and whose spacing is not known beforehand, and of which a cluster may have any
+    number. SPs are not searched again: they look for clusters by themselves.
     """
 
     def __init__(

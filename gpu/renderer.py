@@ -77,8 +77,8 @@ class Renderer:
         self._shown: tuple[Hashable, int] | None = None
         self._statistics: FrameStatistics = {}, {}
         self._walked = False
-        # What frames took beside their stages, and learning of the last one [ms].
-        self._host_ms: deque[float] = deque([0.0], HOST_FRAMES)
+        # What frames of a walk, and others, took beside their stages; and learning of the last one [ms].
+        self._host_ms = {walks: deque([0.0], HOST_FRAMES) for walks in (False, True)}
         self._learning_ms = 0.0
 
     def _is_fuzzy(self) -> bool:
@@ -132,7 +132,7 @@ class Renderer:
     def _learn(self, frame: Frame, *, shown: bool = True) -> bool:
         """Whether counts can stay. What a frame takes is all that the host waits for, and learning of the last one."""
         begun = perf_counter()
-        times = {**frame.stats.stage_ms, "host": median(self._host_ms)}
+        times = {**frame.stats.stage_ms, "host": median(self._host_ms[self._walked])}
         targeted, steady = self._targeted, self._stages.steady
         stays = targeted is not None and targeted.learn(times, steady=steady, shown=shown)
         self._learning_ms = 1e3 * (perf_counter() - begun)
@@ -168,7 +168,8 @@ class Renderer:
         skips = dict.fromkeys(Skips.model_fields, 0) | skips
         estimates = self._targeted.estimates() if self._targeted else {}
         stats = FrameStats(self._stages.milliseconds(), counts, skips, estimates)
-        if self._stages.steady and not self._stages.captured:
+        if self._stages.steady and not self._stages.captured and not kept and sample == 0:
             host_ms = 1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values())
-            self._host_ms.append(max(host_ms, 0.0) + self._learning_ms)
+            self._host_ms[walks].append(max(host_ms, 0.0) + self._learning_ms)
+        self._learning_ms = 0.0
         return Frame(view.size, radiance, tonemap.pixels, stats)

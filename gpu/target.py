@@ -16,10 +16,10 @@ from gpu.levels import Level, Levels
 
 # Where SP clusters alone come as near as this, no other VPL clusters are taken.
 ALMOST = log(1.08)
-# Of frames that are shown, so many in a row must be beyond that: a light set is made within a frame.
+# So many frames in a row that told something must be beyond that where a light set is made in a frame that is shown.
 PATIENCE = 8
 # A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
-# where there may be more, takes no larger steps than the second: else it would see too late what it asked for.
+# where there may be more, takes no larger steps upwards than the second: else it would see too late what it asked for.
 FARTHEST, WALKED = 4.0, 2.0
 
 Seen = TypeVar("Seen", contravariant=True)

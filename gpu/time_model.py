@@ -19,7 +19,7 @@ NEAR = log(1.05)
 
 
 class TimeModel:
-    """Times of a frame's stages [ms], by their names: a frame's are like those of the one before."""
+    """Times of a frame's parts [ms], its stages and the host's, by name: a frame's are like those of the one before."""
 
     def __init__(self) -> None:
         self._seen = 0

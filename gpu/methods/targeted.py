@@ -14,10 +14,10 @@ from gpu.target import FARTHEST, WALKED, ErrorGovernor, Governor
 from gpu.time_model import TimeModel
 from gpu.view import View
 
-# Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters: a walk goes to and
-# fro between some.
+# Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters (about 0.6 GB for a
+# GPU's default number, 1 to 2 GB for eight times that): a walk goes to and fro between some.
 KEPT_LIGHTS = 4
-# Frames of a walk with lights that it had not before until they take what those that follow do.
+# Frames of a walk with other lights than before until they take what those that follow do.
 FIRST_OF_LIGHTS = 4
 # So many times the wanted error is too much to show while counts promise less. Too small an error is shown as it is, so
 # that frames have the wanted one where a little more is aimed at.
@@ -80,31 +80,34 @@ class TargetedVpl:
         changes = sample == 0 and self._level != self._governor.level
         self._unlike = max(self._unlike - 1, 0) if self._view.walks else 0
         if changes:
-            before, self._level = self._level, self._governor.level
-            relights = before.vpl_clusters != self._level.vpl_clusters
+            level = self._governor.level
+            relights = level.vpl_clusters != self._level.vpl_clusters
             if relights:
-                self._relight(stages, progress)
-            self._method.use(self._level.sp_clusters, begins=relights)
+                self._relight(level, stages, progress)
+            self._method.use(level.sp_clusters, begins=relights)
+            self._level = level
             if self._view.walks:
                 self._unlike = FIRST_OF_LIGHTS if relights else 1
         stages.variant = self._level.vpl_clusters
         self._method.render(stages, sample, progress)
 
-    def _relight(self, stages: Stages, progress: Progress) -> None:
-        number = self._level.vpl_clusters
-        known = self._kept.pop(number) if number in self._kept else None
-        self._method = known or self._method.relit(self._quality(self._level), progress)
+    def _relight(self, level: Level, stages: Stages, progress: Progress) -> None:
+        number = level.vpl_clusters
+        if number in self._kept:
+            self._method = self._kept.pop(number)
+        else:
+            if len(self._kept) == KEPT_LIGHTS:  # before the new one takes memory
+                oldest = next(iter(self._kept))
+                del self._kept[oldest]
+                stages.forget(oldest)
+            self._method = self._method.relit(self._quality(level), progress)
         self._kept[number] = self._method
-        if len(self._kept) > KEPT_LIGHTS:
-            oldest = next(iter(self._kept))
-            del self._kept[oldest]
-            stages.forget(oldest)
 
     def learn(self, times: dict[str, float], *, steady: bool, shown: bool) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        times: what that took [ms], by parts; steady: without what only a first frame does; shown: whether anybody sees
-        it, so that light sets are not changed in haste.
+        For a wanted time, times: what that took [ms], by parts; steady: without what only a first frame does; shown:
+        whether anybody sees it, so that light sets are not changed in haste. An error is told by the frame's probes.
 
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
         level in a walk have more new clusters than those that follow, and take up to a fifth longer, with other lights

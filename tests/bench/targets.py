@@ -113,6 +113,8 @@ def run(suite: Suite) -> None:
         """What frames of the walk take with the default counts, in the median."""
         subject = suite.subject(name)
         renderer = Renderer(subject.resident, subject.size, RenderSettings(**base))
+        for walks in (False, True, True):
+            renderer.render(subject.camera, walks=walks)
         every = [
             timed(renderer, view(name, number))[1] for number in range(QUICK_FRAMES if suite.quick else USUAL_FRAMES)
         ]

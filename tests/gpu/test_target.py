@@ -137,7 +137,7 @@ def test_other_lights_are_waited_for_with_patience() -> None:
         governor.learn(milliseconds(governor.level), patient=True)
     lights, asked = governor.level.vpl_clusters, []
     for number in range(40):
-        factor = 0.05 if number in (5, 12) or number >= 20 else 1.0  # twice for one frame, then for good
+        factor = 0.05 if number in (5, 6, 12, 13) or number >= 20 else 1.0  # for two frames, then for good
         governor.learn(scaled(milliseconds(governor.level), factor), patient=True)
         asked.append(governor.level.vpl_clusters != lights)
     assert not any(asked[: 20 + PATIENCE - 1])

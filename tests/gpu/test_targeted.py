@@ -13,6 +13,7 @@ from gpu.error_model import Estimate
 from gpu.frame import FrameStats
 from gpu.levels import LEAST_MEMBERS, MOST_MEMBERS, Level
 from gpu.lighting import Progress
+from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.targeted import KEPT_LIGHTS, TargetedVpl
 from gpu.probes import Probes
 from gpu.quality import ON_CPU
@@ -270,6 +271,57 @@ def test_a_walk_goes_on_where_its_counts_change(room: ResidentScene, simulated_t
     # Other lights see other things.
     targeted._governor.level = replace(changed, vpl_clusters=level.vpl_clusters + 32)
     assert renderer.render(CAMERA, walks=True).stats.skips["kept_clusters"] == 0
+    targeted._governor.level = changed
+    assert renderer.render(CAMERA, walks=True).stats.skips["kept_clusters"] == 0
+
+
+def test_lights_that_cannot_be_made_leave_those_that_there_are(
+    room: ResidentScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
+    targeted = renderer._targeted
+    assert targeted is not None
+    renderer.render(CAMERA)
+    level = targeted._level
+    other = targeted._governor.level = replace(level, vpl_clusters=level.vpl_clusters + 32)
+
+    def fails(*_: Any) -> None:
+        raise MemoryError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(FuzzyVpl, "relit", fails)
+        with pytest.raises(MemoryError):
+            renderer.render(CAMERA)
+    assert targeted._level == level
+    counts = renderer.render(CAMERA).stats.counts
+    assert (counts["sp_clusters"], targeted._level) == (other.sp_clusters, other)
+    assert counts["vpl_clusters"] != level.vpl_clusters
+
+
+def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor do later frames of a still view: neither is of a wanted time."""
+    now = [0.0]
+
+    def milliseconds(stages: Stages) -> dict[str, float]:
+        now[0] += 1e-3 * (10.0 + 6.0 * (len(stages._order) > 1))
+        return {"fixed": 10.0}
+
+    monkeypatch.setattr(Stages, "milliseconds", milliseconds)
+    monkeypatch.setattr("gpu.renderer.perf_counter", lambda: now[0])
+    renderer = Renderer(room, SIZE, RenderSettings(component=Component.INDIRECT, vpls=2000, target_ms=20.0))
+    accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
+    for _ in range(4):
+        renderer.render(CAMERA, accumulation)
+    renderer.render(CAMERA)
+    known = list(renderer._host_ms[False])
+    for _ in range(3):
+        assert renderer.render(CAMERA).stats.skips["unchanged_camera"] > 0
+    for _ in range(3):
+        assert renderer.render(CAMERA, accumulation).stats.counts["frames"] > 4
+    assert list(renderer._host_ms[False]) == known
+    assert max(known) == pytest.approx(6.0)
 
 
 def test_frames_for_an_error_build_on_none_before(room: ResidentScene) -> None:
