@@ -20,6 +20,7 @@ from gpu.grid import (
     entry_at,
     separation,
 )
+from gpu.grouping import running_total
 from gpu.resident import NO_HIT
 from gpu.sampling import hashed
 from gpu.shading_points import ShadingPoints
@@ -125,6 +126,13 @@ def thin_kernel(first: int, spacings: wp.array[float], crowded: wp.array[int], r
 
 
 @wp.kernel
+def free_kernel(first: int, representatives: Representatives, free: wp.array[int]) -> None:
+    """One thread a cluster: 1 where it has no representative, else 0."""
+    cluster = first + wp.tid()
+    free[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 0, 1)
+
+
+@wp.kernel
 def drop_kernel(first: int, wanted: wp.array[int], free: wp.array[int], representatives: Representatives) -> None:
     """One thread a cluster: where more than `wanted` (1,) are in use, so many stay, evenly many of all.
 
@@ -156,3 +164,14 @@ def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: Shading
     launch(keep_kernel, count, inputs, device)
     launch(crowd_kernel, CORNERS * count, [spacings, good, representatives, crowded], device)
     launch(thin_kernel, count, [spacings, crowded, representatives, pixels], device)
+
+
+def drop(representatives: Representatives, wanted: wp.array, free: wp.array, frees: wp.array) -> None:
+    """Of `representatives` in use keep at most `wanted` (1,), evenly many of all.
+
+    free (cluster,): becomes 1 for those that were not in use before, else 0; frees (cluster,): the running sum of that.
+    """
+    count, device = len(free), free.device
+    launch(free_kernel, count, [representatives, free], device)
+    running_total(free, frees)
+    launch(drop_kernel, count, [wanted, frees, representatives], device)

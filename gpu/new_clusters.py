@@ -117,13 +117,6 @@ def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.
         represent(gbuffer, sps[sp], spacing, cluster, representatives)
 
 
-@wp.kernel
-def free_kernel(first: int, representatives: Representatives, free: wp.array[int]) -> None:
-    """One thread a cluster: 1 where it has no representative, else 0."""
-    cluster = first + wp.tid()
-    free[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 0, 1)
-
-
 @wp.func
 def room_of(free: wp.array[int], wanted: int) -> int:
     """How many more there may be of `wanted` clusters; free (cluster,): the running number of those not in use."""

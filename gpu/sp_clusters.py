@@ -14,7 +14,7 @@ from gpu.device import launch
 from gpu.gbuffer import GBuffer
 from gpu.grid import NORMAL_THRESHOLD, Representatives, level_of
 from gpu.grouping import running_total
-from gpu.kept_clusters import drop_kernel, keep
+from gpu.kept_clusters import drop, keep
 from gpu.kmeans import KMeans
 from gpu.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
 from gpu.new_clusters import (
@@ -27,7 +27,6 @@ from gpu.new_clusters import (
     adapt_kernel,
     extra_kernel,
     fill_kernel,
-    free_kernel,
     need_of,
 )
 from gpu.order import CELL_BITS, CELL_COUNT, EMPTY_KEY, order_key
@@ -260,9 +259,7 @@ class SpClustering:
         sps, grid, device = self._sps, self._kmeans.grid, self.device
         work = self._spacings, self._crowded, self._pixels
         keep(camera, size, gbuffer, sps, self._scale, self._good, grid.data, self._serving, *work)
-        launch(free_kernel, self.most, [grid.data, self._free], device)
-        running_total(self._free, self._frees)
-        launch(drop_kernel, self.most, [self._wanted, self._frees, grid.data], device)
+        drop(grid.data, self._wanted, self._free, self._frees)
         grid.build()
         self._assign(gbuffer, FILLING, self._good, least_need=0)
         running_total(self.need, self._needs)

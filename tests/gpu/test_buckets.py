@@ -1,13 +1,12 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import DEVICES
 
 from gpu.buckets import Buckets
 
-NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
 
-
-@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
+@pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize(("items", "count", "shift"), [(1, 1, 0), (1000, 7, 0), (5000, 8192, 0), (3000, 5, 4)])
 def test_items_of_a_bucket_are_sorted_by_key_and_number(items: int, count: int, shift: int, device: str) -> None:
     keys = np.random.default_rng(items).integers(0, count + 1 << shift, items)  # those of the last are of no bucket

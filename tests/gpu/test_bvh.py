@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import DEVICES, NEEDS_CUDA
 
 from gpu.bvh import Bvh, met
 from gpu.bvh_build import build
@@ -11,7 +12,6 @@ from gpu.scene.types import Doubles, Ints
 
 CPU = wp.get_device("cpu")
 LENGTH = 10.0
-NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
 
 
 @wp.kernel
@@ -105,7 +105,7 @@ def sphere(rings: int) -> Doubles:
     return np.concatenate([np.stack(three, axis=2).reshape(-1, 3, 3) for three in ((a, b, c), (a, c, d))]).astype(float)
 
 
-@pytest.mark.parametrize("device", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
+@pytest.mark.parametrize("device", DEVICES)
 def test_no_ray_leaves_a_closed_surface_at_its_edges_or_corners(device: str) -> None:
     rng = np.random.default_rng(3)
     triangles = sphere(24)

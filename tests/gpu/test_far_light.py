@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import NEEDS_CUDA
 from pipeline import Pipeline
 from scenes import column, results, slats, traced_vpls
 
@@ -146,7 +147,7 @@ def test_clusters_that_are_coarse_there_count_by_their_twigs(fuzzy: Pipeline) ->
     assert not np.allclose(told[coarse], one[coarse], rtol=0.1)
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="a CPU has one lane")
+@NEEDS_CUDA
 def test_lanes_change_nothing_but_the_order_of_sums(fuzzy: Pipeline) -> None:
     resident = ResidentScene(fuzzy.resident.scene, wp.get_device("cuda:0"))
     alone = Pipeline(resident, fuzzy.camera, fuzzy.size, sp_clusters=300, vpl_clusters=150, far_pairs=True)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import DEVICES, NEEDS_CUDA
 
 from gpu.lanes import bits_of_warp, room_in
 
@@ -30,7 +31,7 @@ def test_a_thread_has_its_own_bits() -> None:
     assert np.array_equal(together(words(), "cpu"), words())
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
+@NEEDS_CUDA
 def test_threads_of_a_warp_have_the_bits_of_all_on_cuda() -> None:
     bits = words()
     whole = np.bitwise_or.reduce(bits.reshape(-1, WARP), axis=1)
@@ -48,10 +49,7 @@ def room_kernel(numbers: wp.array[int], ends: wp.array[int], begins: wp.array[in
     begins[index] = room_in(ends, 1, numbers[index])
 
 
-@pytest.mark.parametrize(
-    "device",
-    ["cpu", pytest.param("cuda:0", marks=pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device"))],
-)
+@pytest.mark.parametrize("device", DEVICES)
 def test_each_has_room_of_its_own_and_none_is_left(device: str) -> None:
     numbers = np.random.default_rng(0).integers(0, 33, 1000).astype(np.int32)
     ends, begins = (wp.array(values, dtype=int, device=device) for values in ([5, 7], np.full(1000, -1)))

@@ -1,13 +1,12 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import DEVICES, NEEDS_CUDA
 
 from gpu.mirror import Mirror
 
-cuda = pytest.param("cuda:0", marks=pytest.mark.skipif(not wp.is_cuda_available(), reason="no CUDA device"))
 
-
-@pytest.mark.parametrize("device", ["cpu", cuda])
+@pytest.mark.parametrize("device", DEVICES)
 def test_values_go_to_the_device_and_back(device: str) -> None:
     mirror = Mirror(wp.zeros((2, 3), dtype=int, device=device))
     assert (mirror.host == 0).all()
@@ -21,7 +20,7 @@ def test_values_go_to_the_device_and_back(device: str) -> None:
     assert (mirror.host == np.arange(6).reshape(2, 3)).all()
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")
+@NEEDS_CUDA
 def test_captured_copies_take_the_values_of_each_replay() -> None:
     mirror = Mirror(wp.zeros(1, dtype=int, device="cuda:0"))
     with wp.ScopedCapture("cuda:0") as capture:

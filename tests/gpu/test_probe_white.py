@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import DEVICES
 from scenes import column
 
 from gpu.device import allocate, choose_device
@@ -10,7 +11,6 @@ from gpu.gbuffer import GBuffer
 from gpu.probe_white import EVEN, Picture, White
 from gpu.resident import NO_HIT
 
-DEVICES = ["cpu", pytest.param("cuda:0", marks=pytest.mark.skipif(not wp.is_cuda_available(), reason="needs CUDA"))]
 WIDTH, HEIGHT = 200, 100
 
 

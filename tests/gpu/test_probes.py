@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import DEVICES
 from scenes import box, column, grey, quad, resident_of
 
 from gpu.camera import look_at
@@ -12,7 +13,6 @@ from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.settings import Component, Method, RenderSettings
 
-NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
 SIZE = (48, 36)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 # Before near-field light, which is no matter of clusters and not in the estimate.
@@ -53,7 +53,7 @@ def test_an_error_relative_to_no_number_is_none(white: float) -> None:
     assert not np.isfinite(products(one, one, one, white)).any()
 
 
-@pytest.mark.parametrize("name", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
+@pytest.mark.parametrize("name", DEVICES)
 @pytest.mark.parametrize("smooth", [True, False])
 def test_the_estimate_is_the_error_against_exact_vpl(monkeypatch: pytest.MonkeyPatch, smooth: bool, name: str) -> None:
     room = room_on(name)

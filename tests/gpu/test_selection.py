@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 import warp as wp
+from devices import DEVICES
 from scenes import column
 
 from gpu.device import choose_device
 from gpu.selection import LAST, Selection
-
-NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
 
 
 class Listed:
@@ -21,7 +20,7 @@ class Listed:
         self.pixels, self.numbers, self.count = (values.to(device) for values in arrays)
 
 
-@pytest.mark.parametrize("name", ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)])
+@pytest.mark.parametrize("name", DEVICES)
 @pytest.mark.parametrize("end", [40, int(LAST)])
 @pytest.mark.parametrize(("capacity", "most"), [(1, 1), (64, 64), (500, 500), (500, 64), (64, 500)])
 @pytest.mark.parametrize("count", [0, 1, 300, 500])

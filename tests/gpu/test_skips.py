@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import warp as wp
+from devices import DEVICES
 from scenes import box, grey, quad, resident_of, scene_of
 
 from gpu import interpolate
@@ -47,11 +47,9 @@ def assert_same(x: Frame, r: Frame, resident: ResidentScene) -> None:
         assert x.radiance().tobytes() == r.radiance().tobytes()
 
 
-@pytest.fixture(scope="module", params=["cpu", "cuda:0"])
+@pytest.fixture(scope="module", params=DEVICES)
 def room(request: pytest.FixtureRequest) -> ResidentScene:
     """A closed box with a lamp below its ceiling and a block on its floor, on each device in turn."""
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("needs a CUDA device")
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
     return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)], device=request.param)

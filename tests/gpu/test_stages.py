@@ -2,6 +2,7 @@ from time import sleep
 
 import pytest
 import warp as wp
+from devices import NEEDS_CUDA
 
 from gpu.device import launch
 from gpu.probes import turn_kernel
@@ -68,7 +69,7 @@ def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> No
     assert 200.0 <= times["third"] < 400.0
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="streams are CUDA's")
+@NEEDS_CUDA
 @pytest.mark.parametrize("repeats", [False, True])
 def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_joins_it(repeats: bool) -> None:
     device, count = wp.get_device("cuda:0"), 1 << 24
@@ -93,7 +94,7 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
         assert [int(values.numpy()[-1]) for values in (one, two, three)] == expected
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")
+@NEEDS_CUDA
 def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_takes() -> None:
     device, count = wp.get_device("cuda:0"), 1 << 24
     stages, values = Stages(device), wp.zeros(count, dtype=int, device=device)
@@ -122,7 +123,7 @@ def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_tak
     assert 5.0 < frame(400) < 100.0
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")
+@NEEDS_CUDA
 def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
     device = wp.get_device("cuda:0")
     stages, works = Stages(device), []
@@ -149,7 +150,7 @@ def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
     assert int(values[20].numpy()[0]) == 3
 
 
-@pytest.mark.skipif(not wp.is_cuda_available(), reason="graphs are CUDA's")
+@NEEDS_CUDA
 def test_each_way_of_a_stage_is_captured_once() -> None:
     device = wp.get_device("cuda:0")
     stages, works = Stages(device), []

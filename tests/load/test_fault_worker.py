@@ -1,7 +1,7 @@
 """The whole service with the real renderer, which breaks."""
 
 import pytest
-import warp as wp
+from devices import DEVICES
 from harness import Running, run
 
 from server.settings import ServerSettings
@@ -10,10 +10,8 @@ from tests.load.fault_worker import FAULT_WORKER, HANG_SEED, ILLEGAL_SEED
 START_SECONDS = 280.0
 
 
-@pytest.fixture(params=["cpu", "cuda:0"])
+@pytest.fixture(params=DEVICES)
 def device(request: pytest.FixtureRequest) -> str:
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("needs a CUDA device")
     return str(request.param)
 
 

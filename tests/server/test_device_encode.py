@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import simplejpeg
 import warp as wp
+from devices import NEEDS_CUDA
 
 from server.device_encode import DeviceEncoder, device_encoder
 
@@ -12,11 +13,10 @@ def test_a_cpu_has_none() -> None:
     assert device_encoder(wp.get_device("cpu")) is None
 
 
+@NEEDS_CUDA
 @pytest.mark.parametrize(("quality", "sampling"), [(80, "420"), (95, "444")])
 def test_a_gpu_encodes_where_the_picture_lies(quality: int, sampling: str) -> None:
     pytest.importorskip("nvidia.nvimgcodec")
-    if not wp.is_cuda_available():
-        pytest.skip("needs a GPU")
     device = wp.get_device("cuda:0")
     picture = np.zeros((36, 64, 3), np.uint8)
     picture[..., 0] = np.linspace(0, 255, 64)

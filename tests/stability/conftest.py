@@ -1,10 +1,8 @@
 import pytest
-import warp as wp
+from devices import DEVICES
 
 
-@pytest.fixture(scope="session", params=["cpu", "cuda:0"])
+@pytest.fixture(scope="session", params=DEVICES)
 def device(request: pytest.FixtureRequest) -> str:
     """Each device in turn."""
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("needs a CUDA device")
     return str(request.param)
