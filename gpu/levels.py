@@ -31,7 +31,7 @@ class Level:
         return MOST_MEMBERS * self.vpl_clusters
 
 
-MOST = Level(sp_clusters=65_536, vpl_clusters=16_384)
+MOST = Level(sp_clusters=131_072, vpl_clusters=16_384)
 
 
 class Levels:

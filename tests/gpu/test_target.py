@@ -208,7 +208,7 @@ def test_a_second_try_is_of_the_same_view() -> None:
     levels = Levels(PIXELS, 512, 16_384)
     governor = for_error(1e-3, levels)
     for number in range(24):
-        hardness = 0.3 * 1.1**number
+        hardness = 0.2 * 1.1**number
         level, error = governor.level, hardness * error_of(governor.level, 0.5)
         governor.learn(Estimate(error, 0.02 * error))
     following = hardness * error_of(governor.level, 0.5)
