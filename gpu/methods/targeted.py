@@ -15,7 +15,7 @@ from gpu.time_model import TimeModel
 from gpu.view import View
 
 # Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters (about 0.6 GB for a
-# GPU's default number, 1 to 2 GB for eight times that): a walk goes to and fro between some.
+# GPU's default number, 1 to 2.5 GB for eight times that): a walk goes to and fro between some.
 KEPT_LIGHTS = 4
 # Frames of a walk with other lights than before until they take what those that follow do.
 FIRST_OF_LIGHTS = 4

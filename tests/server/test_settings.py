@@ -93,7 +93,7 @@ def test_an_empty_variable_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_target_is_refused_where_it_could_take_more_clusters_than_allowed(target: dict[str, float]) -> None:
     settings = RenderSettings(**target)
     ServerSettings().check_render((8, 8), settings, 64)
-    with pytest.raises(UserError, match="65536 sp_clusters, more than this server's limit of 1000; ask for counts"):
+    with pytest.raises(UserError, match="131072 sp_clusters, more than this server's limit of 1000; ask for counts"):
         ServerSettings(max_sp_clusters=1000).check_render((8, 8), settings, 64)
     with pytest.raises(UserError, match="more than this server's limit of 9999"):
         ServerSettings(max_vpls=9999).check_render((8, 8), settings, 64)
