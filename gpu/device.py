@@ -22,6 +22,8 @@ BLOCK = 128
 # Of a launch, whose threads have several items each where there are more: so a launch for as many as there may be takes
 # little where there are few. Whole warps of threads, so that the lanes of an item (gpu.lanes) stay in one.
 MOST_BLOCKS = (1 << 20) // BLOCK
+# Of one that has nothing to do most of the time: about as many as run at once, since the others take time for nothing.
+FEW_BLOCKS = (1 << 18) // BLOCK
 
 _prioritised: set[str] = set()
 _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
@@ -48,16 +50,17 @@ def choose_device(name: str | None) -> wp.Device:
     return device
 
 
-def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device) -> None:
+def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS) -> None:
     """Run `kernel` over `count` items; its first parameter receives the first item of a launch.
 
-    CUDA gets one launch. The CPU gets slices on all cores: a CPU launch runs on one thread but releases the GIL. No
-    two items may write the same element: atomics are not atomic between slices (launch_together).
+    CUDA gets one launch, of at most so many `blocks` of threads. The CPU gets slices on all cores: a CPU launch runs on
+    one thread but releases the GIL. No two items may write the same element: atomics are not atomic between slices
+    (launch_together).
     """
     if count == 0:
         return
     if device.is_cuda:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=MOST_BLOCKS)
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
         return
     size = max(SMALLEST_SLICE, -(-count // (4 * CORES)))
     if size >= count:
@@ -72,10 +75,12 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
         slice_.result()
 
 
-def launch_together(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device) -> None:
+def launch_together(
+    kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS
+) -> None:
     """As `launch`, of a kernel whose items add to the same elements: the CPU takes them in turn, on one core."""
     if count > 0:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=MOST_BLOCKS)
+        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
 
 
 def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:

@@ -6,8 +6,10 @@ from math import log
 # Numbers of SP clusters are so far apart. Of VPL clusters they are whole words of visibility bits.
 SP_STEP = 1.06
 WORD, VPL_STEP = 32, 2.0**0.25
-# SP clusters for each VPL cluster: as in the default counts of a GPU, and how many times that or how little of it.
-SPS_PER_VPL, RANGE = 4.0, 6.0
+# SP clusters for each VPL cluster: as in the default counts of a GPU, how many times that, and how little of it. For a
+# time it is no less than the last: the fewer SP clusters there are, the more VPL clusters are near them, which are
+# shaded one by one (gpu.far_light), so that frames take no less with fewer.
+SPS_PER_VPL, RANGE, FASTEST = 4.0, 6.0, 2.0
 # Members that a VPL cluster has on average. Those of fewer are not worth their name; those of more than a GPU's default
 # counts have are shaded in their parts from afar, so that fewer of them take longer and leave no more error.
 LEAST_MEMBERS, MOST_MEMBERS = 12, 48
@@ -35,10 +37,13 @@ MOST = Level(sp_clusters=131_072, vpl_clusters=16_384)
 
 
 class Levels:
-    """The levels of an image of so many pixels, with about `least` … `most` VPL clusters."""
+    """The levels of an image of so many pixels, with about `least` … `most` VPL clusters.
 
-    def __init__(self, pixels: int, least: int = WORD, most: int = MOST.vpl_clusters) -> None:
-        self._most = min(pixels, MOST.sp_clusters)
+    fewest: the usual number of SP clusters over the fewest.
+    """
+
+    def __init__(self, pixels: int, least: int = WORD, most: int = MOST.vpl_clusters, *, fewest: float = RANGE) -> None:
+        self._most, self._fewest = min(pixels, MOST.sp_clusters), fewest
         steps = range(round(log(MOST.vpl_clusters / WORD, VPL_STEP)) + 1)
         numbers = sorted({WORD * round(VPL_STEP**step) for step in steps})
         few = [number for number in numbers if number <= most] or numbers[:1]
@@ -60,13 +65,14 @@ class Levels:
     def of(self, vpl_clusters: int) -> tuple[Level, ...]:
         """All levels of so many VPL clusters, by work."""
         if vpl_clusters not in self._of:
-            usual, steps = self.usual(vpl_clusters), int(log(RANGE, SP_STEP))
-            wanted = (round(usual.sp_clusters * SP_STEP**step) for step in range(-steps, steps + 1))
+            usual = self.usual(vpl_clusters)
+            fewer, more = (int(log(times, SP_STEP)) for times in (self._fewest, RANGE))
+            wanted = (round(usual.sp_clusters * SP_STEP**step) for step in range(-fewer, more + 1))
             counts = sorted({min(max(count, 1), self._most) for count in wanted})
             self._of[vpl_clusters] = tuple(Level(count, vpl_clusters) for count in counts)
         return self._of[vpl_clusters]
 
 
-def levels_of(pixels: int, vpls: int) -> Levels:
-    """The levels of an image of so many pixels that is lit by so many VPLs."""
-    return Levels(pixels, vpls // MOST_MEMBERS, vpls // LEAST_MEMBERS)
+def levels_of(pixels: int, vpls: int, *, fewest: float = RANGE) -> Levels:
+    """The levels of an image of so many pixels that is lit by so many VPLs; fewest: as in `Levels`."""
+    return Levels(pixels, vpls // MOST_MEMBERS, vpls // LEAST_MEMBERS, fewest=fewest)

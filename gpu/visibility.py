@@ -8,7 +8,7 @@ from functools import cache
 import warp as wp
 
 from gpu.bits import lowest_bit
-from gpu.device import allocate, launch, launch_together
+from gpu.device import BLOCK, FEW_BLOCKS, MOST_BLOCKS, allocate, launch, launch_together
 from gpu.disk import disk_at
 from gpu.ray_plan import (
     PARTS,
@@ -30,8 +30,6 @@ from gpu.vpl_clusters import VplClusters
 
 # New representatives are taken in runs, so that what is planned for their pairs stays within bounded memory.
 MAX_PAIRS = 1 << 26
-# Threads that trace: each takes every so-manieth ray, since only the device knows how many there are.
-TRACING_THREADS = 1 << 20
 SPREAD = wp.constant(4)
 
 
@@ -117,7 +115,11 @@ class Visibility:
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
-        """Find what the new representatives of `sps` see; what others saw before stays."""
+        """Find what the new representatives of `sps` see; what others saw before stays.
+
+        Only the device knows how many are new, so all runs are launched: those after the first are seldom needed. Of
+        the threads that trace each takes every so-manieth ray.
+        """
         count, device, skip = self._sp_count, self.device, self._skip
         plan, pairs = self._plan, self._pairs
         if skip.weak_pairs:
@@ -125,13 +127,15 @@ class Visibility:
             launch(weak_kernel, count, [sps, self._parts, self._weak], device)
         plans = plan_kernel(skip.facing_away, skip.weak_pairs)
         trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
-        words, threads = len(plan.traced), min(TRACING_THREADS, len(pairs))
+        words = len(plan.traced)
         self.rays.zero_()
         self.shared.zero_()
         for number, begin in enumerate(range(0, count, self._run)):
             run = Run()
             run.number, run.begin, run.most, run.words = number, begin, self._run, self._word_count
-            launch(plans, words, [sps, vpls, run, self._weak, plan], device)
-            launch_together(list_kernel, words, [sps, run, plan, self.rays, self.shared, pairs], device)
-            launch(trace, threads, [scene, sps, vpls, run, self.rays, threads, pairs], device)
-            launch(pack_kernel, words, [sps, run, plan, pairs, self.words], device)
+            blocks = FEW_BLOCKS if number else MOST_BLOCKS
+            threads = min(BLOCK * blocks, len(pairs))
+            launch(plans, words, [sps, vpls, run, self._weak, plan], device, blocks)
+            launch_together(list_kernel, words, [sps, run, plan, self.rays, self.shared, pairs], device, blocks)
+            launch(trace, threads, [scene, sps, vpls, run, self.rays, threads, pairs], device, blocks)
+            launch(pack_kernel, words, [sps, run, plan, pairs, self.words], device, blocks)

@@ -265,7 +265,8 @@ class FuzzyVpl:
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         totals = self._counter.totals()
         if not self._has_indirect:
-            counts |= dict.fromkeys(("shaded", "suspected", "refined", "bright", "rays", "near", "unassigned"), 0)
+            none = "used_sp_clusters", "shaded", "suspected", "refined", "bright", "rays", "near", "unassigned"
+            counts |= dict.fromkeys(none, 0)
             return counts, view_skips(view, self._settings, totals[0])
         shaded, suspected, refined, bright, rays, shared, used, fresh, close, known, near, needs, empty = totals
         pairs = counts["vpl_clusters"] * fresh
@@ -281,5 +282,5 @@ class FuzzyVpl:
             "far_pairs": shaded * counts["vpl_clusters"] - close,
         }
         looked = {"suspected": suspected, "refined": refined, "bright": bright}
-        counts |= {"shaded": shaded} | (looked if self._refines else dict.fromkeys(looked, 0))
+        counts |= {"used_sp_clusters": used, "shaded": shaded} | (looked if self._refines else dict.fromkeys(looked, 0))
         return counts | {"rays": rays, "near": near, "unassigned": unassigned}, skips

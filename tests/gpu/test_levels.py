@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import pytest
 
-from gpu.levels import MOST, RANGE, SP_STEP, Level, Levels, levels_of
+from gpu.levels import FASTEST, MOST, RANGE, SP_STEP, Level, Levels, levels_of
 
 PIXELS = 600_000
 USUAL = Level(8192, 2048)
@@ -22,6 +22,13 @@ def test_levels_have_few_numbers_of_vpl_clusters_and_fine_steps_of_sp_clusters()
     assert counts[-1] / 8192 == pytest.approx(RANGE, rel=SP_STEP - 1.0)
     assert 8192 / counts[0] == pytest.approx(RANGE, rel=SP_STEP - 1.0)
     assert max(level.sp_clusters for level in levels.of(MOST.vpl_clusters)) == MOST.sp_clusters
+
+
+def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_take_no_less() -> None:
+    few = Levels(PIXELS, fewest=FASTEST).of(2048)
+    assert 8192 / few[0].sp_clusters == pytest.approx(FASTEST, rel=SP_STEP - 1.0)
+    assert few == Levels(PIXELS).of(2048)[-len(few) :]
+    assert levels_of(PIXELS, 98_304, fewest=FASTEST).of(2048) == few
 
 
 @pytest.mark.parametrize("pixels", [1, 100, 5000])

@@ -1,6 +1,7 @@
 """The choice of counts against simulated renderers: what times and errors do is known there."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from math import log
 
@@ -8,9 +9,9 @@ import numpy as np
 import pytest
 
 from gpu.error_model import FIRST_FRAMES, Estimate
-from gpu.levels import MOST, Level, Levels, levels_of
-from gpu.target import PATIENCE, ErrorGovernor, Governor
-from gpu.time_model import TimeModel
+from gpu.levels import FASTEST, MOST, Level, Levels, levels_of
+from gpu.target import FARTHEST, PATIENCE, WALKED, ErrorGovernor, Governor
+from gpu.time_model import FROM_NOTHING, IN_MOTION, Growth, TimeModel, Times
 
 PIXELS = 600_000
 USUAL = Level(8192, 2048)
@@ -31,10 +32,15 @@ def milliseconds(level: Level) -> Stages:
     }
 
 
-def for_time(target: float) -> Governor[Mapping[str, float]]:
+def for_time(target: float, growths: Mapping[str, Growth] = FROM_NOTHING, rise: float = FARTHEST) -> Governor[Times]:
     """One that starts at about the usual counts."""
-    levels = Levels(PIXELS)
-    return Governor(levels, TimeModel(), target, levels.nearest(USUAL.work))
+    levels = Levels(PIXELS, fewest=FASTEST)
+    return Governor(levels, TimeModel(USUAL, growths), target, levels.nearest(USUAL.work), rise=rise)
+
+
+def learn(governor: Governor[Times], stages: Stages, *, patient: bool = False) -> bool:
+    """`governor` learns of a frame with as many clusters as are wanted."""
+    return governor.learn(Times(stages, governor.level.sp_clusters), patient=patient)
 
 
 def scaled(times: Stages, factor: float) -> Stages:
@@ -56,7 +62,7 @@ def walk(
         parts = plant(number, governor.level)
         times.append(sum(parts.values()))
         heard = scaled(parts, 1.0 + noise * random.standard_normal())
-        governor.learn(scaled(heard, 3.0) if number in outliers else heard)
+        learn(governor, scaled(heard, 3.0) if number in outliers else heard)
     return np.array(times) / target, levels
 
 
@@ -125,7 +131,7 @@ def test_a_time_that_does_not_repeat_is_ignored() -> None:
 @pytest.mark.parametrize("target", [1.0, 1e4])
 def test_what_cannot_be_met_ends_at_the_end_of_the_levels(target: float) -> None:
     _, levels = walk(target, lambda _, level: milliseconds(level), 60)
-    every = Levels(PIXELS)
+    every = Levels(PIXELS, fewest=FASTEST)
     end = every.of(every.vpl_clusters[0])[0] if target == 1.0 else MOST
     assert levels[-1] == end
     assert moves(levels[40:]) == 0
@@ -134,11 +140,11 @@ def test_what_cannot_be_met_ends_at_the_end_of_the_levels(target: float) -> None
 def test_other_lights_are_waited_for_with_patience() -> None:
     governor = for_time(6.0)
     for _ in range(20):
-        governor.learn(milliseconds(governor.level), patient=True)
+        learn(governor, milliseconds(governor.level), patient=True)
     lights, asked = governor.level.vpl_clusters, []
     for number in range(40):
         factor = 0.05 if number in (5, 6, 12, 13) or number >= 20 else 1.0  # for two frames, then for good
-        governor.learn(scaled(milliseconds(governor.level), factor), patient=True)
+        learn(governor, scaled(milliseconds(governor.level), factor), patient=True)
         asked.append(governor.level.vpl_clusters != lights)
     assert not any(asked[: 20 + PATIENCE - 1])
     assert asked[-1]
@@ -146,11 +152,11 @@ def test_other_lights_are_waited_for_with_patience() -> None:
 
 @pytest.mark.parametrize("rise", [1.25, 2.0])
 def test_work_grows_and_falls_as_fast_as_it_may(rise: float) -> None:
-    governor = Governor(Levels(PIXELS), TimeModel(), 40.0, Level(8192, 2048), rise=rise)
+    governor = for_time(40.0, rise=rise)
     works = []
     for number in range(60):
         works.append(governor.level.work)
-        governor.learn(scaled(milliseconds(governor.level), 1.0 if number < 40 else 4.0))
+        learn(governor, scaled(milliseconds(governor.level), 1.0 if number < 40 else 4.0))
     steps = np.array(works[1:]) / works[:-1]
     assert steps.max() <= rise
     assert sum(milliseconds(governor.level).values()) * 4.0 == pytest.approx(40.0, rel=0.1)
@@ -165,9 +171,61 @@ def test_work_grows_fourfold_at_most_from_one_frame_to_the_next() -> None:
     assert works[-1] > 4.0 * works[0]
 
 
+@dataclass(frozen=True)
+class Room:
+    """What frames of a walk take on an H200 [ms], roughly: whatever counts are, and a pair of clusters in use.
+
+    full: how many SP clusters surfaces take before they take but some of those that are wanted.
+    """
+
+    fixed: float
+    shade: float
+    pair: float
+    full: float = 1e6
+
+    def milliseconds(self, used: int, vpls: int) -> Stages:
+        few = {"refine": 0.45 * (used / USUAL.sp_clusters) ** 0.4, "visibility": 0.25 + 2e-9 * used * vpls}
+        return {"fixed": self.fixed, "shade": self.shade * (vpls / 2048) ** 0.3 + self.pair * used * vpls, **few}
+
+    def most(self, wanted: int) -> int:
+        return int(min(wanted, self.full + 0.15 * wanted))
+
+
+CONFERENCE, CORNELL_BOX = Room(3.3, 1.1, 3.7e-9), Room(1.2, 0.18, 8e-9, 9000)
+
+
+def walk_in(room: Room, target: float) -> tuple[np.ndarray, list[Level]]:
+    """Times of a walk's frames over the target, and their levels: SP clusters come little by little."""
+    random, governor, used = np.random.default_rng(5), for_time(target, IN_MOTION, WALKED), USUAL.sp_clusters
+    times, levels = [], []
+    for _ in range(160):
+        level = governor.level
+        used = min(used + level.sp_clusters // 27, room.most(level.sp_clusters))
+        stages = room.milliseconds(used, level.vpl_clusters)
+        times.append(sum(stages.values()))
+        levels.append(level)
+        governor.learn(Times(scaled(stages, 1.0 + 0.015 * random.standard_normal()), used), patient=True)
+    return np.array(times) / target, levels
+
+
+@pytest.mark.parametrize("target", [6.3, 7.5, 9.0, 11.0])
+def test_clusters_that_come_little_by_little_are_not_overshot(target: float) -> None:
+    times, levels = walk_in(CONFERENCE, target)
+    assert times.max() < 1.1
+    assert within(times[50:]) == 1.0
+    assert light_sets(levels[50:]) == 0
+
+
+@pytest.mark.parametrize("target", [2.3, 2.7, 3.5, 4.5])
+def test_where_surfaces_take_few_sp_clusters_vpl_clusters_meet_the_time(target: float) -> None:
+    times, levels = walk_in(CORNELL_BOX, target)
+    assert within(times[80:]) == 1.0
+    assert light_sets(levels[80:]) == 0
+
+
 def test_a_first_picture_waits_until_the_level_stays() -> None:
     governor = for_time(30.0)
-    waited = [governor.learn(milliseconds(governor.level)) for _ in range(FEW)]
+    waited = [learn(governor, milliseconds(governor.level)) for _ in range(FEW)]
     assert not waited[0]
     assert waited[-1]
     assert governor.expected == pytest.approx(sum(milliseconds(governor.level).values()), rel=0.05)

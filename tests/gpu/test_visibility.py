@@ -135,8 +135,11 @@ def test_more_rays_than_threads_are_all_traced(
     traced: tuple[ResidentScene, View, SpClustering, VplClusters], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bits, stage = bits_of(traced)
-    monkeypatch.setattr("gpu.visibility.TRACING_THREADS", 100)
+    for blocks in ("MOST_BLOCKS", "FEW_BLOCKS"):
+        monkeypatch.setattr(f"gpu.visibility.{blocks}", 1)
     assert stage.rays.numpy().sum() > 1000
+    assert np.array_equal(bits_of(traced)[0], bits)
+    monkeypatch.setattr("gpu.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)
     assert np.array_equal(bits_of(traced)[0], bits)
 
 
