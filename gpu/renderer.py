@@ -25,7 +25,6 @@ from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.settings import Clustering, Method, RenderSettings, Skips
 from gpu.stages import Stages
-from gpu.time_model import Times
 from gpu.tonemap import Tonemap
 from gpu.view import View
 
@@ -133,8 +132,7 @@ class Renderer:
     def _learn(self, frame: Frame, *, shown: bool = True) -> bool:
         """Whether counts can stay. What a frame takes is all that the host waits for, and learning of the last one."""
         begun = perf_counter()
-        stages = {**frame.stats.stage_ms, "host": median(self._host_ms[self._walked])}
-        times = Times(stages, frame.stats.counts["used_sp_clusters"])
+        times = {**frame.stats.stage_ms, "host": median(self._host_ms[self._walked])}
         targeted, steady = self._targeted, self._stages.steady
         stays = targeted is not None and targeted.learn(times, steady=steady, shown=shown)
         self._learning_ms = 1e3 * (perf_counter() - begun)

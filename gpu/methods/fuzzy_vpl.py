@@ -265,8 +265,7 @@ class FuzzyVpl:
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
         totals = self._counter.totals()
         if not self._has_indirect:
-            none = "used_sp_clusters", "shaded", "suspected", "refined", "bright", "rays", "near", "unassigned"
-            counts |= dict.fromkeys(none, 0)
+            counts |= dict.fromkeys(("shaded", "suspected", "refined", "bright", "rays", "near", "unassigned"), 0)
             return counts, view_skips(view, self._settings, totals[0])
         shaded, suspected, refined, bright, rays, shared, used, fresh, close, known, near, needs, empty = totals
         pairs = counts["vpl_clusters"] * fresh
@@ -282,5 +281,5 @@ class FuzzyVpl:
             "far_pairs": shaded * counts["vpl_clusters"] - close,
         }
         looked = {"suspected": suspected, "refined": refined, "bright": bright}
-        counts |= {"used_sp_clusters": used, "shaded": shaded} | (looked if self._refines else dict.fromkeys(looked, 0))
+        counts |= {"shaded": shaded} | (looked if self._refines else dict.fromkeys(looked, 0))
         return counts | {"rays": rays, "near": near, "unassigned": unassigned}, skips

@@ -11,7 +11,7 @@ from gpu.quality import Quality
 from gpu.settings import RenderSettings
 from gpu.stages import Stages
 from gpu.target import FARTHEST, WALKED, ErrorGovernor, Governor
-from gpu.time_model import FROM_NOTHING, IN_MOTION, TimeModel, Times
+from gpu.time_model import TimeModel
 from gpu.view import View
 
 # Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters (about 0.6 GB for a
@@ -72,9 +72,8 @@ class TargetedVpl:
             if self._settings.target_error:
                 self._governors[apart] = ErrorGovernor(self._levels, AIM * self._target, self._level)
             else:
-                usual = Level(self._usual.sp_clusters, self._usual.vpl_clusters)
-                model, rise = TimeModel(usual, IN_MOTION if apart else FROM_NOTHING), WALKED if apart else FARTHEST
-                self._governors[apart] = Governor(self._levels, model, self._target, self._level, rise=rise)
+                rise = WALKED if apart else FARTHEST
+                self._governors[apart] = Governor(self._levels, TimeModel(), self._target, self._level, rise=rise)
         return self._governors[apart]
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
@@ -105,10 +104,10 @@ class TargetedVpl:
             self._method = self._method.relit(self._quality(level), progress)
         self._kept[number] = self._method
 
-    def learn(self, times: Times, *, steady: bool, shown: bool) -> bool:
+    def learn(self, times: dict[str, float], *, steady: bool, shown: bool) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        For a wanted time, times: what that took; steady: without what only a first frame does; shown:
+        For a wanted time, times: what that took [ms], by parts; steady: without what only a first frame does; shown:
         whether anybody sees it, so that light sets are not changed in haste. An error is told by the frame's probes.
 
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a

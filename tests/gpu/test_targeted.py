@@ -11,7 +11,7 @@ from gpu.accumulate import Accumulation
 from gpu.camera import look_at
 from gpu.error_model import Estimate
 from gpu.frame import FrameStats
-from gpu.levels import LEAST_MEMBERS, MOST_MEMBERS, Level
+from gpu.levels import FASTEST, LEAST_MEMBERS, MOST_MEMBERS, RANGE, Level
 from gpu.lighting import Progress
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.targeted import KEPT_LIGHTS, TargetedVpl
@@ -108,6 +108,17 @@ def test_vpls_follow_a_time_but_stay_for_an_error(room: ResidentScene, simulated
         assert timed["vpls"] / timed["vpl_clusters"] == pytest.approx(usual, rel=0.1)
     for target in (1e-1, 1e-5):
         assert counts(target_error=target)["vpls"] == pytest.approx(ON_CPU.vpls, rel=0.1)
+
+
+def test_a_time_has_no_fewer_sp_clusters_than_save_any(room: ResidentScene) -> None:
+    def share(**target: float) -> float:
+        targeted = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, **target}))._targeted
+        assert targeted is not None
+        number = targeted._levels.vpl_clusters[0]
+        return targeted._levels.usual(number).sp_clusters / targeted._levels.of(number)[0].sp_clusters
+
+    assert share(target_ms=10.0) == pytest.approx(FASTEST, rel=0.06)
+    assert share(target_error=1e-3) == pytest.approx(RANGE, rel=0.06)
 
 
 def test_wanted_vpls_bound_the_clusters_of_them(room: ResidentScene, simulated_times: None) -> None:
