@@ -8,7 +8,7 @@ SP_STEP = 1.06
 WORD, VPL_STEP = 32, 2.0**0.25
 # SP clusters for each VPL cluster: as in the default counts of a GPU, how many times that, and how little of it. For a
 # time it is no less than the last: the fewer SP clusters there are, the more VPL clusters are near them, which are
-# shaded one by one (gpu.far_light), so that frames take no less with fewer.
+# shaded one by one (gpu.far_light), so that shading takes hardly less and fewer VPL clusters save more.
 SPS_PER_VPL, RANGE, FASTEST = 4.0, 6.0, 2.0
 # Members that a VPL cluster has on average. Those of fewer are not worth their name; those of more than a GPU's default
 # counts have are shaded in their parts from afar, so that fewer of them take longer and leave no more error.

@@ -120,7 +120,12 @@ class FuzzyVpl:
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
     def use(self, sp_clusters: int, *, begins: bool) -> None:
-        """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before."""
+        """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before.
+
+        Raises ValueError where they are more than `quality` told: arrays have no room for them.
+        """
+        if sp_clusters > self._quality.sp_clusters:
+            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._quality.sp_clusters}")
         self._clustering.use(sp_clusters)
         self._suspects.limit(int(sp_clusters * SUSPECTED_SHARE))
         self._worst.limit(int(sp_clusters * REFINED_SHARE))

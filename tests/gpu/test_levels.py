@@ -24,7 +24,7 @@ def test_levels_have_few_numbers_of_vpl_clusters_and_fine_steps_of_sp_clusters()
     assert max(level.sp_clusters for level in levels.of(MOST.vpl_clusters)) == MOST.sp_clusters
 
 
-def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_take_no_less() -> None:
+def test_the_fewest_sp_clusters_of_levels_can_be_bounded() -> None:
     few = Levels(PIXELS, fewest=FASTEST).of(2048)
     assert 8192 / few[0].sp_clusters == pytest.approx(FASTEST, rel=SP_STEP - 1.0)
     assert few == Levels(PIXELS).of(2048)[-len(few) :]

@@ -110,7 +110,7 @@ def test_vpls_follow_a_time_but_stay_for_an_error(room: ResidentScene, simulated
         assert counts(target_error=target)["vpls"] == pytest.approx(ON_CPU.vpls, rel=0.1)
 
 
-def test_a_time_has_no_fewer_sp_clusters_than_save_any(room: ResidentScene) -> None:
+def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room: ResidentScene) -> None:
     def share(**target: float) -> float:
         targeted = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, **target}))._targeted
         assert targeted is not None
@@ -307,6 +307,16 @@ def test_lights_that_cannot_be_made_leave_those_that_there_are(
     counts = renderer.render(CAMERA).stats.counts
     assert (counts["sp_clusters"], targeted._level) == (other.sp_clusters, other)
     assert counts["vpl_clusters"] != level.vpl_clusters
+
+
+def test_more_sp_clusters_than_there_is_room_for_are_refused(room: ResidentScene) -> None:
+    renderer = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, "target_ms": 20.0}))
+    targeted = renderer._targeted
+    assert targeted is not None
+    most = targeted._levels.most(targeted._level.vpl_clusters)
+    targeted._method.use(most, begins=True)
+    with pytest.raises(ValueError, match=f"{most + 1} SP clusters where there is room for {most}"):
+        targeted._method.use(most + 1, begins=True)
 
 
 def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
