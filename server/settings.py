@@ -85,8 +85,10 @@ class ServerSettings(BaseSettings):
     max_pixels: int = Field(default=7680 * 4320, ge=1, le=MAX_SIDE**2, description="pixels of a still")
     max_samples: int = Field(default=4096, ge=1, le=65_536, description="samples a pixel")
     max_vpls: int = Field(default=1_048_576, ge=1, le=4_194_304, description="virtual point lights")
-    max_vpl_clusters: int = Field(default=16_384, ge=1, le=65_536, description="clusters of virtual point lights")
-    max_sp_clusters: int = Field(default=131_072, ge=1, le=262_144, description="clusters of shading points")
+    max_vpl_clusters: int = Field(
+        default=MOST.vpl_clusters, ge=1, le=65_536, description="clusters of virtual point lights"
+    )
+    max_sp_clusters: int = Field(default=MOST.sp_clusters, ge=1, le=262_144, description="clusters of shading points")
     max_message_bytes: int = Field(default=65_536, ge=4096, le=2**24, description="one message or request body [bytes]")
     max_waiting_renders: int = Field(
         default=8, ge=1, le=1000, description="stills that may wait; more are told to retry"

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from gpu.levels import FASTEST, RANGE, Level, Levels, levels_of
+from gpu.levels import RANGE, TIME_RANGE, Level, Levels, levels_of
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import FrameStatistics
 from gpu.methods.fuzzy_vpl import FuzzyVpl
@@ -42,11 +42,11 @@ class TargetedVpl:
         self._target = settings.target_error or settings.target_ms or 0.0
         # None: as many as clusters need.
         self._vpls = quality.vpls if settings.target_error else settings.vpls
-        fewest = RANGE if settings.target_error else FASTEST
+        below = RANGE if settings.target_error else TIME_RANGE
         if self._vpls is None:
-            levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters, fewest=fewest)
+            levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters, below=below)
         else:
-            levels = levels_of(view.pixels, self._vpls, fewest=fewest)
+            levels = levels_of(view.pixels, self._vpls, below=below)
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}

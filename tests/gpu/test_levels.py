@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import pytest
 
-from gpu.levels import FASTEST, MOST, RANGE, SP_STEP, Level, Levels, levels_of
+from gpu.levels import MOST, RANGE, SP_STEP, TIME_RANGE, Level, Levels, levels_of
 
 PIXELS = 600_000
 USUAL = Level(8192, 2048)
@@ -25,10 +25,10 @@ def test_levels_have_few_numbers_of_vpl_clusters_and_fine_steps_of_sp_clusters()
 
 
 def test_the_fewest_sp_clusters_of_levels_can_be_bounded() -> None:
-    few = Levels(PIXELS, fewest=FASTEST).of(2048)
-    assert 8192 / few[0].sp_clusters == pytest.approx(FASTEST, rel=SP_STEP - 1.0)
+    few = Levels(PIXELS, below=TIME_RANGE).of(2048)
+    assert 8192 / few[0].sp_clusters == pytest.approx(TIME_RANGE, rel=SP_STEP - 1.0)
     assert few == Levels(PIXELS).of(2048)[-len(few) :]
-    assert levels_of(PIXELS, 98_304, fewest=FASTEST).of(2048) == few
+    assert levels_of(PIXELS, 98_304, below=TIME_RANGE).of(2048) == few
 
 
 @pytest.mark.parametrize("pixels", [1, 100, 5000])

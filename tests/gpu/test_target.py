@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gpu.error_model import FIRST_FRAMES, Estimate
-from gpu.levels import FASTEST, MOST, Level, Levels, levels_of
+from gpu.levels import MOST, TIME_RANGE, Level, Levels, levels_of
 from gpu.target import FARTHEST, PATIENCE, WALKED, ErrorGovernor, Governor
 from gpu.time_model import TimeModel
 
@@ -34,7 +34,7 @@ def milliseconds(level: Level) -> Stages:
 
 def for_time(target: float, rise: float = FARTHEST) -> Governor[Mapping[str, float]]:
     """One that starts at about the usual counts."""
-    levels = Levels(PIXELS, fewest=FASTEST)
+    levels = Levels(PIXELS, below=TIME_RANGE)
     return Governor(levels, TimeModel(), target, levels.nearest(USUAL.work), rise=rise)
 
 
@@ -126,7 +126,7 @@ def test_a_time_that_does_not_repeat_is_ignored() -> None:
 @pytest.mark.parametrize("target", [1.0, 1e4])
 def test_what_cannot_be_met_ends_at_the_end_of_the_levels(target: float) -> None:
     _, levels = walk(target, lambda _, level: milliseconds(level), 60)
-    every = Levels(PIXELS, fewest=FASTEST)
+    every = Levels(PIXELS, below=TIME_RANGE)
     end = every.of(every.vpl_clusters[0])[0] if target == 1.0 else MOST
     assert levels[-1] == end
     assert moves(levels[40:]) == 0

@@ -11,7 +11,7 @@ from gpu.accumulate import Accumulation
 from gpu.camera import look_at
 from gpu.error_model import Estimate
 from gpu.frame import FrameStats
-from gpu.levels import FASTEST, LEAST_MEMBERS, MOST_MEMBERS, RANGE, Level
+from gpu.levels import LEAST_MEMBERS, MOST_MEMBERS, RANGE, TIME_RANGE, Level
 from gpu.lighting import Progress
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.targeted import KEPT_LIGHTS, TargetedVpl
@@ -117,7 +117,7 @@ def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room:
         number = targeted._levels.vpl_clusters[0]
         return targeted._levels.usual(number).sp_clusters / targeted._levels.of(number)[0].sp_clusters
 
-    assert share(target_ms=10.0) == pytest.approx(FASTEST, rel=0.06)
+    assert share(target_ms=10.0) == pytest.approx(TIME_RANGE, rel=0.06)
     assert share(target_error=1e-3) == pytest.approx(RANGE, rel=0.06)
 
 
