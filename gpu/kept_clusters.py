@@ -21,6 +21,7 @@ from gpu.grid import (
     separation,
 )
 from gpu.grouping import running_total
+from gpu.new_clusters import staying_of
 from gpu.resident import NO_HIT
 from gpu.sampling import hashed
 from gpu.shading_points import ShadingPoints
@@ -134,15 +135,15 @@ def free_kernel(first: int, representatives: Representatives, free: wp.array[int
 
 @wp.kernel
 def drop_kernel(first: int, wanted: wp.array[int], free: wp.array[int], representatives: Representatives) -> None:
-    """One thread a cluster: where more than `wanted` (1,) are in use, so many stay, evenly many of all.
+    """One thread a cluster: where more than `wanted` (1,) are in use, somewhat fewer stay, evenly many of all.
 
     free (cluster,): the running number of those that are not in use.
     """
     cluster = first + wp.tid()
     places = free.shape[0]
     used = wp.int64(places - free[places - 1])
-    stay = wp.int64(wanted[0])
-    if used <= stay or representatives.spacing[cluster] <= 0.0:
+    stay = wp.int64(staying_of(int(used), wanted[0]))
+    if used == stay or representatives.spacing[cluster] <= 0.0:
         return
     before = wp.int64(cluster - free[cluster])
     if (before + wp.int64(1)) * stay / used == before * stay / used:
@@ -167,7 +168,7 @@ def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: Shading
 
 
 def drop(representatives: Representatives, wanted: wp.array, free: wp.array, frees: wp.array) -> None:
-    """Of `representatives` in use keep at most `wanted` (1,), evenly many of all.
+    """Of more `representatives` in use than `wanted` (1,) keep somewhat fewer, evenly many of all.
 
     free (cluster,): becomes 1 for those that were not in use before, else 0; frees (cluster,): the running sum of that.
     """

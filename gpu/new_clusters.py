@@ -48,9 +48,9 @@ LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(1.2)
 LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
 # In a frame, as a share of it.
 MOST_CHANGE = wp.constant(0.03)
-# Of a walk that goes on with more clusters than before, at most this share is new in a frame until nothing is lacking:
-# new ones trace rays, and frames are to take alike.
-MOST_NEW = 0.0625
+# Of a walk that goes on with another number of clusters than before, at most this share is new in a frame until nothing
+# is lacking: new ones trace rays, and frames are to take alike.
+MOST_NEW = wp.constant(0.0625)
 
 
 @wp.func
@@ -118,10 +118,20 @@ def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.
 
 
 @wp.func
+def staying_of(used: int, wanted: int) -> int:
+    """Of `used` clusters, how many stay where `wanted` are to be: where some have to go, there is room for new ones.
+
+    Else what comes into view in that frame has none, and the light of others.
+    """
+    return wp.where(used > wanted, wanted - int(MOST_NEW * float(wanted)), used)
+
+
+@wp.func
 def room_of(free: wp.array[int], wanted: int) -> int:
-    """How many more there may be of `wanted` clusters; free (cluster,): the running number of those not in use."""
+    """How many of `wanted` clusters may be new; free (cluster,): as in fill_kernel."""
     places = free.shape[0]
-    return wp.max(free[places - 1] - (places - wanted), 0)
+    used = places - free[places - 1]
+    return wp.min(wanted - staying_of(used, wanted), free[places - 1])
 
 
 @wp.func
@@ -137,15 +147,15 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     """One thread a cluster: one that is free takes an SP, as long as clusters are lacking, and at most `most` (1,) do.
 
     totals: the running sum of need, by which SPs lack their share of all `wanted` (1,) clusters; spacing_scale (1,): as
-    in gpu.kept_clusters; free (cluster,): the running number of those that are free, before too many were dropped;
+    in gpu.kept_clusters; free (cluster,): the running number of those that were free before too many were dropped;
     pixels (cluster,): where new representatives are; serving (cluster,): 1 for them, which are there for an SP that may
     not see them before the next frame.
     """
     cluster = first + wp.tid()
     count = sp_count[0]
-    if count == 0 or representatives.spacing[cluster] > 0.0:
-        return
     index = free[cluster] - 1
+    if count == 0 or index < 0 or (cluster > 0 and free[cluster - 1] == free[cluster]):
+        return
     number = wp.min(wp.min(room_of(free, wanted[0]), most[0]), lacking_of(totals, count, wanted[0]))
     if number == 0 or index >= number:
         return
@@ -164,17 +174,20 @@ def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], wan
     """One thread in all: changes the distance `good` (1,) where too few or too many clusters are left for others.
 
     That is what is free less what is lacking, from arrays of fill_kernel. Where no more than `most` (1,) are lacking,
-    that becomes all clusters. extent (1,): becomes at least `wanted`, since the first free ones are taken first.
+    that becomes all clusters. extent (1,): becomes so much that all in use are below, as the first free ones are taken
+    first.
     """
     count = sp_count[0]
     clusters = wanted[0]
-    extent[0] = wp.max(extent[0], clusters)
+    room = room_of(free, clusters)
+    places = free.shape[0]
+    extent[0] = wp.max(extent[0], places - free[places - 1] + room)
     if count == 0:
         return
     lacking = lacking_of(totals, count, clusters)
     if lacking <= most[0]:
         most[0] = clusters
-    left = float(room_of(free, clusters) - lacking) / float(clusters)
+    left = float(room - lacking) / float(clusters)
     if left < LEAST_FREE or left > MOST_FREE:
         # A surface takes as many as it has squares of that side.
         change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)
