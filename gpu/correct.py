@@ -30,6 +30,9 @@ CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 GOLDEN_STEP = wp.constant(wp.uint32(2654435769))
 # Between the seeds of several passes.
 PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
+# SPs that follow each other have a pass together, as the threads of a warp trace their rays.
+RUN = wp.constant(32 // CHECKS)
+ALL_PASSES = 1e3
 
 
 @wp.struct
@@ -43,6 +46,14 @@ class Checks:
     vpl: wp.array[int]
     believed: wp.array[float]
     share: wp.array[float]
+
+
+@wp.func
+def has_pass(place: int, number: int, passes: float, seed: int) -> bool:
+    """Whether the SP at a place of a list has rays in pass `number`, where SPs have so many `passes` in the mean."""
+    offset = hashed(PASS_SEED + wp.uint32(seed))
+    part = float(wp.uint32(place // RUN) * GOLDEN_STEP + offset) * TO_UNIT
+    return part < passes - float(number)
 
 
 @cache
@@ -64,24 +75,26 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         settled: wp.array[int],
         seed: wp.array[int],
         number: int,
+        passes: wp.array[float],
+        again: bool,
         indirect: Indirect,
         checks: Checks,
     ) -> None:
         """One thread a ray of pass `number`: draws to which member of which VPL cluster it goes.
 
-        An SP's rays take equal shares of all light, and those of neighbours, who share what they find, other parts of
-        these.
+        passes (1,): of an SP, in the mean; again: whether what is settled has rays, too. An SP's rays take equal shares
+        of all light, and those of neighbours, who share what they find, other parts of these.
         """
         index = first + wp.tid()
         place = index // CHECKS
         check = index % CHECKS
         checks.vpl[index] = -1
-        if place >= count[0]:
+        if place >= count[0] or not has_pass(place, number, passes[0], seed[0]):
             return
         sp = numbers[place]
         pixel = pixels[place]
         whole = indirect.near[sp] + indirect.far[sp]
-        if whole <= 0.0 or (number == 0 and settled[pixel] == 1):
+        if whole <= 0.0 or (settled[pixel] == 1 and not again):
             return
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
@@ -145,13 +158,14 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
 
 @wp.kernel
 def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, checks: Checks,
-                      before: int, correction: wp.array[wp.vec3]) -> None:  # fmt: skip
+                      seed: wp.array[int], number: int, passes: wp.array[float], means: wp.array[int],
+                      correction: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: the mean over its rays of what its irradiance lacks, taken into `correction` (pixel,).
 
-    before: of how many such means that is the mean already.
+    means (pixel,): of how many passes that is the mean. number, passes: as in draw_kernel.
     """
     place = first + wp.tid()
-    if place >= count[0]:
+    if place >= count[0] or not has_pass(place, number, passes[0], seed[0]):
         return
     mean = wp.vec3(0.0, 0.0, 0.0)
     for check in range(CHECKS):
@@ -161,8 +175,10 @@ def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], v
             mean += light_of(vpls, vpl, checks.share[index])
     mean = mean / float(CHECKS)
     pixel = pixels[place]
+    before = wp.where(number > 0, means[pixel], 0)
     if before > 0:
         mean = correction[pixel] + (mean - correction[pixel]) / float(before + 1)
+    means[pixel] = before + 1
     correction[pixel] = mean
 
 
@@ -175,7 +191,14 @@ class Correction:
     def __init__(self, capacity: int, device: wp.Device) -> None:
         self.device = device
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
+        self._means = wp.zeros(capacity, dtype=int, device=device)
         self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
+        self._wanted = wp.ones(1, dtype=float, device=device)
+        self._all = wp.full(1, ALL_PASSES, dtype=float, device=device)
+
+    def use(self, passes: float) -> None:
+        """Have so many passes of an SP in the mean, at least 1, where they are to be `as_wanted`."""
+        self._wanted.fill_(passes)
 
     def trace(
         self,
@@ -189,18 +212,23 @@ class Correction:
         indirect: Indirect,
         settled: wp.array,
         seed: wp.array,
-        passes: range = range(1),
+        numbers: range = range(1),
+        *,
+        as_wanted: bool = False,
     ) -> None:
-        """Check the light of `points`, which were shaded by all these, once for each of `passes`, numbered from 0 on.
+        """Check the light of `points`, which were shaded by all these, in passes of these `numbers`.
 
-        Each takes its mean into that of those before. words: the visibility bits of `clusters`; settled (pixel,): 1
-        for those that have no rays in pass 0; seed: (1,).
+        Each takes its mean into that of those before, unless it is number 0. words: the visibility bits of `clusters`;
+        settled (pixel,): 1 for those that have no rays, unless `numbers` begin later; seed: (1,). as_wanted: whether
+        passes are left out beyond as many as were wanted (`use`).
         """
         rays, checks, pixels = CHECKS * points.capacity, self._checks, points.pixels
         listed = pixels, points.numbers, points.count
-        for number in passes:
-            inputs: list[Any] = [gbuffer, *listed, clusters, words, vpls, far, settled, seed, number, indirect, checks]
+        passes, again = self._wanted if as_wanted else self._all, numbers.start > 0
+        for number in numbers:
+            by = clusters, words, vpls, far, settled, seed, number, passes, again
+            inputs: list[Any] = [gbuffer, *listed, *by, indirect, checks]
             launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
             launch(check_kernel(connection(scene)), rays, [scene, gbuffer, pixels, vpls, checks], self.device)
-            inputs = [pixels, points.count, vpls, checks, number, self.own]
+            inputs = [pixels, points.count, vpls, checks, seed, number, passes, self._means, self.own]
             launch(correction_kernel, points.capacity, inputs, self.device)

@@ -1,9 +1,10 @@
 """Which counts of clusters meet a wanted frame time or error: the future work of the 2022 paper (its section 5).
 
 A model learns what frames took, or how far they were from the truth, and so what other counts would give; a governor
-takes the level that comes nearest to the target, and stays where it is while that is near enough. SP clusters do most
-of the governing. VPL clusters come in few numbers, since each needs a light set of its own: another is taken only where
-SP clusters do not suffice. Nothing here renders.
+takes the level that comes nearest to the target, and stays where it is while that is near enough. SP clusters, and
+passes of SPs' rays, do most of the governing. VPL clusters come in few numbers, since each needs a light set of its
+own: before anything is shown, that is taken whose usual level comes nearest, then another only where SP clusters and
+passes do not suffice. Nothing here renders.
 """
 
 from bisect import bisect_left, bisect_right
@@ -14,9 +15,9 @@ from typing import Generic, Protocol, TypeVar
 from gpu.error_model import ErrorModel, Estimate
 from gpu.levels import Level, Levels
 
-# Where SP clusters alone come as near as this, no other VPL clusters are taken.
+# Where levels of the same VPL clusters come as near as this, no others are taken.
 ALMOST = log(1.08)
-# So many frames in a row that told something must be beyond that where a light set is made in a frame that is shown.
+# So many frames in a row that told something must be beyond that for a light set to be made in a frame that is shown.
 PATIENCE = 8
 # A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
 # where there may be more, takes no larger steps upwards than the second: else it would see too late what it asked for.
@@ -46,28 +47,37 @@ class Model(Protocol[Seen]):
 class Governor(Generic[Seen]):
     """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`.
 
-    rise: how many times the work of one frame the next may have at the most. level: that of the next frame, the first
-    one to begin with; expected: what it will give, None before that frame.
+    rise: how many times the work of one frame the next may have at the most. patience: after how many frames in a row
+    that lack them other VPL clusters are taken. level: that of the next frame, the first one to begin with; expected:
+    what it will give, None before that frame.
     """
 
     def __init__(
-        self, levels: Levels, model: Model[Seen], target: float, level: Level, *, rise: float = FARTHEST
+        self,
+        levels: Levels,
+        model: Model[Seen],
+        target: float,
+        level: Level,
+        *,
+        rise: float = FARTHEST,
+        patience: int = PATIENCE,
     ) -> None:
-        self._levels, self._model, self._target, self._rise = levels, model, target, rise
-        # Frames in a row that SP clusters alone do not bring near enough.
+        self._levels, self._model, self._target = levels, model, target
+        self._rise, self._patience = rise, patience
+        # Frames in a row that levels of the same VPL clusters do not bring near enough.
         self._beyond = 0
         self.level = level
         self.expected: float | None = None
 
-    def learn(self, seen: Seen, *, patient: bool = False) -> bool:
+    def learn(self, seen: Seen, *, anew: bool = False) -> bool:
         """A frame of `level` gave what was `seen`; True when that can stay: it is near enough, or as near as can be.
 
-        patient: whether other numbers of VPL clusters are taken only after PATIENCE frames that lack them.
+        anew: whether VPL clusters may be chosen anew, since nothing is shown yet.
         """
         model, before = self._model, self.level
         model.observe(before, seen)
         if self._off(before) > model.near:
-            self.level = self._best(patient=patient)
+            self.level = self._best(anew=anew)
         else:
             self._beyond = 0
         self.expected = model.predict(self.level)
@@ -76,7 +86,7 @@ class Governor(Generic[Seen]):
     def _off(self, level: Level) -> float:
         return abs(log(self._model.predict(level) / self._target))
 
-    def _best(self, *, patient: bool = False) -> Level:
+    def _best(self, *, anew: bool = False) -> Level:
         """The level to go to; of equally good ones, this."""
         levels, level = self._levels, self.level
 
@@ -87,12 +97,12 @@ class Governor(Generic[Seen]):
 
         same = min([level, *self._about(near(level.vpl_clusters))], key=self._off)
         self._beyond = self._beyond + 1 if self._off(same) > ALMOST else 0
-        if self._beyond == 0 or (patient and self._beyond < PATIENCE):
+        if not anew and self._beyond < self._patience:
             return same
         self._beyond = 0
         numbers = sorted(levels.vpl_clusters, key=lambda number: self._off(levels.usual(number)))
-        others = next(filter(None, map(near, numbers)))
-        return min([same, *self._about(others)], key=self._off)
+        others = self._about(next(filter(None, map(near, numbers))))
+        return min(others if anew else [same, *others], key=self._off)
 
     def _about(self, levels: Sequence[Level]) -> Sequence[Level]:
         """Of `levels` by work those two between which the target is: what they give goes one way."""
@@ -108,7 +118,7 @@ class ErrorGovernor(Governor[Estimate]):
 
     def __init__(self, levels: Levels, target: float, level: Level) -> None:
         self._errors = ErrorModel()
-        super().__init__(levels, self._errors, target, level)
+        super().__init__(levels, self._errors, target, level, patience=1)
 
     def try_again(self, level: Level) -> bool:
         """Choose the level of another try at a frame of `level`, which was learnt of; False if none promises less."""

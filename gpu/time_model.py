@@ -5,10 +5,16 @@ from math import log, sqrt
 
 from gpu.levels import Level
 
-# Powers of SP and of VPL clusters that a stage's time is in proportion to, between 1000 and 30,000 SP clusters and 750
-# and 4000 VPL clusters, in six scenes on an H100; shading's of SP clusters by walks on an H200, with 6000 to 65,000 of
-# them. Other stages change with no count.
-POWERS = {"cluster": (0.2, 0.0), "visibility": (0.8, 0.8), "shade": (0.4, 0.8), "refine": (0.5, 0.0)}
+# Powers of SP clusters, of VPL clusters and of passes that a stage's time is in proportion to, between 1000 and 30,000
+# SP clusters and 750 and 4000 VPL clusters, in six scenes on an H100. Shading's of SP clusters is by walks on an H200,
+# with 6000 to 65,000 of them, correcting's by 1 to 4 passes in four scenes there. Other stages change with none.
+POWERS = {
+    "cluster": (0.2, 0.0, 0.0),
+    "visibility": (0.8, 0.8, 0.0),
+    "shade": (0.4, 0.8, 0.0),
+    "correct": (0.0, 0.0, 0.65),
+    "refine": (0.5, 0.0, 0.0),
+}
 # Frames that are pooled, and the share of each miss by which the next frames are taken to change.
 FRAMES, TREND = 2.0, 0.2
 # A frame with more than so many times what was expected, or less than that part of it, for which the system around may
@@ -74,5 +80,5 @@ class TimeModel:
     def _scale(self, name: str, level: Level) -> float:
         if name not in POWERS:
             return 1.0
-        sps, vpls = POWERS[name]
-        return float(level.sp_clusters**sps * level.vpl_clusters**vpls)
+        sps, vpls, passes = POWERS[name]
+        return float(level.sp_clusters**sps * level.vpl_clusters**vpls * level.passes**passes)

@@ -10,6 +10,7 @@ from gpu.correct import Correction
 from gpu.counting import Counter
 from gpu.dispute import WorstPoints
 from gpu.far_light import FarSums
+from gpu.levels import MOST_PASSES
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import (
     FrameStatistics,
@@ -77,6 +78,7 @@ class FuzzyVpl:
         sps, weighting = view.shading_points, settings.weighting
         self._clustering = SpClustering(sps, most or quality.sp_clusters, settings.fuzziness, weighting)
         self._correction = Correction(view.pixels, view.device)
+        self._passes = MOST_PASSES if settings.target_ms else 1
         # Irradiance as clusters tell it, while other stages correct it.
         self._told = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
         self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
@@ -119,14 +121,16 @@ class FuzzyVpl:
         self._bright = BrightPoints(view.size, int(BRIGHT_SHARE * quality.sp_clusters), view.device)
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
-    def use(self, sp_clusters: int, *, begins: bool) -> None:
+    def use(self, sp_clusters: int, passes: float = 1.0, *, begins: bool) -> None:
         """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before.
 
-        Raises ValueError where they are more than `quality` told: arrays have no room for them.
+        passes: in which an SP's rays correct its light, in the mean, where the settings want a time. Raises ValueError
+        where clusters are more than `quality` told: arrays have no room for them.
         """
         if sp_clusters > self._quality.sp_clusters:
             raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._quality.sp_clusters}")
         self._clustering.use(sp_clusters)
+        self._correction.use(passes)
         self._suspects.limit(int(sp_clusters * SUSPECTED_SHARE))
         self._worst.limit(int(sp_clusters * REFINED_SHARE))
         self._bright.limit(int(sp_clusters * BRIGHT_SHARE))
@@ -183,6 +187,8 @@ class FuzzyVpl:
 
         correction, far, probes, smooth = self._correction, self._far, self.probes, is_smoothed(settings, sample)
         self._refines = settings.correct and smooth
+        sharper = is_sharper(sample)
+        passes = SHARPER_PASSES if sharper else self._passes
 
         def cluster() -> None:
             if goes_on:
@@ -193,7 +199,7 @@ class FuzzyVpl:
         def correct() -> None:
             check = partial(correction.trace, view.scene, gbuffer)
             by = clusters, visibility.words, vpls, far.data, indirect, history.settled, seed
-            check(sps, *by, range(SHARPER_PASSES if is_sharper(sample) else 1))
+            check(sps, *by, range(passes), as_wanted=not sharper)
             shared = correction.own
             if smooth:
                 lacking = history.take_light(sps, indirect.irradiance, correction.own)
@@ -201,7 +207,7 @@ class FuzzyVpl:
                 shared = view.smoothing.share(gbuffer, sps, *light, UNEVEN_REACH)
                 dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, view.brightness
                 self._suspects.find(sps, *dispute)
-                check(self._suspects, *by, range(1, 2))
+                check(self._suspects, *by, range(passes, passes + 1))
                 self._worst.find(self._suspects, *dispute)
             sps.add(shared, indirect.irradiance, bounded=smooth)
 

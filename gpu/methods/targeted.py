@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from gpu.levels import RANGE, TIME_RANGE, Level, Levels, levels_of
+from gpu.levels import ERROR_RANGE, MOST_PASSES, TIME_RANGE, Level, Levels, levels_of
 from gpu.lighting import Lighting, Progress
 from gpu.methods.common import FrameStatistics
 from gpu.methods.fuzzy_vpl import FuzzyVpl
@@ -42,11 +42,11 @@ class TargetedVpl:
         self._target = settings.target_error or settings.target_ms or 0.0
         # None: as many as clusters need.
         self._vpls = quality.vpls if settings.target_error else settings.vpls
-        below = RANGE if settings.target_error else TIME_RANGE
+        below, passes = (ERROR_RANGE, 1) if settings.target_error else (TIME_RANGE, MOST_PASSES)
         if self._vpls is None:
-            levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters, below=below)
+            levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters, below=below, passes=passes)
         else:
-            levels = levels_of(view.pixels, self._vpls, below=below)
+            levels = levels_of(view.pixels, self._vpls, below=below, passes=passes)
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}
@@ -57,7 +57,7 @@ class TargetedVpl:
         self._view = view
         most = max(map(levels.most, levels.vpl_clusters))
         self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress, most)
-        self._method.use(self._level.sp_clusters, begins=True)
+        self._method.use(self._level.sp_clusters, self._level.passes, begins=True)
         self._kept = {self._level.vpl_clusters: self._method}  # in the order of their last use
 
     def governs_apart(self, *, walks: bool) -> bool:
@@ -85,10 +85,12 @@ class TargetedVpl:
             relights = level.vpl_clusters != self._level.vpl_clusters
             if relights:
                 self._relight(level, stages, progress)
-            self._method.use(level.sp_clusters, begins=relights)
+            self._method.use(level.sp_clusters, level.passes, begins=relights)
+            if self._view.walks and relights:
+                self._unlike = FIRST_OF_LIGHTS
+            elif self._view.walks and level.sp_clusters != self._level.sp_clusters:
+                self._unlike = max(self._unlike, 1)
             self._level = level
-            if self._view.walks:
-                self._unlike = FIRST_OF_LIGHTS if relights else 1
         stages.variant = self._level.vpl_clusters
         self._method.render(stages, sample, progress)
 
@@ -108,7 +110,7 @@ class TargetedVpl:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
         For a wanted time, times: what that took [ms], by parts; steady: without what only a first frame does; shown:
-        whether anybody sees it, so that light sets are not changed in haste. An error is told by the frame's probes.
+        whether anybody sees it: else light sets are chosen anew. An error is told by the frame's probes.
 
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
         level in a walk have more new clusters than those that follow, and take up to a fifth longer, with other lights
@@ -118,7 +120,7 @@ class TargetedVpl:
             seen = self._method.probes.estimate()
             self._error = seen.error / self._target
             return self._governor.learn(seen)
-        return self._unlike == 0 and steady and self._governor.learn(times, patient=shown)
+        return self._unlike == 0 and steady and self._governor.learn(times, anew=not shown)
 
     def tries_again(self) -> bool:
         """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.
@@ -141,9 +143,9 @@ class TargetedVpl:
     def estimates(self) -> dict[str, float]:
         """The target, and what a frame of the chosen level is expected to give."""
         kind = "error" if self._settings.target_error else "ms"
-        tries = {"tries": 1.0} if self._settings.target_error else {}
+        told = {"tries": 1.0} if self._settings.target_error else {"passes": self._level.passes}
         expected = self._governor.expected
-        return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected}) | tries
+        return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected}) | told
 
     def _quality(self, level: Level) -> Quality:
         """That of `level` with the most SP clusters of its lights."""

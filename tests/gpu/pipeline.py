@@ -143,16 +143,20 @@ class Pipeline:
         shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
               view.seed, view.indirect)  # fmt: skip
 
-    def correct(self, correction: Correction, seed: int, passes: range = range(1),
-                points: ListedPoints | None = None, settled: wp.array | None = None) -> None:  # fmt: skip
-        """Check what is shaded, at all SPs or at `points`; settled (pixel,): 1 where pass 0 has no rays."""
+    def correct(self, correction: Correction, seed: int, numbers: range = range(1),
+                points: ListedPoints | None = None, settled: wp.array | None = None, *,
+                as_wanted: bool = False) -> None:  # fmt: skip
+        """Check what is shaded, at all SPs or at `points`, by passes of these `numbers`.
+
+        settled, as_wanted: as for `Correction.trace`.
+        """
         view = self.view
         if settled is None:
             settled = wp.zeros(view.pixels, dtype=int, device=view.device)
         view.seed.fill_(seed)
         correction.trace(view.scene, view.gbuffer, points or view.shading_points, self.clustering.clusters,
                          self.visibility.words, self.lights, self.far.data, view.indirect, settled,
-                         view.seed, passes)  # fmt: skip
+                         view.seed, numbers, as_wanted=as_wanted)  # fmt: skip
 
     def believe(self, seen: Doubles) -> None:
         """Have the clusters believe `seen` (sp cluster, VPL cluster), 0 or 1, and shade anew."""

@@ -1,10 +1,12 @@
+from itertools import combinations
+
 import numpy as np
 import pytest
 from pipeline import Pipeline, relative_error
 from scenes import box, column, grey, quad, resident_of, slats
 
 from gpu.camera import look_at
-from gpu.correct import PASS_SEED, Correction
+from gpu.correct import PASS_SEED, RUN, Correction
 from gpu.dispute import WorstPoints
 from gpu.scene.types import Doubles
 from gpu.shade import CHECKS
@@ -142,18 +144,45 @@ def test_a_second_look_at_some_takes_as_many_rays_into_their_mean_and_leaves_the
     assert np.array_equal(correction.own.numpy(), np.where(looked[:, None], both, once))
 
 
-def test_what_is_settled_sends_rays_at_a_second_look_only(clustered: Pipeline) -> None:
+@pytest.mark.parametrize("passes", [1, 2])
+def test_what_is_settled_sends_rays_at_a_second_look_only(clustered: Pipeline, passes: int) -> None:
     view, correction = clustered.view, Correction(clustered.view.pixels, clustered.view.device)
     settled = np.arange(view.pixels) % 3 == 0
 
-    def corrected(passes: int, *, some: bool) -> Doubles:
-        clustered.correct(correction, 3, range(passes), settled=column(settled, int) if some else None)
+    def corrected(numbers: range, *, some: bool) -> Doubles:
+        clustered.correct(correction, 3, numbers, settled=column(settled, int) if some else None)
         return correction.own.numpy().astype(np.float64)
 
-    once, twice = corrected(1, some=False), corrected(2, some=False)
-    assert np.array_equal(corrected(1, some=True), np.where(settled[:, None], 0.0, once))
-    wanted = np.where(settled[:, None], twice - once / 2.0, twice)
-    assert np.allclose(corrected(2, some=True), wanted, rtol=1e-4, atol=1e-6 * np.abs(once).max())
+    first, all_ = range(passes), range(passes + 1)
+    once, again = corrected(first, some=False), corrected(all_, some=False)
+    assert np.array_equal(corrected(first, some=True), np.where(settled[:, None], 0.0, once))
+    own = again - once * passes / (passes + 1)
+    wanted = np.where(settled[:, None], own, again)
+    looked = corrected(range(passes, passes + 1), some=True)
+    assert np.allclose(looked, wanted, rtol=1e-4, atol=1e-6 * np.abs(once).max())
+
+
+@pytest.mark.parametrize("passes", [1.0, 1.5, 2.25, 4.0])
+def test_sps_have_as_many_passes_in_the_mean_as_are_wanted(clustered: Pipeline, passes: float) -> None:
+    correction = Correction(clustered.view.pixels, clustered.view.device)
+
+    def corrected(count: int, *, as_wanted: bool = False) -> Doubles:
+        clustered.correct(correction, 3, range(count), as_wanted=as_wanted)
+        return correction.own.numpy()[clustered.pixels].astype(np.float64)
+
+    correction.use(passes)
+    means = np.stack([corrected(count) for count in range(1, 5)])
+    found = corrected(4, as_wanted=True)
+    lit = np.all([np.any(means[one] != means[other], axis=1) for one, other in combinations(range(4), 2)], axis=0)
+    assert lit.mean() > 0.3
+    same = np.all(found == means, axis=2)
+    assert np.all(same[:, lit].sum(axis=0) == 1)
+    number = 1 + same.argmax(axis=0)
+    assert set(number[lit]) == {int(passes), int(np.ceil(passes))}
+    assert number[lit].mean() == pytest.approx(passes, abs=0.1)
+    # SPs whose rays a warp traces have the same number.
+    runs = np.arange(clustered.sp_count) // int(RUN)
+    assert all(len(set(number[lit & (runs == run)])) <= 1 for run in set(runs))
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(clustered: Pipeline) -> None:
