@@ -96,7 +96,8 @@ SECTIONS = (
         "the same VPLs. above: frames more than 10 % above the target; below at the fewest counts: frames more than "
         "10 % below it that have the fewest clusters there are; tries: renders of a frame, more than one where it is "
         "seen to have too large an error; stages: what those of all tries take, probes of the error, too; with the "
-        "host: from a frame's call to its return, of which wanted times are; pairs: of clusters.",
+        "host: from a frame's call to its return, of which wanted times are; pairs: of clusters; passes: of an SP's "
+        "rays that correct its light.",
         {"targets": "what frames take or have over what is wanted, while the camera sways; green: within 10 %"},
         (tables.targets_table,),
     ),

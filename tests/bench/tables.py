@@ -198,6 +198,7 @@ def targets_table(rows: list[Row]) -> str:
         "measured at",
         "changes",
         "pairs",
+        "passes",
     ]
     lines = []
     for row in rows:
@@ -209,7 +210,8 @@ def targets_table(rows: list[Row]) -> str:
         tries = f"{row['tries']:.2f}" if "tries" in row else "1"
         spreads, counts = [spread_text(held), number(held["mean"])], [str(row["changes"]), spread_text(row["pairs"])]
         times = [spread_text(spread(row["path_ms"])), spread_text(row["wall_ms"]) if "wall_ms" in row else "–"]
-        lines.append([row["scene"], goal, *spreads, within, above, below, tries, *times, places, *counts])
+        passes = spread_text(row["passes"]) if row.get("passes", {}).get("p95", 1.0) > 1.0 else "1"
+        lines.append([row["scene"], goal, *spreads, within, above, below, tries, *times, places, *counts, passes])
     return table(head, lines)
 
 

@@ -61,15 +61,18 @@ def path_of(frames: Sequence[FrameStats], wall: Sequence[float], unit: str) -> R
     wall: until each was ready [ms], beside which its stages' own times are kept.
     """
     levels = [(stats.counts["sp_clusters"], stats.counts["vpl_clusters"]) for stats in frames]
+    passes = [stats.estimates.get("passes", 1.0) for stats in frames]
     return {
         "frames": len(frames),
-        "changes": sum(before != after for before, after in pairwise(levels)),
+        "changes": sum(before != after for before, after in pairwise(zip(levels, passes, strict=True))),
         "light_sets": sum(before[1] != after[1] for before, after in pairwise(levels)),
         "pairs": spread([float(sps * vpls) for sps, vpls in levels]),
+        "passes": spread(passes),
         "path_ms": [round(sum(stats.stage_ms.values()), 3) for stats in frames],
         "path_wall_ms": [round(ms, 3) for ms in wall],
         "wall_ms": spread(wall),
         "path_clusters": [f"{sps} {vpls}" for sps, vpls in levels],
+        "path_passes": [round(number, 2) for number in passes],
         "path_expected": [float(f"{stats.estimates[f'expected_{unit}']:.4g}") for stats in frames],
     }
 

@@ -15,17 +15,19 @@ def test_what_is_within_a_tenth_of_its_target_is_held() -> None:
 
 
 def test_a_path_keeps_each_frame_and_counts_what_changed() -> None:
-    levels = [(8, 2), (8, 2), (9, 2), (4, 3)]
-    frames = [
-        FrameStats({"a": 1.0, "b": 0.5}, {"sp_clusters": sps, "vpl_clusters": vpls}, {}, {"expected_ms": 1.6})
-        for sps, vpls in levels
-    ]
-    path = path_of(frames, [2.0, 2.0, 2.0, 4.0], "ms")
-    assert (path["frames"], path["changes"], path["light_sets"]) == (4, 2, 1)
-    assert path["path_ms"] == [1.5] * 4
-    assert (path["path_wall_ms"], path["wall_ms"]["median"]) == ([2.0, 2.0, 2.0, 4.0], 2.0)
-    assert path["path_expected"] == [1.6] * 4
-    assert path["path_clusters"] == ["8 2", "8 2", "9 2", "4 3"]
+    levels = [(8, 2, 1.0), (8, 2, 1.0), (9, 2, 3.0), (9, 2, 2.0), (4, 3, 2.0)]
+    frames = []
+    for sps, vpls, passes in levels:
+        estimates = {"expected_ms": 1.6, "passes": passes}
+        counts = {"sp_clusters": sps, "vpl_clusters": vpls}
+        frames.append(FrameStats({"a": 1.0, "b": 0.5}, counts, {}, estimates))
+    path = path_of(frames, [2.0, 2.0, 2.0, 2.0, 4.0], "ms")
+    assert (path["frames"], path["changes"], path["light_sets"]) == (5, 3, 1)
+    assert path["path_ms"] == [1.5] * 5
+    assert (path["path_wall_ms"], path["wall_ms"]["median"]) == ([2.0, 2.0, 2.0, 2.0, 4.0], 2.0)
+    assert path["path_expected"] == [1.6] * 5
+    assert path["path_clusters"] == ["8 2", "8 2", "9 2", "9 2", "4 3"]
+    assert (path["path_passes"], path["passes"]["median"]) == ([1.0, 1.0, 3.0, 2.0, 2.0], 2.0)
 
 
 def test_errors_below_the_target_are_told_where_no_counts_are_fewer() -> None:
