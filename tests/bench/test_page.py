@@ -69,11 +69,12 @@ def test_targets_are_shown_as_ratios() -> None:
     row |= {"pairs": spread, "path_ms": [6.0, 6.5, 6.7, 5.0] * 45}
     errors = {"target": {"error": 1e-3}, "errors": [1e-3, 1.2e-3], "tries": 1.125, "below_at_fewest": 0.25}
     errors["wall_ms"] = {"median": 9.0, "p5": 8.0, "p95": 10.0}
-    lines = targets_table([{**row, "target": {"ms": 6.0}}, {**row, **errors}])
+    passes = {"median": 2.0, "p5": 1.0, "p95": 3.5}
+    lines = targets_table([{**row, "target": {"ms": 6.0}, "passes": passes}, {**row, **errors}])
     rest, last = "1.01 (0.94–1.2) | 1.02 | 88 %", "180 | 7 | 1.01 (0.94–1.2) |"
     assert lines.splitlines()[2:] == [
-        f"| room | 6 ms | {rest} | 25 % | – | 1 | 6.25 (5–6.7) | – | 180 of {last}",
-        f"| room | MSE 0.001 | {rest} | 50 % | 25 % | 1.12 | 6.25 (5–6.7) | 9 (8–10) | 2 of {last}",
+        f"| room | 6 ms | {rest} | 25 % | – | 1 | 6.25 (5–6.7) | – | 180 of {last} 2 (1–3.5) |",
+        f"| room | MSE 0.001 | {rest} | 50 % | 25 % | 1.12 | 6.25 (5–6.7) | 9 (8–10) | 2 of {last} 1 |",
     ]
 
 

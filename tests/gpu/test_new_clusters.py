@@ -126,10 +126,12 @@ def room_kernel(first: int, free: wp.array[int], wanted: wp.array[int], out: wp.
     out[index] = room_of(free, wanted[index])
 
 
-def test_no_more_clusters_than_wanted_have_room() -> None:
+def test_no_more_clusters_than_wanted_have_room_and_a_sixteenth_where_some_go() -> None:
     free = column([0] * 99 + [30], wp.int32)  # 70 of 100 places are in use
-    wanted = column([100, 90, 70, 50], wp.int32)
-    assert results(room_kernel, 4, [free, wanted], wp.int32).tolist() == [30, 20, 0, 0]
+    wanted = column([100, 90, 70, 69, 50, 10], wp.int32)
+    assert results(room_kernel, 6, [free, wanted], wp.int32).tolist() == [30, 20, 0, 4, 3, 0]
+    free = column([0] * 99 + [2], wp.int32)
+    assert results(room_kernel, 1, [free, column([90], wp.int32)], wp.int32).tolist() == [2]
 
 
 def test_the_good_distance_follows_how_many_clusters_stay_free() -> None:
