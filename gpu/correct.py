@@ -7,7 +7,7 @@ small, and neighbours on a surface share it. Rays end at members of VPL clusters
 penumbrae is corrected, too.
 """
 
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import warp as wp
@@ -185,20 +185,24 @@ def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], v
 class Correction:
     """Checks the light of up to `capacity` SPs; its arrays are allocated once.
 
-    own (pixel,): what the irradiance of each SP lacks by its own rays, or has too much of, then negative [W/m²].
+    most: of the passes that may be wanted. own (pixel,): what the irradiance of each SP lacks by its own rays, or has
+    too much of, then negative [W/m²].
     """
 
-    def __init__(self, capacity: int, device: wp.Device) -> None:
+    def __init__(self, capacity: int, device: wp.Device, most: int = 1) -> None:
         self.device = device
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._means = wp.zeros(capacity, dtype=int, device=device)
         self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
         self._wanted = wp.ones(1, dtype=float, device=device)
+        # Whether any SP has each of them. Graphs read that, and launch nothing for those that none has.
+        self._has = wp.zeros(most, dtype=int, device=device)
         self._all = wp.full(1, ALL_PASSES, dtype=float, device=device)
 
     def use(self, passes: float) -> None:
         """Have so many passes of an SP in the mean, at least 1, where they are to be `as_wanted`."""
         self._wanted.fill_(passes)
+        self._has.assign([int(number < passes) for number in range(len(self._has))])
 
     def trace(
         self,
@@ -225,10 +229,17 @@ class Correction:
         rays, checks, pixels = CHECKS * points.capacity, self._checks, points.pixels
         listed = pixels, points.numbers, points.count
         passes, again = self._wanted if as_wanted else self._all, numbers.start > 0
-        for number in numbers:
+
+        def run(number: int) -> None:
             by = clusters, words, vpls, far, settled, seed, number, passes, again
             inputs: list[Any] = [gbuffer, *listed, *by, indirect, checks]
             launch(draw_kernel(clusters.cluster.shape[0]), rays, inputs, self.device)
             launch(check_kernel(connection(scene)), rays, [scene, gbuffer, pixels, vpls, checks], self.device)
             inputs = [pixels, points.count, vpls, checks, seed, number, passes, self._means, self.own]
             launch(correction_kernel, points.capacity, inputs, self.device)
+
+        for number in numbers:
+            if as_wanted and number > 0:
+                wp.capture_if(self._has[number : number + 1], partial(run, number))
+            else:
+                run(number)

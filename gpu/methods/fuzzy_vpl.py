@@ -77,8 +77,8 @@ class FuzzyVpl:
         self._builds_on = settings.target_error is None
         sps, weighting = view.shading_points, settings.weighting
         self._clustering = SpClustering(sps, most or quality.sp_clusters, settings.fuzziness, weighting)
-        self._correction = Correction(view.pixels, view.device)
         self._passes = MOST_PASSES if settings.target_ms else 1
+        self._correction = Correction(view.pixels, view.device, self._passes)
         # Irradiance as clusters tell it, while other stages correct it.
         self._told = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
         self._near_field = NearField(view.pixels, view.side_smoothing, view.device)

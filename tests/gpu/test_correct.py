@@ -6,7 +6,7 @@ from pipeline import Pipeline, relative_error
 from scenes import box, column, grey, quad, resident_of, slats
 
 from gpu.camera import look_at
-from gpu.correct import PASS_SEED, RUN, Correction
+from gpu.correct import PASS_SEED, RUN, Correction, correction_kernel
 from gpu.dispute import WorstPoints
 from gpu.scene.types import Doubles
 from gpu.shade import CHECKS
@@ -164,7 +164,7 @@ def test_what_is_settled_sends_rays_at_a_second_look_only(clustered: Pipeline, p
 
 @pytest.mark.parametrize("passes", [1.0, 1.5, 2.25, 4.0])
 def test_sps_have_as_many_passes_in_the_mean_as_are_wanted(clustered: Pipeline, passes: float) -> None:
-    correction = Correction(clustered.view.pixels, clustered.view.device)
+    correction = Correction(clustered.view.pixels, clustered.view.device, 4)
 
     def corrected(count: int, *, as_wanted: bool = False) -> Doubles:
         clustered.correct(correction, 3, range(count), as_wanted=as_wanted)
@@ -183,6 +183,20 @@ def test_sps_have_as_many_passes_in_the_mean_as_are_wanted(clustered: Pipeline, 
     # SPs whose rays a warp traces have the same number.
     runs = np.arange(clustered.sp_count) // int(RUN)
     assert all(len(set(number[lit & (runs == run)])) <= 1 for run in set(runs))
+
+
+@pytest.mark.parametrize(("passes", "run"), [(1.0, 1), (1.06, 2), (2.0, 2), (4.0, 4)])
+def test_passes_that_no_sp_has_are_not_run(
+    clustered: Pipeline, monkeypatch: pytest.MonkeyPatch, passes: float, run: int
+) -> None:
+    correction, launched = Correction(clustered.view.pixels, clustered.view.device, 4), []
+    correction.use(passes)
+    monkeypatch.setattr("gpu.correct.launch", lambda kernel, *_: launched.append(kernel))
+    clustered.correct(correction, 3, range(4), as_wanted=True)
+    assert launched.count(correction_kernel) == run
+    launched.clear()
+    clustered.correct(correction, 3, range(4))
+    assert launched.count(correction_kernel) == 4
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(clustered: Pipeline) -> None:

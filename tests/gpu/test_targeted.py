@@ -5,6 +5,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 import pytest
+from devices import NEEDS_CUDA
 from scenes import box, grey, quad, resident_of
 
 from gpu.accumulate import Accumulation
@@ -152,6 +153,27 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: ResidentScene, 
         choice = {**INDIRECT, "sp_clusters": level.sp_clusters, "vpl_clusters": level.vpl_clusters}
         alone = Renderer(room, SIZE, RenderSettings(**choice)).render(CAMERA).radiance()
         assert alone.tobytes() == pictures[level][0]
+
+
+@NEEDS_CUDA
+def test_captured_cuda_graphs_have_the_passes_of_each_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    room = resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)], device="cuda:0")
+    monkeypatch.setattr(TargetedVpl, "learn", lambda *_, **__: True)
+
+    def pictures(passes: list[float]) -> list[bytes]:
+        renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=40.0))
+        targeted, found = renderer._targeted, []
+        assert targeted is not None
+        for number in passes:
+            targeted._governor.level = replace(targeted._level, passes=number)
+            found.append(renderer.render(CAMERA).radiance().tobytes())
+        return found
+
+    alone = {passes: pictures([passes])[0] for passes in (1.0, 1.5, 3.8)}
+    assert len(set(alone.values())) == 3
+    many = [1.0, 1.0, 1.0, 3.8, 1.5, 3.8, 1.0]
+    assert pictures(many) == [alone[passes] for passes in many]
 
 
 def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
