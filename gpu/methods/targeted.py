@@ -23,7 +23,7 @@ FIRST_OF_LIGHTS = 4
 # that frames have the wanted one where a little more is aimed at.
 TOO_LARGE, ERROR_AIM = 1.08, 1.03
 # Times of a walk grow unforeseen more often than they fall: by what is new in a view, and by what else the host does.
-TIME_AIM = 0.98
+WALK_AIM = 0.98
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 8
 
@@ -74,9 +74,9 @@ class TargetedVpl:
             if self._settings.target_error:
                 self._governors[apart] = ErrorGovernor(self._levels, ERROR_AIM * self._target, self._level)
             else:
-                rise = WALKED if apart else FARTHEST
-                aim = TIME_AIM * self._target
-                self._governors[apart] = Governor(self._levels, TimeModel(), aim, self._level, rise=rise)
+                aim, rise = (WALK_AIM, WALKED) if apart else (1.0, FARTHEST)
+                target = aim * self._target
+                self._governors[apart] = Governor(self._levels, TimeModel(), target, self._level, rise=rise)
         return self._governors[apart]
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
