@@ -1,6 +1,6 @@
 """The look of the plots: one colour a method, stage or scene, log axes, and saving. Imports matplotlib."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from PIL import Image
+
+from tests.bench.store import Row
 
 # Okabe and Ito's colours, told apart by all kinds of sight, and greys for what is everywhere.
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW, INK, GREY = (
@@ -120,6 +122,11 @@ def legend_below(figure: Figure, axes: Sequence[Axes], columns: int) -> None:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
     figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns)
+
+
+def scene_colours(rows: Iterable[Row]) -> dict[str, str]:
+    """A colour for each scene, by its name's place among all: the same in every panel that `rows` are spread over."""
+    return dict(zip(sorted({row["scene"] for row in rows}), SCENES, strict=False))
 
 
 def stage_colour(stage: str, stages: Sequence[str]) -> str:

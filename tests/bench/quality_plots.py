@@ -11,13 +11,13 @@ from tests.bench.charts import (
     BLUE,
     GREEN,
     ORANGE,
-    SCENES,
     SEQUENCE,
     VERMILION,
     legend_below,
     log_log,
     panels,
     save,
+    scene_colours,
     titled_panels,
 )
 from tests.bench.goals import STILL_ERROR, STILL_SECONDS, WITHIN
@@ -112,7 +112,9 @@ def _walk_name(row: Row) -> str:
 def rest(rows: list[Row], folder: Path) -> Plots:
     """One figure: relMSE of the whole picture over the time that the view has rested, two curves a scene."""
     figure, axes = panels(1, 1, 6.8, 4.4)
-    for colour, row in zip(SCENES, rows, strict=False):
+    colours = scene_colours(rows)
+    for row in rows:
+        colour = colours[row["scene"]]
         points = [(point["seconds"], point["errors"]["rel_mse"]) for point in row["points"]]
         beyond = [(point["seconds"], point["rel_mse_beyond_noise"]) for point in row["points"]]
         axes[0].plot(*zip(*beyond, strict=True), "o-", color=colour, label=row["scene"])
@@ -134,12 +136,13 @@ def targets(rows: list[Row], folder: Path) -> Plots:
         for kind, text in kinds.items()
         for share in sorted({row["share"] for row in rows if kind in row["target"]})
     }
+    colours = scene_colours(rows)
     figure, axes = titled_panels(list(own), 2, 5.4, 3.6)
     for panel, walks in zip(axes, own.values(), strict=True):
-        for colour, row in zip(SCENES, walks, strict=False):
+        for row in walks:
             frames, over = over_target(row)
             dots = "." if len(frames) < row["frames"] else ""
-            panel.plot(frames, over, marker=dots, linewidth=1.0, color=colour, label=row["scene"])
+            panel.plot(frames, over, marker=dots, linewidth=1.0, color=colours[row["scene"]], label=row["scene"])
         panel.axhspan(1.0 - WITHIN, 1.0 + WITHIN, color=GREEN, alpha=0.12, linewidth=0.0)
         panel.set(ylim=(0.0, 2.0), xlabel="frame", ylabel="over what is wanted")
     legend_below(figure, axes, 6)
