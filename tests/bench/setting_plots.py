@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from tests.bench.charts import SCENES, legend_below, log_log, panels, save
+from tests.bench.charts import legend_below, log_log, panels, save, scene_colours
 from tests.bench.plots import Plots
-from tests.bench.rows import scenes_of
 from tests.bench.store import Row
 
 STYLES = {"distance": "o-", "average": "s--"}
@@ -16,7 +15,7 @@ def fuzziness(rows: list[Row], folder: Path) -> Plots:
     if len({row["settings"]["fuzziness"] for row in own}) < 2:
         return
     figure, axes = panels(1, 2)
-    for colour, scene in zip(SCENES, scenes_of(own), strict=False):
+    for scene, colour in scene_colours(own).items():
         for weighting, style in STYLES.items():
             line = sorted(
                 (row["settings"]["fuzziness"], row["errors"]["clustering"]["rel_mse"], row["frame_ms"]["median"])
@@ -40,7 +39,7 @@ def vpls(rows: list[Row], folder: Path) -> Plots:
     if len({row["settings"]["vpls"] for row in own}) < 2:
         return
     figure, axes = panels(1, 3, 4.6)
-    for colour, scene in zip(SCENES, scenes_of(own), strict=False):
+    for scene, colour in scene_colours(own).items():
         line = sorted((row for row in own if row["scene"] == scene), key=lambda row: row["settings"]["vpls"])
         for panel, kind in zip(axes, ("total", "clustering"), strict=False):
             points = [
