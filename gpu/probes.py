@@ -108,17 +108,19 @@ class Probes:
         self._sums = wp.zeros(1, dtype=wp.vec2, device=device)
         self._estimate = Mirror(wp.zeros(1, dtype=wp.vec3, device=device))
 
-    def run(self, vpls: VplClusters) -> None:
+    def run(self, vpls: VplClusters, *, again: bool = False) -> None:
         """Estimate the error of the view's indirect light of `vpls`, before it gets what is not theirs.
 
+        again: the last frame was of the same view and VPLs, so that what its probes know of these serves this one, too.
         The next frame's probes go to where these found errors.
         """
         view, device, places, white, frame = self._view, self._view.device, self._places, self._white, self._frame
         picture, radiance = picture_of(view), [self._render, self._one, self._other]
         count = len(self._products)
-        launch(turn_kernel, 1, [frame], device)
-        places.draw(frame)
-        self._light.gather(view.scene, view.gbuffer, places.pixels, frame, vpls)
+        if not again:
+            launch(turn_kernel, 1, [frame], device)
+            places.draw(frame)
+            self._light.gather(view.scene, view.gbuffer, places.pixels, frame, vpls)
         launch(compare_kernel, count, [picture, places.pixels, self._light.arrived, *radiance], device)
         white.find(frame, picture, places.counts, *radiance)
         inputs = [white.quantiles, white.whole, places.counts, *radiance, self._products, self._errors]

@@ -35,7 +35,7 @@ SETTLING_FRAMES = 32
 # would take less than others.
 SWAY_DEGREES, SWAY_FRAMES = 4.0, 16
 # Of a frame with a wanted error.
-MOST_TRIES = 3
+MOST_TRIES = 6
 # What the host takes varies more than what a device does: so many frames tell what it takes.
 HOST_FRAMES = 15
 
@@ -118,8 +118,8 @@ class Renderer:
         if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
             return frame
         self._learn(frame)
-        for _ in range(MOST_TRIES - 1):
-            if not self._targeted.tries_again():
+        for tries in range(1, MOST_TRIES):
+            if not self._targeted.tries_again(tries):
                 break
             if accumulation:
                 accumulation.restart()

@@ -219,10 +219,10 @@ class SpClustering:
         self.clusters.order, self.clusters.fresh = self._order.items, self._order.starts[CELL_COUNT:]
         self.use(self.most)
 
-    def use(self, count: int) -> None:
+    def use(self, count: int, *, at_once: bool = False) -> None:
         """Have so many clusters from the next frame on, but no more than there is room for.
 
-        A walk goes on: evenly many of all stay where there are too many, and new ones come in turn.
+        A walk goes on: evenly many of all stay where there are too many, and new ones come in turn, or `at_once`.
         """
         self.count = min(count, self.most)
         extra = extra_of(self.count)
@@ -231,7 +231,7 @@ class SpClustering:
         self._extra.fill_(extra)
         self._kmeans.wanted.fill_(base)
         self._samples.wanted.fill_(min(self._samples.capacity, SAMPLES_PER_CLUSTER * base))
-        self._most_new.fill_(1 + int(MOST_NEW * self.count))
+        self._most_new.fill_(self.count if at_once else 1 + int(MOST_NEW * self.count))
         self._scale.fill_(self._sps.stride * base**-0.5)
 
     def run(self, gbuffer: GBuffer, seed: int) -> None:

@@ -73,8 +73,8 @@ class FuzzyVpl:
         self._view, self._settings, self._lighting = view, settings, lighting
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
-        # A wanted error is to follow from a frame's own counts, not from clusters and light of frames before.
-        self._builds_on = settings.target_error is None
+        # A wanted error is to follow from a frame's own counts: light of frames before knows little of them.
+        self._shares_light = settings.target_error is None
         sps, weighting = view.shading_points, settings.weighting
         self._clustering = SpClustering(sps, most or quality.sp_clusters, settings.fuzziness, weighting)
         self._passes = MOST_PASSES if settings.target_ms else 1
@@ -105,8 +105,8 @@ class FuzzyVpl:
         self._kept, self._refines = True, False
         # The number in a still view of the frame that left clusters and bits of these lights.
         self._begun: int | None = None
-        # Whether the last frame built on the light of those before.
-        self._remembers = False
+        # Whether the last frame built on the light of those before, and the next one is another try at it.
+        self._remembers = self._again = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._first_lit = None
         if self._has_indirect and settings.near_field:
@@ -121,21 +121,23 @@ class FuzzyVpl:
         self._bright = BrightPoints(view.size, int(BRIGHT_SHARE * quality.sp_clusters), view.device)
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
-    def use(self, sp_clusters: int, passes: float = 1.0, *, begins: bool) -> None:
+    def use(self, sp_clusters: int, passes: float = 1.0, *, begins: bool, again: bool = False) -> None:
         """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before.
 
-        passes: in which an SP's rays correct its light, in the mean, where the settings want a time. Raises ValueError
-        where clusters are more than `quality` told: arrays have no room for them.
+        passes: in which an SP's rays correct its light, in the mean, where the settings want a time; again: the next
+        frame is another try at the last one. Raises ValueError where clusters are more than `quality` told: arrays have
+        no room for them.
         """
         if sp_clusters > self._quality.sp_clusters:
             raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._quality.sp_clusters}")
-        self._clustering.use(sp_clusters)
+        self._clustering.use(sp_clusters, at_once=self._settings.target_error is not None)
         self._correction.use(passes)
         self._suspects.limit(int(sp_clusters * SUSPECTED_SHARE))
         self._worst.limit(int(sp_clusters * REFINED_SHARE))
         self._bright.limit(int(sp_clusters * BRIGHT_SHARE))
         if begins:
             self._begun = None
+        self._again = again and not begins
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then what VPLs send, which the next frame of a walk builds on."""
@@ -151,7 +153,7 @@ class FuzzyVpl:
 
     def _keep(self) -> None:
         view = self._view
-        if self._has_indirect and self._builds_on:
+        if self._has_indirect and self._shares_light:
             view.history.keep(view.shading_points)
         view.last.keep(view.gbuffer, view.camera)
 
@@ -165,7 +167,7 @@ class FuzzyVpl:
         Of a still view's frames the smoothed ones and every FRAMES_A_SET-th begin from nothing.
         """
         if sample == 0:
-            return self._builds_on and self._begun == 0 and self._view.walks
+            return self._begun == 0 and self._view.walks
         follows = self._view.rests and self._begun == sample - 1 and is_sharper(sample) and sample % FRAMES_A_SET != 0
         return follows and self._set_number(sample - 1) == self._set_number(sample)
 
@@ -221,7 +223,7 @@ class FuzzyVpl:
         def bright() -> None:
             self._bright.take(gbuffer, vpls, self._told, history.frames, history.light, indirect.irradiance)
 
-        remembers = self._remembers = self._builds_on and remembers_light(view, sample)
+        remembers = self._remembers = self._shares_light and remembers_light(view, sample)
         seed.fill_(frame_seed(settings.seed, frame_number(view, sample)))
         if smooth:
             look_back = partial(history.find, gbuffer, sps, view.last, seed) if remembers else history.forget
@@ -248,7 +250,8 @@ class FuzzyVpl:
                 stages.run("refine", refine, repeats=repeats)
                 stages.run("bright", bright, repeats=repeats, joins=True)
         if probes and repeats:
-            stages.run("probe", lambda: probes.run(vpls))
+            again, self._again = self._again, False
+            stages.run("probe", lambda: probes.run(vpls, again=again), way=again)
         return near
 
     def count(self) -> None:

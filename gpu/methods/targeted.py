@@ -19,9 +19,6 @@ from gpu.view import View
 KEPT_LIGHTS = 4
 # Frames of a walk with other lights than before until they take what those that follow do.
 FIRST_OF_LIGHTS = 4
-# So many times the wanted error is too much to show while counts promise less. Too small an error is shown as it is, so
-# that frames have the wanted one where a little more is aimed at.
-TOO_LARGE, ERROR_AIM = 1.08, 1.03
 # Times of a walk grow unforeseen more often than they fall: by what is new in a view, and by what else the host does.
 WALK_AIM = 0.98
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
@@ -52,8 +49,8 @@ class TargetedVpl:
         self._levels = levels
         self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}
-        # Of the last frame that was learnt of, over the one that is wanted.
-        self._error = 0.0
+        # Whether the next frame is another try at the last one.
+        self._again = False
         # How many frames from the last one on are unlike those that follow in a walk.
         self._unlike = 0
         self._view = view
@@ -72,7 +69,7 @@ class TargetedVpl:
         apart = self.governs_apart(walks=self._view.walks)
         if apart not in self._governors:
             if self._settings.target_error:
-                self._governors[apart] = ErrorGovernor(self._levels, ERROR_AIM * self._target, self._level)
+                self._governors[apart] = ErrorGovernor(self._levels, self._target, self._level)
             else:
                 aim, rise = (WALK_AIM, WALKED) if apart else (1.0, FARTHEST)
                 target = aim * self._target
@@ -81,6 +78,7 @@ class TargetedVpl:
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """One frame at the level that was chosen for it."""
+        again, self._again = self._again, False
         changes = sample == 0 and self._level != self._governor.level
         self._unlike = max(self._unlike - 1, 0) if self._view.walks else 0
         if changes:
@@ -88,7 +86,7 @@ class TargetedVpl:
             relights = level.vpl_clusters != self._level.vpl_clusters
             if relights:
                 self._relight(level, stages, progress)
-            self._method.use(level.sp_clusters, level.passes, begins=relights)
+            self._method.use(level.sp_clusters, level.passes, begins=relights, again=again)
             if self._view.walks and relights:
                 self._unlike = FIRST_OF_LIGHTS
             elif self._view.walks and level.sp_clusters != self._level.sp_clusters:
@@ -120,20 +118,17 @@ class TargetedVpl:
         three times as long: that tells nothing of them.
         """
         if self._method.probes is not None:
-            seen = self._method.probes.estimate()
-            self._error = seen.error / self._target
-            return self._governor.learn(seen)
+            return self._governor.learn(self._method.probes.estimate())
         return self._unlike == 0 and steady and self._governor.learn(times, anew=not shown)
 
-    def tries_again(self) -> bool:
+    def tries_again(self, tries: int) -> bool:
         """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.
 
-        The next frame has these then.
+        tries: how many it had. The next frame has these counts then.
         """
         governor = self._governor
-        if not isinstance(governor, ErrorGovernor) or self._error <= TOO_LARGE:
-            return False
-        return governor.try_again(self._level)
+        self._again = isinstance(governor, ErrorGovernor) and governor.try_again(self._level, tries)
+        return self._again
 
     def count(self) -> None:
         """As `fuzzy-vpl` does."""

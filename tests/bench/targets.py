@@ -34,9 +34,9 @@ ERRORS = (0.6, 0.4)
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES, USUAL_FRAMES = 144, 8, 48
 # Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
-ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 4, 4, 16
+ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 2, 4, 16
 # Of these, for what is within reach.
-REACH_EVERY = 2
+REACH_EVERY = 4
 # Few enough for `exact-vpl`, enough for a thousand clusters of them.
 ERROR_VPLS = 16_000
 WITHIN = 0.1

@@ -268,6 +268,17 @@ def test_what_comes_into_view_as_clusters_fall_has_its_own(room: ResidentScene, 
     assert np.percentile((np.linalg.norm(ways, axis=1) / walk.spacing()[nearest])[new], 90) < 1.1
 
 
+@pytest.mark.parametrize("at_once", [False, True])
+def test_more_clusters_come_in_turn_or_at_once(room: ResidentScene, at_once: bool) -> None:
+    walk = Walk(room, most=900)
+    walk.step(pose(0.0), begins=True)
+    walk.clustering.use(900, at_once=at_once)
+    walk.step(pose(0.0))
+    walk.assert_served()
+    in_turn = 1 + int(float(MOST_NEW) * 900)
+    assert len(walk.fresh) > 4 * in_turn if at_once else len(walk.fresh) <= in_turn
+
+
 @pytest.mark.parametrize("count", [450, 200])
 def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: int) -> None:
     walk = Walk(room, most=600)
