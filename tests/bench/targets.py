@@ -34,7 +34,7 @@ ERRORS = (0.6, 0.4)
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES, USUAL_FRAMES = 144, 8, 48
 # Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
-ERROR_FRAMES, EVERY, QUICK_EVERY, RUNNING = 96, 2, 4, 16
+ERROR_FRAMES, EVERY, RUNNING = 96, 2, 16
 # Of these, for what is within reach.
 REACH_EVERY = 4
 # Few enough for `exact-vpl`, enough for a thousand clusters of them.
@@ -147,7 +147,7 @@ def run(suite: Suite) -> None:
         }
 
     vpls = suite.count(ERROR_VPLS)
-    frames, every = (QUICK_FRAMES, QUICK_EVERY) if suite.quick else (ERROR_FRAMES, EVERY)
+    frames = QUICK_FRAMES if suite.quick else ERROR_FRAMES
     base_error = {**base, "vpls": vpls, "near_field": False}
 
     def exact(name: str, number: int, clusters: int) -> Floats:
@@ -167,7 +167,7 @@ def run(suite: Suite) -> None:
             counts = {"sp_clusters": level.sp_clusters, "vpl_clusters": clusters}
             renderer = Renderer(subject.resident, subject.size, RenderSettings(**base_error, **counts))
             errors = []
-            for number in range(REACH_EVERY * every, 1 + frames, REACH_EVERY * every):
+            for number in range(REACH_EVERY * EVERY, 1 + frames, REACH_EVERY * EVERY):
                 frame = renderer.render(view(name, number))  # as those for an error: they build on none before
                 errors.append(mse(frame.radiance(), exact(name, number, clusters)))
             means.append(float(np.mean(errors)))
@@ -187,11 +187,11 @@ def run(suite: Suite) -> None:
             frame, ms = timed(renderer, view(name, number))
             stats.append(frame.stats)
             wall.append(ms)
-            if number % every == 0:
+            if number % EVERY == 0:
                 errors.append(mse(frame.radiance(), exact(name, number, frame.stats.counts["vpl_clusters"])))
                 estimates.append(frame.stats.estimates["expected_error"])
         path = path_of(stats, wall, "error")
-        counts = path["path_clusters"][every - 1 :: every]
+        counts = path["path_clusters"][EVERY - 1 :: EVERY]
         return {
             "scene": name,
             "size": list(subject.size),
@@ -199,7 +199,7 @@ def run(suite: Suite) -> None:
             "target": {"error": target},
             "share": share,
             "held": held(errors, target),
-            "running": held(running_means(errors, RUNNING // every), target),
+            "running": held(running_means(errors, RUNNING // EVERY), target),
             "estimated": held(estimates, target),
             "errors": errors,
             "below_at_fewest": share_at_fewest(errors, counts, f"{fewest.sp_clusters} {fewest.vpl_clusters}", target),
