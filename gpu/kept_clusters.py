@@ -134,15 +134,17 @@ def free_kernel(first: int, representatives: Representatives, free: wp.array[int
 
 
 @wp.kernel
-def drop_kernel(first: int, wanted: wp.array[int], free: wp.array[int], representatives: Representatives) -> None:
+def drop_kernel(first: int, wanted: wp.array[int], free: wp.array[int], good: wp.array[float],
+                representatives: Representatives) -> None:  # fmt: skip
     """One thread a cluster: where more than `wanted` (1,) are in use, somewhat fewer stay, evenly many of all.
 
-    free (cluster,): the running number of those that are not in use.
+    free (cluster,): the running number of those that are not in use; good (1,): the distance that is good enough, at
+    its most of which there is to be room, too.
     """
     cluster = first + wp.tid()
     places = free.shape[0]
     used = wp.int64(places - free[places - 1])
-    stay = wp.int64(staying_of(int(used), wanted[0]))
+    stay = wp.int64(staying_of(int(used), wanted[0], good[0]))
     if used == stay or representatives.spacing[cluster] <= 0.0:
         return
     before = wp.int64(cluster - free[cluster])
@@ -167,12 +169,13 @@ def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: Shading
     launch(thin_kernel, count, [spacings, crowded, representatives, pixels], device)
 
 
-def drop(representatives: Representatives, wanted: wp.array, free: wp.array, frees: wp.array) -> None:
+def drop(representatives: Representatives, wanted: wp.array, good: wp.array, free: wp.array, frees: wp.array) -> None:
     """Of more `representatives` in use than `wanted` (1,) keep somewhat fewer, evenly many of all.
 
+    good (1,): the distance from an SP that is good enough [spacings], at its most of which there is to be room, too;
     free (cluster,): becomes 1 for those that were not in use before, else 0; frees (cluster,): the running sum of that.
     """
     count, device = len(free), free.device
     launch(free_kernel, count, [representatives, free], device)
     running_total(free, frees)
-    launch(drop_kernel, count, [wanted, frees, representatives], device)
+    launch(drop_kernel, count, [wanted, frees, good, representatives], device)

@@ -118,20 +118,23 @@ def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.
 
 
 @wp.func
-def staying_of(used: int, wanted: int) -> int:
+def staying_of(used: int, wanted: int, good: float) -> int:
     """Of `used` clusters, how many stay where `wanted` are to be: where some have to go, there is room for new ones.
 
-    Else what comes into view in that frame has none, and the light of others.
+    Else what comes into view in that frame has none, and the light of others. So it is, too, where a few clusters have
+    much to cover, and the distance that is `good` enough can grow no more.
     """
-    return wp.where(used > wanted, wanted - int(MOST_NEW * float(wanted)), used)
+    if used > wanted or good >= MOST_GOOD:
+        return wp.min(used, wanted - int(MOST_NEW * float(wanted)))
+    return used
 
 
 @wp.func
-def room_of(free: wp.array[int], wanted: int) -> int:
-    """How many of `wanted` clusters may be new; free (cluster,): as in fill_kernel."""
+def room_of(free: wp.array[int], wanted: int, good: float) -> int:
+    """How many of `wanted` clusters may be new; free (cluster,): as in fill_kernel; good: as in staying_of."""
     places = free.shape[0]
     used = places - free[places - 1]
-    return wp.min(wanted - staying_of(used, wanted), free[places - 1])
+    return wp.min(wanted - staying_of(used, wanted, good), free[places - 1])
 
 
 @wp.func
@@ -142,12 +145,14 @@ def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
 
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                spacing_scale: wp.array[float], wanted: wp.array[int], free: wp.array[int], most: wp.array[int],
-                representatives: Representatives, pixels: wp.array[int], serving: wp.array[int]) -> None:  # fmt: skip
+                spacing_scale: wp.array[float], wanted: wp.array[int], free: wp.array[int], good: wp.array[float],
+                most: wp.array[int], representatives: Representatives, pixels: wp.array[int],
+                serving: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: one that is free takes an SP, as long as clusters are lacking, and at most `most` (1,) do.
 
     totals: the running sum of need, by which SPs lack their share of all `wanted` (1,) clusters; spacing_scale (1,): as
     in gpu.kept_clusters; free (cluster,): the running number of those that were free before too many were dropped;
+    good (1,): the distance that is good enough;
     pixels (cluster,): where new representatives are; serving (cluster,): 1 for them, which are there for an SP that may
     not see them before the next frame.
     """
@@ -156,7 +161,7 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     index = free[cluster] - 1
     if count == 0 or index < 0 or (cluster > 0 and free[cluster - 1] == free[cluster]):
         return
-    number = wp.min(wp.min(room_of(free, wanted[0]), most[0]), lacking_of(totals, count, wanted[0]))
+    number = wp.min(wp.min(room_of(free, wanted[0], good[0]), most[0]), lacking_of(totals, count, wanted[0]))
     if number == 0 or index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
@@ -179,7 +184,7 @@ def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], wan
     """
     count = sp_count[0]
     clusters = wanted[0]
-    room = room_of(free, clusters)
+    room = room_of(free, clusters, good[0])
     places = free.shape[0]
     extent[0] = wp.max(extent[0], places - free[places - 1] + room)
     if count == 0:

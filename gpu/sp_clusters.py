@@ -259,14 +259,14 @@ class SpClustering:
         sps, grid, device = self._sps, self._kmeans.grid, self.device
         work = self._spacings, self._crowded, self._pixels
         keep(camera, size, gbuffer, sps, self._scale, self._good, grid.data, self._serving, *work)
-        drop(grid.data, self._wanted, self._free, self._frees)
+        drop(grid.data, self._wanted, self._good, self._free, self._frees)
         grid.build()
         self._assign(gbuffer, FILLING, self._good, least_need=0)
         running_total(self.need, self._needs)
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._wanted, self._frees, self._most_new]
+        counts = self._wanted, self._frees, self._good, self._most_new
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, *counts]
         launch(fill_kernel, self.most, [*inputs, grid.data, self._pixels, self._serving], device)
-        inputs = [sps.count, self._needs, self._wanted, self._frees, self._good, self._most_new, self._extent]
-        launch(adapt_kernel, 1, inputs, device)
+        launch(adapt_kernel, 1, [sps.count, self._needs, *counts, self._extent], device)
         self._finish(gbuffer, self._none, least_need=int(WHOLE_NEED))
 
     def _finish(self, gbuffer: GBuffer, base: wp.array, *, least_need: int) -> None:

@@ -237,15 +237,22 @@ def test_a_pixel_finds_its_own_sp(room: ResidentScene, orthographic: bool, sampl
     assert orthographic or (misses[0] == -1).all()
 
 
-@pytest.mark.parametrize("wanted", [100, 70, 69, 35, 1])
-def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(wanted: int) -> None:
+@pytest.mark.parametrize(
+    ("wanted", "good", "stays"),
+    [
+        *((100, GOOD, 70), (70, GOOD, 70), (69, GOOD, 65), (35, GOOD, 33), (1, GOOD, 1)),
+        *((100, float(MOST_GOOD), 70), (72, float(MOST_GOOD), 68), (70, float(MOST_GOOD), 66)),
+    ],
+)
+def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(wanted: int, good: float, stays: int) -> None:
     spacing = np.where(np.arange(100) % 10 < 7, 1.0, 0.0)
     representatives = Representatives()
     representatives.spacing = column(spacing, float)
     frees = column(np.cumsum(spacing == 0.0), wp.int32)
-    wp.launch(drop_kernel, 100, [0, column([wanted], wp.int32), frees, representatives], device="cpu")
+    inputs = [0, column([wanted], wp.int32), frees, column([good], float), representatives]
+    wp.launch(drop_kernel, 100, inputs, device="cpu")
     stay = representatives.spacing.numpy() > 0.0
-    assert stay.sum() == (70 if wanted >= 70 else wanted - int(float(MOST_NEW) * wanted))
+    assert stay.sum() == stays
     assert not stay[spacing == 0.0].any()
     assert np.ptp(stay.reshape(10, 10).sum(axis=1)) <= 1
 

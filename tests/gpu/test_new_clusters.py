@@ -120,18 +120,20 @@ def test_places_that_were_in_use_are_looked_at_as_well_as_all_that_may_be() -> N
 
 
 @wp.kernel
-def room_kernel(first: int, free: wp.array[int], wanted: wp.array[int], out: wp.array[int]) -> None:
+def room_kernel(first: int, free: wp.array[int], wanted: wp.array[int], good: float, out: wp.array[int]) -> None:
     """One thread a number of clusters."""
     index = first + wp.tid()
-    out[index] = room_of(free, wanted[index])
+    out[index] = room_of(free, wanted[index], good)
 
 
 def test_no_more_clusters_than_wanted_have_room_and_a_sixteenth_where_some_go() -> None:
     free = column([0] * 99 + [30], wp.int32)  # 70 of 100 places are in use
     wanted = column([100, 90, 70, 69, 50, 10], wp.int32)
-    assert results(room_kernel, 6, [free, wanted], wp.int32).tolist() == [30, 20, 0, 4, 3, 0]
+    assert results(room_kernel, 6, [free, wanted, GOOD], wp.int32).tolist() == [30, 20, 0, 4, 3, 0]
+    most = float(MOST_GOOD)  # that cannot grow to make room
+    assert results(room_kernel, 6, [free, wanted, most], wp.int32).tolist() == [30, 20, 4, 4, 3, 0]
     free = column([0] * 99 + [2], wp.int32)
-    assert results(room_kernel, 1, [free, column([90], wp.int32)], wp.int32).tolist() == [2]
+    assert results(room_kernel, 1, [free, column([90], wp.int32), GOOD], wp.int32).tolist() == [2]
 
 
 def test_the_good_distance_follows_how_many_clusters_stay_free() -> None:
