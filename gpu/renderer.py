@@ -35,7 +35,7 @@ SETTLING_FRAMES = 32
 # would take less than others.
 SWAY_DEGREES, SWAY_FRAMES = 4.0, 16
 # Of a frame with a wanted error.
-MOST_TRIES = 6
+MOST_TRIES = 8
 # What the host takes varies more than what a device does: so many frames tell what it takes.
 HOST_FRAMES = 15
 

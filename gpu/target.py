@@ -26,7 +26,7 @@ FARTHEST, WALKED = 4.0, 2.0
 TOO_LARGE = 1.08
 # Of a wanted error, what first tries aim at, and others; the first so high that errors below SMALL of it are as rare as
 # misses of so many deviations. These are of about so many frames, no miss more than the most, and begin with the first.
-LEAST_AIM, MOST_AIM, AGAIN_AIM = 1.03, 1.12, 1.04
+LEAST_AIM, MOST_AIM, AGAIN_AIM = 1.03, 1.12, 1.06
 SMALL, DEVIATIONS = 0.9, 2.0
 FIRST_MISS, MOST_MISS, MISSES = 0.06, 0.3, 24.0
 # A third try, and those that follow, have at least this power of what was too much more work than the one before.

@@ -34,9 +34,9 @@ ERRORS = (0.6, 0.4)
 DEGREES, AHEAD, PERIOD = 15.0, 0.04, 96
 FRAMES, QUICK_FRAMES, USUAL_FRAMES = 144, 8, 48
 # Frames of a walk for an error, of which every so many-th is compared with `exact-vpl`; and those of a running mean.
-ERROR_FRAMES, EVERY, RUNNING = 96, 2, 16
-# Of these, for what is within reach.
-REACH_EVERY = 4
+ERROR_FRAMES, EVERY, RUNNING = 96, 3, 15
+# Of these frames, for what is within reach.
+REACH_EVERY = 8
 # Few enough for `exact-vpl`, enough for a thousand clusters of them.
 ERROR_VPLS = 16_000
 WITHIN = 0.1
@@ -167,7 +167,7 @@ def run(suite: Suite) -> None:
             counts = {"sp_clusters": level.sp_clusters, "vpl_clusters": clusters}
             renderer = Renderer(subject.resident, subject.size, RenderSettings(**base_error, **counts))
             errors = []
-            for number in range(REACH_EVERY * EVERY, 1 + frames, REACH_EVERY * EVERY):
+            for number in range(REACH_EVERY, 1 + frames, REACH_EVERY):
                 frame = renderer.render(view(name, number))  # as those for an error: they build on none before
                 errors.append(mse(frame.radiance(), exact(name, number, clusters)))
             means.append(float(np.mean(errors)))

@@ -257,9 +257,9 @@ def estimated(error: float, noise: float, random: np.random.Generator) -> Estima
 
 
 def shown(governor: ErrorGovernor, error: Callable[[Level], float], noise: float, random: np.random.Generator) -> float:
-    """The error of a frame's last try, of up to six; tries are seen by the same probes, so with one noise."""
+    """The error of a frame's last try, of up to eight; tries are seen by the same probes, so with one noise."""
     seen = random.gamma(noise**-2, noise**2)
-    for tries in range(1, 7):
+    for tries in range(1, 9):
         level, last = governor.level, error(governor.level)
         governor.learn(Estimate(seen * last, noise * last))
         if not governor.try_again(level, tries):
