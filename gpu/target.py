@@ -146,7 +146,7 @@ class ErrorGovernor(Governor[Estimate]):
         self._target = self._wanted * min(max(aim, LEAST_AIM), MOST_AIM)
         return super().learn(seen, anew=anew)
 
-    def try_again(self, level: Level, tries: int = 1) -> bool:
+    def try_again(self, level: Level, tries: int) -> bool:
         """Choose the level of another try at the frame of `level` that was learnt of last, if its error is too large.
 
         tries: how many it had. Where others than the first did not do, levels give less than they promise. False if its

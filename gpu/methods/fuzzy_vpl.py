@@ -105,8 +105,10 @@ class FuzzyVpl:
         self._kept, self._refines = True, False
         # The number in a still view of the frame that left clusters and bits of these lights.
         self._begun: int | None = None
-        # Whether the last frame built on the light of those before, and the next one is another try at it.
-        self._remembers = self._again = False
+        # Whether the last frame built on the light of those before.
+        self._remembers = False
+        # Whether the next frame is another try at the last one.
+        self._again = False
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._first_lit = None
         if self._has_indirect and settings.near_field:
@@ -182,7 +184,8 @@ class FuzzyVpl:
             self._vpls = self._lighting.clusters(choice, progress)
             lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
         goes_on = self._kept and settings.skip.kept_clusters and self._goes_on(sample)
-        self._begun = None  # should this frame fail, it leaves nothing
+        again = self._again
+        self._begun, self._again = None, False  # should this frame fail, it leaves nothing
         vpls, visibility = self._vpls, self._visibility
         fuzziness, seed, history = settings.fuzziness, view.seed, view.history
         sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
@@ -250,7 +253,6 @@ class FuzzyVpl:
                 stages.run("refine", refine, repeats=repeats)
                 stages.run("bright", bright, repeats=repeats, joins=True)
         if probes and repeats:
-            again, self._again = self._again, False
             stages.run("probe", lambda: probes.run(vpls, again=again), way=again)
         return near
 

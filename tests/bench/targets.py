@@ -158,7 +158,7 @@ def run(suite: Suite) -> None:
 
     @cache
     def reach(name: str) -> tuple[float, float]:
-        """The mean errors of the most and of the fewest counts on the walk."""
+        """The mean errors of the most and of the fewest counts on the walk, each frame from nothing."""
         subject = suite.subject(name)
         levels = levels_of(subject.size[0] * subject.size[1], vpls)
         means = []
@@ -168,7 +168,7 @@ def run(suite: Suite) -> None:
             renderer = Renderer(subject.resident, subject.size, RenderSettings(**base_error, **counts))
             errors = []
             for number in range(REACH_EVERY, 1 + frames, REACH_EVERY):
-                frame = renderer.render(view(name, number))  # as those for an error: they build on none before
+                frame = renderer.render(view(name, number))
                 errors.append(mse(frame.radiance(), exact(name, number, clusters)))
             means.append(float(np.mean(errors)))
         return means[0], means[1]

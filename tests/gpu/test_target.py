@@ -273,7 +273,7 @@ def test_a_second_try_has_counts_that_promise_less() -> None:
         governor.learn(estimated(error_of(governor.level, 0.7), 0.05, random))
     level = governor.level
     governor.learn(estimated(1.4 * error_of(level, 0.7), 0.05, random))
-    assert governor.try_again(level)
+    assert governor.try_again(level, 1)
     assert governor.level.work > level.work
     assert governor.expected == pytest.approx(1e-3, rel=0.1)
 
@@ -287,7 +287,7 @@ def test_a_second_try_is_of_the_same_view() -> None:
         level, error = governor.level, hardness * error_of(governor.level, 0.5)
         governor.learn(Estimate(error, 0.02 * error))
     following = hardness * error_of(governor.level, 0.5)
-    assert governor.try_again(level)
+    assert governor.try_again(level, 1)
     again = hardness * error_of(governor.level, 0.5)
     assert following < 0.9 * again
     assert again == pytest.approx(AGAIN_AIM * 1e-3, rel=0.15)
@@ -303,7 +303,7 @@ def test_first_tries_aim_higher_where_frames_miss_by_more(spread: float, aim: fl
         luck = np.exp(spread * random.standard_normal())
         governor.learn(estimated(luck * error_of(level, 0.7), 0.05, random))
         aims.append(governor._target / 1e-3)
-        if governor.try_again(level):
+        if governor.try_again(level, 1):
             again.append(governor.expected)
             governor.learn(Estimate(error_of(governor.level, 0.7), 1e-5))
     assert np.mean(aims[40:]) == pytest.approx(aim, abs=0.015)
@@ -324,7 +324,7 @@ def test_there_is_no_second_try_at_the_most_counts() -> None:
     for _ in range(40):
         governor.learn(estimated(error_of(governor.level, 0.7), 0.05, random))
     level, expected = governor.level, governor.expected
-    assert not governor.try_again(level)
+    assert not governor.try_again(level, 1)
     assert (governor.level, governor.expected) == (level, expected)
 
 
@@ -430,4 +430,4 @@ def test_what_is_not_too_large_is_not_tried_again(error: float) -> None:
         governor.learn(Estimate(1.2e-3, 1e-5))
     level = governor.level
     governor.learn(Estimate(error, 1e-5))
-    assert not governor.try_again(level)
+    assert not governor.try_again(level, 1)

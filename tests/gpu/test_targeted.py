@@ -9,17 +9,13 @@ from devices import NEEDS_CUDA
 from scenes import box, grey, quad, resident_of
 
 from gpu.accumulate import Accumulation
-from gpu.camera import look_at, turned
-from gpu.error_model import Estimate
-from gpu.frame import FrameStats
+from gpu.camera import look_at
 from gpu.levels import ERROR_RANGE, LEAST_MEMBERS, MOST_MEMBERS, TIME_RANGE, Level
 from gpu.lighting import Progress
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.targeted import KEPT_LIGHTS, TargetedVpl
-from gpu.probe_light import ProbeLight
-from gpu.probes import Probes
 from gpu.quality import ON_CPU
-from gpu.renderer import MOST_TRIES, Renderer
+from gpu.renderer import Renderer
 from gpu.resident import ResidentScene
 from gpu.scene.types import Camera
 from gpu.settings import Component, RenderSettings
@@ -395,71 +391,6 @@ def test_walks_for_an_error_keep_clusters_but_no_light(room: ResidentScene) -> N
         assert skips["kept_clusters"] > 0
         assert skips["unchanged_lights"] > 0
         assert (skips["kept_light"] > 0) == remembers
-
-
-def test_another_try_knows_what_probes_of_the_one_before_did(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    gathered, gather = [], ProbeLight.gather
-
-    def counted(light: ProbeLight, *args: Any) -> None:
-        gathered.append(args)
-        gather(light, *args)
-
-    monkeypatch.setattr(ProbeLight, "gather", counted)
-    told = [1.03e-3]
-    monkeypatch.setattr(Probes, "estimate", lambda _: Estimate(told.pop(0) if len(told) > 1 else told[0], 1e-6))
-    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=1e-3))
-    before = renderer.render(CAMERA).stats.counts["vpl_clusters"]
-    gathered.clear()
-    told[:] = [1.2e-3, 1.03e-3]
-    stats = renderer.render(turned(CAMERA, 1.0)).stats
-    assert (stats.estimates["tries"], stats.counts["vpl_clusters"]) == (2, before)
-    assert len(gathered) == 1
-    renderer.render(turned(CAMERA, 2.0))
-    assert len(gathered) == 2
-
-
-def test_a_frame_with_too_large_an_error_is_tried_some_times_more(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    told = [1.03e-3]  # the last one stays
-    monkeypatch.setattr(Probes, "estimate", lambda _: Estimate(told.pop(0) if len(told) > 1 else told[0], 1e-6))
-    tried, added = [], FrameStats.after
-
-    def after(better: FrameStats, before: FrameStats) -> FrameStats:
-        tried.append([stats.counts["sp_clusters"] * stats.counts["vpl_clusters"] for stats in (before, better)])
-        return added(better, before)
-
-    monkeypatch.setattr(FrameStats, "after", after)
-    renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=1e-3))
-    accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
-    usual = renderer.render(CAMERA, accumulation)
-    assert usual.stats.estimates["tries"] == 1
-    cases = [([1.05e-3], 1), ([1.5e-3, 1.05e-3], 2), ([0.6e-3], 1), ([0.7e-3], 1), ([1.1e-3], MOST_TRIES)]
-    for errors, tries in cases:
-        told[:] = errors
-        accumulation.restart()
-        frame = renderer.render(CAMERA, accumulation)
-        assert frame.stats.estimates["tries"] == tries
-        assert (accumulation.samples, frame.stats.counts["frames"]) == (1, 1)
-    assert all(better > before for before, better in tried)
-    assert len(tried) == MOST_TRIES
-    assert list(frame.stats.stage_ms) == list(usual.stats.stage_ms)
-    same = RenderSettings(**INDIRECT, **{name: frame.stats.counts[name] for name in ("sp_clusters", "vpl_clusters")})
-    assert np.allclose(frame.radiance(), Renderer(room, SIZE, same).render(CAMERA).radiance(), atol=1e-6)
-    # Another frame of the still view is no new try, nor is one at the most counts.
-    assert renderer.render(CAMERA, accumulation).stats.counts["frames"] == 2
-    told[:] = [1.0]
-    assert [renderer.render(CAMERA, walks=True).stats.estimates["tries"] for _ in range(12)][-1] == 1
-
-
-def test_times_of_tries_are_added() -> None:
-    first = FrameStats({"shade": 1.0, "near": 0.5}, {"vpls": 1}, {"far_pairs": 1}, {"tries": 1.0})
-    second = FrameStats({"shade": 2.0, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 1.0})
-    both = second.after(first)
-    assert both == FrameStats({"shade": 3.0, "near": 0.5, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 2.0})
-    assert second.after(both).estimates == {"tries": 3.0}
 
 
 def test_counts_of_a_walk_follow_its_error(room: ResidentScene) -> None:
