@@ -9,24 +9,24 @@ from time import perf_counter
 
 import warp as wp
 
-from gpu.accumulate import Accumulation
-from gpu.camera import turned
+from gpu.core.stages import Stages
+from gpu.device_scene.upload import ResidentScene
 from gpu.errors import UserError
-from gpu.frame import Frame, FrameStats
-from gpu.interpolate import stride_of
-from gpu.lighting import Progress, lighting_of
-from gpu.methods.common import FrameStatistics, RenderMethod
+from gpu.film.accumulation import Accumulation
+from gpu.film.frame import Frame, FrameStats
+from gpu.film.tonemap import Tonemap
+from gpu.gbuffer.sparse_shading import stride_of
 from gpu.methods.exact_vpl import ExactVpl
 from gpu.methods.fuzzy_vpl import FuzzyVpl
+from gpu.methods.passes import FrameStatistics, RenderMethod
 from gpu.methods.path import PathTracing
 from gpu.methods.targeted import TargetedVpl
-from gpu.quality import quality_of
-from gpu.resident import ResidentScene
+from gpu.methods.view_state import View
+from gpu.sample_counts import quality_of
+from gpu.scene.camera import turned
 from gpu.scene.types import Camera
 from gpu.settings import Clustering, Method, RenderSettings, Skips
-from gpu.stages import Stages
-from gpu.tonemap import Tonemap
-from gpu.view import View
+from gpu.vpl.light_sets import Progress, lighting_of
 
 MAX_SIDE = 16_384
 # Frames that nobody sees, until the counts of the first picture meet its target.

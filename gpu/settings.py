@@ -40,7 +40,7 @@ class Weighting(StrEnum):
 class Skips(BaseModel):
     """Work that is not done since a scene or a frame does not need it; each can be switched off, to see what it gains.
 
-    A frame's statistics count under the same names (gpu.frame.FrameStats).
+    A frame's statistics count under the same names (gpu.film.frame.FrameStats).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

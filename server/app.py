@@ -12,19 +12,25 @@ import uvicorn
 from fastapi import FastAPI
 
 from gpu.errors import UserError
-from server import docs, errors, health, job_api, monitor, render_api, scene_api, stream
-from server.checker import CHECK, Checker
-from server.engine import WORKER, Activity, Engine, EngineState
+from server import errors
+from server.http.middleware import BodyLimit, RequestLimit
+from server.http.security import HEADERS, Guard, with_token
+from server.http.shutdown import CLOSE_SECONDS, Server
+from server.http.websocket import WebSocket
 from server.logs import configure
-from server.middleware import BodyLimit, RequestLimit
-from server.pages import Pages
-from server.scenes import Catalogue
-from server.security import HEADERS, Guard, with_token
+from server.render.engine import WORKER, Activity, Engine, EngineState
+from server.rest import docs, health
+from server.rest import jobs as job_api
+from server.rest import metrics as monitor
+from server.rest import render as render_api
+from server.rest import scenes as scene_api
+from server.rest.pages import Pages
+from server.scenes.catalogue import Catalogue
+from server.scenes.checker import CHECK, Checker
+from server.scenes.uploads import Uploads
 from server.service import Service, start_message
 from server.settings import ServerSettings
-from server.shutdown import CLOSE_SECONDS, Server
-from server.uploads import Uploads
-from server.websocket import WebSocket
+from server.walk import stream
 
 
 def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: Sequence[str] = CHECK) -> FastAPI:

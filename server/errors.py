@@ -10,8 +10,6 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from gpu.errors import UserError
-from server.engine import RenderFaultError
-from server.link import WorkerLostError
 from server.refusals import (
     ForbiddenError,
     InUseError,
@@ -24,6 +22,8 @@ from server.refusals import (
     UnknownJobError,
     UnknownSceneError,
 )
+from server.render.engine import RenderFaultError
+from server.render.worker_link import WorkerLostError
 
 RETRY_SECONDS = 2
 

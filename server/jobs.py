@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from gpu.errors import UserError
-from server.engine import Engine, RenderFaultError
-from server.link import WorkerLostError
-from server.messages import Render
-from server.pictures import render_frames
 from server.refusals import TooBusyError, UnknownJobError
-from server.residency import Residency
-from server.schedule import Urgency
+from server.render.engine import Engine, RenderFaultError
+from server.render.schedule import Urgency
+from server.render.stills import render_frames
+from server.render.worker_link import WorkerLostError
+from server.scenes.residency import Residency
+from server.wire.worker import Render
 
 MAX_LOSSES = 3  # of the worker, in a row
 MAX_ENDED = 1000  # jobs that are remembered

@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from types import MappingProxyType
 from typing import Any
 
-from server.settings import LogFormat
+from server.wire.log_format import LogFormat
 
 _bound: ContextVar[Mapping[str, Any]] = ContextVar("lumenwalk_log_fields", default=MappingProxyType({}))
 _STANDARD = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName", "color_message"}

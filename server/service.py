@@ -7,14 +7,14 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from server.checker import Checker
-from server.engine import Engine
 from server.jobs import ENDED, Jobs
-from server.messages import SceneRef, Start
 from server.metrics import Metrics
-from server.residency import Residency
-from server.scenes import Catalogue
+from server.render.engine import Engine
+from server.scenes.catalogue import Catalogue
+from server.scenes.checker import Checker
+from server.scenes.residency import Residency
 from server.settings import ServerSettings
+from server.wire.worker import SceneRef, Start
 
 
 @dataclass

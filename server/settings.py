@@ -5,7 +5,6 @@ A nested field has two underscores in the environment: LUMENWALK_SCENE_LIMITS__M
 
 import tomllib
 from collections.abc import Mapping
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,20 +18,14 @@ from pydantic_settings import (
 )
 from pydantic_settings.exceptions import SettingsError
 
+from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
-from gpu.levels import MOST
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
-from server.protocol import MAX_SIDE, describe
+from server.wire.browser import MAX_SIDE, describe
+from server.wire.log_format import LogFormat
 
 MIN_TOKEN_CHARACTERS = 16
-
-
-class LogFormat(StrEnum):
-    """How the log is written."""
-
-    TEXT = "text"
-    JSON = "json"
 
 
 def _split(value: Any) -> Any:

@@ -1,6 +1,6 @@
 /**
  * Version 1 of the walkthrough's wire protocol: JSON messages both ways, binary frames from the server.
- * `server/protocol.py` says what each field means and who sends what when.
+ * `server/wire/browser.py` says what each field means and who sends what when.
  */
 
 export const PROTOCOL = 1;

@@ -3,9 +3,12 @@
 With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it gathers VPL clusters instead.
 """
 
-from gpu.counting import Counter
-from gpu.lighting import Lighting, Progress
-from gpu.methods.common import (
+from gpu.core.reduce import Counter
+from gpu.core.stages import Stages
+from gpu.device_scene.data import NO_HIT
+from gpu.indirect.exact_gather import gather
+from gpu.indirect.near_field import NearField
+from gpu.methods.passes import (
     FrameStatistics,
     add_indirect,
     fork_direct,
@@ -17,15 +20,13 @@ from gpu.methods.common import (
     lighting_choice,
     view_skips,
 )
-from gpu.near_field import NearField
-from gpu.quality import Quality
-from gpu.radiosity import RadiosityMap
-from gpu.resident import NO_HIT
+from gpu.methods.view_state import View
+from gpu.sample_counts import Quality
 from gpu.settings import Component, Method, RenderSettings
-from gpu.shade import gather
-from gpu.stages import Stages
-from gpu.view import View
-from gpu.vpl_clusters import VplClusters, unclustered
+from gpu.vpl.build import unclustered
+from gpu.vpl.light_sets import Lighting, Progress
+from gpu.vpl.radiosity_cache import RadiosityMap
+from gpu.vpl.vpl_clusters import VplClusters
 
 # Rays a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
 RAYS_PER_LAUNCH = 1 << 28

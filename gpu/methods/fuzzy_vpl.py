@@ -5,14 +5,21 @@ from functools import partial
 
 import warp as wp
 
-from gpu.bright import BrightPoints
-from gpu.correct import Correction
-from gpu.counting import Counter
-from gpu.dispute import WorstPoints
-from gpu.far_light import FarSums
-from gpu.levels import MOST_PASSES
-from gpu.lighting import Lighting, Progress
-from gpu.methods.common import (
+from gpu.adaptive.error_probes import Probes
+from gpu.adaptive.levels import MOST_PASSES
+from gpu.core.reduce import Counter
+from gpu.core.stages import Stages
+from gpu.correction.adaptive_rays import BrightPoints
+from gpu.correction.outlier_shading import Refinement
+from gpu.correction.outliers import WorstPoints
+from gpu.correction.visibility_correction import Correction
+from gpu.denoise.atrous import UNEVEN_REACH
+from gpu.device_scene.data import NO_HIT
+from gpu.indirect.far_field import FarSums
+from gpu.indirect.fuzzy_shading import shade
+from gpu.indirect.near_field import NearField
+from gpu.indirect.visibility import Visibility
+from gpu.methods.passes import (
     FrameStatistics,
     add_indirect,
     fork_direct,
@@ -29,19 +36,12 @@ from gpu.methods.common import (
     remembers_light,
     view_skips,
 )
-from gpu.near_field import NearField
-from gpu.probes import Probes
-from gpu.quality import Quality
-from gpu.refine import Refinement
-from gpu.resident import NO_HIT
+from gpu.methods.view_state import View
+from gpu.sample_counts import Quality
 from gpu.settings import Clustering, Component, RenderSettings
-from gpu.shade import shade
-from gpu.smooth import UNEVEN_REACH
-from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering
-from gpu.stages import Stages
-from gpu.view import View
-from gpu.visibility import Visibility
-from gpu.vpl_clusters import unclustered
+from gpu.sp.sp_clusters import UNASSIGNED_NEED, SpClustering
+from gpu.vpl.build import unclustered
+from gpu.vpl.light_sets import Lighting, Progress
 
 # SPs that may be far too bright, and those of them with many rays of their own, per SP cluster; what may be too bright
 # by less than this, relatively, is well served.

@@ -1,12 +1,12 @@
 """`path`: path tracing, the reference for the whole error of the other methods."""
 
-from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics, frame_seed
-from gpu.path import trace_paths
-from gpu.quality import Quality
+from gpu.core.stages import Stages
+from gpu.direct.path_tracing import trace_paths
+from gpu.methods.passes import FrameStatistics, frame_seed
+from gpu.methods.view_state import View
+from gpu.sample_counts import Quality
 from gpu.settings import RenderSettings
-from gpu.stages import Stages
-from gpu.view import View
+from gpu.vpl.light_sets import Lighting, Progress
 
 # Paths a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
 PATHS_PER_LAUNCH = 1 << 25

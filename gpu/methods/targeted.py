@@ -1,18 +1,20 @@
-"""`fuzzy-vpl` for a wanted frame time or error: its counts of clusters are chosen from frame to frame (gpu.target)."""
+"""`fuzzy-vpl` for a wanted frame time or error: its counts of clusters are chosen from frame to frame
+(gpu.adaptive.governor).
+"""
 
 from dataclasses import replace
 from typing import Any
 
-from gpu.levels import ERROR_RANGE, MOST_PASSES, TIME_RANGE, Level, Levels, levels_of
-from gpu.lighting import Lighting, Progress
-from gpu.methods.common import FrameStatistics
+from gpu.adaptive.governor import FARTHEST, WALKED, ErrorGovernor, Governor
+from gpu.adaptive.levels import ERROR_RANGE, MOST_PASSES, TIME_RANGE, Level, Levels, levels_of
+from gpu.adaptive.time_model import TimeModel
+from gpu.core.stages import Stages
 from gpu.methods.fuzzy_vpl import FuzzyVpl
-from gpu.quality import Quality
+from gpu.methods.passes import FrameStatistics
+from gpu.methods.view_state import View
+from gpu.sample_counts import Quality
 from gpu.settings import RenderSettings
-from gpu.stages import Stages
-from gpu.target import FARTHEST, WALKED, ErrorGovernor, Governor
-from gpu.time_model import TimeModel
-from gpu.view import View
+from gpu.vpl.light_sets import Lighting, Progress
 
 # Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters (about 0.6 GB for a
 # GPU's default number, 1 to 2.5 GB for eight times that): a walk goes to and fro between some.

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from gpu.camera import look_at
+from gpu.scene.camera import look_at
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Placement
 

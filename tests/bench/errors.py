@@ -8,13 +8,13 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from gpu.metrics import measure
+from gpu.film.metrics import measure
 
 PROCESSES = 8
 
 
 def errors_of(render: ArrayLike, reference: ArrayLike) -> dict[str, Any]:
-    """Every error of gpu.metrics, by name."""
+    """Every error of gpu.film.metrics, by name."""
     return asdict(measure(render, reference))
 
 

@@ -20,7 +20,7 @@ def error_beyond_noise(render: NDArray[Any], reference: NDArray[Any], other: NDA
     """relMSE of a render against the truth, of which `reference` and `other` are two pictures with noise of their own.
 
     The product of the differences from both is right in the mean where the square of one would count its noise, too.
-    Weights are the reference's, as in gpu.metrics.
+    Weights are the reference's, as in gpu.film.metrics.
     """
     x, r, o = (np.asarray(image, np.float64) for image in (render, reference, other))
     return float(np.mean((x - r) * (x - o) / (r**2 + 0.01 * np.mean(r) ** 2)))

@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 
 import warp as wp
 
-from gpu.bright import RAYS as BRIGHT_RAYS
-from gpu.gbuffer import GBuffer
-from gpu.refine import RAYS
-from gpu.shade import CHECKS
-from gpu.smooth import STEPS
-from gpu.vpl_clusters import LEAST_PER_GROUP
+from gpu.correction.adaptive_rays import RAYS as BRIGHT_RAYS
+from gpu.correction.outlier_shading import RAYS
+from gpu.denoise.atrous import STEPS
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.indirect.irradiance import CHECKS
+from gpu.vpl.vpl_clusters import LEAST_PER_GROUP
 from tests.bench.store import Row
 
 # Issued instructions, each as dear as a multiply-add: whether a point's normal and a disk's face each other; then the
-# disk's light there (gpu.transfer.disk_irradiance), where a reciprocal counts four; the stretched distance to a
-# representative of like normal (gpu.grid.separation).
+# disk's light there (gpu.vpl.form_factor.disk_irradiance), where a reciprocal counts four; the stretched distance to a
+# representative of like normal (gpu.clustering.grid.separation).
 FACING, TRANSFER, SEPARATION = 9, 11, 12
 CELLS = 27
 VECTOR, NUMBER = 12, 4

@@ -10,9 +10,9 @@ from unittest.mock import patch
 
 import warp as wp
 
+from gpu.core.stages import Stages
 from gpu.renderer import Renderer
 from gpu.settings import RenderSettings
-from gpu.stages import Stages
 from tests.bench.floor_model import floors
 from tests.bench.rates import Rates, byte_rate, fma_rate, launch_rate, ray_rates
 from tests.bench.store import Row, Task

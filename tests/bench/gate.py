@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gpu.metrics import measure
+from gpu.device_scene.upload import ResidentScene
+from gpu.film.metrics import measure
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.scene.types import Floats, Scene
 from gpu.settings import Component, Method, RenderSettings

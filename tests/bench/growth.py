@@ -4,8 +4,8 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
+from gpu.device_scene.upload import ResidentScene
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
 from tests.bench.hall import make_hall

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gpu.camera import look_at
 from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Material, Scene
 
 HALF = np.array([4.0, 1.6, 4.0])

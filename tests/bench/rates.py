@@ -11,16 +11,18 @@ from time import perf_counter
 import numpy as np
 import warp as wp
 
-from gpu.device import allocate, launch
-from gpu.gbuffer import CameraData, GBuffer, camera_data, pixel_ray, trace_primary_rays
-from gpu.lighting import lighting_of
-from gpu.methods.common import lighting_choice
-from gpu.quality import quality_of
-from gpu.rays import closest_hit, connection
-from gpu.resident import NO_HIT, ResidentScene, SceneData
+from gpu.core.device import allocate, launch
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.rays import closest_hit, connection
+from gpu.device_scene.upload import ResidentScene
+from gpu.gbuffer.camera_rays import CameraData, camera_data, pixel_ray
+from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
+from gpu.gbuffer.shading_points import morton_order
+from gpu.methods.passes import lighting_choice
+from gpu.sample_counts import quality_of
 from gpu.scene.types import Ints
 from gpu.settings import RenderSettings
-from gpu.shading_points import z_order
+from gpu.vpl.light_sets import lighting_of
 from tests.bench.figures import spread
 from tests.bench.subjects import Size
 
@@ -82,7 +84,7 @@ def primary_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], 
 
 
 def any_hit_kernel(connect: wp.Function) -> wp.Kernel:
-    """The kernel that traces with `connect`, one of gpu.rays.connected and connected_solid."""
+    """The kernel that traces with `connect`, one of gpu.device_scene.rays.connected and connected_solid."""
 
     @wp.kernel(module="unique")
     def kernel(
@@ -181,7 +183,7 @@ def ray_rates(resident: ResidentScene, size: Size, settings: RenderSettings) -> 
 
 def spread_out(face: Ints, size: Size, wanted: int) -> Ints:
     """Pixels of at most `wanted` shading points, evenly along the Z-order curve. face: (pixel,), NO_HIT for none."""
-    order = z_order(*size)
+    order = morton_order(*size)
     order = order[face[order] != NO_HIT]
     return order[np.linspace(0, len(order) - 1, min(wanted, len(order))).astype(int)] if len(order) else order
 

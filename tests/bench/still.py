@@ -9,9 +9,9 @@ from time import perf_counter
 
 import numpy as np
 
-from gpu.accumulate import Accumulation
-from gpu.camera import turned
+from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
+from gpu.scene.camera import turned
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from gpu.device_scene.upload import ResidentScene
 from gpu.errors import UserError
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
 from gpu.scene import load_scene
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.types import Camera, Floats, Scene

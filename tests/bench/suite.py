@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from gpu.device import choose_device
+from gpu.core.device import choose_device
 from gpu.settings import Component, RenderSettings
 from tests.bench.errors import ErrorPool, errors_of
 from tests.bench.store import Budget, Results, Row, Task, environment, read_rows, run_tasks
@@ -113,7 +113,7 @@ class Suite:
         return RenderSettings.model_validate({"component": Component.INDIRECT, "lambertian": True, **counts, **changes})
 
     def errors(self, render: ArrayLike, reference: ArrayLike) -> Future[Row] | Row:
-        """Every error of gpu.metrics; on a GPU computed by other processes while it goes on."""
+        """Every error of gpu.film.metrics; on a GPU computed by other processes while it goes on."""
         # On a CPU they would take the time that is measured.
         return self._pool.submit(render, reference) if self.is_cuda else errors_of(render, reference)
 

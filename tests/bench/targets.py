@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from gpu.camera import turned
-from gpu.frame import Frame, FrameStats
-from gpu.levels import levels_of
-from gpu.metrics import mse
+from gpu.adaptive.levels import levels_of
+from gpu.film.frame import Frame, FrameStats
+from gpu.film.metrics import mse
 from gpu.renderer import Renderer
+from gpu.scene.camera import turned
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import spread

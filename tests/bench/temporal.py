@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from gpu.camera import turned
-from gpu.metrics import rel_mse
+from gpu.film.metrics import rel_mse
 from gpu.renderer import Renderer
+from gpu.scene.camera import turned
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Method, RenderSettings
 from tests.bench import paper

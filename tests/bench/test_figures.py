@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpu.metrics import rel_mse
+from gpu.film.metrics import rel_mse
 from tests.bench.figures import error_beyond_noise, flicker, front, slope, spread, tell_apart, time_to_equal_error
 
 

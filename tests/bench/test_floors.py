@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from gpu.device_scene.data import NO_HIT
+from gpu.device_scene.upload import ResidentScene
 from gpu.renderer import Renderer
-from gpu.resident import NO_HIT, ResidentScene
 from gpu.scene import load_scene
 from gpu.settings import Component, RenderSettings
 from tests.bench.floor_model import STAGES, floors

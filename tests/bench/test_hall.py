@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from gpu.camera import look_at
+from gpu.device_scene.upload import ResidentScene
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
+from gpu.scene.camera import look_at
 from gpu.scene.normals import area_vectors
 from gpu.settings import Component, RenderSettings
 from tests.bench.hall import make_hall

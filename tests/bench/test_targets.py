@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from gpu.camera import look_at
-from gpu.frame import FrameStats
+from gpu.film.frame import FrameStats
+from gpu.scene.camera import look_at
 from tests.bench.rows import over_target
 from tests.bench.targets import AHEAD, PERIOD, held, path_of, running_means, share_at_fewest, swayed
 

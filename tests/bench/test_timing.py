@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from gpu.camera import look_at, turned
+from gpu.device_scene.upload import ResidentScene
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
 from gpu.scene import load_scene
+from gpu.scene.camera import look_at, turned
 from gpu.settings import Component, RenderSettings
 from tests.bench.timing import light_times, measure_frames
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import warp as wp
 
-from gpu.camera import turned
-from gpu.frame import FrameStats
+from gpu.device_scene.upload import ResidentScene
+from gpu.film.frame import FrameStats
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
+from gpu.scene.camera import turned
 from gpu.scene.types import Camera, Floats
 from gpu.settings import RenderSettings
 from tests.bench.figures import spread

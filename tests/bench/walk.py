@@ -5,8 +5,8 @@ from time import perf_counter
 
 import numpy as np
 
-from gpu.camera import turned
 from gpu.renderer import Renderer
+from gpu.scene.camera import turned
 from gpu.settings import RenderSettings
 from tests.bench.figures import spread
 from tests.bench.store import Row, Task

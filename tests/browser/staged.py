@@ -12,7 +12,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from gpu.settings import RenderSettings
 from server.images import encode_image
-from server.protocol import STAGES, Codec, FrameHeader, Phase
+from server.wire.browser import STAGES, Codec, FrameHeader, Phase
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 FRONT = {"name": "front", "matrix": IDENTITY, "yfov": 1.0, "aspect": 1.6, "orthographic": False}

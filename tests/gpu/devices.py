@@ -3,7 +3,5 @@
 import pytest
 import warp as wp
 
-import gpu.device  # noqa: F401  (says what Warp logs, before Warp starts)
-
 NEEDS_CUDA = pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
 DEVICES = ["cpu", pytest.param("cuda:0", marks=NEEDS_CUDA)]

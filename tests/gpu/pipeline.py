@@ -7,23 +7,27 @@ import numpy as np
 import warp as wp
 from scenes import column, results, traced_vpls
 
-from gpu.correct import Correction
-from gpu.device import allocate, launch
-from gpu.disk import disk_at
-from gpu.far_light import FarSums, doubt
-from gpu.gbuffer import GBuffer
-from gpu.rays import connected_solid
-from gpu.resident import ResidentScene, SceneData
+from gpu.core.device import allocate, launch
+from gpu.core.kahan import Sum, added
+from gpu.correction.visibility_correction import Correction
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.rays import connected_solid
+from gpu.device_scene.upload import ResidentScene
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.shading_points import ListedPoints
+from gpu.indirect.exact_gather import gather
+from gpu.indirect.far_field import FarSums, doubt
+from gpu.indirect.fuzzy_shading import guides_of, shade
+from gpu.indirect.irradiance import allocate_indirect
+from gpu.indirect.visibility import Visibility
+from gpu.methods.view_state import View
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.settings import Weighting
-from gpu.shade import allocate_indirect, gather, guides_of, shade
-from gpu.shading_points import ListedPoints
-from gpu.sp_clusters import SpClustering, SpClusters
-from gpu.sums import Sum, added
-from gpu.transfer import disk_area, disk_transfer, unoccluded
-from gpu.view import View
-from gpu.visibility import Visibility
-from gpu.vpl_clusters import VplClusters, cluster_vpls
+from gpu.sp.sp_clusters import SpClustering, SpClusters
+from gpu.vpl.build import cluster_vpls
+from gpu.vpl.disk_light import disk_at
+from gpu.vpl.form_factor import disk_area, disk_transfer, unoccluded
+from gpu.vpl.vpl_clusters import VplClusters
 
 
 @wp.kernel

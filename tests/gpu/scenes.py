@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from gpu.camera import look_at
-from gpu.device import launch
-from gpu.gbuffer import CameraData, camera_data
-from gpu.lights import build_light_table
-from gpu.resident import ResidentScene, SceneData
+from gpu.core.device import launch
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.upload import ResidentScene
+from gpu.gbuffer.camera_rays import CameraData, camera_data
+from gpu.lights.build import build_light_table
+from gpu.lights.light_paths import Vpls, allocate_vpls, paths_for, trace_light_paths
 from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
-from gpu.vpl import Vpls, allocate_vpls, paths_for, trace_light_paths
 
 
 def quad(corner: Sequence[float], edge_u: Sequence[float], edge_v: Sequence[float], material: int = 0) -> MeshPart:

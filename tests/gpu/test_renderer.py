@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad, resident_of, slats
 
-from gpu.camera import look_at
+from gpu.device_scene.upload import ResidentScene
 from gpu.errors import UserError
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
+from gpu.scene.camera import look_at
 from gpu.scene.types import Floats, Light, LightKind, Sky
 from gpu.settings import Clustering, Component, Method, RenderSettings, Skips, Weighting
 

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad, resident_of, traced_vpls
 
-from gpu.camera import look_at
-from gpu.resident import ResidentScene
+from gpu.device_scene.upload import ResidentScene
+from gpu.indirect.visibility import Visibility
+from gpu.methods.view_state import View
+from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles
 from gpu.settings import Weighting
-from gpu.sp_clusters import UNASSIGNED_NEED, SpClustering, SpClusters
-from gpu.view import View
-from gpu.visibility import Visibility
-from gpu.vpl_clusters import VplClusters, cluster_vpls
+from gpu.sp.sp_clusters import UNASSIGNED_NEED, SpClustering, SpClusters
+from gpu.vpl.build import cluster_vpls
+from gpu.vpl.vpl_clusters import VplClusters
 
 SIZE = (64, 48)
 

@@ -4,8 +4,8 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gpu.device import allocate
-from gpu.gbuffer import GBuffer
+from gpu.core.device import allocate
+from gpu.gbuffer.gbuffer import GBuffer
 
 WIDTH, HEIGHT = 48, 40
 CPU = wp.get_device("cpu")

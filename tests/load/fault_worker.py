@@ -11,9 +11,9 @@ from pathlib import Path
 
 import warp as wp
 
-from server.backend import GpuBackend
-from server.messages import Render
-from server.worker import Picture, Report, work
+from server.wire.worker import Render
+from server.worker.backend import GpuBackend
+from server.worker.worker import Picture, Report, work
 
 FAULT_WORKER = (sys.executable, str(Path(__file__).resolve()))
 ILLEGAL_SEED = 2**31 - 1  # a CUDA kernel writes where nothing is; a CPU has SIGSEGV instead

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from gpu.errors import UserError
 from server.app import serve
-from server.engine import WORKER
-from server.options import add_options, given_options
+from server.cli.options import add_options, given_options
+from server.render.engine import WORKER
 from server.settings import ServerSettings, load_settings
 
 

@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
-from server.views import parse_size
+from server.cli.camera_argument import parse_size
 from tests.load.figures import Level
 from tests.load.paths import MADE, path_maker
 from tests.load.target import Target, serving, target_at

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol
 
 from gpu.errors import UserError
-from server.protocol import Bounds, check_rigid
+from server.wire.browser import Bounds, check_rigid
 
 YFOV = 1.0  # [rad]
 ORBIT_SECONDS, WALK_SECONDS = 20.0, 40.0

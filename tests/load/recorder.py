@@ -8,7 +8,7 @@ from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
 from gpu.errors import UserError
-from server.protocol import Pose, parse_viewer_message
+from server.wire.browser import Pose, parse_viewer_message
 from tests.load.paths import View
 
 UPGRADE = b"GET /api/v1/stream"

@@ -16,7 +16,7 @@ import httpx
 from websockets.asyncio.client import ClientConnection, connect
 
 from gpu.errors import UserError
-from server.security import is_loopback
+from server.http.security import is_loopback
 
 START_SECONDS = 600.0  # the first start on a machine compiles the kernels
 END_SECONDS = 15.0

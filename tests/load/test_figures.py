@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from server.protocol import STAGES, FrameHeader
+from server.wire.browser import STAGES, FrameHeader
 from tests.load.figures import Level, bottleneck, crowd_row, fairness, jitter, slope, spread, table, viewer_row
 from tests.load.viewer import Log, Seen
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from gpu.errors import UserError
-from server.protocol import Bounds, check_rigid
+from server.wire.browser import Bounds, check_rigid
 from tests.load.paths import MADE, Orbit, Resting, View, Walk, path_maker, read_path, write_path
 
 ROOM = Bounds(min=(-2.0, 0.0, 1.0), max=(4.0, 3.0, 2.0))

@@ -3,7 +3,7 @@ from time import perf_counter
 
 from harness import Running
 
-from server.protocol import Bounds, Phase
+from server.wire.browser import Bounds, Phase
 from tests.load.crowd import measure, plans, wait_for, walking
 from tests.load.paths import Recorded, Walk
 from tests.load.target import Target

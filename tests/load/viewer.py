@@ -11,7 +11,7 @@ from typing import Any
 import simplejpeg
 from websockets.exceptions import ConnectionClosed
 
-from server.protocol import Bounds, FrameHeader, unpack_frame
+from server.wire.browser import Bounds, FrameHeader, unpack_frame
 from tests.load.paths import CameraPath, PathMaker, View, Walk
 from tests.load.target import Socket
 

@@ -2,8 +2,8 @@
 
 import sys
 
-from server.checker import Checked, CheckRequest, SceneSize
-from server.protocol import Bounds, SceneInfo
+from server.scenes.checker import Checked, CheckRequest, SceneSize
+from server.wire.browser import Bounds, SceneInfo
 
 request = CheckRequest.model_validate_json(sys.stdin.buffer.read())
 info = SceneInfo(

@@ -4,11 +4,11 @@ import asyncio
 from collections.abc import Callable
 
 from gpu.settings import RenderSettings
-from server.engine import Engine, Reply
-from server.link import WorkerLostError
-from server.messages import Done, Job, Opened, OpenScene, Render, SceneCamera, SceneRef, Start
-from server.protocol import Bounds, SceneInfo
-from server.schedule import Urgency
+from server.render.engine import Engine, Reply
+from server.render.schedule import Urgency
+from server.render.worker_link import WorkerLostError
+from server.wire.browser import Bounds, SceneInfo
+from server.wire.worker import Done, Job, Opened, OpenScene, Render, SceneCamera, SceneRef, Start
 
 BOX = SceneRef("cornell-box", "cornell-box")
 

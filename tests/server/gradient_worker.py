@@ -11,9 +11,9 @@ import time
 import numpy as np
 
 from gpu.errors import OutOfMemoryError, UserError
-from server.messages import HEARTBEAT, Placed, Render, SceneCamera, SceneRef, Start
-from server.protocol import Bounds, CameraInfo, SceneInfo
-from server.worker import Picture, Report, work
+from server.wire.browser import Bounds, CameraInfo, SceneInfo
+from server.wire.worker import HEARTBEAT, Placed, Render, SceneCamera, SceneRef, Start
+from server.worker.worker import Picture, Report, work
 
 SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
 HANG_SEED, HANG_LATER_SEED, BUG_LATER_SEED, FAULT_LATER_SEED = 1011, 1012, 1013, 1014

@@ -15,10 +15,10 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from server.app import create_app, create_server
-from server.protocol import FrameHeader, unpack_frame
+from server.http.shutdown import Server
 from server.service import Service
 from server.settings import ServerSettings
-from server.shutdown import Server
+from server.wire.browser import FrameHeader, unpack_frame
 
 GRADIENT_WORKER = (sys.executable, str(Path(__file__).with_name("gradient_worker.py")))
 ANY_CHECK = (sys.executable, str(Path(__file__).with_name("any_check.py")))

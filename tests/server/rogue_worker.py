@@ -5,7 +5,8 @@ import socket
 import sys
 import time
 
-from server.messages import (
+from server.wire.browser import Bounds, SceneInfo
+from server.wire.worker import (
     Done,
     Free,
     FromWorker,
@@ -20,7 +21,6 @@ from server.messages import (
     pack,
     read,
 )
-from server.protocol import Bounds, SceneInfo
 
 NOTHING = Holdings(0, 0, ())
 NO_SCENE = SceneInfo(id="", name="", cameras=(), bounds=Bounds(min=(0.0, 0.0, 0.0), max=(0.0, 0.0, 0.0)), triangles=0)

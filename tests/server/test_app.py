@@ -64,7 +64,7 @@ def test_it_prints_its_url_serves_without_warp_and_stops_in_seconds(tmp_path: Pa
             process.wait(20)
         assert time.monotonic() - began < 8.0
     imported = {line.split("|")[-1].strip() for line in errors.read_text().splitlines() if "import time:" in line}
-    assert "server.stream" in imported
+    assert "server.walk.stream" in imported
     assert not [name for name in imported if name.split(".")[0] == "warp"]
     assert not re.search("Traceback|ERROR|again", errors.read_text())
 

@@ -8,10 +8,10 @@ import pytest
 from engines import FakeEngine, order
 
 from gpu.errors import UserError
-from server.checker import Checker
 from server.jobs import Jobs, JobState, RenderJob
 from server.refusals import TooBusyError, UnknownJobError
-from server.residency import Residency
+from server.scenes.checker import Checker
+from server.scenes.residency import Residency
 from server.settings import ServerSettings
 
 

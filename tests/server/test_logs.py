@@ -6,7 +6,7 @@ from contextvars import copy_context
 import pytest
 
 from server.logs import bind, configure
-from server.settings import LogFormat
+from server.wire.log_format import LogFormat
 
 log = logging.getLogger("lumenwalk.test")
 

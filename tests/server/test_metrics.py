@@ -1,7 +1,7 @@
 import pytest
 
 from server.metrics import Metrics
-from server.protocol import Phase
+from server.wire.browser import Phase
 
 
 def value(metrics: Metrics, name: str, **labels: str) -> float | None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from gpu.device_scene.upload import ResidentScene
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
 from gpu.scene.types import Camera, Floats
 from gpu.settings import RenderSettings
 

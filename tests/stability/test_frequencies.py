@@ -12,15 +12,18 @@ import warp as wp
 from scenes import column, grey, quad, resident_of, results
 from scipy import stats
 
-from gpu.brdf import sample_specular, specular_density
-from gpu.light_samples import light_met, sample_light
-from gpu.lights import LightTable, build_light_table
-from gpu.rays import closest_hit
-from gpu.resident import ResidentScene, SceneData
-from gpu.sampling import cosine_direction, pixel_seed, sobol_pair
+from gpu.device_scene.bsdf import sample_specular, specular_density
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.rays import closest_hit
+from gpu.device_scene.surface import Surface
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.build import build_light_table
+from gpu.lights.light_sampling import light_met, sample_light
+from gpu.lights.light_table import LightTable
+from gpu.sampling.sobol import pixel_seed, sobol_pair
+from gpu.sampling.warps import cosine_direction
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Doubles, Sky
-from gpu.surface import Surface
 
 SAMPLES = 1 << 17
 # Cells along the height and the azimuth, and grid points along each side of one.

@@ -6,9 +6,9 @@ from scenes import box, grey, resident_of
 from stress import render
 from trimesh.creation import icosphere
 
-from gpu.camera import look_at
-from gpu.quality import ON_CPU
+from gpu.sample_counts import ON_CPU
 from gpu.scene.assemble import MeshPart
+from gpu.scene.camera import look_at
 from gpu.scene.types import Light, LightKind
 from gpu.settings import Method
 

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from scenes import box, grey, quad, resident_of, scene_of
 from stress import render
 
-from gpu.camera import look_at
+from gpu.device_scene.upload import ResidentScene
 from gpu.errors import SceneError
-from gpu.metrics import rel_mse
-from gpu.resident import ResidentScene
+from gpu.film.metrics import rel_mse
 from gpu.scene.assemble import MeshPart
+from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Floats
 from gpu.settings import Method
 

@@ -11,9 +11,9 @@ from scenes import box, quad
 from stress import render
 from trimesh.creation import icosphere
 
-from gpu.camera import look_at
-from gpu.metrics import rel_mse
-from gpu.resident import ResidentScene
+from gpu.device_scene.upload import ResidentScene
+from gpu.film.metrics import rel_mse
+from gpu.scene.camera import look_at
 from gpu.scene.types import Floats
 from gpu.settings import Method
 

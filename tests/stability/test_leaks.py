@@ -6,11 +6,12 @@ import warp as wp
 from scenes import column, grey, resident_of, results
 from scipy.spatial.transform import Rotation
 
-from gpu.rays import closest_hit, connected, offset_origin
-from gpu.resident import NO_HIT, ResidentScene, SceneData
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.surface import triangle_normal
+from gpu.device_scene.upload import ResidentScene
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Doubles, Integers
-from gpu.surface import triangle_normal
 
 COUNT = 200_000
 # Scale, and distance from the origin in extents of the scene.

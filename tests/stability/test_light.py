@@ -6,19 +6,21 @@ import warp as wp
 from scenes import box, column, grey, quad, resident_of
 from stress import render
 
-from gpu.camera import look_at
-from gpu.device import allocate
-from gpu.disk import Disk
-from gpu.far_light import FarSums
-from gpu.metrics import rel_mse
+from gpu.core.device import allocate
+from gpu.film.metrics import rel_mse
+from gpu.indirect.exact_gather import gather
+from gpu.indirect.far_field import FarSums
+from gpu.indirect.fuzzy_shading import shade
+from gpu.indirect.visibility import Visibility
+from gpu.lights.light_paths import allocate_vpls
+from gpu.methods.view_state import View
+from gpu.scene.camera import look_at
 from gpu.scene.types import Floats, Light, LightKind, Material
 from gpu.settings import Component, Method
-from gpu.shade import gather, shade
-from gpu.sp_clusters import allocate_sp_clusters
-from gpu.view import View
-from gpu.visibility import Visibility
-from gpu.vpl import allocate_vpls
-from gpu.vpl_clusters import VplClusters, unclustered
+from gpu.sp.sp_clusters import allocate_sp_clusters
+from gpu.vpl.build import unclustered
+from gpu.vpl.disk_light import Disk
+from gpu.vpl.vpl_clusters import VplClusters
 
 SIZE = (24, 18)
 CAMERA = look_at((0.1, 0.05, 0.42), (-0.05, -0.1, -0.5), yfov_degrees=75.0)

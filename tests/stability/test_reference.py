@@ -13,14 +13,14 @@ import pytest
 import warp as wp
 from scipy import ndimage, stats
 
-from gpu.device import CORES
-from gpu.gbuffer import CameraData, camera_data
-from gpu.lighting import lighting_of
-from gpu.path import path_kernel
-from gpu.resident import ResidentScene
+from gpu.core.device import CORES
+from gpu.device_scene.upload import ResidentScene
+from gpu.direct.path_tracing import path_kernel
+from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.scene import load_scene
 from gpu.scene.types import Doubles, Integers
 from gpu.settings import Component
+from gpu.vpl.light_sets import lighting_of
 
 SIGNIFICANCE, SHARE = 0.01, 0.9975
 # Mitsuba's floor under the variance of a sample, where too few of them met what is rare.

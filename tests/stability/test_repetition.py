@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scenes import box, quad, scene_of
 
-from gpu.camera import look_at
+from gpu.device_scene.upload import ResidentScene
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
+from gpu.scene.camera import look_at
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
 from gpu.settings import Method, RenderSettings, Skips
 

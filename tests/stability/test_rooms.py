@@ -5,9 +5,9 @@ import pytest
 from scenes import grey, quad, resident_of
 from stress import render
 
-from gpu.camera import look_at
-from gpu.resident import ResidentScene
+from gpu.device_scene.upload import ResidentScene
 from gpu.scene.assemble import MeshPart
+from gpu.scene.camera import look_at
 from gpu.settings import Method
 
 SIZE = (64, 32)

@@ -5,15 +5,17 @@ import pytest
 import warp as wp
 from scenes import column, grey, quad, resident_of
 
-from gpu.camera import look_at
-from gpu.far_light import FarSums
+from gpu.indirect.exact_gather import gather
+from gpu.indirect.far_field import FarSums
+from gpu.indirect.fuzzy_shading import shade
+from gpu.indirect.visibility import Visibility
+from gpu.lights.light_paths import Vpls, allocate_vpls
+from gpu.methods.view_state import View
+from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats
-from gpu.shade import gather, shade
-from gpu.sp_clusters import allocate_sp_clusters
-from gpu.view import View
-from gpu.visibility import Visibility
-from gpu.vpl import Vpls, allocate_vpls
-from gpu.vpl_clusters import VplClusters, cluster_vpls, unclustered
+from gpu.sp.sp_clusters import allocate_sp_clusters
+from gpu.vpl.build import cluster_vpls, unclustered
+from gpu.vpl.vpl_clusters import VplClusters
 
 COUNT = 100_000
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from gpu.camera import look_at
 from gpu.scene.builtin import furnishings, orders, paintings, rooms, textures
 from gpu.scene.builtin.builder import Builder
 from gpu.scene.builtin.rooms import LAP, Placer
 from gpu.scene.builtin.shape import Shape, copies, placed
 from gpu.scene.builtin.shapes import box, moulding, picture, quad, rectangle, surface
+from gpu.scene.camera import look_at
 from gpu.scene.types import Light, LightKind, Scene, Sky
 
 _BAY, _BAYS = 2.4, (5, 3)  # metres between columns; bays along x and z

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from gpu.camera import look_at
 from gpu.scene.builtin import furnishings, paintings, rooms, textures
 from gpu.scene.builtin.builder import Builder
 from gpu.scene.builtin.rooms import Opening, Placer
@@ -21,6 +20,7 @@ from gpu.scene.builtin.shapes import (
     superellipse,
     tube,
 )
+from gpu.scene.camera import look_at
 from gpu.scene.types import Bytes, Scene
 
 _LONG, _WIDE, _HIGH = 9.0, 6.6, 2.88  # metres: x, z, y; whole ceiling tiles of 0.6 m

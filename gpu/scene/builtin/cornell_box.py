@@ -6,10 +6,10 @@ the usual Rec. 709 values for its measured spectra.
 
 import numpy as np
 
-from gpu.camera import look_at
 from gpu.scene.builtin.builder import Builder
 from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.shapes import surface
+from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Scene
 
 _CENTRE = np.array([0.278, 0.0, 0.2796])

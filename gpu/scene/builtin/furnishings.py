@@ -5,16 +5,7 @@ from math import pi
 import numpy as np
 
 from gpu.scene.builtin.shape import Shape, copies, join, rotation, warped
-from gpu.scene.builtin.shapes import (
-    block,
-    box,
-    cylinder,
-    lathe,
-    rounded_path,
-    sphere,
-    surface,
-    tube,
-)
+from gpu.scene.builtin.shapes import block, box, cylinder, lathe, rounded_path, sphere, surface, tube
 from gpu.scene.types import Doubles
 
 

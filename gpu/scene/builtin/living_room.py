@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from gpu.camera import look_at
 from gpu.scene.builtin import furnishings, paintings, rooms, seating, textures
 from gpu.scene.builtin.builder import Builder
 from gpu.scene.builtin.rooms import Opening, Placer
@@ -20,6 +19,7 @@ from gpu.scene.builtin.shapes import (
     superellipse,
     tube,
 )
+from gpu.scene.camera import look_at
 from gpu.scene.types import Scene
 
 _X, _Z, _HIGH = 3.3, 3.3, 2.75  # half the length, half the width, the height, in metres

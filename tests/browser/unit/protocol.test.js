@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { isFinalClose, parseFrame } from "../../../web/protocol.js";
 
-/** A frame as `server/protocol.py` packs it; `header` bytes long. @param {number} [header] */
+/** A frame as `server/wire/browser.py` packs it; `header` bytes long. @param {number} [header] */
 function frame(header = 88) {
   const bytes = new ArrayBuffer(header + 3);
   const view = new DataView(bytes);

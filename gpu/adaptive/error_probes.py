@@ -1,0 +1,136 @@
+"""The error of a frame's indirect light, estimated at a few pixels without a reference picture.
+
+At probes, pixels drawn anew each frame, the light of all VPLs is gathered as `exact-vpl` does, but with few rays
+(gpu.adaptive.probe_gather). That is done twice: the product of two independent differences is right in the mean where
+the square of one would count the probes' own noise. Most of an estimate's noise is the choice of pixels
+(gpu.adaptive.probe_placement), so many probes with few rays are best.
+"""
+
+import warp as wp
+from warp.utils import array_sum
+
+from gpu.adaptive.error_model import Estimate
+from gpu.adaptive.probe_gather import RAYS, ProbeLight
+from gpu.adaptive.probe_placement import ProbePlaces
+from gpu.adaptive.probe_white_point import Picture, White, picture_of, radiance_at, white_of
+from gpu.core.device import launch
+from gpu.core.staging import Mirror
+from gpu.device_scene.data import NO_HIT
+from gpu.gbuffer.gbuffer import reflectance
+from gpu.methods.view_state import View
+from gpu.vpl.vpl_clusters import VplClusters
+
+# Probes of a frame.
+ON_CUDA, ON_CPU = 1 << 14, 1 << 12
+
+
+@wp.kernel
+def turn_kernel(first: int, frame: wp.array[int]) -> None:
+    """One thread: the next frame has other probes and rays, also where this is replayed."""
+    frame[first + wp.tid()] += 1
+
+
+@wp.kernel
+def compare_kernel(first: int, picture: Picture, pixels: wp.array[int], arrived: wp.array[wp.vec3],
+                   render: wp.array[wp.vec3], one: wp.array[wp.vec3], other: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a probe: its radiance in the picture, and by the two estimates [W/m²/sr].
+
+    arrived: as in gpu.adaptive.probe_gather; render, one, other (probe,).
+    """
+    probe = first + wp.tid()
+    pixel = pixels[probe]
+    render[probe] = radiance_at(picture, pixel)
+    this = wp.vec3(0.0, 0.0, 0.0)
+    that = wp.vec3(0.0, 0.0, 0.0)
+    if picture.gbuffer.face[pixel] != NO_HIT:
+        reflected = reflectance(picture.gbuffer, pixel)
+        for ray in range(RAYS):
+            this += arrived[(2 * probe) * RAYS + ray]
+            that += arrived[(2 * probe + 1) * RAYS + ray]
+        this = wp.cw_mul(reflected, this)
+        that = wp.cw_mul(reflected, that)
+    one[probe] = this
+    other[probe] = that
+
+
+@wp.func
+def clipped(radiance: wp.vec3, white: float) -> wp.vec3:
+    """Radiance as errors count it, 0 … 1."""
+    return wp.min(wp.max(radiance / white, wp.vec3(0.0, 0.0, 0.0)), wp.vec3(1.0, 1.0, 1.0))
+
+
+@wp.kernel
+def product_kernel(first: int, quantiles: wp.array[float], whole: wp.array[wp.vec2], counts: wp.array[float],
+                   render: wp.array[wp.vec3], one: wp.array[wp.vec3], other: wp.array[wp.vec3],
+                   products: wp.array[float], errors: wp.array[wp.vec2]) -> None:  # fmt: skip
+    """One thread a probe: its squared error (gpu.film.metrics) by two estimates of the truth, right in the mean.
+
+    quantiles, whole: of gpu.adaptive.probe_white_point; errors (probe,): times what the probe counts for, and the
+    square of that. All are 0 if the picture is black, and not finite if white is not.
+    """
+    probe = first + wp.tid()
+    white = white_of(quantiles, whole)
+    product = white
+    if white > 0.0 and wp.isfinite(white):
+        shown = clipped(render[probe], white)
+        product = wp.dot(shown - clipped(one[probe], white), shown - clipped(other[probe], white)) / 3.0
+    products[probe] = product
+    error = counts[probe] * product
+    errors[probe] = wp.vec2(error, error * error)
+
+
+@wp.kernel
+def estimate_kernel(first: int, sums: wp.array[wp.vec2], probes: int, lit: wp.array[int], even: int,
+                    estimate: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread: error, deviation and lit share of gpu.adaptive.error_model.Estimate, by `sums` (1,) of `errors`.
+
+    lit (1,): how many of so many `even` pixels have light.
+    """
+    mean = sums[first + wp.tid()] / float(probes)
+    variance = wp.max(mean[1] - mean[0] * mean[0], 0.0)
+    estimate[0] = wp.vec3(mean[0], wp.sqrt(variance / float(probes)), float(lit[0]) / float(even))
+
+
+class Probes:
+    """Probes of the frames of `view`; its arrays are allocated once."""
+
+    def __init__(self, view: View) -> None:
+        self._view = view
+        device = view.device
+        count = min(ON_CUDA if device.is_cuda else ON_CPU, view.pixels)
+        self._frame = wp.zeros(1, dtype=int, device=device)
+        self._places = ProbePlaces(view.size, count, device)
+        self._light = ProbeLight(count, device)
+        self._white = White(view.pixels, count, device)
+        self._render, self._one, self._other = (wp.zeros(count, dtype=wp.vec3, device=device) for _ in range(3))
+        self._products = wp.zeros(count, dtype=float, device=device)
+        self._errors = wp.zeros(count, dtype=wp.vec2, device=device)
+        self._sums = wp.zeros(1, dtype=wp.vec2, device=device)
+        self._estimate = Mirror(wp.zeros(1, dtype=wp.vec3, device=device))
+
+    def run(self, vpls: VplClusters, *, again: bool = False) -> None:
+        """Estimate the error of the view's indirect light of `vpls`, before it gets what is not theirs.
+
+        again: the last frame was of the same view and VPLs, so that what its probes know of these serves this one, too.
+        The next frame's probes go to where these found errors.
+        """
+        view, device, places, white, frame = self._view, self._view.device, self._places, self._white, self._frame
+        picture, radiance = picture_of(view), [self._render, self._one, self._other]
+        count = len(self._products)
+        if not again:
+            launch(turn_kernel, 1, [frame], device)
+            places.draw(frame)
+            self._light.gather(view.scene, view.gbuffer, places.pixels, frame, vpls)
+        launch(compare_kernel, count, [picture, places.pixels, self._light.arrived, *radiance], device)
+        white.find(frame, picture, places.counts, *radiance)
+        inputs = [white.quantiles, white.whole, places.counts, *radiance, self._products, self._errors]
+        launch(product_kernel, count, inputs, device)
+        places.learn(self._products)
+        array_sum(self._errors, self._sums)
+        launch(estimate_kernel, 1, [self._sums, count, white.lit, white.even, self._estimate.array], device)
+        self._estimate.download()
+
+    def estimate(self) -> Estimate:
+        """What the probes of the last frame, which is ready, make of its MSE, right in the mean, and of its light."""
+        error, deviation, lit = self._estimate.host[0].tolist()
+        return Estimate(error, deviation, lit)

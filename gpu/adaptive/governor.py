@@ -1,0 +1,169 @@
+"""Which counts of clusters meet a wanted frame time or error: the future work of the 2022 paper (its section 5).
+
+A model learns what frames took, or how far they were from the truth, and so what other counts would give; a governor
+takes the level that comes nearest to the target, and stays where it is while that is near enough. SP clusters, and
+passes of SPs' rays, do most of the governing. VPL clusters come in few numbers, since each needs a light set of its
+own: before anything is shown, that is taken whose usual level comes nearest, then another only where SP clusters and
+passes do not suffice. Nothing here renders.
+"""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+from math import exp, inf, isfinite, log, sqrt
+from typing import Generic, Protocol, TypeVar
+
+from gpu.adaptive.error_model import ErrorModel, Estimate
+from gpu.adaptive.levels import Level, Levels
+
+# Where levels of the same VPL clusters come as near as this, no others are taken.
+ALMOST = log(1.08)
+# So many frames in a row that told something must be beyond that for a light set to be made in a frame that is shown.
+PATIENCE = 8
+# A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
+# where there may be more, takes no larger steps upwards than the second: else it would see too late what it asked for.
+FARTHEST, WALKED = 4.0, 2.0
+# So many times the wanted error is too much to show while counts promise less.
+TOO_LARGE = 1.08
+# Of a wanted error, what first tries aim at, and others; the first so high that errors below SMALL of it are as rare as
+# misses of so many deviations. These are of about so many frames, no miss more than the most, and begin with the first.
+LEAST_AIM, MOST_AIM, AGAIN_AIM = 1.03, 1.12, 1.06
+SMALL, DEVIATIONS = 0.9, 2.0
+FIRST_MISS, MOST_MISS, MISSES = 0.06, 0.3, 24.0
+# A third try, and those that follow, have at least this power of what was too much more work than the one before.
+LATER_POWER = 1.5
+
+Seen = TypeVar("Seen", contravariant=True)
+
+
+class Model(Protocol[Seen]):
+    """What levels give, learnt of what was seen of frames."""
+
+    @property
+    def near(self) -> float:
+        """How far off a target, in logarithms, is near enough for a level to stay."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether enough was seen for a first picture."""
+
+    def observe(self, level: Level, seen: Seen) -> None:
+        """A frame of `level` gave what was `seen` of it."""
+
+    def predict(self, level: Level) -> float:
+        """What the next frame gives at `level`, above zero; nothing is known before the first observation."""
+
+
+class Governor(Generic[Seen]):
+    """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`.
+
+    rise: how many times the work of one frame the next may have at the most. patience: after how many frames in a row
+    that lack them other VPL clusters are taken. level: that of the next frame, the first one to begin with; expected:
+    what it will give, None before that frame.
+    """
+
+    def __init__(
+        self,
+        levels: Levels,
+        model: Model[Seen],
+        target: float,
+        level: Level,
+        *,
+        rise: float = FARTHEST,
+        patience: int = PATIENCE,
+    ) -> None:
+        self._levels, self._model, self._target = levels, model, target
+        self._rise, self._patience = rise, patience
+        # Frames in a row that levels of the same VPL clusters do not bring near enough.
+        self._beyond = 0
+        self.level = level
+        self.expected: float | None = None
+
+    def learn(self, seen: Seen, *, anew: bool = False) -> bool:
+        """A frame of `level` gave what was `seen`; True when that can stay: it is near enough, or as near as can be.
+
+        anew: whether VPL clusters may be chosen anew, since nothing is shown yet.
+        """
+        model, before = self._model, self.level
+        model.observe(before, seen)
+        if self._off(before) > model.near:
+            self.level = self._best(anew=anew)
+        else:
+            self._beyond = 0
+        self.expected = model.predict(self.level)
+        return self.level == before and model.ready
+
+    def _off(self, level: Level) -> float:
+        return abs(log(self._model.predict(level) / self._target))
+
+    def _best(self, *, anew: bool = False) -> Level:
+        """The level to go to; of equally good ones, this."""
+        levels, level = self._levels, self.level
+
+        def near(number: int) -> Sequence[Level]:
+            every = levels.of(number)
+            begin = bisect_left(every, level.work / FARTHEST, key=lambda other: other.work)
+            return every[begin : bisect_right(every, level.work * self._rise, key=lambda other: other.work)]
+
+        same = min([level, *self._about(near(level.vpl_clusters))], key=self._off)
+        self._beyond = self._beyond + 1 if self._off(same) > ALMOST else 0
+        if not anew and self._beyond < self._patience:
+            return same
+        self._beyond = 0
+        numbers = sorted(levels.vpl_clusters, key=lambda number: self._off(levels.usual(number)))
+        others = self._about(next(filter(None, map(near, numbers))))
+        return min(others if anew else [same, *others], key=self._off)
+
+    def _about(self, levels: Sequence[Level]) -> Sequence[Level]:
+        """Of `levels` by work those two between which the target is: what they give goes one way."""
+        if not levels:
+            return levels
+        side = 1.0 if self._model.predict(levels[-1]) >= self._model.predict(levels[0]) else -1.0
+        place = bisect_left(levels, side * self._target, key=lambda level: side * self._model.predict(level))
+        return levels[max(place - 1, 0) : place + 1]
+
+
+class ErrorGovernor(Governor[Estimate]):
+    """One for a wanted error, `target`, of which a frame can be tried again.
+
+    That is for one with too large an error. One with too small an error is shown as it is, so first tries aim above
+    what is wanted, by as much as leaves few of those: the more, the less sure it is what frames give.
+    """
+
+    def __init__(self, levels: Levels, target: float, level: Level) -> None:
+        self._errors, self._wanted = ErrorModel(), target
+        # The last error, over the wanted one; and the mean square of misses, in logarithms, but for estimates' noise.
+        self._error, self._missed = 1.0, FIRST_MISS**2
+        super().__init__(levels, self._errors, LEAST_AIM * target, level, patience=1)
+
+    def learn(self, seen: Estimate, *, anew: bool = False) -> bool:
+        """As any governor does, and how sure it is what frames give."""
+        self._error = seen.error / self._wanted
+        if self.expected is not None and isfinite(seen.deviation) and 0.0 < seen.error < inf:
+            miss = min(abs(log(seen.error / self.expected)), MOST_MISS)
+            noise = seen.deviation / self.expected
+            self._missed += (miss**2 - noise**2 - self._missed) / MISSES
+        aim = SMALL * exp(DEVIATIONS * sqrt(max(self._missed, 0.0)))
+        self._target = self._wanted * min(max(aim, LEAST_AIM), MOST_AIM)
+        return super().learn(seen, anew=anew)
+
+    def try_again(self, level: Level, tries: int) -> bool:
+        """Choose the level of another try at the frame of `level` that was learnt of last, if its error is too large.
+
+        tries: how many it had. Where others than the first did not do, levels give less than they promise. False if its
+        error is not too large, or none promises less.
+        """
+        if not self._error > TOO_LARGE:
+            return False
+        self._errors.stay()
+        self._target = AGAIN_AIM * self._wanted
+        best, promised = self._best(), self._errors.predict(level)
+        if tries > 1:
+            least = level.work * (self._error / AGAIN_AIM) ** LATER_POWER
+            more = (other for other in self._levels.of(best.vpl_clusters) if other.work >= max(best.work, least))
+            best = next(more, best)
+        expected = self._errors.predict(best)
+        if expected >= promised:
+            self._errors.leave()
+            return False
+        self.level, self.expected = best, expected
+        return True

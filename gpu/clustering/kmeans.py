@@ -1,0 +1,181 @@
+"""K-means of surface points on position and normal: Algorithm 1 of the 2022 paper, for SPs and for VPLs alike.
+
+Differences from the paper, each for a fault seen on real scenes: a cluster is represented by its medoid, since the mean
+lies inside or behind geometry; sums run over sorted members instead of atomics, so that the same seed gives the same
+bits; a cluster that lost its members starts again at a random point; distances along the normal count more
+(gpu.clustering.grid).
+"""
+
+import warp as wp
+
+from gpu.clustering.cluster_bounds import Runs, allocate_runs, bound_runs, nearest_in_runs
+from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives, level_of, separation
+from gpu.clustering.nearest import nearest_search
+from gpu.clustering.points import Points
+from gpu.core.bucket_sort import Buckets
+from gpu.core.constants import FAR_AWAY
+from gpu.core.device import launch
+from gpu.core.radix_sort import Groups
+from gpu.sampling.sobol import hashed
+
+nearest = nearest_search(1)
+
+
+@wp.kernel
+def seed_kernel(first: int, points: Points, wanted: wp.array[int], seed: int, clusters: Representatives) -> None:
+    """One thread a cluster: starts one of `wanted` (1,) at a point of each of equal runs of the points' order."""
+    cluster = first + wp.tid()
+    count = points.count[0]
+    used = wp.min(wanted[0], count)
+    clusters.spacing[cluster] = 0.0
+    if cluster >= used:
+        return
+    begin = int(wp.int64(cluster) * wp.int64(count) / wp.int64(used))
+    end = int(wp.int64(cluster + 1) * wp.int64(count) / wp.int64(used))
+    pick = hashed(wp.uint32(cluster) ^ hashed(wp.uint32(seed)))
+    point = begin + int(pick % wp.uint32(wp.max(end - begin, 1)))
+    clusters.position[cluster] = points.position[point]
+    clusters.normal[cluster] = points.normal[point]
+    clusters.spacing[cluster] = points.spacing[point]
+
+
+@wp.kernel
+def assign_kernel(first: int, points: Points, clusters: Representatives, none: int, keys: wp.array[int]) -> None:
+    """One thread a point: keys[point] becomes its nearest cluster, or `none` where none is near."""
+    point = first + wp.tid()
+    keys[point] = none
+    if point >= points.count[0]:
+        return
+    level = level_of(points.spacing[point])
+    found = nearest(clusters, points.position[point], points.normal[point], level, NORMAL_THRESHOLD)
+    if found.cluster[0] >= 0:
+        keys[point] = found.cluster[0]
+
+
+@wp.kernel
+def guess_kernel(first: int, points: Points, wanted: wp.array[int], owner: wp.array[int]) -> None:
+    """One thread a point: the cluster that starts in its run of the points' order."""
+    point = first + wp.tid()
+    count = points.count[0]
+    if point < count:
+        owner[point] = int(wp.int64(point) * wp.int64(wp.min(wanted[0], count)) / wp.int64(count))
+
+
+@wp.kernel
+def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, none: int, runs: Runs,
+                             owner: wp.array[int], keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any.
+
+    owner (point,): what that was before; none: the key of what is no point.
+    """
+    point = first + wp.tid()
+    keys[point] = none
+    if point >= points.count[0]:
+        return
+    found = nearest_in_runs(clusters, runs, points.position[point], points.normal[point], owner[point])
+    owner[point] = found
+    keys[point] = found
+
+
+@wp.kernel
+def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], wanted: wp.array[int],
+                seed: int, clusters: Representatives) -> None:  # fmt: skip
+    """One thread a cluster: moves it to its members' weighted mean; without any it starts again at a random point."""
+    cluster = first + wp.tid()
+    count = points.count[0]
+    if cluster >= wp.min(wanted[0], count):
+        return
+    position = wp.vec3(0.0, 0.0, 0.0)
+    normal = wp.vec3(0.0, 0.0, 0.0)
+    spacing = float(0.0)
+    total = float(0.0)
+    for place in range(starts[cluster], starts[cluster + 1]):
+        point = members[place]
+        weight = points.weight[point]
+        position += points.position[point] * weight
+        normal += points.normal[point] * weight
+        spacing += points.spacing[point] * weight
+        total += weight
+    if total > 0.0 and wp.length_sq(normal) > 0.0:
+        clusters.position[cluster] = position / total
+        clusters.normal[cluster] = wp.normalize(normal)
+        clusters.spacing[cluster] = spacing / total
+        return
+    point = int(hashed(wp.uint32(cluster) ^ hashed(wp.uint32(seed))) % wp.uint32(count))
+    clusters.position[cluster] = points.position[point]
+    clusters.normal[cluster] = points.normal[point]
+    clusters.spacing[cluster] = points.spacing[point]
+
+
+@wp.kernel
+def medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
+                  clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
+    """One thread a cluster: its representative becomes the member nearest its mean; without members it is dropped."""
+    cluster = first + wp.tid()
+    best = int(-1)
+    best_distance = float(FAR_AWAY)
+    for place in range(starts[cluster], starts[cluster + 1]):
+        point = members[place]
+        distance = separation(
+            points.position[point], points.normal[point], clusters.position[cluster], clusters.normal[cluster]
+        )
+        if distance < best_distance:
+            best_distance = distance
+            best = point
+    medoids[cluster] = best
+    if best >= 0:
+        clusters.position[cluster] = points.position[best]
+        clusters.normal[cluster] = points.normal[best]
+        clusters.spacing[cluster] = points.spacing[best]
+    else:
+        clusters.spacing[cluster] = 0.0
+
+
+class KMeans:
+    """K-means of up to `capacity` points into `wanted` (1,) clusters, at most `most`; arrays are allocated once.
+
+    After `run`: `grid` holds the representatives (and room for `extra` more), `medoids` (cluster,) the point that each
+    is, −1 for a dropped one and those beyond `wanted`, and `groups` the members that it is the medoid of. `exhaustive`
+    finds every point the nearest of all clusters, so that none is left out, and once more after the last means: for
+    VPLs, whose light would be lost and whose spacing is not known beforehand, and of which a cluster may have any
+    number. SPs are not searched again: they look for clusters by themselves.
+    """
+
+    def __init__(
+        self, capacity: int, most: int, device: wp.Device, *, extra: int = 0, exhaustive: bool = False
+    ) -> None:
+        self.most, self.device = most, device
+        self.wanted = wp.full(1, most, dtype=int, device=device)
+        self._exhaustive = exhaustive
+        self.grid = Grid(most + extra, device)
+        self.groups = (Groups if exhaustive else Buckets)(capacity, most, device)
+        self.medoids = wp.zeros(most + extra, dtype=int, device=device)
+        if exhaustive:
+            self._runs = allocate_runs(most, device)
+            self._owner = wp.zeros(capacity, dtype=int, device=device)
+
+    def run(self, points: Points, iterations: int, seed: int) -> None:
+        """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids."""
+        clusters, groups, wanted = self.grid.data, self.groups, self.wanted
+        launch(seed_kernel, self.most, [points, wanted, seed, clusters], self.device)
+        if self._exhaustive:
+            launch(guess_kernel, groups.capacity, [points, wanted, self._owner], self.device)
+        for iteration in range(iterations):
+            self._assign(points)
+            inputs = [points, groups.items, groups.starts, wanted, seed + iteration + 1, clusters]
+            launch(mean_kernel, self.most, inputs, self.device)
+        if self._exhaustive:
+            self._assign(points)
+        inputs = [points, groups.items, groups.starts, clusters, self.medoids]
+        launch(medoid_kernel, self.most, inputs, self.device)
+
+    def _assign(self, points: Points) -> None:
+        clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
+        if self._exhaustive:
+            bound_runs(clusters, self._runs)
+            inputs = [points, clusters, self.most, self._runs, self._owner, keys]
+            launch(exhaustive_assign_kernel, capacity, inputs, self.device)
+        else:
+            self.grid.build()
+            launch(assign_kernel, capacity, [points, clusters, self.most, keys], self.device)
+        self.groups.sort()

@@ -1,0 +1,7 @@
+"""Numbers that kernels of several rooms share."""
+
+import warp as wp
+
+TWO_PI = wp.constant(6.283185307179586)
+PI = wp.constant(3.141592653589793)
+FAR_AWAY = wp.constant(1.0e30)

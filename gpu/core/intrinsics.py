@@ -1,0 +1,128 @@
+"""Lanes: neighbouring threads that share the work of one item, where there are too few items for a GPU's threads.
+
+Item i has the threads `lanes`·i to `lanes`·i + lanes − 1, of one warp. All of them must come to each sum. On a CPU,
+whose threads have work enough, an item has one lane.
+"""
+
+import warp as wp
+
+CUDA_LANES = 8
+
+
+def lanes_of(device: wp.Device, *, few: bool) -> int:
+    """How many threads of a device share an item: 8 or 1. few: whether a GPU's threads would not all have one."""
+    return CUDA_LANES if few and device.is_cuda else 1
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned mask = ((1u << lanes) - 1u) << (threadIdx.x & 31u & ~(lanes - 1u));
+    for (int other = 1; other < lanes; other <<= 1) value += __shfl_xor_sync(mask, value, other);
+#endif
+    return value;
+""")
+def float_sum(value: float, lanes: int) -> wp.float32:
+    """The sum of a value over the lanes of an item, the same bits for each of them."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned mask = ((1u << lanes) - 1u) << (threadIdx.x & 31u & ~(lanes - 1u));
+    for (int other = 1; other < lanes; other <<= 1) value |= __shfl_xor_sync(mask, value, other);
+#endif
+    return value;
+""")
+def bits_of_all(value: int, lanes: int) -> wp.int32:
+    """The bits that are set in any lane of an item."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+    return __reduce_or_sync(__activemask(), bits);
+#else
+    return bits;
+#endif
+""")
+def bits_of_warp(bits: wp.uint32) -> wp.uint32:
+    """The bits that are set in any thread that runs with this one; at least its own. No result may depend on others.
+
+    Threads that walk the same bits come to each of them together and share what they read.
+    """
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned alike = __match_any_sync(__activemask(), element);
+    if ((threadIdx.x & 31u) == __ffs(alike) - 1) atomicAdd(counts.data + element, __popc(alike));
+#else
+    ++counts.data[element];
+#endif
+""")
+def count_in(counts: wp.array[int], element: int) -> None:
+    """Adds 1 to an element of `counts`, once for all threads that run together and add to the same one."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned together = __activemask(), lane = threadIdx.x & 31u;
+    int before = 0, total = 0;
+    for (int bit = 0; bit < 6; ++bit) {
+        const unsigned have = __ballot_sync(together, (number >> bit) & 1);
+        before += __popc(have & ((1u << lane) - 1u)) << bit;
+        total += __popc(have) << bit;
+    }
+    const int leader = __ffs(together) - 1;
+    int end = 0;
+    if (lane == leader) end = atomicAdd(ends.data + element, total);
+    return __shfl_sync(together, end, leader) + before;
+#else
+    const int end = ends.data[element];
+    ends.data[element] += number;
+    return end;
+#endif
+""")
+def room_in(ends: wp.array[int], element: int, number: int) -> wp.int32:
+    """Where a list of which `ends` [element] is the length has room for `number` items more, 0 to 63; it grows by them.
+
+    Once for all threads that run together, which must mean the same list. No result may depend on where that is.
+    """
+
+
+@wp.func
+def vector_sum(value: wp.vec3, lanes: int) -> wp.vec3:
+    """`float_sum` of each element."""
+    return wp.vec3(float_sum(value[0], lanes), float_sum(value[1], lanes), float_sum(value[2], lanes))
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const float4 four = __ldg(reinterpret_cast<const float4*>(values.data) + index);
+    return wp::vec_t<4, wp::float32>(four.x, four.y, four.z, four.w);
+#else
+    return values.data[index];
+#endif
+""")
+def four_at(values: wp.array[wp.vec4], index: int) -> wp.vec4:
+    """One element of `values`, which no thread of the launch writes."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __ffs(bits) - 1;
+#else
+    return __builtin_ctz(bits);
+#endif
+""")
+def lowest_bit(bits: wp.uint32) -> wp.int32:
+    """The place of the lowest bit that is set."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    return __popc(bits);
+#else
+    return __builtin_popcount(bits);
+#endif
+""")
+def bit_count(bits: wp.uint32) -> wp.int32:
+    """How many bits are set."""

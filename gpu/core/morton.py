@@ -1,0 +1,60 @@
+"""An order of surface points in which neighbours follow each other: for coherent rays and shared answers."""
+
+import warp as wp
+
+EMPTY_KEY = wp.constant(0x7FFFFFFF)
+CELLS = wp.constant(512)
+AXIS_BITS = wp.constant(9)
+# Keys alike but for so many bits are of one direction and one of 32 × 32 × 32 cells.
+CELL_BITS = 12
+CELL_COUNT = 6 << (3 * int(AXIS_BITS) - CELL_BITS)
+
+
+@wp.func
+def spread_bits_3d(x: int) -> int:
+    """The ten lowest bits, each followed by two zeros."""
+    x = (x | (x << 16)) & 0x030000FF
+    x = (x | (x << 8)) & 0x0300F00F
+    x = (x | (x << 4)) & 0x030C30C3
+    return (x | (x << 2)) & 0x09249249
+
+
+@wp.func
+def main_direction(normal: wp.vec3) -> int:
+    """Which of the six axis directions a normal is nearest to, 0 to 5."""
+    size = wp.vec3(wp.abs(normal[0]), wp.abs(normal[1]), wp.abs(normal[2]))
+    axis = int(2)
+    if size[0] >= size[1] and size[0] >= size[2]:
+        axis = 0
+    elif size[1] >= size[2]:
+        axis = 1
+    return 2 * axis + wp.where(normal[axis] < 0.0, 1, 0)
+
+
+@wp.func
+def order_key(position: wp.vec3, normal: wp.vec3) -> int:
+    """A point's place on a Z-order curve through unit space, below EMPTY_KEY.
+
+    There is one curve for each of the six directions that normals mostly point to, so that neighbours in the order are
+    not the two sides of a wall or of its corner.
+    """
+    p = (position + wp.vec3(0.5, 0.5, 0.5)) * float(CELLS)
+    x = spread_bits_3d(wp.clamp(int(p[0]), 0, CELLS - 1))
+    y = spread_bits_3d(wp.clamp(int(p[1]), 0, CELLS - 1))
+    z = spread_bits_3d(wp.clamp(int(p[2]), 0, CELLS - 1))
+    return (main_direction(normal) << (3 * AXIS_BITS)) | x | (y << 1) | (z << 2)
+
+
+@wp.func
+def spread_bits_2d(x: int) -> int:
+    """The 16 lowest bits, each followed by a zero."""
+    x = (x | (x << 8)) & 0x00FF00FF
+    x = (x | (x << 4)) & 0x0F0F0F0F
+    x = (x | (x << 2)) & 0x33333333
+    return (x | (x << 1)) & 0x55555555
+
+
+@wp.func
+def morton_2d(x: int, y: int) -> int:
+    """The number of a pixel in Morton's order."""
+    return spread_bits_2d(x) | (spread_bits_2d(y) << 1)

@@ -1,0 +1,54 @@
+"""Sorting items by key on the device, so that each key's items lie together; gpu.core.bucket_sort sorts what is small
+faster.
+"""
+
+import warp as wp
+from warp.utils import array_scan, radix_sort_pairs
+
+from gpu.core.device import launch
+
+
+@wp.kernel
+def iota_kernel(first: int, values: wp.array[int]) -> None:
+    """One thread an item: its own index."""
+    index = first + wp.tid()
+    values[index] = index
+
+
+@wp.kernel
+def starts_kernel(first: int, sorted_keys: wp.array[int], count: int, key_count: int, starts: wp.array[int]) -> None:
+    """One thread an item, one more at the end: writes the starts of all keys between its predecessor's and its own."""
+    index = first + wp.tid()
+    previous = int(-1)
+    if index > 0:
+        previous = sorted_keys[index - 1]
+    current = key_count
+    if index < count:
+        current = sorted_keys[index]
+    for key in range(previous + 1, current + 1):
+        starts[key] = index
+
+
+class Groups:
+    """Items grouped by an integer key; after `sort`, key k's items are items[starts[k] : starts[k + 1]], ascending.
+
+    keys (2·capacity,), up to `key_count`, is written by the caller; items with that key belong to no group.
+    """
+
+    def __init__(self, capacity: int, key_count: int, device: wp.Device) -> None:
+        self.capacity, self.key_count, self.device = capacity, key_count, device
+        self.keys = wp.zeros(2 * capacity, dtype=int, device=device)
+        self.items = wp.zeros(2 * capacity, dtype=int, device=device)
+        self.starts = wp.zeros(key_count + 1, dtype=int, device=device)
+
+    def sort(self) -> None:
+        """Group the `capacity` items by `keys`; the order within a group is that of the items, on every device."""
+        launch(iota_kernel, self.capacity, [self.items], self.device)
+        radix_sort_pairs(self.keys, self.items, self.capacity, end_bit=self.key_count.bit_length())
+        inputs = [self.keys, self.capacity, self.key_count, self.starts]
+        launch(starts_kernel, self.capacity + 1, inputs, self.device)
+
+
+def running_total(values: wp.array, totals: wp.array) -> None:
+    """Inclusive prefix sums of the int array `values` into `totals`."""
+    array_scan(values, totals, inclusive=True)

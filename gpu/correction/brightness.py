@@ -1,0 +1,45 @@
+"""The mean brightness of a picture's indirect light, without waiting for the host."""
+
+import warp as wp
+
+from gpu.core.color import brightness
+from gpu.core.device import BLOCK, launch
+from gpu.gbuffer.gbuffer import GBuffer, reflectance
+from gpu.gbuffer.shading_points import ShadingPoints
+
+# SPs whose brightness stands for that of the picture.
+SAMPLES = wp.constant(1024)
+
+
+@wp.kernel
+def brightness_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int],
+                      irradiance: wp.array[wp.vec3], samples: wp.array[float]) -> None:  # fmt: skip
+    """One thread a sample: the brightness of the first SP of each of SAMPLES equal runs of the list."""
+    sample = first + wp.tid()
+    samples[sample] = 0.0
+    if sp_count[0] > 0:
+        pixel = sps[int(wp.int64(sample) * wp.int64(sp_count[0]) / wp.int64(SAMPLES))]
+        samples[sample] = brightness(wp.cw_mul(reflectance(gbuffer, pixel), irradiance[pixel]))
+
+
+@wp.kernel(module="unique")
+def mean_kernel(samples: wp.array[float], mean: wp.array[float]) -> None:
+    """One block: the mean of the samples."""
+    total = wp.tile_sum(wp.tile_load(samples, shape=SAMPLES))
+    wp.tile_store(mean, total * wp.static(1.0 / float(SAMPLES)))
+
+
+class MeanBrightness:
+    """About how bright a picture is: `value` (1,) [W/m²/sr], the mean of `samples` (SAMPLES,)."""
+
+    def __init__(self, device: wp.Device) -> None:
+        self.device = device
+        self.samples = wp.zeros(SAMPLES, dtype=float, device=device)
+        self.value = wp.zeros(1, dtype=float, device=device)
+
+    def find(self, gbuffer: GBuffer, sps: ShadingPoints, irradiance: wp.array) -> None:
+        """Measure it by some of all `sps`; irradiance (pixel,)."""
+        inputs = [gbuffer, sps.pixels, sps.count, irradiance, self.samples]
+        launch(brightness_kernel, SAMPLES, inputs, self.device)
+        inputs = [self.samples, self.value]
+        wp.launch_tiled(mean_kernel, dim=[1], inputs=inputs, device=self.device, block_dim=BLOCK)

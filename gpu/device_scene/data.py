@@ -1,0 +1,95 @@
+"""The scene as kernels see it: structs of arrays and scalars, in unit space."""
+
+import warp as wp
+
+from gpu.device_scene.bvh import Bvh
+
+NO_HIT = wp.constant(-1)
+NO_TEXTURE = wp.constant(-1)
+
+
+@wp.struct
+class Hit:
+    """A ray's hit: triangle `face` (NO_HIT: none) at distance `t`, at the point u·p0 + v·p1 + (1 − u − v)·p2."""
+
+    face: int
+    t: float
+    u: float
+    v: float
+
+
+@wp.struct
+class SlotData:
+    """One use of a texture: its index or NO_TEXTURE, the UV set, and the two rows that map (u, v, 1)."""
+
+    texture: int
+    uv_set: int
+    row_u: wp.vec3
+    row_v: wp.vec3
+
+
+@wp.struct
+class TextureData:
+    """An image's place among the texels, and its sampler. Wrap modes as gpu.scene.types.Wrap."""
+
+    first: int
+    width: int
+    height: int
+    srgb: bool
+    nearest: bool
+    wrap_s: int
+    wrap_t: int
+
+
+@wp.struct
+class MaterialData:
+    """A material. base_color: linear RGBA; emission: radiance of the front side [W/m²/sr]."""
+
+    base_color: wp.vec4
+    emission: wp.vec3
+    metallic: float
+    roughness: float
+    ior: float
+    specular: float
+    specular_color: wp.vec3
+    transmission: float
+    normal_scale: float
+    alpha_cutoff: float
+    unlit: bool
+    base_color_slot: SlotData
+    metallic_roughness_slot: SlotData
+    normal_slot: SlotData
+    emission_slot: SlotData
+
+
+@wp.struct
+class SceneData:
+    """The scene as kernels see it, in unit space. Triangles below `opaque_count` are opaque, the rest alpha-masked.
+
+    vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
+    triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
+    linear. alpha: rays must look at masks; textured, glossy: whether any texture, any narrow specular lobe may be met;
+    lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through.
+    """
+
+    opaque: Bvh
+    masked: Bvh
+    opaque_count: int
+    masked_count: int
+    vertices: wp.array[wp.vec3]
+    normals: wp.array[wp.vec3]
+    uvs: wp.array2d[wp.vec2]
+    colors: wp.array[wp.vec4]
+    has_colors: bool
+    triangles: wp.array[wp.vec3i]
+    triangle_material: wp.array[int]
+    materials: wp.array[MaterialData]
+    textures: wp.array[TextureData]
+    texels: wp.array[wp.uint32]
+    decode: wp.array[float]
+    sky: wp.vec3
+    alpha: bool
+    textured: bool
+    glossy: bool
+    lambertian: bool
+    ignore_alpha: bool

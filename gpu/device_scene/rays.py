@@ -1,0 +1,183 @@
+"""Rays against the scene: the only place that knows about offsets at a ray's ends, alpha and trees."""
+
+import warp as wp
+
+from gpu.device_scene.bvh import Bvh, met
+from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.textures import sample_alpha
+
+# A ray that starts on a triangle hits it at t = 0, so both ends move off their surfaces by this many units in the last
+# place of the position (Wächter and Binder, Ray Tracing Gems, ch. 6); unit space bounds the position by 1/2.
+OFFSET_ULP = wp.constant(32.0 * 1.1920929e-07)
+# Nearer to the origin float32 resolves finer than the intersection test, which rounds at the scale of the box.
+OFFSET_FLOOR = wp.constant(0.0625)
+MAX_ALPHA_LAYERS = wp.constant(64)
+
+
+@wp.func
+def lifted(position: wp.vec3, normal: wp.vec3) -> wp.vec3:
+    """`position` moved off its surface to the side of its geometric `normal`."""
+    size = wp.max(wp.max(wp.abs(position[0]), wp.abs(position[1])), wp.abs(position[2]))
+    return position + normal * (OFFSET_ULP * wp.max(size, OFFSET_FLOOR))
+
+
+@wp.func
+def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3) -> wp.vec3:
+    """`position` moved off its surface (geometric `normal`) to the side that `direction` points to."""
+    return lifted(position, wp.where(wp.dot(normal, direction) < 0.0, -normal, normal))
+
+
+@wp.func
+def first_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
+    """The first triangle of a tree along a ray."""
+    nearest = met(bvh, origin, direction, max_t, False)
+    hit = Hit()
+    hit.t = nearest[0]
+    hit.u = nearest[1]
+    hit.v = nearest[2]
+    hit.face = wp.cast(nearest[3], int)
+    return hit
+
+
+@wp.func
+def any_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
+    """Whether a ray meets any triangle of a tree."""
+    return wp.cast(met(bvh, origin, direction, max_t, True)[3], int) != NO_HIT
+
+
+@wp.func
+def is_solid(scene: SceneData, masked_face: int, u: float, v: float) -> bool:
+    """Whether the point with barycentrics (u, v) of a triangle of the masked tree stops light."""
+    if scene.ignore_alpha:
+        return True
+    face = scene.opaque_count + masked_face
+    return sample_alpha(scene, face, u, v) >= scene.materials[scene.triangle_material[face]].alpha_cutoff
+
+
+@wp.func
+def closest_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
+    """The first surface along a ray; hit.face is NO_HIT where there is none. `direction` has unit length."""
+    hit = Hit()
+    hit.face = NO_HIT
+    hit.t = max_t
+    if scene.opaque_count > 0:
+        hit = first_hit(scene.opaque, origin, direction, max_t)
+    if scene.masked_count > 0:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            layer = first_hit(scene.masked, origin + direction * start, direction, hit.t - start)
+            if layer.face == NO_HIT:
+                break
+            start += layer.t
+            if is_solid(scene, layer.face, layer.u, layer.v):
+                hit = layer
+                hit.face += scene.opaque_count
+                hit.t = start
+                break
+            start += OFFSET_ULP
+    return hit
+
+
+@wp.func
+def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
+    """Whether anything stands on the open segment of length `max_t` from `origin` along unit `direction`."""
+    if scene.opaque_count > 0 and any_hit(scene.opaque, origin, direction, max_t):
+        return True
+    if scene.masked_count > 0:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            layer = first_hit(scene.masked, origin + direction * start, direction, max_t - start)
+            if layer.face == NO_HIT:
+                return False
+            if is_solid(scene, layer.face, layer.u, layer.v):
+                return True
+            start += layer.t + OFFSET_ULP
+    return False
+
+
+@wp.func
+def occluded_solid(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
+    """As `occluded` for a scene whose masks are ignored: no textures, hence far fewer registers and twice the rays."""
+    if scene.opaque_count > 0 and any_hit(scene.opaque, origin, direction, max_t):
+        return True
+    return scene.masked_count > 0 and any_hit(scene.masked, origin, direction, max_t)
+
+
+@wp.struct
+class Segment:
+    """What lies between two surface points: from `origin` along unit `direction`; length 0 when nothing can."""
+
+    origin: wp.vec3
+    direction: wp.vec3
+    length: float
+
+
+@wp.func
+def segment_between(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> Segment:
+    """The open segment from `p` to `q`, both moved off the sides of their surfaces that the geometric normals name.
+
+    Not to the sides that they lie on of each other: in one plane, rounding would put one of them behind its surface.
+    """
+    segment = Segment()
+    segment.origin = lifted(p, p_normal)
+    between = lifted(q, q_normal) - segment.origin
+    distance = wp.length(between)
+    # Points closer than their offsets have nothing between them; a zero direction would be "missed" anyway.
+    if distance > 4.0 * OFFSET_ULP:
+        segment.direction = between / distance
+        segment.length = distance
+    return segment
+
+
+@wp.func
+def in_front(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3) -> bool:
+    """Whether `q` is not behind the surface at `p`; a normal that is bent or averaged elsewhere may say otherwise."""
+    return wp.dot(p_normal, q - p) >= -OFFSET_ULP
+
+
+@wp.func
+def unblocked(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """Whether nothing stands between two surface points, whichever way they face."""
+    segment = segment_between(p, p_normal, q, q_normal)
+    return segment.length == 0.0 or not occluded(scene, segment.origin, segment.direction, segment.length)
+
+
+@wp.func
+def unblocked_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """As `unblocked` for a scene whose masks are ignored or that has none."""
+    segment = segment_between(p, p_normal, q, q_normal)
+    return segment.length == 0.0 or not occluded_solid(scene, segment.origin, segment.direction, segment.length)
+
+
+@wp.func
+def connected(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """Whether two surface points, given with the geometric normals of their sides, see each other's sides.
+
+    A point that is on no surface has the normal zero.
+    """
+    if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
+        return False
+    return unblocked(scene, p, p_normal, q, q_normal)
+
+
+@wp.func
+def connected_solid(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> bool:
+    """As `connected` for a scene whose masks are ignored or that has none."""
+    if not (in_front(p, p_normal, q) and in_front(q, q_normal, p)):
+        return False
+    return unblocked_solid(scene, p, p_normal, q, q_normal)
+
+
+def connection(scene: SceneData) -> wp.Function:
+    """The cheaper of `connected` and `connected_solid` that is right for `scene`."""
+    return connected if scene.alpha else connected_solid
+
+
+def free_path(scene: SceneData) -> wp.Function:
+    """The cheaper of `unblocked` and `unblocked_solid` that is right for `scene`."""
+    return unblocked if connection(scene) is connected else unblocked_solid
+
+
+def blocking(scene: SceneData) -> wp.Function:
+    """The cheaper of `occluded` and `occluded_solid` that is right for `scene`."""
+    return occluded if scene.alpha else occluded_solid

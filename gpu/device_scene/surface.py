@@ -1,0 +1,136 @@
+"""A scene's surface at a ray's hit: position, normals and what it reflects and emits."""
+
+import warp as wp
+
+from gpu.device_scene.data import NO_TEXTURE, Hit, SceneData
+from gpu.device_scene.textures import sample_slot
+
+# Lower roughness makes highlights of punctual lights too small to be seen; α = roughness².
+MIN_ROUGHNESS = wp.constant(0.05)
+
+
+@wp.struct
+class Surface:
+    """A point of a surface, both normals turned to the side it was hit from.
+
+    albedo: reflectance for indirect light, which sees every surface as Lambertian; diffuse: reflectance of the diffuse
+    lobe, f0: specular reflectance at normal incidence, roughness: perceptual, for direct light; emission: radiance
+    towards the ray's origin [W/m²/sr], zero on the back side.
+    """
+
+    position: wp.vec3
+    geometric: wp.vec3
+    normal: wp.vec3
+    albedo: wp.vec3
+    diffuse: wp.vec3
+    emission: wp.vec3
+    f0: wp.vec3
+    roughness: float
+
+
+@wp.func
+def triangle_normal(scene: SceneData, face: int) -> wp.vec3:
+    """Unit normal of a triangle's front side, the one it is wound counter-clockwise on."""
+    corner = scene.triangles[face]
+    p0 = scene.vertices[corner[0]]
+    return wp.normalize(wp.cross(scene.vertices[corner[1]] - p0, scene.vertices[corner[2]] - p0))
+
+
+@wp.func
+def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3) -> wp.vec3:
+    """The interpolated `normal` bent by the material's normal map, if it has one."""
+    material = scene.materials[scene.triangle_material[hit.face]]
+    slot = material.normal_slot
+    if not scene.textured or slot.texture == NO_TEXTURE:
+        return normal
+    corner = scene.triangles[hit.face]
+    p0 = scene.vertices[corner[0]]
+    uv0 = scene.uvs[slot.uv_set, corner[0]]
+    edge1 = scene.vertices[corner[1]] - p0
+    edge2 = scene.vertices[corner[2]] - p0
+    d1 = scene.uvs[slot.uv_set, corner[1]] - uv0
+    d2 = scene.uvs[slot.uv_set, corner[2]] - uv0
+    determinant = d1[0] * d2[1] - d1[1] * d2[0]
+    along_u = (edge1 * d2[1] - edge2 * d1[1]) * wp.sign(determinant)
+    tangent = along_u - normal * wp.dot(along_u, normal)
+    if wp.length_sq(tangent) == 0.0:
+        return normal
+    tangent = wp.normalize(tangent)
+    # glTF: green points up in the image, against v. Where u × v points along the normal, that is against normal × u.
+    bitangent = wp.cross(normal, tangent) * -wp.sign(determinant)
+    place = sample_slot(scene, slot, hit.face, hit.u, hit.v)
+    x = (2.0 * place[0] - 1.0) * material.normal_scale
+    y = (2.0 * place[1] - 1.0) * material.normal_scale
+    return wp.normalize(tangent * x + bitangent * y + normal * wp.max(2.0 * place[2] - 1.0, 0.01))
+
+
+@wp.func
+def albedo_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
+    """Base colour: factor × texture × vertex colour, linear RGB in [0, 1]."""
+    material = scene.materials[scene.triangle_material[face]]
+    texture = sample_slot(scene, material.base_color_slot, face, u, v)
+    factor = material.base_color
+    colour = wp.vec3(factor[0] * texture[0], factor[1] * texture[1], factor[2] * texture[2])
+    if scene.has_colors:
+        corner = scene.triangles[face]
+        tint = scene.colors[corner[0]] * u + scene.colors[corner[1]] * v + scene.colors[corner[2]] * (1.0 - u - v)
+        colour = wp.cw_mul(colour, wp.vec3(tint[0], tint[1], tint[2]))
+    return wp.min(colour, wp.vec3(1.0, 1.0, 1.0))
+
+
+@wp.func
+def emission_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
+    """Radiance of a triangle's front side [W/m²/sr]: factor × strength × texture."""
+    material = scene.materials[scene.triangle_material[face]]
+    texture = sample_slot(scene, material.emission_slot, face, u, v)
+    return wp.cw_mul(material.emission, wp.vec3(texture[0], texture[1], texture[2]))
+
+
+@wp.func
+def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
+    """The surface that a ray along unit `direction` hit; `hit` must be one."""
+    surface = Surface()
+    corner = scene.triangles[hit.face]
+    w = 1.0 - hit.u - hit.v
+    surface.position = (
+        scene.vertices[corner[0]] * hit.u + scene.vertices[corner[1]] * hit.v + scene.vertices[corner[2]] * w
+    )
+    material = scene.materials[scene.triangle_material[hit.face]]
+    front = triangle_normal(scene, hit.face)
+    seen_front = wp.dot(front, direction) < 0.0
+    surface.geometric = wp.where(seen_front, front, -front)
+    base = albedo_at(scene, hit.face, hit.u, hit.v)
+    if seen_front:
+        surface.emission = emission_at(scene, hit.face, hit.u, hit.v)
+    surface.normal = surface.geometric
+    surface.albedo = base
+    surface.diffuse = base
+    surface.roughness = 1.0
+    if scene.lambertian:
+        return surface
+    if material.unlit:
+        surface.emission = base
+        surface.albedo = wp.vec3(0.0, 0.0, 0.0)
+        surface.diffuse = wp.vec3(0.0, 0.0, 0.0)
+        return surface
+    smooth = scene.normals[corner[0]] * hit.u + scene.normals[corner[1]] * hit.v + scene.normals[corner[2]] * w
+    if wp.length_sq(smooth) > 0.0:
+        smooth = bent_normal(scene, hit, wp.normalize(smooth))
+        smooth = wp.where(seen_front, smooth, -smooth)
+        if wp.dot(smooth, surface.geometric) > 0.0:
+            # A shading normal that faces away from the viewer would shade black; tilt it back to the horizon.
+            facing = wp.dot(smooth, direction)
+            if facing > 0.0:
+                smooth = wp.normalize(smooth - direction * (1.001 * facing))
+            surface.normal = smooth
+    texture = sample_slot(scene, material.metallic_roughness_slot, hit.face, hit.u, hit.v)
+    metallic = material.metallic * texture[2]
+    surface.roughness = wp.max(material.roughness * texture[1], MIN_ROUGHNESS)
+    reflectance = (material.ior - 1.0) / (material.ior + 1.0)
+    dielectric = (
+        wp.min(material.specular_color * (reflectance * reflectance), wp.vec3(1.0, 1.0, 1.0)) * material.specular
+    )
+    surface.f0 = dielectric * (1.0 - metallic) + base * metallic
+    # Indirect light has no specular lobe, so a metal keeps its whole base colour as albedo there: it would be black.
+    surface.diffuse = base * (1.0 - metallic)
+    return surface

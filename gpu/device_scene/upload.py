@@ -1,0 +1,125 @@
+"""A scene kept on a device: what every kernel reads and every renderer of that scene shares."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import warp as wp
+
+from gpu.core.device import choose_device, duplicate
+from gpu.device_scene.bvh import Bvh
+from gpu.device_scene.bvh_build import build
+from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
+from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
+from gpu.settings import EVERY_SKIP, Skips
+
+if TYPE_CHECKING:
+    from gpu.vpl.light_sets import Lighting
+
+
+def _slot(slot: TextureSlot | None) -> SlotData:
+    data = SlotData()
+    data.texture = NO_TEXTURE if slot is None else slot.texture
+    if slot is not None:
+        data.uv_set = slot.uv_set
+        data.row_u = wp.vec3(*slot.transform[:3])
+        data.row_v = wp.vec3(*slot.transform[3:])
+    return data
+
+
+def _material(material: Material) -> MaterialData:
+    data = MaterialData()
+    data.base_color = wp.vec4(*material.base_color)
+    data.emission = wp.vec3(*material.emission)
+    data.metallic, data.roughness, data.ior = material.metallic, material.roughness, material.ior
+    data.specular, data.specular_color = material.specular, wp.vec3(*material.specular_color)
+    data.transmission, data.normal_scale, data.unlit = material.transmission, material.normal_scale, material.unlit
+    data.alpha_cutoff = 0.5 if material.alpha_mode is AlphaMode.BLEND else material.alpha_cutoff
+    data.base_color_slot = _slot(material.base_color_slot)
+    data.metallic_roughness_slot = _slot(material.metallic_roughness_slot)
+    data.normal_slot = _slot(material.normal_slot)
+    data.emission_slot = _slot(material.emission_slot)
+    return data
+
+
+def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndarray]:
+    """The textures' descriptions, and all their texels one behind the other; equal images are stored once."""
+    places: dict[int, int] = {}
+    chunks: list[np.ndarray] = []
+    total = 0
+    entries = []
+    for texture in textures:
+        if id(texture.pixels) not in places:
+            places[id(texture.pixels)] = total
+            chunks.append(np.ascontiguousarray(texture.pixels).view("<u4").ravel())
+            total += chunks[-1].size
+        entry = TextureData()
+        entry.first = places[id(texture.pixels)]
+        entry.height, entry.width = texture.pixels.shape[:2]
+        entry.srgb, entry.nearest = texture.srgb, texture.nearest
+        entry.wrap_s, entry.wrap_t = int(texture.wrap_s), int(texture.wrap_t)
+        entries.append(entry)
+    return entries, np.concatenate(chunks) if chunks else np.zeros(1, np.uint32)
+
+
+def _srgb_decode() -> np.ndarray:
+    """Linear value of each sRGB byte, shape (256,) (IEC 61966-2-1)."""
+    encoded = np.arange(256) / 255.0
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+class ResidentScene:
+    """A scene's geometry, materials and textures on one device.
+
+    `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, to the
+    scene's; `lighting` keeps what gpu.vpl.light_sets makes of the scene. Raises DeviceError when `device` does not
+    exist.
+    """
+
+    def __init__(self, scene: Scene, device: str | None = None) -> None:
+        self.scene = scene
+        self.device = choose_device(device)
+        self.lighting: Lighting | None = None
+        masked = np.array([m.alpha_mode is not AlphaMode.OPAQUE for m in scene.materials])[scene.triangle_material]
+        self.triangle_order: Ints = np.argsort(masked, kind="stable").astype(np.int32)
+        triangles = np.ascontiguousarray(scene.triangles[self.triangle_order])
+        opaque_count = int(len(masked) - masked.sum())
+
+        data = SceneData()
+        data.vertices = self._upload(scene.vertices, wp.vec3)
+        data.normals = self._upload(scene.normals, wp.vec3)
+        data.uvs = self._upload(scene.uvs, wp.vec2)
+        data.has_colors = scene.colors is not None
+        data.colors = self._upload(np.ones((1, 4), np.float32) if scene.colors is None else scene.colors, wp.vec4)
+        data.triangles = self._upload(triangles, wp.vec3i)
+        data.triangle_material = self._upload(scene.triangle_material[self.triangle_order], wp.int32)
+        data.materials = wp.array([_material(m) for m in scene.materials], dtype=MaterialData, device=self.device)
+        entries, texels = _textures(scene.textures)
+        data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
+        data.texels = self._upload(texels, wp.uint32)
+        data.decode = self._upload(_srgb_decode(), wp.float32)
+        data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
+        data.opaque_count, data.masked_count = opaque_count, len(triangles) - opaque_count
+        data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
+        if data.opaque_count:
+            data.opaque = self._tree(data.vertices, triangles[:opaque_count])
+        if data.masked_count:
+            data.masked = self._tree(data.vertices, triangles[opaque_count:])
+        self.data = data
+
+    def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
+        return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
+
+    def _tree(self, vertices: wp.array, triangles: Ints) -> Bvh:
+        return build(vertices, self._upload(triangles.ravel(), wp.int32))
+
+    def view(self, *, lambertian: bool, skip: Skips = EVERY_SKIP) -> SceneData:
+        """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
+
+        Then surfaces are opaque and Lambertian with their geometric normals, without alpha or normal maps.
+        """
+        data = duplicate(SceneData, self.data)
+        data.lambertian = data.ignore_alpha = lambertian
+        data.alpha = (data.masked_count > 0 and not lambertian) or not skip.absent_alpha
+        return data

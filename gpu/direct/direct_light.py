@@ -1,0 +1,214 @@
+"""Direct light at shading points: soft shadows of emissive triangles and the sky, hard ones of punctual lights.
+
+A light sample is resampled from a few candidates by what they would contribute unshadowed (Talbot et al., Importance
+Resampling for Global Illumination, 2005), so that its shadow ray is spent where it counts. On glossy surfaces a ray of
+the specular lobe shares the work by the balance heuristic (Veach 1997, 9.2).
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.core.device import launch
+from gpu.core.morton import morton_2d
+from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import EVERYTHING, Needs
+from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.surface import Surface
+from gpu.device_scene.upload import ResidentScene
+from gpu.gbuffer.camera_rays import RAY_LENGTH
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.lights.light_sampling import LightSample, light_met, punctual_sample, sample_light
+from gpu.lights.light_table import LightTable
+from gpu.sampling.sobol import sobol_pair_at
+
+CANDIDATES = wp.constant(8)
+STRATUM = wp.constant(wp.uint32(2**32 // int(CANDIDATES)))
+Weights = wp.types.vector(length=int(CANDIDATES), dtype=float)
+# `direct_light` takes sample pairs below this one; the rest are free for its callers.
+DIRECT_PAIRS = wp.constant(3)
+
+
+@wp.func
+def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, glossy: bool) -> wp.vec3:
+    """What `surface` reflects of a light sample that nothing hides; if glossy, without the share of `lobe_light`."""
+    light = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
+    if glossy:
+        light = light / (1.0 + specular_density(surface, view, sample.direction) * sample.solid_angle)
+    return light
+
+
+@wp.func
+def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+                    seed: int, glossy: bool) -> wp.vec3:  # fmt: skip
+    """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
+
+    Candidates share a place on their emitters and stand in the emitters' order. So the choice among them, by one number
+    along the sum of their weights, leaves the samples as well stratified as they come.
+    """
+    pick = sobol_pair_at(place, moment, 0, seed)
+    point = sobol_pair_at(place, moment, 1, seed)
+    weights = Weights()
+    total = float(0.0)
+    for candidate in range(CANDIDATES):
+        value = STRATUM * wp.uint32(candidate) + pick.a // wp.uint32(CANDIDATES)
+        sample = sample_light(scene, table, table.sampled, surface.position, value, point)
+        weights[candidate] = largest(unshadowed_light(surface, view, sample, glossy))
+        total += weights[candidate]
+    if total <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    rest = pick.y * total
+    chosen = int(-1)
+    weight = float(0.0)
+    for candidate in range(CANDIDATES):
+        # Rounding may leave a rest at the end: the last candidate with any weight takes it.
+        if rest >= 0.0 and weights[candidate] > 0.0:
+            chosen = candidate
+            weight = weights[candidate]
+            rest -= weight
+    value = STRATUM * wp.uint32(chosen) + pick.a // wp.uint32(CANDIDATES)
+    sample = sample_light(scene, table, table.sampled, surface.position, value, point)
+    if not connected(scene, surface.position, surface.geometric, sample.point, sample.normal):
+        return wp.vec3(0.0, 0.0, 0.0)
+    return unshadowed_light(surface, view, sample, glossy) * (total / (weight * float(CANDIDATES)))
+
+
+@wp.func
+def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+               seed: int) -> wp.vec3:  # fmt: skip
+    """The other part of the estimate on a glossy surface: light that a ray of the specular lobe meets."""
+    point = sobol_pair_at(place, moment, 2, seed)
+    lobe = sample_specular(surface, view, point.x, point.y)
+    if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric) <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    origin = offset_origin(surface.position, surface.geometric, lobe.direction)
+    hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
+    met = light_met(scene, table, table.sampled, origin, lobe.direction, hit)
+    return wp.cw_mul(reflected(surface, view, lobe.direction), met.radiance) / (lobe.density + met.density)
+
+
+@wp.func
+def hard_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3) -> wp.vec3:
+    """Radiance that `surface` reflects of the visited punctual lights towards unit `view` [W/m²/sr]: without noise."""
+    light = wp.vec3(0.0, 0.0, 0.0)
+    for number in range(table.visited_count):
+        sample = punctual_sample(table.lights[number], surface.position)
+        reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
+        if largest(reached) > 0.0 and connected(
+            scene, surface.position, surface.geometric, sample.point, sample.normal
+        ):
+            light += reached
+    return light
+
+
+@wp.func
+def soft_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+               samples: int, seed: int) -> wp.vec3:  # fmt: skip
+    """Radiance that `surface` reflects of all other lights, estimated [W/m²/sr].
+
+    The mean of `samples` estimates, of `moment` and those that follow; see gpu.sampling.sobol.sobol_pair_at.
+    """
+    light = wp.vec3(0.0, 0.0, 0.0)
+    if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or largest(surface.f0) > 0.0):
+        glossy = scene.glossy and largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
+        for number in range(moment, moment + samples):
+            estimate = resampled_light(scene, table, surface, view, place, number, seed, glossy)
+            if glossy:
+                estimate += lobe_light(scene, table, surface, view, place, number, seed)
+            light += estimate / float(samples)
+    return light
+
+
+@wp.func
+def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
+    """What soft light is divided by while it is smoothed, so that textures stay sharp: an SP's whole reflectance."""
+    return wp.max(gbuffer.diffuse[pixel] + gbuffer.f0[pixel], wp.vec3(0.01, 0.01, 0.01))
+
+
+@cache
+def direct_light_kernel(needs: Needs) -> wp.Kernel:
+    """The kernel for scenes with these `needs`."""
+
+    # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    def kernel(
+        first: int,
+        scene: SceneData,
+        table: LightTable,
+        gbuffer: GBuffer,
+        width: int,
+        samples: int,
+        moment: wp.array[int],
+        seed: int,
+        out: wp.array[wp.vec3],
+        soft: wp.array[wp.vec3],
+    ) -> None:
+        """One thread a pixel: what the camera sees of emitters and hard light (out), and its SP's soft light (soft).
+
+        Pixels take their samples from one sequence in the order of a space-filling curve, so that neighbours complement
+        each other and the noise is blue (Ahmed and Wonka, Screen-Space Blue-Noise Diffusion, 2020). So do a pixel's
+        samples, over all frames of a view: their mean converges faster than that of independent ones.
+        """
+        pixel = first + wp.tid()
+        out[pixel] = gbuffer.shown[pixel]
+        soft[pixel] = wp.vec3(0.0, 0.0, 0.0)
+        if gbuffer.face[pixel] == NO_HIT:
+            return
+        if wp.static(not needs.alpha):
+            scene.ignore_alpha = True
+        if wp.static(not needs.textures):
+            scene.textured = False
+        if wp.static(not needs.gloss):
+            scene.glossy = False
+        if wp.static(not needs.triangles):
+            table.triangle_count = 0
+        if wp.static(not needs.sky):
+            table.sky_count = 0
+        if wp.static(not needs.lights):
+            table.light_count = 0
+            table.visited_count = 0
+        if wp.static(not needs.soft):
+            table.sampled.count = 0
+        surface = Surface()
+        surface.position = gbuffer.position[pixel]
+        surface.geometric = gbuffer.geometric[pixel]
+        surface.normal = gbuffer.normal[pixel]
+        surface.diffuse = gbuffer.diffuse[pixel]
+        surface.f0 = gbuffer.f0[pixel]
+        surface.roughness = gbuffer.roughness[pixel]
+        view = gbuffer.view[pixel]
+        out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], hard_light(scene, table, surface, view))
+        place = morton_2d(pixel % width, pixel // width)
+        light = soft_light(scene, table, surface, view, place, moment[0] * samples, samples, seed)
+        soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
+
+    return kernel
+
+
+@wp.kernel
+def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: adds its soft light to what the camera sees."""
+    pixel = first + wp.tid()
+    if gbuffer.face[pixel] != NO_HIT:
+        light = wp.cw_mul(soft[pixel], colour_of(gbuffer, pixel))
+        out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], light)
+
+
+def trace_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
+                       size: tuple[int, int], samples: int, moment: wp.array, seed: int, out: wp.array,
+                       soft: wp.array, needs: Needs = EVERYTHING) -> None:  # fmt: skip
+    """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
+
+    out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
+    gpu.denoise.atrous and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights;
+    moment: (1,), the frame's number among those that complement each other; needs: of the scene.
+    """
+    width, height = size
+    inputs = [scene, table, gbuffer, width, samples, moment, seed, out, soft]
+    launch(direct_light_kernel(needs), width * height, inputs, resident.device)
+
+
+def add_soft_light(gbuffer: GBuffer, soft: wp.array, out: wp.array) -> None:
+    """Add the light in `soft` to what the camera sees, `out`; both (pixel,)."""
+    launch(add_soft_kernel, len(out), [gbuffer, soft, out], out.device)

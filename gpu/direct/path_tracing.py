@@ -1,0 +1,128 @@
+"""Path tracing: the reference that other methods are compared with. The same surfaces, lights and BRDF, no VPLs.
+
+As in every method here, light is reflected by the full BRDF where the camera looks and by Lambertian surfaces before
+that. Emitters are sampled at every vertex; light that a bounce meets counts by the balance heuristic (Veach 1997, 9.2).
+"""
+
+import warp as wp
+
+from gpu.core.constants import PI
+from gpu.core.device import launch
+from gpu.device_scene.bsdf import largest
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.surface import Surface, surface_at
+from gpu.device_scene.upload import ResidentScene
+from gpu.direct.direct_light import DIRECT_PAIRS, hard_light, soft_light
+from gpu.gbuffer.camera_rays import RAY_LENGTH, CameraData, pixel_ray
+from gpu.lights.light_sampling import light_met, sample_light
+from gpu.lights.light_table import LightTable, sky_radiance
+from gpu.sampling.sobol import pixel_seed, sobol_pair
+from gpu.sampling.warps import cosine_direction
+from gpu.settings import Component
+
+FIRST_PAIR = wp.constant(int(DIRECT_PAIRS))
+PAIRS_A_BOUNCE = wp.constant(4)
+# Before this bounce, no path ends by Russian roulette.
+ROULETTE_BOUNCE = wp.constant(2)
+
+
+@wp.func
+def sampled_light(scene: SceneData, table: LightTable, surface: Surface, index: int, pair: int, seed: int,
+                  last: bool) -> wp.vec3:  # fmt: skip
+    """An estimate of direct light that a Lambertian `surface` reflects [W/m²/sr], weighed against its bounce.
+
+    last: no bounce follows.
+    """
+    pick = sobol_pair(index, pair, seed)
+    place = sobol_pair(index, pair + 1, seed)
+    sample = sample_light(scene, table, table.everything, surface.position, pick.a, place)
+    cosine = wp.dot(surface.geometric, sample.direction)
+    if cosine <= 0.0 or largest(sample.irradiance) <= 0.0:
+        return wp.vec3(0.0, 0.0, 0.0)
+    if not connected(scene, surface.position, surface.geometric, sample.point, sample.normal):
+        return wp.vec3(0.0, 0.0, 0.0)
+    light = wp.cw_mul(surface.albedo, sample.irradiance) * (cosine / PI)
+    if last:
+        return light
+    return light / (1.0 + sample.solid_angle * cosine / PI)
+
+
+@wp.func
+def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces: int, index: int,
+                   seed: int) -> wp.vec3:  # fmt: skip
+    """An estimate of the light that `first` reflects after 1 to `bounces` other surfaces did [W/m²/sr]."""
+    light = wp.vec3(0.0, 0.0, 0.0)
+    throughput = wp.vec3(1.0, 1.0, 1.0)
+    surface = first
+    for bounce in range(bounces):
+        pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
+        way = sobol_pair(index, pair, seed)
+        direction = cosine_direction(surface.normal, way.x, way.y)
+        if wp.dot(direction, surface.geometric) <= 0.0:
+            return light
+        throughput = wp.cw_mul(throughput, surface.albedo)
+        if bounce >= ROULETTE_BOUNCE:
+            survival = wp.min(largest(throughput), 1.0)
+            if sobol_pair(index, pair + 3, seed).x >= survival:
+                return light
+            throughput = throughput / survival
+        origin = offset_origin(surface.position, surface.geometric, direction)
+        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+        if bounce > 0:
+            met = light_met(scene, table, table.everything, origin, direction, hit)
+            density = wp.dot(direction, surface.normal) / PI
+            light += wp.cw_mul(throughput, met.radiance) * (density / (density + met.density))
+        if hit.face == NO_HIT:
+            return light
+        surface = surface_at(scene, hit, direction)
+        surface.normal = surface.geometric
+        last = bounce == bounces - 1
+        light += wp.cw_mul(throughput, sampled_light(scene, table, surface, index, pair + 1, seed, last))
+    return light
+
+
+@wp.kernel
+def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.array[CameraData], width: int,
+                height: int, direct: bool, indirect: bool, bounces: int, first_sample: int, samples: int, seed: int,
+                mean: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: `samples` paths, averaged with the `first_sample` paths that are in `mean` already.
+
+    cameras: one element; mean: (pixel,) radiance [W/m²/sr].
+    """
+    pixel = first + wp.tid()
+    own_seed = pixel_seed(pixel, seed)
+    total = wp.vec3(0.0, 0.0, 0.0)
+    for index in range(first_sample, first_sample + samples):
+        ray = pixel_ray(cameras[0], pixel, width, height)
+        hit = closest_hit(scene, ray.origin, ray.direction, RAY_LENGTH)
+        if hit.face == NO_HIT:
+            if direct:
+                total += sky_radiance(scene, ray.direction)
+            continue
+        surface = surface_at(scene, hit, ray.direction)
+        if direct:
+            total += surface.emission
+            total += hard_light(scene, table, surface, -ray.direction)
+            total += soft_light(scene, table, surface, -ray.direction, index, 0, 1, own_seed)
+        if indirect and table.count > 0:
+            total += indirect_light(scene, table, surface, bounces, index, own_seed)
+    before = wp.vec3(0.0, 0.0, 0.0)
+    if first_sample > 0:
+        before = mean[pixel]
+    # A mean, unlike a sum, keeps its precision however many samples there are.
+    mean[pixel] = before + (total - before * float(samples)) / float(first_sample + samples)
+
+
+def trace_paths(resident: ResidentScene, scene: SceneData, table: LightTable, camera: wp.array, size: tuple[int, int],
+                component: Component, bounces: int, first_sample: int, samples: int, seed: int,
+                mean: wp.array) -> None:  # fmt: skip
+    """Average `samples` more paths a pixel into `mean`, (pixel,) vec3 of linear radiance [W/m²/sr].
+
+    camera: (1,) CameraData; size: (width, height); first_sample: number of samples that `mean` holds already, 0 starts
+    anew.
+    """
+    width, height = size
+    direct, indirect = component is not Component.INDIRECT, component is not Component.DIRECT
+    inputs = [scene, table, camera, width, height, direct, indirect, bounces, first_sample, samples, seed, mean]
+    launch(path_kernel, width * height, inputs, resident.device)

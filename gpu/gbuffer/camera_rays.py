@@ -1,0 +1,96 @@
+"""Cameras as kernels see them: rays through pixels, and pixels of points."""
+
+import numpy as np
+import warp as wp
+
+from gpu.scene.types import Camera, Placement
+
+RAY_LENGTH = wp.constant(1.0e6)
+
+
+@wp.struct
+class CameraData:
+    """A camera in unit space. right, up, back: unit axes; half_width, half_height: of the image plane at distance 1.
+
+    An orthographic camera's are in unit lengths instead. x, y: where in a pixel its ray goes through, in [0, 1).
+    """
+
+    origin: wp.vec3
+    right: wp.vec3
+    up: wp.vec3
+    back: wp.vec3
+    half_width: float
+    half_height: float
+    orthographic: bool
+    x: float
+    y: float
+
+
+def camera_data(
+    camera: Camera, placement: Placement, aspect: float, place: tuple[float, float] = (0.5, 0.5)
+) -> CameraData:
+    """`camera` in unit space, for an image whose width is `aspect` times its height; place: in each pixel, for rays."""
+    axes = camera.to_world[:3, :3] / np.linalg.norm(camera.to_world[:3, :3], axis=0)
+    origin = (camera.to_world[:3, 3] - np.asarray(placement.centre)) * placement.scale
+    half_height = camera.half_height * (placement.scale if camera.orthographic else 1.0)
+    data = CameraData()
+    data.origin = wp.vec3(*origin)
+    data.right, data.up, data.back = (wp.vec3(*axes[:, k]) for k in range(3))
+    data.half_height, data.half_width = half_height, half_height * aspect
+    data.orthographic = camera.orthographic
+    data.x, data.y = place
+    return data
+
+
+@wp.struct
+class CameraRay:
+    """A camera's ray; direction: unit length."""
+
+    origin: wp.vec3
+    direction: wp.vec3
+
+
+@wp.func
+def camera_ray(camera: CameraData, x: float, y: float) -> CameraRay:
+    """The ray through the image's point (x, y) in [0, 1]², from the top left."""
+    right = (2.0 * x - 1.0) * camera.half_width
+    up = (1.0 - 2.0 * y) * camera.half_height
+    ray = CameraRay()
+    ray.origin = camera.origin
+    ray.direction = -camera.back
+    if camera.orthographic:
+        ray.origin += camera.right * right + camera.up * up
+    else:
+        ray.direction = wp.normalize(camera.right * right + camera.up * up - camera.back)
+    return ray
+
+
+@wp.func
+def pixel_ray(camera: CameraData, pixel: int, width: int, height: int) -> CameraRay:
+    """The ray through the camera's place in `pixel` of an image of width × height."""
+    x = (float(pixel % width) + camera.x) / float(width)
+    y = (float(pixel // width) + camera.y) / float(height)
+    return camera_ray(camera, x, y)
+
+
+@wp.func
+def image_point(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2:
+    """Where `position` is in the image [pixels]: whole numbers where pixels' rays pass; −1, −1 where it is outside."""
+    way = position - camera.origin
+    depth = float(1.0)
+    if not camera.orthographic:
+        depth = -wp.dot(way, camera.back)
+        if depth <= 0.0:
+            return wp.vec2(-1.0, -1.0)
+    right = wp.dot(way, camera.right) / (depth * camera.half_width)
+    up = wp.dot(way, camera.up) / (depth * camera.half_height)
+    if wp.abs(right) > 1.0 or wp.abs(up) > 1.0:
+        return wp.vec2(-1.0, -1.0)
+    return wp.vec2(0.5 * (right + 1.0) * float(width) - camera.x, 0.5 * (1.0 - up) * float(height) - camera.y)
+
+
+@wp.func
+def pixel_of(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2i:
+    """Column and row of the pixel whose ray passes nearest to `position`; outside of the image for what it lacks."""
+    place = image_point(camera, position, width, height)
+    return wp.vec2i(int(wp.floor(place[0] + 0.5)), int(wp.floor(place[1] + 0.5)))

@@ -1,0 +1,65 @@
+"""Indirect light with a shadow ray to each VPL. Eq. 5 of the 2022 paper."""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.core.color import brightness
+from gpu.core.device import launch
+from gpu.core.kahan import Sum, added
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.rays import connection
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.indirect.irradiance import Indirect
+from gpu.vpl.disk_light import disk_at
+from gpu.vpl.form_factor import unoccluded
+from gpu.vpl.vpl_clusters import VplClusters
+
+
+@cache
+def gather_kernel(connect: wp.Function) -> wp.Kernel:
+    """The kernel that traces with `connect`, one of gpu.device_scene.rays.connected and connected_solid."""
+
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        scene: SceneData,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        sp_count: wp.array[int],
+        vpls: VplClusters,
+        begin: int,
+        end: int,
+        out: Indirect,
+    ) -> None:
+        """One thread an SP: adds the light of VPL clusters begin … end − 1, with a shadow ray to each."""
+        sp = first + wp.tid()
+        if sp >= sp_count[0]:
+            return
+        pixel = sps[sp]
+        position = gbuffer.position[pixel]
+        normal = gbuffer.normal[pixel]
+        geometric = gbuffer.geometric[pixel]
+        irradiance = Sum()
+        for vpl in range(begin, end):
+            light = unoccluded(position, normal, vpls, vpl)
+            disk = disk_at(vpls.disks, vpl)
+            if brightness(light) > 0.0 and connect(scene, position, geometric, disk.position, disk.normal):
+                irradiance = added(irradiance, light)
+        before = Sum()
+        if begin > 0:
+            before.total = out.irradiance[pixel]
+            before.lost = out.lost[pixel]
+        after = added(before, irradiance.total)
+        out.irradiance[pixel] = after.total
+        out.lost[pixel] = after.lost
+
+    return kernel
+
+
+def gather(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, begin: int, end: int,
+           out: Indirect) -> None:  # fmt: skip
+    """Add the light of VPL clusters begin … end − 1 to `out`, every pair's visibility traced; the first run sets it."""
+    inputs = [scene, gbuffer, sps.pixels, sps.count, vpls, begin, end, out]
+    launch(gather_kernel(connection(scene)), sps.capacity, inputs, sps.device)

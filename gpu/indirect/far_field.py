@@ -1,0 +1,278 @@
+"""Light of far VPL clusters, summed once for each representative of shading points. Beyond the 2022 paper.
+
+From afar a VPL cluster lights neighbouring SPs alike: what a representative gets of all of them, and how that changes
+with place and direction, tells what its SPs get (G. Ward and P. Heckbert, Irradiance Gradients, 1992). Only VPL
+clusters that are near a representative, in its spacings, are shaded SP by SP.
+"""
+
+import warp as wp
+
+from gpu.core.color import brightness
+from gpu.core.constants import PI
+from gpu.core.device import allocate, launch
+from gpu.core.intrinsics import bits_of_all, float_sum, lanes_of, lowest_bit, vector_sum
+from gpu.sp.sp_clusters import SpClusters
+from gpu.vpl.disk_light import Disk, disk_at
+from gpu.vpl.form_factor import disk_irradiance, is_twig_unfolded, is_unfolded
+from gpu.vpl.group_sampling import groups_a_part
+from gpu.vpl.vpl_clusters import PER_TWIG, VplClusters, is_behind, member_disk, most_groups, out_of_reach
+
+# VPL clusters nearer than so many spacings of a representative are near.
+NEAR_SPACINGS = wp.constant(3.0)
+# Groups are summed in parts, for threads to share.
+PARTS = 64
+# Whose sums are read so many at a time, before any is written: a thread would wait for each else.
+CHUNK = 8
+Chunk = wp.types.vector(length=CHUNK, dtype=float)
+# Cosines below this are so grazing that their light's gradient says nothing.
+GRAZING = wp.constant(0.1)
+# How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
+LEAST_DOUBT = wp.constant(0.25)
+
+
+@wp.func
+def doubt(share: float) -> float:
+    """In what proportion to its light rays go to a VPL cluster, of which an SP's clusters see this share."""
+    return LEAST_DOUBT + (1.0 - LEAST_DOUBT) * share
+
+
+@wp.struct
+class FarLight:
+    """Of each representative.
+
+    near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; octets (representative, byte):
+    the same bits.
+    light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its
+    brightness by place and by normal; mass (group, representative): light of the group's far clusters were none hidden,
+    each times its `doubt`; totals (part, representative): the sum of that over the groups of a part and of those before
+    it; open_mass, open_totals: as these, without `doubt`.
+    """
+
+    near: wp.array2d[wp.uint32]
+    octets: wp.array2d[wp.uint8]
+    light: wp.array[wp.vec3]
+    moved: wp.array[wp.vec3]
+    turned: wp.array[wp.vec3]
+    mass: wp.array2d[float]
+    totals: wp.array2d[float]
+    open_mass: wp.array2d[float]
+    open_totals: wp.array2d[float]
+
+
+@wp.struct
+class Partial:
+    """What each part adds to `light`, `moved` and `turned` of FarLight, (part, representative)."""
+
+    light: wp.array2d[wp.vec3]
+    moved: wp.array2d[wp.vec3]
+    turned: wp.array2d[wp.vec3]
+
+
+@wp.func
+def is_near(position: wp.vec3, spacing: float, disk: Disk) -> bool:
+    """Whether a VPL cluster's disk is so near a representative that its light may be other at its SPs."""
+    return wp.length(disk.position - position) - disk.reach < NEAR_SPACINGS * spacing
+
+
+@wp.struct
+class Slope:
+    """Irradiance at a point [W/m²], and the gradients of its brightness by place and by normal."""
+
+    light: wp.vec3
+    moved: wp.vec3
+    turned: wp.vec3
+
+
+@wp.func
+def with_disk(slope: Slope, position: wp.vec3, normal: wp.vec3, disk: Disk) -> Slope:
+    """`slope` with one more disk light."""
+    whole = disk_irradiance(position, normal, disk)
+    amount = brightness(whole)
+    if amount <= 0.0:
+        return slope
+    way = disk.position - position
+    squared = wp.length_sq(way)
+    least = GRAZING * wp.sqrt(squared)
+    facing = wp.max(wp.dot(way, normal), least)
+    leaving = wp.max(-wp.dot(way, disk.normal), least)
+    nearer = 1.0 / squared + PI / (PI * squared + disk.area)
+    more = Slope()
+    more.light = slope.light + whole
+    more.moved = slope.moved + amount * (way * (2.0 * nearer) - normal / facing + disk.normal / leaving)
+    more.turned = slope.turned + way * (amount / facing)
+    return more
+
+
+@wp.func
+def with_share(slope: Slope, other: Slope, share: float) -> Slope:
+    """`slope` with a share of another's light."""
+    slope.light += other.light * share
+    slope.moved += other.moved * share
+    slope.turned += other.turned * share
+    return slope
+
+
+@wp.func
+def with_twigs(slope: Slope, position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, lane: int,
+               lanes: int) -> Slope:  # fmt: skip
+    """`slope` with the light of every `lanes`-th twig of a VPL cluster that is unfolded, as `unoccluded` takes it."""
+    end = vpls.starts[cluster + 1]
+    area = vpls.disks[cluster].area / float(end - vpls.starts[cluster])
+    begin = vpls.starts[cluster] + PER_TWIG * lane
+    for twig in range(vpls.twig_starts[cluster] + lane, vpls.twig_starts[cluster + 1], lanes):
+        disk = disk_at(vpls.twigs, twig)
+        if is_twig_unfolded(position, disk):
+            for member in range(begin, wp.min(begin + PER_TWIG, end)):
+                slope = with_disk(slope, position, normal, member_disk(vpls, member, area))
+        else:
+            slope = with_disk(slope, position, normal, disk)
+        begin += PER_TWIG * lanes
+    return slope
+
+
+@wp.kernel(module="unique", module_options={"fast_math": True})
+def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
+                all_near: bool, partial: Partial, out: FarLight) -> None:  # fmt: skip
+    """`lanes` threads a part of the groups at one new representative; neighbours have neighbouring ones."""
+    index = first + wp.tid()
+    fresh = sps.fresh[0]
+    lane = index % lanes
+    place = index // lanes
+    if place >= out.totals.shape[0] * fresh:
+        return
+    sp = sps.order[place % fresh]
+    part = place // fresh
+    position = sps.position[sp]
+    normal = sps.normal[sp]
+    whole = Slope()
+    part_mass = float(0.0)
+    part_open = float(0.0)
+    groups = groups_a_part(vpls, out.totals.shape[0])
+    begin = part * groups
+    for group in range(begin, wp.min(begin + groups, vpls.groups)):
+        mass = float(0.0)
+        open_mass = float(0.0)
+        reached = all_near or not out_of_reach(position, normal, vpls, group)
+        end = wp.min(vpls.per_group * (group + 1), vpls.count)
+        for octet in range(vpls.per_group * group // 8, (end + 7) // 8):
+            near = int(0)
+            unfolded = int(0)
+            seen = visibility[sp, octet // 4] >> wp.uint32(8 * (octet % 4))
+            if reached:
+                for bit in range(lane, wp.min(8, end - 8 * octet), lanes):
+                    vpl = 8 * octet + bit
+                    disk = disk_at(vpls.disks, vpl)
+                    if all_near:
+                        near |= 1 << bit
+                    elif not is_behind(position, normal, vpls, vpl):
+                        if is_near(position, sps.spacing[sp], disk):
+                            near |= 1 << bit
+                        elif is_unfolded(position, disk):
+                            unfolded |= 1 << bit
+                        else:
+                            share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
+                            lit = with_disk(Slope(), position, normal, disk)
+                            amount = brightness(lit.light)
+                            open_mass += amount
+                            mass += amount * doubt(share)
+                            whole = with_share(whole, lit, share)
+            unfolded = bits_of_all(unfolded, lanes)
+            while unfolded != 0:
+                bit = lowest_bit(wp.uint32(unfolded))
+                unfolded &= unfolded - 1
+                share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
+                lit = with_twigs(Slope(), position, normal, vpls, 8 * octet + bit, lane, lanes)
+                amount = brightness(lit.light)
+                open_mass += amount
+                mass += amount * doubt(share)
+                whole = with_share(whole, lit, share)
+            near = bits_of_all(near, lanes)
+            if lane == 0:
+                out.octets[sp, octet] = wp.uint8(near)
+        mass = float_sum(mass, lanes)
+        open_mass = float_sum(open_mass, lanes)
+        if lane == 0:
+            out.mass[group, sp] = mass
+            out.open_mass[group, sp] = open_mass
+        part_mass += mass
+        part_open += open_mass
+    light = vector_sum(whole.light, lanes)
+    moved = vector_sum(whole.moved, lanes)
+    turned = vector_sum(whole.turned, lanes)
+    if lane == 0:
+        out.totals[part, sp] = part_mass
+        out.open_totals[part, sp] = part_open
+        partial.light[part, sp] = light
+        partial.moved[part, sp] = moved
+        partial.turned[part, sp] = turned
+
+
+@wp.kernel
+def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partial, out: FarLight) -> None:
+    """One thread a new representative: the sums over its parts."""
+    place = first + wp.tid()
+    if place >= sps.fresh[0]:
+        return
+    sp = sps.order[place]
+    # Bits of lights with more clusters may still stand behind the last.
+    for octet in range((vpls.count + 7) // 8, out.octets.shape[1]):
+        out.octets[sp, octet] = wp.uint8(0)
+    light = wp.vec3(0.0, 0.0, 0.0)
+    moved = wp.vec3(0.0, 0.0, 0.0)
+    turned = wp.vec3(0.0, 0.0, 0.0)
+    whole = float(0.0)
+    whole_open = float(0.0)
+    masses = Chunk()
+    opens = Chunk()
+    for chunk in range(out.totals.shape[0] // wp.static(CHUNK)):
+        for row in range(wp.static(CHUNK)):
+            part = chunk * wp.static(CHUNK) + row
+            light += partial.light[part, sp]
+            moved += partial.moved[part, sp]
+            turned += partial.turned[part, sp]
+            masses[row] = out.totals[part, sp]
+            opens[row] = out.open_totals[part, sp]
+        for row in range(wp.static(CHUNK)):
+            whole += masses[row]
+            out.totals[chunk * wp.static(CHUNK) + row, sp] = whole
+            whole_open += opens[row]
+            out.open_totals[chunk * wp.static(CHUNK) + row, sp] = whole_open
+    out.light[sp] = light
+    out.moved[sp] = moved
+    out.turned[sp] = turned
+
+
+@wp.func
+def far_irradiance(far: FarLight, clusters: SpClusters, cluster: int, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
+    """Irradiance of far VPL clusters at an SP by what one of its clusters knows [W/m²]."""
+    light = far.light[cluster]
+    amount = brightness(light)
+    if amount <= 0.0:
+        return light
+    change = wp.dot(far.moved[cluster], position - clusters.position[cluster])
+    change += wp.dot(far.turned[cluster], normal - clusters.normal[cluster])
+    return light * wp.clamp(1.0 + change / amount, 0.0, 2.0)
+
+
+class FarSums:
+    """Sums the far light of `sp_count` representatives; arrays are allocated once. `data` is what kernels take."""
+
+    def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool) -> None:
+        self.device, self._sp_count, self._enabled = device, sp_count, enabled
+        self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
+        self.data.mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
+        self.data.open_mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
+        words = max(1, -(-vpl_count // 32))
+        near = self.data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=device)
+        self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
+        self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
+
+    def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
+        """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.
+
+        few: whether most are kept.
+        """
+        lanes = lanes_of(self.device, few=few)
+        inputs = [clusters, lanes, vpls, visibility, not self._enabled, self._partial, self.data]
+        launch(part_kernel, PARTS * self._sp_count * lanes, inputs, self.device)
+        launch(whole_kernel, self._sp_count, [clusters, vpls, self._partial, self.data], self.device)

@@ -1,0 +1,194 @@
+"""Indirect light at every shading point from all VPL clusters. Step 6 and Eq. 6 and 9 of the 2022 paper."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from gpu.core.color import brightness
+from gpu.core.constants import FAR_AWAY
+from gpu.core.device import launch
+from gpu.core.intrinsics import bits_of_warp, lowest_bit
+from gpu.core.kahan import Sum, added
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.indirect.far_field import FarLight, doubt, far_irradiance
+from gpu.indirect.irradiance import CHECKS, NEAR_PARTS, Indirect
+from gpu.indirect.visibility import Visibility
+from gpu.sampling.sobol import TO_UNIT, hashed
+from gpu.sp.sp_clusters import SpClusters
+from gpu.vpl.form_factor import unoccluded
+from gpu.vpl.vpl_clusters import VplClusters
+
+Ints = wp.types.vector(length=CHECKS, dtype=int)
+Floats = wp.types.vector(length=CHECKS, dtype=float)
+# A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
+FARTHEST = wp.constant(3.0)
+LIKE_NORMAL = wp.constant(0.8)
+# Fewer than the compiler would take, so that more threads run at once.
+REGISTERS = 80
+SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
+
+
+@wp.func
+def words_a_part(vpls: VplClusters) -> int:
+    """How many words of 32 VPL clusters each part has; the last parts may have fewer or none."""
+    return (vpls.count + 32 * NEAR_PARTS - 1) // (32 * NEAR_PARTS)
+
+
+@cache
+def guides_of(fuzziness: int) -> wp.Function:
+    """The function that tells which of an SP's F = `fuzziness` clusters know of its light.
+
+    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those
+    that know it well, if any does.
+    """
+    ints: Any = wp.types.vector(length=fuzziness, dtype=int)
+    floats: Any = wp.types.vector(length=fuzziness, dtype=float)
+
+    @wp.struct
+    class Guides:
+        cluster: ints
+        weight: floats
+
+    @wp.func
+    def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> Guides:
+        found = Guides()
+        total = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            cluster = clusters.cluster[f, sp]
+            weight = clusters.weight[f, sp]
+            off = wp.length(clusters.position[cluster] - position)
+            alike = wp.dot(clusters.normal[cluster], normal)
+            if off > FARTHEST * clusters.spacing[cluster] or alike < LIKE_NORMAL:
+                weight = 0.0
+            found.cluster[f] = cluster
+            found.weight[f] = weight
+            total += weight
+        for f in range(wp.static(fuzziness)):
+            if total > 0.0:
+                found.weight[f] = found.weight[f] / total
+            else:
+                found.weight[f] = clusters.weight[f, sp]
+        return found
+
+    return guides
+
+
+@cache
+def shade_kernel(fuzziness: int) -> wp.Kernel:
+    """The kernel that shades SPs of F = `fuzziness` clusters each."""
+    words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
+    guides = guides_of(fuzziness)
+
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
+    def kernel(
+        first: int,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        sp_count: wp.array[int],
+        clusters: SpClusters,
+        visibility: wp.array2d[wp.uint32],
+        vpls: VplClusters,
+        far: FarLight,
+        seed: wp.array[int],
+        out: Indirect,
+    ) -> None:
+        """One thread an SP: its light from all VPL clusters, with visibility averaged over its SP clusters."""
+        sp = first + wp.tid()
+        if sp >= sp_count[0]:
+            out.pairs[sp] = 0
+            return
+        pixel = sps[sp]
+        position = gbuffer.position[pixel]
+        normal = gbuffer.normal[pixel]
+        state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed[0])))
+        guided = guides(clusters, sp, position, normal)
+        cluster = guided.cluster
+        weights = guided.weight
+        irradiance = Sum()
+        far_mass = float(0.0)
+        open_far = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            if weights[f] > 0.0:
+                light = far_irradiance(far, clusters, cluster[f], position, normal)
+                irradiance = added(irradiance, light * weights[f])
+                far_mass += weights[f] * far.totals[far.totals.shape[0] - 1, cluster[f]]
+                open_far += weights[f] * far.open_totals[far.open_totals.shape[0] - 1, cluster[f]]
+        # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
+        # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
+        target = Ints()
+        following = Floats()
+        next_change = float(0.0)
+        mass = float(0.0)
+        open_near = float(0.0)
+        pairs = int(0)
+        for check in range(wp.static(CHECKS)):
+            target[check] = -1
+            following[check] = 0.0
+        near = words_type()
+        seen = words_type()
+        a_part = words_a_part(vpls)
+        for word in range((vpls.count + 31) // 32):
+            if word % a_part == 0:
+                out.open_before[word // a_part, sp] = open_near
+            bits = wp.uint32(0)
+            for f in range(wp.static(fuzziness)):
+                near[f] = wp.uint32(0)
+                if weights[f] > 0.0:
+                    near[f] = far.near[cluster[f], word]
+                bits |= near[f]
+            together = bits_of_warp(bits)
+            if together == wp.uint32(0):
+                continue
+            for f in range(wp.static(fuzziness)):
+                seen[f] = visibility[cluster[f], word]
+            light = wp.vec3(0.0, 0.0, 0.0)
+            while together != wp.uint32(0):
+                bit = wp.uint32(lowest_bit(together))
+                together &= together - wp.uint32(1)
+                if ((bits >> bit) & wp.uint32(1)) == wp.uint32(0):
+                    continue
+                pairs += 1
+                whole = unoccluded(position, normal, vpls, 32 * word + int(bit))
+                amount = brightness(whole)
+                if amount > 0.0:
+                    share = float(0.0)
+                    near_share = float(0.0)
+                    for f in range(wp.static(fuzziness)):
+                        sees = weights[f] * float((seen[f] >> bit) & wp.uint32(1))
+                        share += sees
+                        near_share += sees * float((near[f] >> bit) & wp.uint32(1))
+                    light += whole * near_share
+                    open_near += amount
+                    mass += amount * doubt(share)
+                    if mass >= next_change:
+                        next_change = FAR_AWAY
+                        for check in range(wp.static(CHECKS)):
+                            if mass >= following[check]:
+                                state = hashed(state)
+                                target[check] = 32 * word + int(bit)
+                                following[check] = mass / ((float(state) + 1.0) * TO_UNIT)
+                            next_change = wp.min(next_change, following[check])
+            irradiance = added(irradiance, light)
+        out.irradiance[pixel] = irradiance.total
+        out.near[sp] = mass
+        out.far[sp] = far_mass
+        out.open_near[sp] = open_near
+        out.open_far[sp] = open_far
+        out.pairs[sp] = pairs
+        for check in range(wp.static(CHECKS)):
+            out.target[check, sp] = target[check]
+
+    return kernel
+
+
+def shade(fuzziness: int, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, visibility: Visibility,
+          vpls: VplClusters, far: FarLight, seed: wp.array, out: Indirect) -> None:  # fmt: skip
+    """Write the indirect light of `sps` into `out`, which draws what to check by `seed` (1,).
+
+    Visibility is interpolated over the SPs' `clusters`, to F = `fuzziness` of which each belongs; what these know of
+    `far` light, too.
+    """
+    inputs = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, far, seed, out]
+    launch(shade_kernel(fuzziness), sps.capacity, inputs, sps.device)

@@ -1,0 +1,217 @@
+"""Which pairs of representatives of SP clusters and VPL clusters get visibility rays. Beyond the 2022 paper.
+
+Pairs that face away from or lie behind each other get no ray: the representatives exchange no light.
+
+Most others exchange little. A VPL cluster that sends a representative less than a 512th of all its light, if nothing
+hid any, is weak there. Of eight neighbouring VPL clusters the weak ones share one ray, to the brightest of them; of 32,
+those eights whose weak ones send less than a 512th together share one; the others have a ray each. What that can be
+wrong by at a representative: by less than 1/512 of all its light for each pair, less than 7/512 for eight neighbours,
+and on the whole by no more than the pairs without a ray of their own send. Shadows that begin between neighbours make
+some too bright and others too dark, so that the sum is off by much less.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.core.color import brightness
+from gpu.core.intrinsics import bit_count, lowest_bit, room_in
+from gpu.sp.sp_clusters import SpClusters
+from gpu.vpl.disk_light import disk_at
+from gpu.vpl.form_factor import disk_irradiance
+from gpu.vpl.vpl_clusters import VplClusters
+
+WORD_BITS = wp.constant(32)
+EIGHT = wp.constant(8)
+EIGHTS = WORD_BITS // EIGHT
+# Of all light that a representative gets if nothing hides any: a VPL cluster that sends less is weak.
+WEAK_SHARE = wp.constant(1.0 / 512.0)
+# The sum is taken in parts, since there are few representatives for a GPU's threads.
+PARTS = wp.constant(32)
+NO_LIGHT = wp.constant(-1.0)
+
+
+@wp.struct
+class RayPlan:
+    """What is planned for words of 32 VPL clusters at a run of new representatives, (word, place in it) flattened.
+
+    traced: bits of the pairs that have a ray; shared: of those that take another's answer; leaders: whose, four
+    numbers of eight bits, one for each eight; first_ray: where a word's rays begin in their list.
+    """
+
+    traced: wp.array[wp.uint32]
+    shared: wp.array[wp.uint32]
+    leaders: wp.array[wp.uint32]
+    first_ray: wp.array[int]
+
+
+@wp.struct
+class Run:
+    """New representatives whose pairs are planned and traced together: from `begin` in their order `most` at the most.
+
+    number: of the run; words: of VPL clusters.
+    """
+
+    number: int
+    begin: int
+    most: int
+    words: int
+
+
+@wp.func
+def length_of(run: Run, sps: SpClusters) -> int:
+    """How many representatives a run has."""
+    return wp.clamp(sps.fresh[0] - run.begin, 0, run.most)
+
+
+@wp.func
+def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> float:
+    """Brightness that a VPL cluster sends a representative if nothing is between them, NO_LIGHT if it cannot.
+
+    The cluster's normals fill a cone, so some members may reach what its representative does not; a surface's own
+    plane is what it is.
+    """
+    disk = disk_at(vpls.disks, vpl)
+    way = disk.position - p
+    distance = wp.length(way)
+    cone = vpls.cone[vpl]
+    slack = wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) * distance
+    if wp.dot(way, disk.normal) >= slack or wp.dot(way, p_normal) <= 0.0:
+        return NO_LIGHT
+    return brightness(disk_irradiance(p, p_normal, disk))
+
+
+@wp.kernel(module="unique", module_options={"fast_math": True})
+def part_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float]) -> None:
+    """One thread a PARTS-th of the VPL clusters at one new representative: the sum of their light.
+
+    parts: (part, place in the SP clusters' order).
+    """
+    index = first + wp.tid()
+    fresh = sps.fresh[0]
+    if index >= PARTS * fresh:
+        return
+    sp = sps.order[index % fresh]
+    vpl = index // fresh
+    total = float(0.0)
+    while vpl < vpls.count:
+        total += wp.max(pair_light(sps.position[sp], sps.geometric[sp], vpls, vpl), 0.0)
+        vpl += PARTS
+    parts[index] = total
+
+
+@wp.kernel
+def weak_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.array[float]) -> None:
+    """One thread a new representative, in order: the light below which a VPL cluster is weak there."""
+    place = first + wp.tid()
+    fresh = sps.fresh[0]
+    if place >= fresh:
+        return
+    total = float(0.0)
+    for part in range(PARTS):
+        total += parts[part * fresh + place]
+    weak[place] = WEAK_SHARE * total
+
+
+@cache
+def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
+    """The kernel that plans the rays; facing_away, weak_pairs: whether such pairs have no rays of their own."""
+
+    @wp.kernel(module="unique", module_options={"fast_math": True})
+    def kernel(
+        first: int,
+        sps: SpClusters,
+        vpls: VplClusters,
+        run: Run,
+        weak: wp.array[float],
+        plan: RayPlan,
+    ) -> None:
+        """One thread a word at one new representative, neighbouring threads on neighbours in space.
+
+        weak (place,): the light below which a VPL cluster is weak.
+        """
+        index = first + wp.tid()
+        length = length_of(run, sps)
+        if index >= run.words * length:
+            return
+        place = run.begin + index % length
+        sp = sps.order[place]
+        begin = WORD_BITS * (index // length)
+        p = sps.position[sp]
+        p_normal = sps.geometric[sp]
+        traced = wp.uint32(0)
+        shared = wp.uint32(0)
+        leaders = wp.uint32(0)
+        # Of an eight's weak pairs, and of all eights whose weak pairs are weak together.
+        eight_light = float(0.0)
+        brightest = float(NO_LIGHT)
+        leader = wp.uint32(0)
+        pooled = wp.uint32(0)
+        pool_brightest = float(NO_LIGHT)
+        pool_leader = wp.uint32(0)
+        members = wp.min(int(WORD_BITS), vpls.count - begin)
+        for member in range(members):
+            light = pair_light(p, p_normal, vpls, begin + member)
+            bit = wp.uint32(1) << wp.uint32(member)
+            if wp.static(weak_pairs) and light >= 0.0 and light < weak[place]:
+                shared |= bit
+                eight_light += light
+                if light > brightest:
+                    brightest = light
+                    leader = wp.uint32(member)
+            elif light >= 0.0 or not wp.static(facing_away):
+                traced |= bit
+            if brightest >= 0.0 and (member % EIGHT == EIGHT - 1 or member == members - 1):
+                eight = wp.uint32(member // EIGHT)
+                if eight_light >= weak[place]:
+                    traced |= wp.uint32(1) << leader
+                    leaders |= leader << (wp.uint32(EIGHT) * eight)
+                else:
+                    # The number 1 in an eight's place, to be times the leader's.
+                    pooled |= wp.uint32(1) << (wp.uint32(EIGHT) * eight)
+                    if brightest > pool_brightest:
+                        pool_brightest = brightest
+                        pool_leader = leader
+                eight_light = 0.0
+                brightest = NO_LIGHT
+        if pooled != wp.uint32(0):
+            traced |= wp.uint32(1) << pool_leader
+            leaders |= pooled * pool_leader
+        plan.traced[index] = traced
+        plan.shared[index] = shared & ~traced
+        plan.leaders[index] = leaders
+
+    return kernel
+
+
+@wp.kernel
+def list_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, rays: wp.array[int], shared: wp.array[int],
+                pairs: wp.array[int]) -> None:  # fmt: skip
+    """One thread a word at a new representative: lists its rays, as 32 · index + bit, where there is room.
+
+    rays, shared (run,): become how many are traced in this one, and how many take another's answer.
+    """
+    index = first + wp.tid()
+    if index >= run.words * length_of(run, sps):
+        return
+    traced = plan.traced[index]
+    ray = room_in(rays, run.number, bit_count(traced))
+    plan.first_ray[index] = ray
+    room_in(shared, run.number, bit_count(plan.shared[index]))
+    while traced != wp.uint32(0):
+        pairs[ray] = WORD_BITS * index + lowest_bit(traced)
+        traced &= traced - wp.uint32(1)
+        ray += 1
+
+
+@wp.func
+def with_shared(seen: wp.uint32, plan: RayPlan, index: int) -> wp.uint32:
+    """The bits of a word whose rays have seen these, with those of the pairs that take another's answer."""
+    leaders = plan.leaders[index]
+    whole = seen
+    for eight in range(EIGHTS):
+        shift = wp.uint32(EIGHT * eight)
+        leader = (leaders >> shift) & wp.uint32(WORD_BITS - 1)
+        if ((seen >> leader) & wp.uint32(1)) == wp.uint32(1):
+            whole |= plan.shared[index] & (wp.uint32(255) << shift)
+    return whole

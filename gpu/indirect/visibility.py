@@ -1,0 +1,143 @@
+"""Visibility between the representatives of SP clusters and VPL clusters, one bit a pair. Step 5 of the 2022 paper.
+
+gpu.indirect.ray_plan tells which pairs have rays of their own.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.core.device import BLOCK, FEW_BLOCKS, MOST_BLOCKS, allocate, launch, launch_together
+from gpu.core.intrinsics import lowest_bit
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.rays import connection, free_path
+from gpu.indirect.ray_plan import (
+    PARTS,
+    WORD_BITS,
+    RayPlan,
+    Run,
+    length_of,
+    list_kernel,
+    part_kernel,
+    plan_kernel,
+    weak_kernel,
+    with_shared,
+)
+from gpu.settings import EVERY_SKIP, Skips
+from gpu.sp.sp_clusters import SpClusters
+from gpu.vpl.disk_light import disk_at
+from gpu.vpl.vpl_clusters import VplClusters
+
+# New representatives are taken in runs, so that what is planned for their pairs stays within bounded memory.
+MAX_PAIRS = 1 << 26
+SPREAD = wp.constant(4)
+
+
+@cache
+def trace_kernel(see: wp.Function) -> wp.Kernel:
+    """The kernel that traces with `see`, one of gpu.device_scene.rays.connected, unblocked and those of solid
+    scenes.
+    """
+
+    @wp.kernel(module="unique")
+    def kernel(
+        first: int,
+        scene: SceneData,
+        sps: SpClusters,
+        vpls: VplClusters,
+        run: Run,
+        rays: wp.array[int],
+        threads: int,
+        pairs: wp.array[int],
+    ) -> None:
+        """One thread every threads-th of the run's `rays` (run,): its pair becomes 1 if it arrives, else 0.
+
+        Where rays are few, only each SPREAD-th thread has one: fewer wait for each other.
+        """
+        thread = first + wp.tid()
+        length = length_of(run, sps)
+        count = rays[run.number]
+        spread = wp.clamp(threads // wp.max(count, 1), 1, SPREAD)
+        if thread % spread != 0:
+            return
+        ray = thread // spread
+        while ray < count:
+            index = pairs[ray] // WORD_BITS
+            sp = sps.order[run.begin + index % length]
+            vpl = WORD_BITS * (index // length) + pairs[ray] % WORD_BITS
+            seen = int(0)
+            disk = disk_at(vpls.disks, vpl)
+            if see(scene, sps.position[sp], sps.geometric[sp], disk.position, disk.normal):
+                seen = 1
+            pairs[ray] = seen
+            ray += (threads + spread - 1) // spread
+
+    return kernel
+
+
+@wp.kernel
+def pack_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, answers: wp.array[int],
+                words: wp.array2d[wp.uint32]) -> None:  # fmt: skip
+    """One thread a word: packs 32 VPL clusters' answers for one new representative. words: (sp cluster, word)."""
+    index = first + wp.tid()
+    length = length_of(run, sps)
+    if index >= run.words * length:
+        return
+    ray = plan.first_ray[index]
+    seen = wp.uint32(0)
+    traced = plan.traced[index]
+    while traced != wp.uint32(0):
+        seen |= wp.uint32(answers[ray]) << wp.uint32(lowest_bit(traced))
+        traced &= traced - wp.uint32(1)
+        ray += 1
+    words[sps.order[run.begin + index % length], index // length] = with_shared(seen, plan, index)
+
+
+class Visibility:
+    """The bits of all pairs: words (sp cluster, word), bit b of word w is VPL cluster 32·w + b.
+
+    A cluster that is not in use has the bits of whichever had its place before.
+
+    rays, shared (run,): how many pairs were traced, and how many took another pair's answer.
+    """
+
+    def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, skip: Skips = EVERY_SKIP) -> None:
+        self.device, self._skip = device, skip
+        self._sp_count = sp_count
+        self._word_count = max(1, -(-vpl_count // int(WORD_BITS)))
+        self._run = min(sp_count, max(1, MAX_PAIRS // (int(WORD_BITS) * self._word_count)))
+        words = self._run * self._word_count
+        self._plan: RayPlan = allocate(RayPlan, words, device)
+        self._pairs = wp.zeros(words * int(WORD_BITS), dtype=int, device=device)
+        self._parts = wp.zeros(int(PARTS) * sp_count, dtype=float, device=device)
+        self._weak = wp.zeros(sp_count, dtype=float, device=device)
+        runs = -(-sp_count // self._run)
+        self.rays = wp.zeros(runs, dtype=int, device=device)
+        self.shared = wp.zeros(runs, dtype=int, device=device)
+        self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
+
+    def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
+        """Find what the new representatives of `sps` see; what others saw before stays.
+
+        Only the device knows how many are new, so all runs are launched: those after the first are seldom needed. Of
+        the threads that trace each takes every so-manieth ray.
+        """
+        count, device, skip = self._sp_count, self.device, self._skip
+        plan, pairs = self._plan, self._pairs
+        if skip.weak_pairs:
+            launch(part_kernel, len(self._parts), [sps, vpls, self._parts], device)
+            launch(weak_kernel, count, [sps, self._parts, self._weak], device)
+        plans = plan_kernel(skip.facing_away, skip.weak_pairs)
+        trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
+        words = len(plan.traced)
+        self.rays.zero_()
+        self.shared.zero_()
+        for number, begin in enumerate(range(0, count, self._run)):
+            run = Run()
+            run.number, run.begin, run.most, run.words = number, begin, self._run, self._word_count
+            blocks = FEW_BLOCKS if number else MOST_BLOCKS
+            threads = min(BLOCK * blocks, len(pairs))
+            launch(plans, words, [sps, vpls, run, self._weak, plan], device, blocks)
+            launch_together(list_kernel, words, [sps, run, plan, self.rays, self.shared, pairs], device, blocks)
+            launch(trace, threads, [scene, sps, vpls, run, self.rays, threads, pairs], device, blocks)
+            launch(pack_kernel, words, [sps, run, plan, pairs, self.words], device, blocks)

@@ -1,0 +1,100 @@
+"""Makes the table of a scene's emitters."""
+
+import numpy as np
+import warp as wp
+
+from gpu.core.constants import PI
+from gpu.core.device import launch
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import MAX_VISITED
+from gpu.device_scene.surface import emission_at
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.light_table import LightData, LightTable, Shares
+from gpu.sampling.warps import triangle_barycentrics
+from gpu.scene.types import Doubles, Ints, Light, LightKind
+
+POWER_SAMPLES = wp.constant(16)
+
+
+@wp.kernel
+def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], areas: wp.array[float],
+                          powers: wp.array[float]) -> None:  # fmt: skip
+    """One thread an emissive triangle: its area and its power [W], averaged over points and colour channels."""
+    index = first + wp.tid()
+    face = faces[index]
+    corner = scene.triangles[face]
+    p0 = scene.vertices[corner[0]]
+    area = 0.5 * wp.length(wp.cross(scene.vertices[corner[1]] - p0, scene.vertices[corner[2]] - p0))
+    total = float(0.0)
+    for k in range(POWER_SAMPLES):
+        # A lattice of rank one; the texture's mean over the triangle is all that is wanted.
+        uv = triangle_barycentrics((float(k) + 0.5) / float(POWER_SAMPLES), (float(k) * 0.618034) % 1.0)
+        emission = emission_at(scene, face, uv[0], uv[1])
+        total += (emission[0] + emission[1] + emission[2]) / 3.0
+    factor = scene.materials[scene.triangle_material[face]].emission
+    # A floor, so that no point that emits is left without a chance to be chosen.
+    total = wp.max(total / float(POWER_SAMPLES), 0.01 * wp.max(factor[0], wp.max(factor[1], factor[2])))
+    areas[index] = area
+    powers[index] = PI * area * total
+
+
+def _light(light: Light) -> LightData:
+    data = LightData()
+    data.kind, data.cos_inner, data.cos_outer = int(light.kind), light.cos_inner, light.cos_outer
+    data.intensity = wp.vec3(*light.intensity)
+    data.position, data.direction = wp.vec3(*light.position), wp.vec3(*light.direction)
+    return data
+
+
+def _light_power(light: Light, radius: float) -> float:
+    """Power of a punctual light [W], the mean of the channels; a directional one's through the scene's sphere."""
+    intensity = float(np.mean(light.intensity))
+    if light.kind is LightKind.DIRECTIONAL:
+        return intensity * np.pi * radius**2
+    if light.kind is LightKind.SPOT:
+        return intensity * 2.0 * np.pi * (1.0 - light.cos_outer)
+    return intensity * 4.0 * np.pi
+
+
+def emissive_faces(resident: ResidentScene) -> Ints:
+    """The device's triangles whose material emits light, shape (triangle,). Unlit materials are shown, not lights."""
+    emits = np.array([max(m.emission) > 0.0 and not m.unlit for m in resident.scene.materials])
+    materials = resident.scene.triangle_material[resident.triangle_order]
+    return np.flatnonzero(emits[materials]).astype(np.int32)
+
+
+def _shares(power: Doubles, device: wp.Device) -> Shares:
+    """Shares in proportion to `power` (emitter,); `count` is 0 when there is none."""
+    shares = Shares()
+    total = float(power.sum())
+    shares.count = len(power) if total > 0.0 else 0
+    ends = np.cumsum(power) / total if total > 0.0 else np.ones(1)
+    integers = np.minimum(np.floor(ends * 2**32), 2**32 - 1).astype(np.uint32)
+    shares.cumulative = wp.array(integers, dtype=wp.uint32, device=device)
+    return shares
+
+
+def build_light_table(resident: ResidentScene) -> LightTable:
+    """The scene's emitters with their shares in the choice by power; `count` is 0 when nothing emits."""
+    scene, device = resident.scene, resident.device
+    faces = wp.array(emissive_faces(resident), dtype=wp.int32, device=device)
+    table = LightTable()
+    table.radius = float(np.linalg.norm(np.abs(scene.vertices).max(axis=0)))
+    table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
+    table.light_count = len(scene.lights)
+    table.faces = faces
+    table.areas = wp.zeros(len(faces), dtype=float, device=device)
+    powers = wp.zeros(len(faces), dtype=float, device=device)
+    launch(triangle_power_kernel, len(faces), [resident.data, faces, table.areas, powers], device)
+    table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
+    sky = [] if scene.sky is None else [float(np.mean(scene.sky.radiance)) * 2.0 * (np.pi * table.radius) ** 2]
+    extended = np.concatenate([powers.numpy().astype(np.float64), sky])
+    power = np.concatenate([extended, [_light_power(light, table.radius) for light in scene.lights]])
+    table.everything = _shares(power, device)
+    table.count = table.everything.count
+    if len(scene.lights) <= MAX_VISITED:
+        table.visited_count = len(scene.lights)
+        table.sampled = _shares(extended, device)
+    else:
+        table.sampled = table.everything
+    return table

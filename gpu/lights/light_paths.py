@@ -1,0 +1,147 @@
+"""Virtual point lights: light particles traced from the emitters. Step 1 of the 2022 paper (A. Keller, 1997)."""
+
+from functools import cache
+
+import warp as wp
+from warp.utils import radix_sort_pairs
+
+from gpu.core.device import allocate, launch
+from gpu.core.morton import EMPTY_KEY, order_key
+from gpu.core.radix_sort import iota_kernel
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import EVERYTHING, Needs
+from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.surface import surface_at
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.light_table import LightTable, emit
+from gpu.sampling.sobol import sobol_pair
+from gpu.sampling.warps import cosine_direction
+
+RAY_LENGTH = wp.constant(1.0e6)
+PILOT_PATHS = 4096
+MAX_PATHS_PER_VPL = 16
+
+
+@wp.struct
+class Vpls:
+    """Virtual point lights, neighbours on a surface side by side.
+
+    position, normal (vpl,) in unit space; flux (vpl,) [W], reflected.
+    A VPL is Lambertian: its intensity in a direction at angle θ from its normal is flux · cosθ / π.
+    """
+
+    count: int
+    position: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    flux: wp.array[wp.vec3]
+
+
+def allocate_vpls(count: int, device: wp.Device) -> Vpls:
+    """`count` VPLs without flux."""
+    vpls: Vpls = allocate(Vpls, count, device)
+    vpls.count = count
+    return vpls
+
+
+@cache
+def light_path_kernel(texels: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
+
+    @wp.kernel(module="unique")
+    def kernel(first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int, out: Vpls) -> None:
+        """One thread a light path: a VPL at each of its `bounces` first hits, at path · bounces + hit; flux 0 if none.
+
+        Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
+        """
+        path = first + wp.tid()
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        for bounce in range(bounces):
+            out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
+        pick = sobol_pair(path, 0, seed)
+        particle = emit(scene, table, pick.a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
+        flux = particle.flux / float(paths)
+        origin = offset_origin(particle.origin, particle.normal, particle.direction)
+        direction = particle.direction
+        for bounce in range(bounces):
+            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+            if hit.face == NO_HIT:
+                return
+            surface = surface_at(scene, hit, direction)
+            flux = wp.cw_mul(flux, surface.albedo)
+            slot = path * bounces + bounce
+            out.position[slot] = surface.position
+            out.normal[slot] = surface.geometric
+            out.flux[slot] = flux
+            survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
+            if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
+                return
+            flux = flux / survival
+            way = sobol_pair(path, 3 + 2 * bounce, seed)
+            direction = cosine_direction(surface.geometric, way.x, way.y)
+            origin = offset_origin(surface.position, surface.geometric, direction)
+
+    return kernel
+
+
+@wp.kernel
+def order_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
+    """One thread a VPL: its place in the order of surface points, or EMPTY_KEY when it carries no flux."""
+    index = first + wp.tid()
+    flux = vpls.flux[index]
+    keys[index] = EMPTY_KEY
+    if flux[0] + flux[1] + flux[2] > 0.0:
+        keys[index] = order_key(vpls.position[index], vpls.normal[index])
+
+
+@wp.kernel
+def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> None:
+    """One thread a VPL: copies the one that comes there in `order`."""
+    index = first + wp.tid()
+    source = order[index]
+    out.position[index] = vpls.position[source]
+    out.normal[index] = vpls.normal[source]
+    out.flux[index] = vpls.flux[source]
+
+
+@wp.kernel
+def filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array[int]) -> None:
+    """One thread a key: where the first is empty, writes how many are not. filled (1,): before, how many there are."""
+    index = first + wp.tid()
+    if sorted_keys[index] == EMPTY_KEY:
+        if index == 0:
+            filled[0] = 0
+        elif sorted_keys[index - 1] != EMPTY_KEY:
+            filled[0] = index
+
+
+def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
+                      seed: int, needs: Needs = EVERYTHING) -> Vpls:  # fmt: skip
+    """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
+    device = resident.device
+    slots = paths * bounces
+    raw = allocate_vpls(slots, device)
+    inputs = [scene, table, paths, bounces, seed, raw]
+    launch(light_path_kernel(needs.texels), paths, inputs, device)
+    keys = wp.zeros(2 * slots, dtype=int, device=device)
+    order = wp.zeros(2 * slots, dtype=int, device=device)
+    launch(order_key_kernel, slots, [raw, keys], device)
+    launch(iota_kernel, slots, [order], device)
+    radix_sort_pairs(keys, order, slots)
+    filled = wp.full(1, slots, dtype=int, device=device)
+    launch(filled_kernel, slots, [keys, filled], device)
+    count = int(filled.numpy()[0])
+    vpls = allocate_vpls(count, device)
+    launch(gather_kernel, count, [order, raw, vpls], device)
+    return vpls
+
+
+def paths_for(resident: ResidentScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
+              needs: Needs = EVERYTHING) -> int:  # fmt: skip
+    """How many light paths leave about `wanted` VPLs, by a pilot run; none when there is no light."""
+    if table.count == 0:
+        return 0
+    pilot = trace_light_paths(resident, scene, table, PILOT_PATHS, bounces, 0, needs)
+    per_path = max(pilot.count / PILOT_PATHS, 1.0 / MAX_PATHS_PER_VPL)
+    return max(1, round(wanted / per_path))

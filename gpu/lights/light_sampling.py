@@ -1,0 +1,175 @@
+"""Samples of the light that reaches a point, and the densities with which other ways of sampling are weighed."""
+
+import warp as wp
+
+from gpu.core.constants import PI
+from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.surface import emission_at, triangle_normal
+from gpu.lights.light_table import (
+    DIRECTIONAL,
+    FAR,
+    NOT_AN_EMITTER,
+    SPOT,
+    LightData,
+    LightTable,
+    Shares,
+    choose_emitter,
+    emitter_of,
+    is_light,
+    is_triangle,
+    point_on,
+    share_of,
+    sky_radiance,
+    spot_falloff,
+)
+from gpu.sampling.sobol import Pair
+from gpu.sampling.spherical_triangle import Corners, triangle_direction, triangle_solid_angle
+from gpu.sampling.warps import sky_direction, triangle_barycentrics
+
+# Triangles that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area.
+LEAST_SOLID_ANGLE = wp.constant(0.1)
+# Points less than this above an emitter's plane are on it, for all that float32 knows.
+LEAST_HEIGHT = wp.constant(1.0e-6)
+
+
+@wp.struct
+class LightSample:
+    """A sample of the light that reaches a place: from `point`, on a surface of `normal` (zero: on none).
+
+    direction: unit, towards the point; irradiance: radiance × solid_angle [W/m²], still to be multiplied by the
+    receiver's cosine; solid_angle: that the sample stands for, the inverse of its density [sr], 0 for punctual lights.
+    """
+
+    point: wp.vec3
+    normal: wp.vec3
+    direction: wp.vec3
+    irradiance: wp.vec3
+    solid_angle: float
+
+
+@wp.struct
+class MetLight:
+    """Light that a ray met: its radiance, and the density [1/sr] with which `sample_light` chooses that direction."""
+
+    radiance: wp.vec3
+    density: float
+
+
+@wp.func
+def punctual_sample(light: LightData, position: wp.vec3) -> LightSample:
+    """The light that reaches `position` from a punctual light, visibility left to the caller."""
+    sample = LightSample()
+    if light.kind == DIRECTIONAL:
+        sample.direction = -light.direction
+        sample.point = position + sample.direction * FAR
+        sample.irradiance = light.intensity
+        return sample
+    sample.point = light.position
+    way = light.position - position
+    distance = wp.length(way)
+    if distance > 0.0:
+        sample.direction = way / distance
+        share = wp.where(light.kind == SPOT, spot_falloff(light, -sample.direction), 1.0)
+        sample.irradiance = light.intensity * (share / (distance * distance))
+    return sample
+
+
+@wp.func
+def corners_from(scene: SceneData, face: int, position: wp.vec3) -> Corners:
+    """A triangle's corners as seen from `position`."""
+    corner = scene.triangles[face]
+    corners = Corners()
+    corners.a = wp.normalize(scene.vertices[corner[0]] - position)
+    corners.b = wp.normalize(scene.vertices[corner[1]] - position)
+    corners.c = wp.normalize(scene.vertices[corner[2]] - position)
+    return corners
+
+
+@wp.func
+def solid_angle_from(scene: SceneData, face: int, position: wp.vec3, corners: Corners) -> float:
+    """The solid angle [sr] of a triangle that `position` sees so; none from its own plane, where it is not defined."""
+    height = wp.dot(position - scene.vertices[scene.triangles[face][0]], triangle_normal(scene, face))
+    return wp.where(height > LEAST_HEIGHT, triangle_solid_angle(corners), 0.0)
+
+
+@wp.func
+def barycentrics_towards(scene: SceneData, face: int, position: wp.vec3, direction: wp.vec3) -> wp.vec2:
+    """Barycentrics of the triangle's point that `position` sees in `direction`."""
+    corner = scene.triangles[face]
+    p0 = scene.vertices[corner[0]] - position
+    p1 = scene.vertices[corner[1]] - position
+    p2 = scene.vertices[corner[2]] - position
+    u = wp.max(-wp.dot(direction, wp.cross(p1, p2)), 0.0)
+    v = wp.max(-wp.dot(direction, wp.cross(p2, p0)), 0.0)
+    w = wp.max(-wp.dot(direction, wp.cross(p0, p1)), 0.0)
+    return wp.vec2(u, v) / (u + v + w)
+
+
+@wp.func
+def triangle_density(table: LightTable, emitter: int, probability: float, solid_angle: float, normal: wp.vec3,
+                     way: wp.vec3) -> float:  # fmt: skip
+    """Density [1/sr] that `sample_light` has at `way` from the receiver on an emissive triangle; 0 seen from behind.
+
+    solid_angle: of the whole triangle.
+    """
+    if solid_angle > LEAST_SOLID_ANGLE:
+        return probability / solid_angle
+    facing = -wp.dot(way, normal)
+    if facing <= 0.0:
+        return 0.0
+    square = wp.length_sq(way)
+    return probability * square * wp.sqrt(square) / (table.areas[emitter] * facing)
+
+
+@wp.func
+def sample_light(scene: SceneData, table: LightTable, shares: Shares, position: wp.vec3, pick: wp.uint32,
+                 place: Pair) -> LightSample:  # fmt: skip
+    """A sample of the light that reaches `position` from the emitters of `shares`, visibility left to the caller."""
+    choice = choose_emitter(shares, pick)
+    if is_light(table, choice.index):
+        sample = punctual_sample(table.lights[choice.index - table.triangle_count - table.sky_count], position)
+        sample.irradiance = sample.irradiance / choice.probability
+        return sample
+    sample = LightSample()
+    if is_triangle(table, choice.index):
+        face = table.faces[choice.index]
+        corners = corners_from(scene, face, position)
+        solid_angle = solid_angle_from(scene, face, position, corners)
+        uv = triangle_barycentrics(place.x, place.y)
+        if solid_angle > LEAST_SOLID_ANGLE:
+            direction = triangle_direction(corners, solid_angle, place.x, place.y)
+            uv = barycentrics_towards(scene, face, position, direction)
+        sample.point = point_on(scene, face, uv)
+        sample.normal = triangle_normal(scene, face)
+        way = sample.point - position
+        sample.direction = wp.normalize(way)
+        density = triangle_density(table, choice.index, choice.probability, solid_angle, sample.normal, way)
+        if density > 0.0:
+            sample.solid_angle = 1.0 / density
+            sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * sample.solid_angle
+        return sample
+    sample.direction = sky_direction(place.x, place.y)
+    sample.point = position + sample.direction * FAR
+    sample.irradiance = scene.sky * (2.0 * PI / choice.probability)
+    sample.solid_angle = 4.0 * PI / (wp.max(1.0 + sample.direction[1], 1.0e-6) * choice.probability)
+    return sample
+
+
+@wp.func
+def light_met(scene: SceneData, table: LightTable, shares: Shares, origin: wp.vec3, direction: wp.vec3,
+              hit: Hit) -> MetLight:  # fmt: skip
+    """The light that a ray along unit `direction` met at `hit`; `shares` must hold all emitters it can meet."""
+    met = MetLight()
+    if hit.face == NO_HIT:
+        met.radiance = sky_radiance(scene, direction)
+        if table.sky_count > 0:
+            met.density = share_of(shares, table.triangle_count) * (1.0 + direction[1]) / (4.0 * PI)
+        return met
+    emitter = emitter_of(table, hit.face)
+    normal = triangle_normal(scene, hit.face)
+    if emitter != NOT_AN_EMITTER and wp.dot(normal, direction) < 0.0:
+        met.radiance = emission_at(scene, hit.face, hit.u, hit.v)
+        solid_angle = solid_angle_from(scene, hit.face, origin, corners_from(scene, hit.face, origin))
+        way = direction * hit.t
+        met.density = triangle_density(table, emitter, share_of(shares, emitter), solid_angle, normal, way)
+    return met

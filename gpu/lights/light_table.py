@@ -1,0 +1,203 @@
+"""All that emits: emissive triangles, the sky and punctual lights in one table, sampled in proportion to power."""
+
+import warp as wp
+
+from gpu.core.constants import PI
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.surface import emission_at, triangle_normal
+from gpu.sampling.sobol import TO_UNIT, Pair
+from gpu.sampling.warps import (
+    cone_direction,
+    cosine_direction,
+    on_disk,
+    orthonormal,
+    sky_direction,
+    triangle_barycentrics,
+)
+from gpu.scene.types import LightKind
+
+SPOT = wp.constant(int(LightKind.SPOT))
+DIRECTIONAL = wp.constant(int(LightKind.DIRECTIONAL))
+# Lights without a place stand this far away; unit space has the diameter √3.
+FAR = wp.constant(4.0)
+NOT_AN_EMITTER = wp.constant(-1)
+
+
+@wp.struct
+class LightData:
+    """A punctual light; see gpu.scene.types.Light."""
+
+    kind: int
+    intensity: wp.vec3
+    position: wp.vec3
+    direction: wp.vec3
+    cos_inner: float
+    cos_outer: float
+
+
+@wp.struct
+class Shares:
+    """The first `count` emitters' shares in a choice by power. cumulative (emitter,): their upper ends, of 2³²."""
+
+    count: int
+    cumulative: wp.array[wp.uint32]
+
+
+@wp.struct
+class LightTable:
+    """Emitters: `triangle_count` emissive triangles, then the sky (`sky_count` is 0 or 1), then punctual lights.
+
+    light_count: of the last; everything: shares of all emitters; sampled: of those that direct light chooses from; the
+    first `visited_count` punctual lights it visits one by one instead. faces (triangle,) ascending; areas (triangle,);
+    lights (light,); count: of all emitters, 0 when none has power; radius: of the scene's bounding sphere about the
+    origin.
+    """
+
+    count: int
+    triangle_count: int
+    sky_count: int
+    light_count: int
+    visited_count: int
+    everything: Shares
+    sampled: Shares
+    faces: wp.array[int]
+    areas: wp.array[float]
+    lights: wp.array[LightData]
+    radius: float
+
+
+@wp.struct
+class EmitterChoice:
+    """An emitter and the probability that it is chosen with."""
+
+    index: int
+    probability: float
+
+
+@wp.struct
+class Particle:
+    """A light particle: where it starts (with the surface's normal, or zero), its unit direction and flux [W]."""
+
+    origin: wp.vec3
+    normal: wp.vec3
+    direction: wp.vec3
+    flux: wp.vec3
+
+
+@wp.func
+def sky_radiance(scene: SceneData, direction: wp.vec3) -> wp.vec3:
+    """Radiance that arrives from unit `direction` where no surface is [W/m²/sr]."""
+    return scene.sky * (0.5 + 0.5 * direction[1])
+
+
+@wp.func
+def spot_falloff(light: LightData, direction: wp.vec3) -> float:
+    """Share of a spot light's intensity in unit `direction` (glTF KHR_lights_punctual, inner and outer cone angles)."""
+    width = wp.max(light.cos_inner - light.cos_outer, 1.0e-4)
+    share = wp.clamp((wp.dot(direction, light.direction) - light.cos_outer) / width, 0.0, 1.0)
+    return share * share
+
+
+@wp.func
+def choose_emitter(shares: Shares, value: wp.uint32) -> EmitterChoice:
+    """The emitter whose share of 2³² holds `value`."""
+    low = int(0)
+    high = shares.count - 1
+    while low < high:
+        middle = (low + high) // 2
+        if value < shares.cumulative[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    choice = EmitterChoice()
+    choice.index = low
+    choice.probability = share_of(shares, low)
+    return choice
+
+
+@wp.func
+def share_of(shares: Shares, emitter: int) -> float:
+    """The probability that an emitter is chosen with."""
+    below = wp.uint32(0)
+    if emitter > 0:
+        below = shares.cumulative[emitter - 1]
+    share = float(shares.cumulative[emitter] - below)
+    if emitter == shares.count - 1:
+        share += 1.0  # the last share ends at 2³², which is stored as 2³² − 1
+    return share * TO_UNIT
+
+
+@wp.func
+def is_triangle(table: LightTable, emitter: int) -> bool:
+    """Whether an emitter is a triangle."""
+    return table.triangle_count > 0 and (table.sky_count + table.light_count == 0 or emitter < table.triangle_count)
+
+
+@wp.func
+def is_light(table: LightTable, emitter: int) -> bool:
+    """Whether an emitter is a punctual light."""
+    return table.light_count > 0 and (
+        table.triangle_count + table.sky_count == 0 or emitter >= table.triangle_count + table.sky_count
+    )
+
+
+@wp.func
+def emitter_of(table: LightTable, face: int) -> int:
+    """The emitter that triangle `face` is, or NOT_AN_EMITTER."""
+    low = int(0)
+    high = table.triangle_count
+    while low < high:
+        middle = (low + high) // 2
+        if table.faces[middle] < face:
+            low = middle + 1
+        else:
+            high = middle
+    if low < table.triangle_count and table.faces[low] == face:
+        return low
+    return NOT_AN_EMITTER
+
+
+@wp.func
+def point_on(scene: SceneData, face: int, place: wp.vec2) -> wp.vec3:
+    """The point of a triangle with barycentrics `place`."""
+    corner = scene.triangles[face]
+    return (
+        scene.vertices[corner[0]] * place[0]
+        + scene.vertices[corner[1]] * place[1]
+        + scene.vertices[corner[2]] * (1.0 - place[0] - place[1])
+    )
+
+
+@wp.func
+def emit(scene: SceneData, table: LightTable, pick: wp.uint32, place: Pair, way: Pair) -> Particle:
+    """A light particle whose expected flux is all the scene's light; Jensen 1996, light particles by power."""
+    choice = choose_emitter(table.everything, pick)
+    particle = Particle()
+    if is_triangle(table, choice.index):
+        face = table.faces[choice.index]
+        uv = triangle_barycentrics(place.x, place.y)
+        particle.origin = point_on(scene, face, uv)
+        particle.normal = triangle_normal(scene, face)
+        particle.direction = cosine_direction(particle.normal, way.x, way.y)
+        power = PI * table.areas[choice.index] / choice.probability
+        particle.flux = emission_at(scene, face, uv[0], uv[1]) * power
+        return particle
+    if not is_light(table, choice.index):
+        disk = on_disk(place.x, place.y) * table.radius
+        particle.direction = -sky_direction(way.x, way.y)
+        particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
+        particle.flux = scene.sky * (2.0 * PI * PI * table.radius * table.radius / choice.probability)
+        return particle
+    light = table.lights[choice.index - table.triangle_count - table.sky_count]
+    if light.kind == DIRECTIONAL:
+        disk = on_disk(place.x, place.y) * table.radius
+        particle.origin = orthonormal(light.direction) * wp.vec3(disk[0], disk[1], -FAR)
+        particle.direction = light.direction
+        particle.flux = light.intensity * (PI * table.radius * table.radius / choice.probability)
+        return particle
+    cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
+    particle.origin = light.position
+    particle.direction = cone_direction(light.direction, cos_angle, way.x, way.y)
+    share = wp.where(light.kind == SPOT, spot_falloff(light, particle.direction), 1.0)
+    particle.flux = light.intensity * (share * 2.0 * PI * (1.0 - cos_angle) / choice.probability)
+    return particle

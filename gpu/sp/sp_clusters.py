@@ -1,0 +1,284 @@
+"""Fuzzy clusters of shading points: each SP belongs to its F nearest ones. Step 4 and Algorithm 2 of the 2022 paper.
+
+Where no representative is near and of like orientation (thin, curved or small parts), the search widens, then relaxes
+the normal. SPs that are served badly or not at all get representatives of their own: a share of the clusters is kept
+back for them, spread in proportion to need. What is then still unserved takes the nearest cluster of all.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.clustering.grid import NORMAL_THRESHOLD, Representatives, level_of
+from gpu.clustering.kmeans import KMeans
+from gpu.clustering.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
+from gpu.core.bucket_sort import Buckets
+from gpu.core.device import launch
+from gpu.core.morton import CELL_BITS, CELL_COUNT, EMPTY_KEY, order_key
+from gpu.core.radix_sort import running_total
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.settings import Weighting
+from gpu.sp.reuse import drop, keep
+from gpu.sp.samples import SampledPoints
+from gpu.sp.seeding import (
+    FILLING,
+    GOOD,
+    MOST_NEW,
+    SERVICE,
+    WHOLE_NEED,
+    NeedScale,
+    adapt_kernel,
+    extra_kernel,
+    fill_kernel,
+    need_of,
+)
+
+# Of k-means, which starts with points spread evenly over the picture: more make no picture better.
+ITERATIONS = 1
+SAMPLES_PER_CLUSTER = 4
+# Share of the clusters that is kept for SPs that k-means serves badly.
+EXTRA_SHARE = 0.25
+# No cluster is in use at all.
+UNASSIGNED_NEED = wp.constant(2047)
+# Of all clusters, about so many where none is near.
+LOOKED_AT = wp.constant(256)
+# Of a thread, which waits for memory most of the time: so that many wait at once.
+REGISTERS = 112
+# Distances below this share of a spacing count as a match: w = 1/d has a pole at the representative (2022, Eq. 10).
+MATCH = wp.constant(1.0e-3)
+
+
+@wp.struct
+class SpClusters:
+    """Clusters' representatives as rays need them, and each SP's clusters.
+
+    position, geometric (cluster,): where rays start; normal (cluster,): for shading; spacing (cluster,): distance to
+    neighbours; used (cluster,): 0 for a cluster without members; order (cluster,): the `fresh` (1,) ones whose
+    representatives are new in this frame, so that neighbours in space follow each other, for rays that stay together.
+    cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1.
+    """
+
+    position: wp.array[wp.vec3]
+    geometric: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    spacing: wp.array[float]
+    used: wp.array[int]
+    order: wp.array[int]
+    fresh: wp.array[int]
+    cluster: wp.array2d[int]
+    weight: wp.array2d[float]
+
+
+def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device) -> SpClusters:
+    """`count` clusters, to `fuzziness` of which each of `sps` SPs belongs."""
+    clusters = SpClusters()
+    clusters.position = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.geometric = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.normal = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.spacing = wp.zeros(count, dtype=float, device=device)
+    clusters.used = wp.zeros(count, dtype=int, device=device)
+    clusters.order = wp.zeros(count, dtype=int, device=device)
+    clusters.fresh = wp.zeros(1, dtype=int, device=device)
+    clusters.cluster = wp.zeros((fuzziness, sps), dtype=int, device=device)
+    clusters.weight = wp.zeros((fuzziness, sps), dtype=float, device=device)
+    return clusters
+
+
+@wp.kernel
+def representative_kernel(first: int, gbuffer: GBuffer, representatives: Representatives, pixels: wp.array[int],
+                          base: wp.array[int], medoids: wp.array[int], sampled: wp.array[int], keys: wp.array[int],
+                          out: SpClusters) -> None:  # fmt: skip
+    """One thread a cluster: the SP that represents it. Those below `base` (1,) are medoids; others know their pixel.
+
+    pixels (cluster,): −1 for a representative that is kept, which stays where it is; keys (cluster,): the place on the
+    curve that `order` follows, EMPTY_KEY for those that are not new.
+    """
+    cluster = first + wp.tid()
+    out.used[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 1, 0)
+    keys[cluster] = EMPTY_KEY
+    if representatives.spacing[cluster] <= 0.0:
+        return
+    if cluster < base[0]:
+        pixels[cluster] = sampled[medoids[cluster]]
+    pixel = pixels[cluster]
+    out.spacing[cluster] = representatives.spacing[cluster]
+    if pixel < 0:
+        return
+    out.position[cluster] = gbuffer.position[pixel]
+    out.geometric[cluster] = gbuffer.geometric[pixel]
+    out.normal[cluster] = gbuffer.normal[pixel]
+    keys[cluster] = order_key(gbuffer.position[pixel], gbuffer.geometric[pixel])
+
+
+@cache
+def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
+    """The kernel of Algorithm 2 for F = `fuzziness`; its weights are 1/distance (Eq. 10) or equal (Eq. 8)."""
+    search = nearest_search(fuzziness, widens=True)
+
+    @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
+    def kernel(
+        first: int,
+        gbuffer: GBuffer,
+        sps: wp.array[int],
+        sp_count: wp.array[int],
+        clusters: Representatives,
+        extent: wp.array[int],
+        spacing_scale: wp.array[float],
+        least_need: int,
+        scale: NeedScale,
+        good: wp.array[float],
+        need: wp.array[int],
+        serving: wp.array[int],
+        out: SpClusters,
+    ) -> None:
+        """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
+
+        extent (1,): of the clusters, the first so many may be in use; spacing_scale (1,): as in gpu.sp.reuse.
+        least_need: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
+        good (1,): the distance that is good enough [spacings]; serving (cluster,): becomes 1 for the nearest one,
+        whoever writes it.
+        """
+        sp = first + wp.tid()
+        if sp >= sp_count[0]:
+            need[sp] = 0
+            return
+        if need[sp] < least_need:
+            return
+        pixel = sps[sp]
+        position = gbuffer.position[pixel]
+        normal = gbuffer.normal[pixel]
+        spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]
+        nearest = search(clusters, position, normal, level_of(spacing), NORMAL_THRESHOLD)
+        need[sp] = scale.unserved
+        if nearest.cluster[0] < 0 and least_need > 0:
+            # Few SPs come here; any cluster is better than none, and they are the first to be refined. One that looked
+            # at all clusters would keep the others waiting.
+            count = extent[0]
+            every = 1 + count // LOOKED_AT
+            nearest.cluster[0] = nearest_of_all(clusters, count, position, normal, RELAXED_THRESHOLD, every)
+            if nearest.cluster[0] < 0:
+                nearest.cluster[0] = nearest_of_all(clusters, count, position, normal, RELAXED_THRESHOLD, 1)
+            nearest.distance[0] = spacing
+            if nearest.cluster[0] < 0:
+                need[sp] = UNASSIGNED_NEED
+        elif nearest.cluster[0] >= 0:
+            need[sp] = need_of(scale, good[0], nearest.distance[0] / spacing, nearest.alike)
+        if nearest.cluster[0] >= 0:
+            serving[nearest.cluster[0]] = 1
+        total = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            weight = float(0.0)
+            if nearest.cluster[f] >= 0:
+                weight = 1.0
+                if wp.static(by_distance):
+                    weight = spacing / wp.max(nearest.distance[f], MATCH * spacing)
+            nearest.distance[f] = weight
+            total += weight
+        for f in range(wp.static(fuzziness)):
+            out.cluster[f, sp] = wp.max(nearest.cluster[f], 0)
+            out.weight[f, sp] = nearest.distance[f] / wp.max(total, 1.0e-20)
+
+    return kernel
+
+
+def extra_of(count: int) -> int:
+    """How many of `count` clusters are kept for SPs that k-means serves badly."""
+    return int(count * EXTRA_SHARE) if count > 1 else 0
+
+
+class SpClustering:
+    """Clusters a frame's SPs; `clusters` (SpClusters) and `need` (sp,) hold the result, arrays are allocated once.
+
+    They have room for `most` clusters, `count` of which there are to be: all, until `use` says otherwise.
+    """
+
+    def __init__(self, sps: ShadingPoints, most: int, fuzziness: int, weighting: Weighting) -> None:
+        device = self.device = sps.device
+        self._sps, self.most = sps, min(most, sps.capacity)
+        self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
+        self.need = wp.zeros(sps.capacity, dtype=int, device=device)
+        self._needs = wp.zeros(sps.capacity, dtype=int, device=device)
+        extra = extra_of(self.most)
+        base = self.most - extra
+        self._samples = SampledPoints(min(sps.capacity, SAMPLES_PER_CLUSTER * base), device)
+        self._kmeans = KMeans(self._samples.capacity, base, device, extra=extra)
+        self._pixels = wp.zeros(self.most, dtype=int, device=device)
+        self._spacings = wp.zeros(self.most, dtype=float, device=device)
+        self._crowded = wp.zeros(self.most, dtype=int, device=device)
+        self._serving = wp.zeros(self.most, dtype=int, device=device)
+        self._free = wp.zeros(self.most, dtype=int, device=device)
+        self._frees = wp.zeros(self.most, dtype=int, device=device)
+        # What kernels know of `count`: that, how many are not of k-means, and the scale from pixels' spacings to
+        # clusters'.
+        self._wanted, self._extra = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
+        self._scale = wp.zeros(1, dtype=float, device=device)
+        self._good, self._one = (wp.ones(1, dtype=float, device=device) for _ in range(2))
+        self._most_new, self._extent, self._none = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
+        self._order = Buckets(self.most, CELL_COUNT, device, shift=CELL_BITS)
+        self.clusters = allocate_sp_clusters(self.most, fuzziness, sps.capacity, device)
+        self.clusters.order, self.clusters.fresh = self._order.items, self._order.starts[CELL_COUNT:]
+        self.use(self.most)
+
+    def use(self, count: int, *, at_once: bool = False) -> None:
+        """Have so many clusters from the next frame on, but no more than there is room for.
+
+        A walk goes on: evenly many of all stay where there are too many, and new ones come in turn, or `at_once`.
+        """
+        self.count = min(count, self.most)
+        extra = extra_of(self.count)
+        base = self.count - extra
+        self._wanted.fill_(self.count)
+        self._extra.fill_(extra)
+        self._kmeans.wanted.fill_(base)
+        self._samples.wanted.fill_(min(self._samples.capacity, SAMPLES_PER_CLUSTER * base))
+        self._most_new.fill_(self.count if at_once else 1 + int(MOST_NEW * self.count))
+        self._scale.fill_(self._sps.stride * base**-0.5)
+
+    def run(self, gbuffer: GBuffer, seed: int) -> None:
+        """K-means of a sample of the SPs, then the F nearest clusters of every SP."""
+        sps, grid, device = self._sps, self._kmeans.grid, self.device
+        grid.data.spacing.zero_()
+        self._serving.zero_()
+        self._good.fill_(GOOD)
+        wp.copy(self._most_new, self._wanted)
+        wp.copy(self._extent, self._wanted)
+        self._samples.draw(sps, gbuffer, self._scale, seed)
+        self._kmeans.run(self._samples.points, ITERATIONS, seed)
+        grid.build()
+        self._assign(gbuffer, SERVICE, self._one, least_need=0)
+        running_total(self.need, self._needs)
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._kmeans.wanted, self._extra]
+        launch(extra_kernel, extra_of(self.most), [*inputs, grid.data, self._pixels], device)
+        self._finish(gbuffer, self._kmeans.wanted, least_need=1)
+
+    def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
+        """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
+
+        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
+        """
+        sps, grid, device = self._sps, self._kmeans.grid, self.device
+        work = self._spacings, self._crowded, self._pixels
+        keep(camera, size, gbuffer, sps, self._scale, self._good, grid.data, self._serving, *work)
+        drop(grid.data, self._wanted, self._good, self._free, self._frees)
+        grid.build()
+        self._assign(gbuffer, FILLING, self._good, least_need=0)
+        running_total(self.need, self._needs)
+        counts = self._wanted, self._frees, self._good, self._most_new
+        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, *counts]
+        launch(fill_kernel, self.most, [*inputs, grid.data, self._pixels, self._serving], device)
+        launch(adapt_kernel, 1, [sps.count, self._needs, *counts, self._extent], device)
+        self._finish(gbuffer, self._none, least_need=int(WHOLE_NEED))
+
+    def _finish(self, gbuffer: GBuffer, base: wp.array, *, least_need: int) -> None:
+        """Serve the needy by the new clusters too, of which the first `base` (1,) are medoids, and order all."""
+        self._kmeans.grid.build()
+        self._assign(gbuffer, SERVICE, self._one, least_need=least_need)
+        inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
+        launch(representative_kernel, self.most, [*inputs, self._order.keys, self.clusters], self.device)
+        self._order.sort()
+
+    def _assign(self, gbuffer: GBuffer, scale: NeedScale, good: wp.array, *, least_need: int) -> None:
+        sps, data = self._sps, self._kmeans.grid.data
+        inputs = [gbuffer, sps.pixels, sps.count, data, self._extent, self._scale, least_need]
+        launch(self._kernel, sps.capacity, [*inputs, scale, good, self.need, self._serving, self.clusters], self.device)

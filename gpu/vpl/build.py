@@ -1,0 +1,228 @@
+"""Makes VPL clusters and their disk lights. Steps 1 and 2 of the 2022 paper, section 3.1."""
+
+import numpy as np
+import warp as wp
+
+from gpu.clustering.kmeans import KMeans
+from gpu.clustering.points import Points
+from gpu.core.constants import FAR_AWAY, PI
+from gpu.core.device import allocate, launch
+from gpu.core.kahan import Sum, added
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.light_paths import Vpls, allocate_vpls, gather_kernel
+from gpu.scene.types import Ints
+from gpu.vpl.disk_light import Disk, disk_of
+from gpu.vpl.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, PER_TWIG, VplClusters, member_disk
+
+ITERATIONS = 10
+# Bounds are this much wider than what they hold, against rounding.
+WIDER = wp.constant(1.0001)
+# Fewer members than that may lie close together by chance, or be one, and tell nothing of the area they stand for.
+FEW_MEMBERS = wp.constant(4)
+# Area of clusters of many members over that of the disk that reaches the nearest other: 0.41 to 0.5 in their median.
+NEAREST_SHARE = wp.constant(0.45)
+
+
+@wp.func
+def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int) -> float:
+    """The area that a cluster has by its distance to the nearest other that faces a like way; 0 if there is none.
+
+    A disk of no area would light what is near without bound. The share is what clusters of many members have.
+    """
+    position = vpls.position[medoids[cluster]]
+    normal = vpls.normal[medoids[cluster]]
+    nearest = float(FAR_AWAY)
+    for other in range(medoids.shape[0]):
+        if other != cluster and wp.dot(normal, vpls.normal[medoids[other]]) > 0.0:
+            nearest = wp.min(nearest, wp.length_sq(vpls.position[medoids[other]] - position))
+    return wp.where(nearest < FAR_AWAY, NEAREST_SHARE * PI * nearest, 0.0)
+
+
+@wp.kernel
+def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClusters) -> None:
+    """One thread a cluster: the disk light that stands for its members. medoids (cluster,): indices of `vpls`."""
+    cluster = first + wp.tid()
+    centre = vpls.position[medoids[cluster]]
+    normal = vpls.normal[medoids[cluster]]
+    flux = Sum()
+    mean = wp.vec3(0.0, 0.0, 0.0)
+    square = float(0.0)
+    total = float(0.0)
+    cone = float(1.0)
+    extent = float(0.0)
+    thickness = float(0.0)
+    for member in range(out.starts[cluster], out.starts[cluster + 1]):
+        member_flux = out.members.flux[member]
+        flux = added(flux, member_flux)
+        weight = member_flux[0] + member_flux[1] + member_flux[2]
+        offset = out.members.position[member] - centre
+        mean += offset * weight
+        square += wp.length_sq(offset) * weight
+        total += weight
+        cone = wp.min(cone, wp.dot(normal, out.members.normal[member]))
+        extent = wp.max(extent, wp.length(offset))
+        thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
+    mean = mean / total
+    variance = wp.max(square / total - wp.length_sq(mean), 0.0)
+    area = 2.0 * PI * variance
+    if out.starts[cluster + 1] - out.starts[cluster] < FEW_MEMBERS:
+        area = wp.max(area, neighbour_area(vpls, medoids, cluster))
+    out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, cone)
+    out.cone[cluster] = cone
+    out.extent[cluster] = extent
+    out.thickness[cluster] = thickness
+
+
+@wp.kernel
+def twig_kernel(first: int, out: VplClusters) -> None:
+    """One thread a cluster: the disks that stand for its twigs, each with its members' share of the cluster's area."""
+    cluster = first + wp.tid()
+    begin = out.starts[cluster]
+    end = out.starts[cluster + 1]
+    for twig in range(out.twig_starts[cluster], out.twig_starts[cluster + 1]):
+        flux = wp.vec3(0.0, 0.0, 0.0)
+        position = wp.vec3(0.0, 0.0, 0.0)
+        normal = wp.vec3(0.0, 0.0, 0.0)
+        total = float(0.0)
+        last = wp.min(begin + PER_TWIG, end)
+        for member in range(begin, last):
+            member_flux = out.members.flux[member]
+            weight = member_flux[0] + member_flux[1] + member_flux[2]
+            flux += member_flux
+            position += out.members.position[member] * weight
+            normal += out.members.normal[member] * weight
+            total += weight
+        position = position / total
+        normal = wp.normalize(normal)
+        cone = float(1.0)
+        square = float(0.0)
+        for member in range(begin, last):
+            member_flux = out.members.flux[member]
+            weight = member_flux[0] + member_flux[1] + member_flux[2]
+            square += wp.length_sq(out.members.position[member] - position) * weight
+            cone = wp.min(cone, wp.dot(normal, out.members.normal[member]))
+        area = out.disks[cluster].area * float(last - begin) / float(end - out.starts[cluster])
+        out.twigs[twig] = disk_of(position, normal, flux, area, square / total, cone)
+        begin = last
+
+
+@wp.kernel
+def bound_kernel(first: int, out: VplClusters) -> None:
+    """One thread a group of clusters: the bounds of their members and of their normals."""
+    group = first + wp.tid()
+    begin = out.per_group * group
+    end = wp.min(begin + out.per_group, out.count)
+    centre = wp.vec3(0.0, 0.0, 0.0)
+    axis = wp.vec3(0.0, 0.0, 0.0)
+    for cluster in range(begin, end):
+        centre += out.disks[cluster].position / float(end - begin)
+        axis += out.disks[cluster].normal
+    axis = wp.normalize(axis)
+    radius = float(0.0)
+    widest = float(0.0)
+    for cluster in range(begin, end):
+        radius = wp.max(radius, wp.length(out.disks[cluster].position - centre) + out.extent[cluster])
+        off = wp.acos(wp.clamp(wp.dot(axis, out.disks[cluster].normal), -1.0, 1.0))
+        widest = wp.max(widest, off + wp.acos(wp.clamp(out.cone[cluster], -1.0, 1.0)))
+    out.centre[group] = centre
+    out.radius[group] = radius * WIDER
+    out.axis[group] = axis
+    out.spread[group] = wp.cos(wp.min(widest * WIDER, PI))
+
+
+def set_groups(clusters: VplClusters, device: wp.Device) -> None:
+    """Form groups of `clusters`, of which there is one or more, and fill in their bounds."""
+    clusters.per_group = LEAST_PER_GROUP
+    while clusters.per_group * MOST_GROUPS < clusters.count:
+        clusters.per_group *= 2
+    clusters.groups = -(-clusters.count // clusters.per_group)
+    for name in ("centre", "axis"):
+        setattr(clusters, name, wp.zeros(clusters.groups, dtype=wp.vec3, device=device))
+    for name in ("radius", "spread"):
+        setattr(clusters, name, wp.zeros(clusters.groups, dtype=float, device=device))
+    launch(bound_kernel, clusters.groups, [clusters], device)
+
+
+def set_twigs(clusters: VplClusters, starts: Ints, device: wp.Device) -> None:
+    """Form twigs of the members of `clusters`, which begin at `starts` (cluster + 1,)."""
+    twig_starts = np.append(0, np.cumsum(-(-np.diff(starts) // PER_TWIG)))
+    clusters.twig_starts = wp.array(twig_starts, dtype=int, device=device)
+    clusters.twigs = wp.zeros(int(twig_starts[-1]), dtype=Disk, device=device)
+    launch(twig_kernel, clusters.count, [clusters], device)
+
+
+def no_clusters() -> VplClusters:
+    """None at all."""
+    clusters = VplClusters()
+    clusters.count = clusters.groups = 0  # ints, which the struct's own zeros are not
+    return clusters
+
+
+def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) -> VplClusters:
+    """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
+    device = resident.device
+    if vpls.count == 0:
+        return no_clusters()
+    kmeans = KMeans(vpls.count, min(wanted, vpls.count), device, exhaustive=True)
+    kmeans.run(vpl_points(vpls, device), ITERATIONS, seed)
+    starts = kmeans.groups.starts.numpy()
+    used = np.flatnonzero(np.diff(starts))
+    clusters: VplClusters = allocate(VplClusters, len(used), device)
+    clusters.count = len(used)
+    starts = np.append(starts[used], vpls.count).astype(np.int32)
+    clusters.starts = wp.array(starts, dtype=int, device=device)
+    clusters.members = allocate_vpls(vpls.count, device)
+    launch(gather_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
+    medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
+    launch(summarise_kernel, clusters.count, [vpls, medoids, clusters], device)
+    set_twigs(clusters, starts, device)
+    set_groups(clusters, device)
+    return clusters
+
+
+@wp.kernel
+def single_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) -> None:
+    """One thread a cluster: makes each member a disk of its own with its share of the cluster's area."""
+    cluster = first + wp.tid()
+    begin = clusters.starts[cluster]
+    end = clusters.starts[cluster + 1]
+    area = clusters.disks[cluster].area / float(end - begin)
+    for member in range(begin, end):
+        singles[member] = member_disk(clusters, member, area)
+
+
+def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
+    """Every VPL of `clusters` as a disk light of its own: what `exact-vpl` shades, and the ablation of SPs alone."""
+    device, members = resident.device, clusters.members
+    if clusters.count == 0:
+        return no_clusters()
+    singles: VplClusters = allocate(VplClusters, members.count, device)
+    singles.count = members.count
+    singles.cone.fill_(1.0)
+    singles.members = members
+    launch(single_kernel, clusters.count, [clusters, singles.disks], device)
+    starts = np.arange(members.count + 1, dtype=np.int32)
+    singles.starts = wp.array(starts, dtype=int, device=device)
+    set_twigs(singles, starts, device)
+    set_groups(singles, device)
+    return singles
+
+
+@wp.kernel
+def vpl_weight_kernel(first: int, vpls: Vpls, weight: wp.array[float], spacing: wp.array[float]) -> None:
+    """One thread a VPL: its weight in clustering, the mean of its flux's channels. Spacing is not used there."""
+    index = first + wp.tid()
+    flux = vpls.flux[index]
+    weight[index] = (flux[0] + flux[1] + flux[2]) / 3.0
+    spacing[index] = 1.0
+
+
+def vpl_points(vpls: Vpls, device: wp.Device) -> Points:
+    """VPLs as points to be clustered, weighted by flux."""
+    points = Points()
+    points.position, points.normal = vpls.position, vpls.normal
+    points.weight = wp.zeros(vpls.count, dtype=float, device=device)
+    points.spacing = wp.zeros(vpls.count, dtype=float, device=device)
+    points.count = wp.array([vpls.count], dtype=int, device=device)
+    launch(vpl_weight_kernel, vpls.count, [vpls, points.weight, points.spacing], device)
+    return points

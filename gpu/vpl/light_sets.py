@@ -1,0 +1,100 @@
+"""The light of a scene that no camera changes: its emitters, VPLs and VPL clusters. Made once, shared by renderers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from weakref import proxy
+
+from gpu.core.device import overwrite
+from gpu.device_scene.features import needs_of
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.build import build_light_table
+from gpu.lights.light_paths import Vpls, paths_for, trace_light_paths
+from gpu.lights.light_table import LightTable
+from gpu.vpl.build import cluster_vpls
+from gpu.vpl.radiosity_cache import RadiosityMap, radiosity_map
+from gpu.vpl.vpl_clusters import VplClusters
+
+Progress = Callable[[str, float], None]
+# VPLs kept per scene, in whole sets: enough for the sets of a still view's frames, few enough to bound memory: 0.8 GB.
+KEPT_VPLS = 1 << 23
+
+
+@dataclass(frozen=True)
+class LightingChoice:
+    """What a light set depends on besides the scene."""
+
+    vpls: int
+    vpl_clusters: int
+    bounces: int
+    seed: int
+    lambertian: bool
+
+
+class Lighting:
+    """A scene's light sets by choice, and the table of its emitters."""
+
+    def __init__(self, resident: ResidentScene) -> None:
+        # The scene owns its lighting; a strong reference back would keep both from being freed.
+        self._resident: ResidentScene = proxy(resident)
+        self._sets: dict[LightingChoice, VplClusters] = {}
+        self._radiosity: dict[LightingChoice, RadiosityMap] = {}
+        # Light paths of sets that differ by their seed.
+        self._paths: dict[LightingChoice, int] = {}
+        self.table: LightTable = build_light_table(resident)
+
+    def clusters(self, choice: LightingChoice, progress: Progress) -> VplClusters:
+        """The clusters of `choice`, traced and clustered when they are not kept from before."""
+        if choice in self._sets:
+            self._sets[choice] = self._sets.pop(choice)
+            return self._sets[choice]
+        clusters = self._make(choice, progress)
+        while self._sets and sum(kept.vpls for kept in self._sets) + choice.vpls > KEPT_VPLS:
+            oldest = next(iter(self._sets))
+            del self._sets[oldest]
+            self._radiosity.pop(oldest, None)
+        self._sets[choice] = clusters
+        return clusters
+
+    def holds(self, choice: LightingChoice) -> bool:
+        """Whether the clusters of `choice` are kept from before."""
+        return choice in self._sets
+
+    def renew(self, choice: LightingChoice, progress: Progress) -> None:
+        """Make the clusters of `choice` anew, into the arrays that are kept: whoever reads those need not know."""
+        if not self.holds(choice):
+            self.clusters(choice, progress)
+            return
+        kept, made = self._sets[choice], self._make(choice, progress)
+        if kept.count:
+            overwrite(VplClusters, kept, made)
+            overwrite(Vpls, kept.members, made.members)
+
+    def _make(self, choice: LightingChoice, progress: Progress) -> VplClusters:
+        scene = self._resident.view(lambertian=choice.lambertian)
+        needs = needs_of(self._resident.scene, lambertian=choice.lambertian)
+        progress("tracing virtual point lights", 0.0)
+        alike = replace(choice, seed=0)
+        if alike not in self._paths:
+            self._paths[alike] = paths_for(self._resident, scene, self.table, choice.vpls, choice.bounces, needs)
+        paths = self._paths[alike]
+        vpls = trace_light_paths(self._resident, scene, self.table, paths, choice.bounces, choice.seed, needs)
+        progress("clustering virtual point lights", 0.5)
+        clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
+        progress("clustering virtual point lights", 1.0)
+        return clusters
+
+    def radiosity(self, choice: LightingChoice, progress: Progress) -> RadiosityMap:
+        """The radiosity around the VPLs of `choice`, of which there must be one; kept as long as they are."""
+        clusters = self.clusters(choice, progress)
+        if choice not in self._radiosity:
+            self._radiosity[choice] = radiosity_map(
+                self._resident, self._resident.view(lambertian=choice.lambertian), clusters
+            )
+        return self._radiosity[choice]
+
+
+def lighting_of(resident: ResidentScene) -> Lighting:
+    """The lighting that all renderers of `resident` share."""
+    if resident.lighting is None:
+        resident.lighting = Lighting(resident)
+    return resident.lighting

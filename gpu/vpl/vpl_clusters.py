@@ -1,0 +1,97 @@
+"""VPL clusters as disk lights: what represents each cluster's VPLs in shading. Step 2 of the 2022 paper."""
+
+import warp as wp
+
+from gpu.lights.light_paths import Vpls
+from gpu.vpl.disk_light import Disk, disk_at, disk_of
+
+# Unit space: rounding moves points of one plane apart by this much.
+IN_PLANE = wp.constant(1.0e-6)
+# VPLs in a twig.
+PER_TWIG = wp.constant(8)
+# A group's clusters fill bytes of visibility bits; tables with an entry a group and SP cluster stay small.
+LEAST_PER_GROUP = 8
+MOST_GROUPS = 512
+
+
+@wp.struct
+class VplClusters:
+    """Clusters of VPLs in the order of their seeds, so that neighbours on a surface lie side by side; none is empty.
+
+    disks (cluster,): what stands for them, at a member each; cone: cosine of the widest angle between the
+    representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal.
+    Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_TWIG that follow each other
+    are a twig: disks twig_starts[c] … twig_starts[c + 1] − 1 of `twigs`.
+    Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis,
+    spread (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that
+    holds their normals.
+    """
+
+    count: int
+    per_group: int
+    groups: int
+    disks: wp.array[Disk]
+    cone: wp.array[float]
+    extent: wp.array[float]
+    thickness: wp.array[float]
+    starts: wp.array[int]
+    members: Vpls
+    twig_starts: wp.array[int]
+    twigs: wp.array[Disk]
+    centre: wp.array[wp.vec3]
+    radius: wp.array[float]
+    axis: wp.array[wp.vec3]
+    spread: wp.array[float]
+
+
+@wp.func
+def cluster_of(clusters: VplClusters, member: int) -> int:
+    """The cluster that a member belongs to."""
+    low = int(0)
+    high = clusters.count - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if clusters.starts[middle] <= member:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@wp.func
+def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, group: int) -> bool:
+    """Whether no member of a group can light a point: all lie behind its surface, or it behind all of theirs."""
+    way = position - clusters.centre[group]
+    radius = clusters.radius[group]
+    if wp.dot(way, normal) >= radius:
+        return True
+    distance = wp.length(way)
+    across = wp.dot(way, clusters.axis[group])
+    spread = clusters.spread[group]
+    if across >= distance * spread or distance <= radius:
+        return False
+    # cos(θ − α), of the normal that is nearest to the direction of the point.
+    beside = wp.sqrt(wp.max(distance * distance - across * across, 0.0))
+    return across * spread + beside * wp.sqrt(wp.max(1.0 - spread * spread, 0.0)) + radius <= 0.0
+
+
+@wp.func
+def member_disk(clusters: VplClusters, member: int, area: float) -> Disk:
+    """A VPL as a disk light of its own."""
+    members = clusters.members
+    return disk_of(members.position[member], members.normal[member], members.flux[member], area, 0.0, 1.0)
+
+
+@wp.func
+def is_behind(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, cluster: int) -> bool:
+    """Whether all members of a cluster lie in or behind the plane of a point's surface, as those of that surface do."""
+    disk = disk_at(clusters.disks, cluster)
+    alike = wp.dot(normal, disk.normal)
+    height = wp.dot(disk.position - position, normal)
+    height += clusters.extent[cluster] * wp.sqrt(wp.max(1.0 - alike * alike, 0.0))
+    return height + clusters.thickness[cluster] * wp.abs(alike) <= IN_PLANE
+
+
+def most_groups(count: int) -> int:
+    """The most groups that up to `count` clusters form."""
+    return min(MOST_GROUPS, -(-count // LEAST_PER_GROUP))

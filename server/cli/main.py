@@ -1,0 +1,130 @@
+"""The command `lumenwalk`: serve, render, compare, info.
+
+Exit status: 0 done; 1 `compare` met non-finite pixels; 2 a mistake in what was asked for, said in one line on stderr;
+130 interrupted. Everything heavy is imported by the command that needs it.
+"""
+
+import os
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import NoReturn
+
+from gpu.errors import UserError
+from gpu.settings import Component, RenderSettings
+from server.cli.options import add_options, given_options, model_from
+from server.settings import ServerSettings, load_settings
+
+CAMERA_HELP = (
+    'a camera of the scene by name or number (from 0), or "x,y,z:tx,ty,tz[:yfov]": the eye, what it looks at, and the '
+    "vertical field of view in degrees (default 60); write --camera=-1,... when it starts with a minus"
+)
+SCENE_HELP = "a file (.glb .gltf .obj .ply .stl .off) or the name of a built-in scene"
+
+
+class _Parser(ArgumentParser):
+    """argparse with this program's one-line errors."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UserError(message)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command (of the process by default) and return its exit status."""
+    try:
+        options = _parser().parse_args(arguments)
+        status: int = options.command(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader has seen enough, as `head` does; Python's own flush at exit must not fail too
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except UserError as error:
+        print(f"lumenwalk: error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return status
+
+
+def _parser() -> ArgumentParser:
+    """Return the parser of all commands."""
+    parser = _Parser(prog="lumenwalk", description="Physically lit walks through a scene, in any browser.")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {version('lumenwalk')}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Parser)
+
+    serve = commands.add_parser("serve", help="serve scenes to browsers")
+    serve.add_argument("--config", type=Path, metavar="FILE", help="a TOML file with settings by their names below")
+    add_options(serve, ServerSettings, "service (or LUMENWALK_NAME in the environment; the limits of scenes only so)")
+    serve.set_defaults(command=_serve)
+
+    render = commands.add_parser("render", help="render one picture into a file")
+    render.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    render.add_argument("output", metavar="OUT", help=".png or .jpg for display, .exr or .npy for linear radiance")
+    render.add_argument("--size", default="960x540", metavar="WxH", help="of the picture in pixels (default 960x540)")
+    render.add_argument("--camera", default="0", metavar="CAMERA", help=CAMERA_HELP)
+    render.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
+    render.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
+    add_options(render, RenderSettings, "light and quality")
+    render.set_defaults(command=_render)
+
+    compare = commands.add_parser(
+        "compare",
+        help="measure a picture against a reference",
+        description="MSE (clipped at the reference's 99th percentile), relMSE, mean HDR-FLIP and energy of A against B."
+        "\nBoth are linear: .npy, .exr, or an .npz with arrays `full` and `direct`.",
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    compare.add_argument("render", metavar="A", help="the picture")
+    compare.add_argument("reference", metavar="B", help="the reference")
+    compare.add_argument(
+        "--component",
+        choices=[component.value for component in Component],
+        default=Component.FULL.value,
+        help="what to take from an .npz (indirect is full - direct); other files are taken as they are (default full)",
+    )
+    compare.add_argument("--json", action="store_true", help="print the numbers as JSON")
+    compare.set_defaults(command=_compare)
+
+    info = commands.add_parser("info", help="say what is in a scene")
+    info.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    info.add_argument("--json", action="store_true", help="print it as JSON")
+    info.set_defaults(command=_info)
+    return parser
+
+
+def _serve(options: Namespace) -> int:
+    settings = load_settings(options.config, given_options(options, ServerSettings))
+
+    from server.app import serve
+
+    serve(settings)
+    return 0
+
+
+def _render(options: Namespace) -> int:
+    from server.cli.camera_argument import parse_size
+    from server.images import check_output
+
+    settings, size, path = model_from(options, RenderSettings), parse_size(options.size), Path(options.output)
+    check_output(path)
+
+    from server.cli.still import render_file
+
+    camera, device = options.camera, options.device
+    render_file(options.scene, path, size=size, camera=camera, device=device, settings=settings, as_json=options.json)
+    return 0
+
+
+def _compare(options: Namespace) -> int:
+    from server.cli.reports import report_errors
+
+    return report_errors(options.render, options.reference, Component(options.component), as_json=options.json)
+
+
+def _info(options: Namespace) -> int:
+    from server.cli.reports import report_scene
+
+    report_scene(options.scene, as_json=options.json)
+    return 0

@@ -1,0 +1,95 @@
+"""Limits of HTTP requests: how many are worked on at once, how large their bodies are, and how long those may take."""
+
+import asyncio
+import itertools
+from collections.abc import Sequence
+
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from server.errors import error_response
+from server.http.security import OPEN
+from server.logs import bind
+from server.service import Service
+
+BODY_SECONDS = 30.0  # for a body to arrive
+SPARE_REQUESTS = 64  # that may be answered at once, beside the stills that wait
+
+
+class BodyLimit:
+    """Answers 413 to a request body of more than `max_bytes`, announced or not, and 408 to one that does not come.
+
+    What is at the paths `streamed` reads its body piece by piece and has a limit of its own.
+    """
+
+    def __init__(self, app: ASGIApp, max_bytes: int, streamed: Sequence[str] = ()) -> None:
+        self._app = app
+        self._max_bytes = max_bytes
+        self._streamed = streamed
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Read the body, which is small, and pass it on whole."""
+        bodiless = scope["type"] != "http" or scope["method"] in ("GET", "HEAD", "OPTIONS")
+        if bodiless or scope["path"] in self._streamed:
+            await self._app(scope, receive, send)
+            return
+        try:
+            async with asyncio.timeout(BODY_SECONDS):
+                body = await self._read(receive)
+        except TimeoutError:
+            text = f"the request body did not arrive within {BODY_SECONDS:g} s"
+            await error_response(408, "too-slow", text)(scope, receive, send)
+            return
+        if body is None:
+            return
+        if len(body) > self._max_bytes:
+            text = f"the request body is larger than this server's limit of {self._max_bytes} bytes"
+            await error_response(413, "too-large", text)(scope, receive, send)
+            return
+        whole: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
+
+        async def replay() -> Message:
+            return whole.pop() if whole else await receive()
+
+        await self._app(scope, replay, send)
+
+    async def _read(self, receive: Receive) -> bytes | None:
+        """The body, as far as it is not too large; None when the client has left."""
+        body = bytearray()
+        more = True
+        while more and len(body) <= self._max_bytes:
+            message = await receive()
+            if message["type"] == "http.disconnect":
+                return None
+            body += message.get("body", b"")
+            more = message.get("more_body", False)
+        return bytes(body)
+
+
+class RequestLimit:
+    """Answers 503 to more requests at once than the service takes, and to all while it stops; numbers them."""
+
+    def __init__(self, app: ASGIApp, service: Service) -> None:
+        self._app = app
+        self._service = service
+        self._most = service.settings.max_waiting_renders + SPARE_REQUESTS
+        self._numbers = itertools.count(1)
+        self._running = 0
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on a request that there is room for."""
+        if scope["type"] != "http" or scope["path"] in OPEN:
+            await self._app(scope, receive, send)
+            return
+        bind(request=next(self._numbers))
+        if self._service.stopping.is_set():
+            await error_response(503, "stopping", "the service is stopping")(scope, receive, send)
+        elif self._running >= self._most:
+            self._service.metrics.refused("requests")
+            text = f"{self._running} requests are being answered already; try again later"
+            await error_response(503, "too-busy", text)(scope, receive, send)
+        else:
+            self._running += 1
+            try:
+                await self._app(scope, receive, send)
+            finally:
+                self._running -= 1

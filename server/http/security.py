@@ -1,0 +1,183 @@
+"""Who may use the service. Host, Origin and token are judged before anything else sees a request or a handshake.
+
+Host: a page elsewhere whose name is made to point here (DNS rebinding) calls this service by that page's name. On a
+loopback address only loopback names are answered to, elsewhere any; `allowed_hosts` adds names, or limits to them.
+Origin: browsers say which page opens a WebSocket or sends a form; it must be one of ours or of `allowed_origins`.
+Token: `?token=` on a page becomes a cookie and goes from the address; programs send `Authorization: Bearer`.
+"""
+
+import hmac
+import secrets
+from hashlib import sha256
+from ipaddress import ip_address
+from urllib.parse import parse_qsl, quote, urlencode, urlsplit
+
+from pydantic import SecretStr
+from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from server.errors import error_response
+from server.http.rate_limit import Buckets
+from server.metrics import Metrics
+from server.settings import ServerSettings
+
+OPEN = ("/healthz", "/readyz")  # for supervisors, which have no token; they say little
+SAFE = ("GET", "HEAD", "OPTIONS")
+WRONG_RATE, WRONG_BURST = 0.5, 20.0  # wrong tokens of one address: a second, and at once
+
+CONTENT = {
+    "default-src": "'none'",
+    "script-src": "'self'",
+    "style-src": "'self'",
+    "img-src": "'self' blob: data:",
+    "media-src": "'self' blob:",
+    "font-src": "'self'",
+    "connect-src": "'self'",
+    "worker-src": "'self' blob:",
+    "manifest-src": "'self'",
+    "base-uri": "'none'",
+    "form-action": "'self'",
+    "frame-ancestors": "'none'",
+}
+FEATURES = ("accelerometer", "camera", "geolocation", "gyroscope", "magnetometer", "microphone", "payment", "usb")
+HEADERS = {
+    "Content-Security-Policy": "; ".join(f"{kind} {sources}" for kind, sources in CONTENT.items()),
+    "Cross-Origin-Embedder-Policy": "require-corp",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": ", ".join([*(f"{name}=()" for name in FEATURES), "fullscreen=(self)", "gamepad=(self)"]),
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
+# A cookie that is SameSite=Strict does not come along when a link on another site is followed; loading the page once
+# more, from itself, brings it.
+LOGIN = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8">{again}<title>lumenwalk</title></head>
+<body><h1>lumenwalk</h1><p>This service needs its token: open the address that it printed when it started, or</p>
+<form><label>token <input name="token" type="password" required autofocus></label> <button>enter</button></form>
+</body></html>
+"""
+AGAIN = '<meta http-equiv="refresh" content="0">'
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host name or address, without port, can only mean this machine."""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost" or host.endswith(".localhost")
+
+
+def with_token(settings: ServerSettings) -> ServerSettings:
+    """Settings with a new token where others could come and none is given; on a loopback address none is needed."""
+    if settings.token is not None or is_loopback(settings.host):
+        return settings
+    return settings.model_copy(update={"token": SecretStr(secrets.token_urlsafe())})
+
+
+class Key:
+    """The token, and the cookie that browsers hold in its place: named after it, as ports do not tell cookies apart."""
+
+    def __init__(self, token: str) -> None:
+        self._token = token.encode()
+        digest = hmac.new(self._token, b"lumenwalk cookie", sha256).hexdigest()
+        self.cookie, self._value = f"lumenwalk-{digest[:8]}", digest[8:]
+
+    def fits(self, token: str) -> bool:
+        """Whether this is the token, in a time that does not depend on it."""
+        return hmac.compare_digest(token.encode(errors="replace"), self._token)
+
+    def fits_cookie(self, value: str) -> bool:
+        """Whether this is the cookie's value, likewise."""
+        return hmac.compare_digest(value.encode(errors="replace"), self._value.encode())
+
+    def give(self, response: Response, secure: bool) -> None:
+        """Let the browser keep the cookie; `secure`: only for HTTPS."""
+        response.set_cookie(self.cookie, self._value, secure=secure, httponly=True, samesite="strict")
+
+
+class Guard:
+    """ASGI middleware that answers 400, 401, 403 or 429 to those who may not come in."""
+
+    def __init__(self, app: ASGIApp, settings: ServerSettings, metrics: Metrics) -> None:
+        self._app = app
+        self._key = Key(settings.token.get_secret_value()) if settings.token else None
+        self._metrics = metrics
+        self._any_host = not is_loopback(settings.host) and not settings.allowed_hosts
+        self._hosts = settings.allowed_hosts
+        self._origins = settings.allowed_origins
+        self._wrong = Buckets(WRONG_RATE, WRONG_BURST)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on what may come in."""
+        answer = self._judge(scope) if scope["type"] in ("http", "websocket") and scope["path"] not in OPEN else None
+        await (answer or self._app)(scope, receive, send)
+
+    def _judge(self, scope: Scope) -> Response | None:
+        """The answer to who may not come in, or who has brought the token in the address; else None."""
+        headers = Headers(scope=scope)
+        host = headers.get("Host", "").lower()
+        if not self._knows(host):
+            self._metrics.refused("host")
+            return error_response(400, "unknown-host", f"this service is not called {host!r}; see `allowed_hosts`")
+        origin = headers.get("Origin", "").lower()
+        if origin and not (scope["type"] == "http" and scope["method"] in SAFE) and not self._ours(origin, host):
+            self._metrics.refused("origin")
+            return error_response(403, "foreign-origin", f"not from a page of {origin!r}; see `allowed_origins`")
+        return self._ask(scope, headers, self._key) if self._key is not None else None
+
+    def _knows(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False
+        return bool(name) and (self._any_host or is_loopback(name) or name in self._hosts)
+
+    def _ours(self, origin: str, host: str) -> bool:
+        return origin in self._origins or _place(origin) == host
+
+    def _ask(self, scope: Scope, headers: Headers, key: Key) -> Response | None:
+        """None for who has the token."""
+        query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+        asked = [value for name, value in query if name == "token"] if scope["type"] == "http" else []
+        scheme, _, bearer = headers.get("Authorization", "").partition(" ")
+        cookie = HTTPConnection(scope).cookies.get(key.cookie, "")
+        brought = bool(asked or cookie) or scheme.lower() == "bearer"
+        address = (scope["client"] or ("",))[0]
+        if brought and self._wrong.empty(address):
+            self._metrics.refused("guesses")
+            return error_response(429, "too-many-guesses", "too many wrong tokens from this address")
+        if asked and key.fits(asked[-1]) and scope["method"] in SAFE:
+            rest = urlencode([(name, value) for name, value in query if name != "token"])
+            path = "/" + quote(scope["path"].lstrip("/"))
+            response: Response = RedirectResponse(f"{path}?{rest}" if rest else path, 303)
+            key.give(response, secure=scope["scheme"] == "https")
+            return response
+        if key.fits_cookie(cookie) or (scheme.lower() == "bearer" and key.fits(bearer.strip())):
+            return None
+        if brought:
+            self._wrong.take(address)
+        self._metrics.refused("token")
+        if scope["type"] == "http" and scope["method"] in SAFE and "text/html" in headers.get("Accept", ""):
+            response = HTMLResponse(LOGIN.format(again=AGAIN if _from_elsewhere(headers) else ""), 401)
+        else:
+            response = error_response(401, "unauthorized", "the token is missing or wrong: Authorization: Bearer TOKEN")
+        response.headers["WWW-Authenticate"] = 'Bearer realm="lumenwalk"'
+        response.headers["Cache-Control"] = "no-store"
+        return response
+
+
+def _place(url: str) -> str:
+    """Host and port of a URL; nothing when it is none."""
+    try:
+        return urlsplit(url).netloc
+    except ValueError:
+        return ""
+
+
+def _from_elsewhere(headers: Headers) -> bool:
+    return headers.get("Sec-Fetch-Site") == "cross-site" and headers.get("Sec-Fetch-Mode") == "navigate"

@@ -1,0 +1,42 @@
+"""How the service ends: viewers are told, what is being rendered for REST finishes, and in any case it is soon over."""
+
+import asyncio
+import os
+import socket
+import threading
+from contextlib import suppress
+
+import uvicorn
+
+from server.service import Service
+
+# With the time that the worker gets (server.render.worker_link) these stay below the ten seconds that most supervisors
+# wait.
+DRAIN_SECONDS = 4.0  # for viewers to be told and stills to finish
+CLOSE_SECONDS = 1  # for what is left to be sent
+END_SECONDS = 9.5  # then the process ends, whatever holds it
+
+
+class Server(uvicorn.Server):
+    """uvicorn's server with an end in order. Until it is drained it still answers, so that supervisors see it stop."""
+
+    def __init__(self, config: uvicorn.Config, service: Service) -> None:
+        super().__init__(config)
+        self._service = service
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Tell everyone, wait a little, then close what is left. A second signal ends the waiting."""
+        if threading.current_thread() is threading.main_thread():  # else the process is not ours to end
+            _end_process_after(END_SECONDS)
+        self._service.stopping.set()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(DRAIN_SECONDS):
+                while self.server_state.tasks and not self.force_exit:
+                    await asyncio.sleep(0.05)
+        await super().shutdown(sockets)
+
+
+def _end_process_after(seconds: float) -> None:
+    timer = threading.Timer(seconds, os._exit, (1,))
+    timer.daemon = True
+    timer.start()

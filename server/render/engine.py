@@ -1,0 +1,400 @@
+"""The web process's side of rendering: keeps a worker running and gives it one job at a time, in turn.
+
+Whoever wants something rendered waits for a turn, which `Schedule` gives. A job is made when its turn comes, not
+before: a viewer's pose is then the newest one. More devices will mean more engines, one worker each, and viewers shared
+out among them.
+
+A worker that ends, sends what it should not, or says nothing for too long is replaced. While nobody wants anything, one
+pixel of what was rendered last is rendered every few seconds, to see whether it still can be.
+"""
+
+import asyncio
+import itertools
+import logging
+import sys
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from time import monotonic
+
+from gpu.errors import OutOfMemoryError, UserError
+from gpu.settings import RenderSettings
+from server.render.schedule import Place, Schedule, Urgency
+from server.render.worker_link import Link, WorkerLostError
+from server.wire.browser import SceneInfo
+from server.wire.worker import (
+    HEARTBEAT,
+    START_UP,
+    STILLS,
+    Cause,
+    Closed,
+    CloseScene,
+    Done,
+    Failed,
+    Free,
+    FromWorker,
+    Holdings,
+    Job,
+    Leave,
+    Opened,
+    OpenScene,
+    Progress,
+    Ready,
+    Render,
+    SceneCamera,
+    SceneRef,
+    Start,
+)
+
+WORKER = (sys.executable, "-m", "server.worker.backend")
+# Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
+BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
+START_SECONDS = 600.0  # that a worker may say nothing while it starts: it may compile every kernel
+HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
+HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
+WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
+# An image takes no more than that: 4 floats a pixel, and a header.
+PIXEL_BYTES, HEADER_BYTES = 16, 2**16
+log = logging.getLogger("lumenwalk.engine")
+
+
+class EngineState(StrEnum):
+    """Whether frames can be had."""
+
+    STARTING = "starting"
+    READY = "ready"
+    RECOVERING = "recovering"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Activity:
+    """What the engine is doing: its state and, while something takes long, what and how far it is."""
+
+    state: EngineState
+    text: str = ""
+    fraction: float = 0.0
+
+
+RECOVERING = Activity(EngineState.RECOVERING, "starting the renderer again")
+
+
+class RenderFaultError(Exception):
+    """A job failed by the program's fault."""
+
+
+_ERRORS: dict[Cause, type[Exception]] = {
+    Cause.USER: UserError,
+    Cause.MEMORY: OutOfMemoryError,
+    Cause.PROGRAM: RenderFaultError,
+}
+Answer = Done | Opened | Closed
+Reply = tuple[Answer, bytes]
+Make = Callable[[], Job | None]
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    """What is to be done when a turn comes, and who is to be told."""
+
+    make: Make
+    turn: "asyncio.Future[asyncio.Future[Reply] | None]"
+
+
+@dataclass(frozen=True)
+class _Running:
+    """The job that the worker has; it may say nothing for `patience`."""
+
+    request: int
+    place: Place
+    began: float  # [s]
+    patience: float  # [s]
+
+
+@dataclass(frozen=True)
+class _Owed:
+    """A job that was sent and not answered."""
+
+    job: Job
+    reply: "asyncio.Future[Reply]"
+
+    @property
+    def most_bytes(self) -> int:
+        """Of the answer's image."""
+        if not isinstance(self.job, Render):
+            return 0
+        width, height = self.job.size
+        return PIXEL_BYTES * width * height + HEADER_BYTES
+
+    def answered_by(self, answer: Answer) -> bool:
+        """Whether an answer is of the kind that the job asks for."""
+        match self.job:
+            case Render():
+                return isinstance(answer, Done) and answer.size == self.job.size
+            case OpenScene():
+                return isinstance(answer, Opened)
+            case CloseScene():
+                return isinstance(answer, Closed)
+
+
+class Engine:
+    """One worker process, restarted when it dies, and the queue to it."""
+
+    def __init__(self, start: Start, command: Sequence[str] = WORKER, hang_seconds: float = 120.0) -> None:
+        """hang_seconds: how long a worker with a job, which may have kernels to compile, may say nothing before it is
+        replaced.
+        """
+        self._start = start
+        self._command = command
+        self._hang_seconds = hang_seconds
+        self._activity = Activity(EngineState.STARTING, "starting")
+        self._link: Link | None = None
+        self._schedule = Schedule()
+        self._waiting: dict[Place, _Waiting] = {}
+        self._numbers = itertools.count(1)
+        self._listening = False  # the worker takes jobs
+        self._running: _Running | None = None
+        self._owed: dict[int, _Owed] = {}
+        self._heard = 0.0  # when the worker last said something, or was told to start [s]
+        self._proven: Render | None = None  # what was rendered last
+        self._failures = 0  # workers that ended since one was ready
+        self.restarts = 0
+        self.device = ""
+        self.busy_seconds = 0.0  # of device time, by all workers together
+        self.memory = (0, 0)  # of the device: used and all [bytes]; not known before it is ready
+        self.scenes: tuple[SceneRef, ...] = ()  # on the device, the one used last at the end
+        self.listeners: set[Callable[[], None]] = set()
+
+    @property
+    def activity(self) -> Activity:
+        """What the engine is doing now; `listeners` are called when it changes."""
+        return self._activity
+
+    @property
+    def ready(self) -> bool:
+        """Whether jobs are taken now."""
+        return self._activity.state is EngineState.READY
+
+    @property
+    def waiting(self) -> Counter[Urgency]:
+        """How many jobs wait for a turn, by urgency."""
+        return Counter(place.urgency for place in self._waiting)
+
+    @property
+    def worker_pid(self) -> int | None:
+        """Process id of the worker, if one runs."""
+        return self._link.pid if self._link else None
+
+    async def run(self) -> None:
+        """Keep a worker running until cancelled, or until the first one fails by the user's fault (state FAILED)."""
+        while True:
+            try:
+                await self._live()
+            except UserError as error:
+                if self.restarts == 0:
+                    self._tell(Activity(EngineState.FAILED, str(error)))
+                    return
+                log.error("the worker cannot start again: %s", error)
+            except WorkerLostError as error:
+                log.error("%s", error)
+            except Exception:
+                log.exception("the worker is started again after a fault in the web process")
+            pause = BACKOFF_SECONDS[min(self._failures, len(BACKOFF_SECONDS) - 1)]
+            self._failures += 1
+            self.restarts += 1
+            self._tell(RECOVERING)
+            await asyncio.sleep(pause)
+
+    async def submit(self, client: int, urgency: Urgency, make: Make) -> "asyncio.Future[Reply] | None":
+        """Wait for a turn, then send the job that `make` returns then, and return the future of its answer.
+
+        client: the viewer's number, or STILLS. Returns None when `make` does, which gives the turn away and costs
+        nothing. The future ends with the answer and its bytes, or with UserError (the job was wrong), OutOfMemoryError,
+        RenderFaultError (a bug) or WorkerLostError.
+        """
+        place, waiting = self._enqueue(client, urgency, make)
+        try:
+            return await waiting.turn
+        finally:
+            self._schedule.leave(place)
+            self._waiting.pop(place, None)
+
+    async def open(self, scene: SceneRef) -> SceneInfo:
+        """Load a scene and say what is in it; errors as the futures of `submit`."""
+        reply = await self.submit(STILLS, Urgency.STILL, lambda: OpenScene(scene))
+        if reply is None:
+            raise WorkerLostError("the worker is gone")
+        answer, _ = await reply
+        assert isinstance(answer, Opened)
+        return answer.info
+
+    async def close(self, scene: SceneRef) -> None:
+        """Free a scene and all that was made for it; errors as the futures of `submit`."""
+        reply = await self.submit(STILLS, Urgency.STILL, lambda: CloseScene(scene))
+        if reply is None:
+            raise WorkerLostError("the worker is gone")
+        await reply
+
+    def leave(self, viewer: int) -> None:
+        """Free what the worker keeps for a viewer."""
+        if self._link is not None:
+            self._link.send(Leave(viewer))
+
+    # --- the worker's life ---
+
+    async def _live(self) -> None:
+        self._link = link = await Link.start(self._command)
+        self._heard = monotonic()
+        watch = asyncio.create_task(self._watch(link), name="watch")
+        try:
+            link.send(self._start)
+            while True:
+                message, payload = await link.receive(self._most_bytes)
+                self._heard = monotonic()
+                self._take(link, message, payload)
+        finally:
+            watch.cancel()
+            self._link = None
+            self._listening = False
+            self._proven = None
+            self.memory, self.scenes = (0, 0), ()
+            if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
+                self._tell(RECOVERING)
+            if self._running is not None:
+                self._end_turn(monotonic() - self._running.began)
+            for request in list(self._owed):
+                self._settle(request, WorkerLostError("the renderer was lost; it is being started again"))
+            log.info("worker %d ended with status %s", link.pid, await link.stop())
+
+    def _take(self, link: Link, message: FromWorker, payload: bytes) -> None:
+        running = self._running
+        match message:
+            case Progress(text, fraction):
+                self._tell(Activity(self._activity.state, text, fraction))
+            case Ready(device) if not self._listening:
+                self.device = device
+                self._note(message.holdings)
+                self._failures = 0
+                self._listening = True
+                self._tell(Activity(EngineState.READY))
+                self._give_turns()
+                self._beat()
+            case Failed(request, text, cause) if request == START_UP and not self._listening:
+                if cause is Cause.PROGRAM:
+                    raise WorkerLostError(f"worker {link.pid} could not start")
+                raise _ERRORS[cause](text)
+            case Failed(request, text, cause) if request in self._owed:
+                if cause is Cause.PROGRAM and running and running.request == request and _is_heartbeat(running):
+                    raise link.refuse("word that it can render no more")
+                self._settle(request, _ERRORS[cause](text))
+            case Done() | Opened() | Closed() if (owed := self._owed.get(message.request)) and owed.answered_by(
+                message
+            ):
+                if isinstance(owed.job, Render):
+                    self._proven = owed.job
+                self._settle(message.request, (message, payload))
+            case Free(request) if running and running.request == request:
+                self._note(message.holdings)
+                self._end_turn(min(message.busy_ms / 1e3, self._heard - running.began))
+                self._tell(Activity(EngineState.READY))
+                # Whoever has just been told of a failure says first whether he still wants what he waits for.
+                asyncio.get_running_loop().call_soon(self._give_turns)
+            case _:
+                raise link.refuse(f"{message.kind} out of turn")
+
+    def _note(self, holdings: Holdings) -> None:
+        self.memory, self.scenes = (holdings.memory_used, holdings.memory_total), holdings.scenes
+
+    def _most_bytes(self) -> int:
+        return max((owed.most_bytes for owed in self._owed.values()), default=0)
+
+    async def _watch(self, link: Link) -> None:
+        """Kill a worker that hangs, which `_live` then hears; have one that has nothing to do show that it lives."""
+        while True:
+            await asyncio.sleep(WATCH_SECONDS)
+            running = self._running
+            silence = monotonic() - max(self._heard, running.began if running else 0.0)
+            if self._listening and running is None:
+                if silence >= HEARTBEAT_SECONDS:
+                    self._beat()
+            elif silence >= (running.patience if running else START_SECONDS):
+                log.error("worker %d has said nothing for %.1f s: it hangs and is killed", link.pid, silence)
+                link.kill()
+
+    def _beat(self) -> None:
+        if all(place.client != HEARTBEAT for place in self._waiting):
+            self._enqueue(HEARTBEAT, Urgency.REFINING, self._heartbeat)
+
+    def _heartbeat(self) -> Render:
+        if self._has_proof():
+            assert self._proven is not None
+            proven = replace(self._proven, viewer=HEARTBEAT, size=(1, 1), output="none", sample=None)
+            return _rendered_anew(proven)
+        scene = self.scenes[-1] if self.scenes else self._start.scene
+        return _rendered_anew(Render(HEARTBEAT, scene, SceneCamera(0), (1, 1), RenderSettings(), "none"))
+
+    def _has_proof(self) -> bool:
+        return self._proven is not None and self._proven.scene in self.scenes
+
+    # --- turns and answers ---
+
+    def _enqueue(self, client: int, urgency: Urgency, make: Make) -> tuple[Place, _Waiting]:
+        place = self._schedule.join(client, urgency)
+        waiting = self._waiting[place] = _Waiting(make, asyncio.get_running_loop().create_future())
+        self._give_turns()
+        return place, waiting
+
+    def _give_turns(self) -> None:
+        while self._listening and self._running is None and (place := self._schedule.next()) is not None:
+            waiting = self._waiting.pop(place)
+            if waiting.turn.done():  # who asked has left this instant
+                continue
+            try:
+                job = waiting.make()
+            except Exception as error:
+                waiting.turn.set_exception(error)
+            else:
+                waiting.turn.set_result(None if job is None else self._send(place, job))
+
+    def _send(self, place: Place, job: Job) -> "asyncio.Future[Reply]":
+        assert self._link is not None
+        patience = HEARTBEAT_DEADLINE if place.client == HEARTBEAT and self._has_proof() else self._hang_seconds
+        self._running = _Running(next(self._numbers), place, monotonic(), patience)
+        reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+        self._owed[self._running.request] = _Owed(job, reply)
+        self._link.send(replace(job, request=self._running.request))
+        return reply
+
+    def _end_turn(self, seconds: float) -> None:
+        assert self._running is not None
+        self._schedule.charge(self._running.place, seconds)
+        self.busy_seconds += seconds
+        self._running = None
+
+    def _settle(self, request: int, result: Reply | Exception) -> None:
+        reply = self._owed.pop(request).reply
+        if reply.done():  # whoever asked has left
+            return
+        if isinstance(result, Exception):
+            reply.set_exception(result)
+            reply.exception()  # marks it as seen: nobody may be left to look
+        else:
+            reply.set_result(result)
+
+    def _tell(self, activity: Activity) -> None:
+        if activity == self._activity:
+            return
+        self._activity = activity
+        for listener in tuple(self.listeners):
+            listener()
+
+
+def _is_heartbeat(running: _Running) -> bool:
+    return running.place.client == HEARTBEAT
+
+
+def _rendered_anew(job: Render) -> Render:
+    """`job` without the skip that would show a picture kept from before, which says nothing of the device."""
+    skip = job.settings.skip.model_copy(update={"unchanged_camera": False})
+    return replace(job, settings=job.settings.model_copy(update={"skip": skip}))

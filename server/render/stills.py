@@ -1,0 +1,67 @@
+"""A picture of one frame or the mean of many, rendered one frame at a time, so that others have their turns between."""
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+
+from server.render.engine import Engine
+from server.render.schedule import Urgency
+from server.render.worker_link import WorkerLostError
+from server.wire.worker import Done, Render
+
+
+async def render_frames(
+    engine: Engine,
+    job: Render,
+    frames: int,
+    urgency: Urgency,
+    *,
+    turn_seconds: float | None = None,
+    max_losses: int = 0,
+    told: Callable[[int], None] = lambda _: None,
+) -> tuple[Done, bytes]:
+    """The mean of `frames` frames of `job`, and their times together.
+
+    If they are more than one, the job's viewer number must be the caller's own. told: hears how many are in.
+    After a loss of the worker the frames start anew, up to `max_losses` times without a frame more than before. Raises
+    what the futures of `Engine.submit` do; WorkerLostError also when a turn takes more than `turn_seconds`.
+    """
+    samples = most = losses = 0
+    render_ms, encode_ms, stage_ms = 0.0, 0.0, Counter[str]()
+    while True:
+        last = samples + 1 == frames
+        sample = None if frames == 1 else samples
+        order = replace(job, sample=sample, output=job.output if last else "none")
+        try:
+            done, image = await _turn(engine, order, urgency, turn_seconds)
+            if done.samples <= samples:
+                raise WorkerLostError("the renderer was started again, and what it had rendered was lost")
+        except WorkerLostError:
+            losses += 1
+            if losses > max_losses:
+                raise
+            samples = 0
+            told(samples)
+            continue
+        samples = done.samples
+        render_ms, encode_ms = render_ms + done.render_ms, encode_ms + done.encode_ms
+        stage_ms.update(done.stage_ms)
+        if samples > most:
+            most, losses = samples, 0
+            told(samples)
+        if samples >= frames:
+            return replace(done, render_ms=render_ms, encode_ms=encode_ms, stage_ms=dict(stage_ms)), image
+
+
+async def _turn(engine: Engine, job: Render, urgency: Urgency, seconds: float | None) -> tuple[Done, bytes]:
+    try:
+        async with asyncio.timeout(seconds):
+            reply = await engine.submit(job.viewer, urgency, lambda: job)
+    except TimeoutError:
+        raise WorkerLostError(f"no turn within {seconds:g} s; try again later") from None
+    if reply is None:
+        raise WorkerLostError("the renderer was lost; it is being started again")
+    done, image = await reply
+    assert isinstance(done, Done)
+    return done, image

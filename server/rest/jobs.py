@@ -1,0 +1,114 @@
+"""Render jobs: asked for, watched, fetched, cancelled."""
+
+from collections.abc import AsyncGenerator
+from typing import Literal
+
+from fastapi import APIRouter, Response
+from pydantic import BaseModel, Field
+
+from server.errors import ErrorBody
+from server.jobs import ENDED, JobState, RenderJob
+from server.refusals import NotYetError
+from server.rest.negotiate import MEDIA_TYPES
+from server.rest.requests import RenderRequest
+from server.rest.server_sent_events import event, event_stream
+from server.service import TheService
+from server.wire.worker import Output
+
+router = APIRouter(
+    prefix="/api/v1/jobs", responses={code: {"model": ErrorBody} for code in (404, 409, 413, 422, 429, 503)}
+)
+
+_FORMATS: dict[str, tuple[str, Output]] = {output[1:]: (name, output) for name, output in MEDIA_TYPES.items()}
+
+
+class JobRequest(RenderRequest):
+    """A picture to be rendered in the background."""
+
+    format: Literal["png", "jpg", "exr", "npy"] = Field(default="png", description="of the result")
+
+
+class JobInfo(BaseModel):
+    """How far a job is."""
+
+    id: str
+    state: JobState
+    progress: float = Field(description="from 0 to 1")
+    frames: int = Field(description="that the picture is the mean of")
+    frames_done: int
+    scene: str
+    size: tuple[int, int]
+    format: str = Field(description="media type of the result")
+    error: str = Field(description="why it failed, if it did")
+    url: str = Field(description="of the job; its result is at /result below that, its progress at /events")
+
+
+def describe(job: RenderJob) -> JobInfo:
+    """A job as clients see it."""
+    return JobInfo(
+        id=job.id,
+        state=job.state,
+        progress=job.progress,
+        frames=job.frames,
+        frames_done=job.samples,
+        scene=job.render.scene.id,
+        size=job.render.size,
+        format=job.media_type,
+        error=job.error,
+        url=f"{router.prefix}/{job.id}",
+    )
+
+
+@router.post("", status_code=202)
+async def add(request: JobRequest, service: TheService, response: Response) -> JobInfo:
+    """Queue a picture; it is rendered when nobody who walks needs the device."""
+    media_type, output = _FORMATS[request.format]
+    scene = service.catalogue.find(request.scene)
+    service.settings.check_render(request.size, request.settings, service.settings.max_pixels)
+    job = service.jobs.add(request.render(service.number(), scene, output), request.frames()[0], media_type)
+    response.headers["Location"] = f"{router.prefix}/{job.id}"
+    return describe(job)
+
+
+@router.get("")
+async def jobs(service: TheService) -> list[JobInfo]:
+    """All jobs that are not forgotten yet, the oldest first."""
+    return [describe(job) for job in service.jobs.all]
+
+
+@router.get("/{job_id}")
+async def job(job_id: str, service: TheService) -> JobInfo:
+    """How far a job is."""
+    return describe(service.jobs.find(job_id))
+
+
+@router.get(
+    "/{job_id}/result",
+    response_class=Response,
+    responses={200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in MEDIA_TYPES}}},
+)
+async def result(job_id: str, service: TheService) -> Response:
+    """The picture; 409 before it is done, or when it will not be."""
+    found = service.jobs.find(job_id)
+    if found.state is not JobState.DONE:
+        why = f": {found.error}" if found.error else ""
+        raise NotYetError(f"job {job_id} has no result: it is {found.state}{why}")
+    return Response(found.result, media_type=found.media_type)
+
+
+@router.get("/{job_id}/events", response_class=Response, responses={200: {"content": {"text/event-stream": {}}}})
+async def events(job_id: str, service: TheService) -> Response:
+    """What happens to a job, as server-sent events: `progress` each time, and `end`, both with the job as data."""
+    found = service.jobs.find(job_id)
+
+    async def told() -> AsyncGenerator[str]:
+        async for now in service.jobs.watch(found):
+            yield event("end" if now.state in ENDED else "progress", describe(now))
+
+    return event_stream(told(), service.stopping)
+
+
+@router.delete("/{job_id}")
+async def remove(job_id: str, service: TheService) -> JobInfo:
+    """Cancel a job that waits or runs, and forget it with its result."""
+    return describe(service.jobs.remove(job_id))

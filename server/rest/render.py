@@ -1,0 +1,72 @@
+"""POST /render: a picture, at once."""
+
+import json
+from time import monotonic
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Response
+
+from gpu.errors import UserError
+from server.errors import ErrorBody
+from server.refusals import TooBusyError
+from server.render.schedule import Urgency
+from server.render.stills import render_frames
+from server.render.worker_link import WorkerLostError
+from server.rest.negotiate import MEDIA_TYPES, choose_format
+from server.rest.requests import RenderRequest
+from server.service import Service, TheService
+from server.wire.worker import STILLS, Done, Render
+
+MAX_FRAMES = 64
+router = APIRouter(prefix="/api/v1", responses={code: {"model": ErrorBody} for code in (404, 406, 413, 422, 429, 503)})
+
+
+@router.post(
+    "/render",
+    response_class=Response,
+    responses={200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in MEDIA_TYPES}}},
+)
+async def render(
+    request: RenderRequest, service: TheService, accept: Annotated[str | None, Header()] = None
+) -> Response:
+    """Render a picture in the format that Accept asks for; statistics (JSON, milliseconds) are in X-Lumenwalk-*."""
+    media_type, output = choose_format(accept)
+    scene = service.catalogue.find(request.scene)
+    service.settings.check_render(request.size, request.settings, service.settings.max_pixels)
+    frames = request.frames()[0]
+    if frames > MAX_FRAMES:
+        raise UserError(
+            f"settings: the mean of {frames} frames, more than the {MAX_FRAMES} that are rendered at once; "
+            "POST it to /api/v1/jobs instead"
+        )
+    # Frames that are averaged are kept by viewer number; a lone one needs no number of its own.
+    job = request.render(STILLS if frames == 1 else service.number(), scene, output)
+    began = monotonic()
+    done, image = await _still(service, job, frames)
+    total_ms = 1e3 * (monotonic() - began)
+    headers = {
+        "Stage-Ms": json.dumps({name: round(ms, 3) for name, ms in done.stage_ms.items()}),
+        "Counts": json.dumps(done.counts),
+        "Skips": json.dumps(done.skips),
+        "Estimates": json.dumps(done.estimates),
+        "Render-Ms": f"{done.render_ms:.3f}",
+        "Encode-Ms": f"{done.encode_ms:.3f}",
+        "Queue-Ms": f"{max(total_ms - done.render_ms - done.encode_ms, 0.0):.3f}",
+    }
+    return Response(image, media_type=media_type, headers={f"X-Lumenwalk-{name}": it for name, it in headers.items()})
+
+
+async def _still(service: Service, job: Render, frames: int) -> tuple[Done, bytes]:
+    if not service.engine.ready:
+        raise WorkerLostError(f"the renderer is not ready: {service.engine.activity.text}")
+    if service.stills_waiting >= service.settings.max_waiting_renders:
+        raise TooBusyError(f"{service.stills_waiting} renders are waiting already; try again later")
+    service.stills_waiting += 1
+    try:
+        await service.residency.open(job.scene)
+        wait = service.settings.max_wait_seconds
+        return await render_frames(service.engine, job, frames, Urgency.STILL, turn_seconds=wait)
+    finally:
+        service.stills_waiting -= 1
+        if job.viewer != STILLS:
+            service.dismiss(job.viewer)

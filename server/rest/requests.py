@@ -1,0 +1,99 @@
+"""What a render request says, for stills and for jobs alike."""
+
+import math
+from math import ceil
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, StrictInt, Tag, field_validator
+
+from gpu.settings import Method, RenderSettings
+from server.wire.browser import Matrix, SceneId, Size, check_rigid
+from server.wire.worker import LookAt, Output, Placed, Render, SceneCamera, SceneRef, View
+
+PATHS_AT_ONCE = 64  # of a pixel, in one frame of path tracing: so that the device is free for others in between
+
+Vector = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+Degrees = Annotated[float, Field(gt=0.5, lt=178.0, description="vertical field of view [°]")]
+
+
+class Strict(BaseModel):
+    """Base of request bodies."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class LookAtCamera(Strict):
+    """A view from a point towards another, in the scene's own space."""
+
+    position: Vector
+    target: Vector
+    up: Vector = (0.0, 1.0, 0.0)
+    yfov_degrees: Degrees = 60.0
+
+
+class MatrixCamera(Strict):
+    """A view by its camera-to-world matrix: 16 numbers, column after column, looking along −Z with +Y up."""
+
+    matrix: Matrix
+    yfov_degrees: Degrees = 60.0
+
+    @field_validator("matrix")
+    @classmethod
+    def _rigid(cls, matrix: tuple[float, ...]) -> tuple[float, ...]:
+        check_rigid(matrix)
+        return matrix
+
+
+def _camera_form(camera: Any) -> str:
+    if isinstance(camera, str):
+        return "name"
+    if isinstance(camera, dict):
+        return "matrix" if "matrix" in camera else "look-at"
+    if isinstance(camera, MatrixCamera):
+        return "matrix"
+    return "look-at" if isinstance(camera, LookAtCamera) else "index"
+
+
+CameraChoice = Annotated[
+    Annotated[StrictInt, Tag("index"), Field(ge=0)]
+    | Annotated[str, Tag("name"), Field(max_length=512)]
+    | Annotated[LookAtCamera, Tag("look-at")]
+    | Annotated[MatrixCamera, Tag("matrix")],
+    Discriminator(_camera_form),
+]
+
+
+class RenderRequest(Strict):
+    """A still; what is left out gets its default."""
+
+    scene: SceneId | None = Field(default=None, description="scene id; the served scene when not given")
+    camera: CameraChoice = Field(default=0, description="one of the scene's by index or name, or one of your own")
+    size: Size = Field(default=(1280, 720), description="width and height [px]")
+    settings: RenderSettings = Field(
+        default=RenderSettings(),
+        description="method and quality; `frames` are averaged (1 when not given), and so is path tracing of more than "
+        f"{PATHS_AT_ONCE} samples, which spreads both over the pixels",
+    )
+
+    def view(self) -> View:
+        """The camera as the worker takes it."""
+        match self.camera:
+            case LookAtCamera(position=position, target=target, up=up, yfov_degrees=yfov):
+                return LookAt(position, target, up, yfov)
+            case MatrixCamera(matrix=matrix, yfov_degrees=yfov):
+                return Placed(matrix, math.radians(yfov))
+            case camera:
+                return SceneCamera(camera)
+
+    def frames(self) -> tuple[int, RenderSettings]:
+        """How many frames the picture is the mean of, and the settings of each."""
+        settings, frames = self.settings, self.settings.frames or 1
+        if settings.method is Method.PATH and settings.samples is not None:
+            pieces = ceil(settings.samples / PATHS_AT_ONCE)
+            settings = settings.model_copy(update={"samples": ceil(settings.samples / pieces)})
+            frames *= pieces
+        return frames, settings.model_copy(update={"frames": None})
+
+    def render(self, viewer: int, scene: SceneRef, output: Output) -> Render:
+        """The order to the worker for one frame of it."""
+        return Render(viewer, scene, self.view(), self.size, self.frames()[1], output)

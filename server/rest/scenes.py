@@ -1,0 +1,213 @@
+"""Scenes: listed, described, uploaded, loaded, unloaded, deleted."""
+
+import asyncio
+from collections.abc import AsyncGenerator
+from typing import Annotated, Any
+from urllib.parse import quote
+
+from fastapi import APIRouter, Header, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from gpu.scene import SUFFIXES
+from gpu.settings import RenderSettings
+from server.errors import EXPECTED, ErrorBody, error_body
+from server.refusals import ForbiddenError, InUseError, UnknownSceneError
+from server.render.worker_link import WorkerLostError
+from server.rest.server_sent_events import event, event_stream, wants_events
+from server.scenes.checker import SceneSize
+from server.scenes.uploads import ARCHIVE, Uploads
+from server.service import Service, TheService
+from server.wire.browser import SceneId, SceneInfo, SceneName
+from server.wire.worker import SceneRef
+
+router = APIRouter(
+    prefix="/api/v1/scenes",
+    responses={code: {"model": ErrorBody} for code in (403, 404, 408, 409, 413, 422, 429, 503, 507)},
+)
+EXAMPLE = ", ".join((*SUFFIXES, ARCHIVE))
+
+
+class SceneListing(SceneName):
+    """A scene that can be chosen, and where it stands."""
+
+    uploaded: bool = Field(description="by a client; can be deleted")
+    loaded: bool = Field(description="is on the device")
+    viewed: bool = Field(description="somebody looks at it, or a job renders it: it cannot be unloaded or deleted")
+    bytes: int | None = Field(description="of its file, or of all files of an upload; null for a built-in scene")
+    device_bytes: int | None = Field(description="that it is expected to take on the device, once its file was read")
+
+
+class SceneDetails(SceneListing):
+    """What is in a scene, and what can be chosen of its renders."""
+
+    scene: SceneInfo
+    size: SceneSize
+    settings_schema: dict[str, Any] = Field(description="JSON schema of `settings` in a render request")
+
+
+class Progress(BaseModel):
+    """What the service is doing, and how far it is, from 0 to 1."""
+
+    text: str
+    fraction: float
+
+
+class Loaded(SceneListing):
+    """A scene on the device, and the device's memory [bytes]; memory_total is 0 where it is not known."""
+
+    scene: SceneInfo
+    memory_used: int
+    memory_total: int
+
+
+def _listing(service: Service, name: SceneName, ref: SceneRef) -> SceneListing:
+    return SceneListing(
+        **name.model_dump(),
+        uploaded=service.catalogue.uploaded(name.id),
+        loaded=ref in service.residency.loaded,
+        viewed=service.in_use(ref.id),
+        bytes=service.catalogue.file_bytes(ref),
+        device_bytes=service.residency.bytes_of(ref),
+    )
+
+
+def _named(service: Service, ref: SceneRef) -> SceneListing:
+    for name in service.catalogue.names():
+        if name.id == ref.id:
+            return _listing(service, name, ref)
+    raise UnknownSceneError(f"scene: {ref.id!r} has gone meanwhile; uploads make room for newer ones")
+
+
+async def _details(service: Service, ref: SceneRef) -> SceneDetails:
+    checked = await service.residency.inspect(ref)
+    return SceneDetails(
+        **_named(service, ref).model_dump(),
+        scene=checked.info,
+        size=checked.size,
+        settings_schema=RenderSettings.model_json_schema(),
+    )
+
+
+@router.get("")
+async def scenes(service: TheService) -> list[SceneListing]:
+    """The scenes that can be chosen, the served one first."""
+    return [_listing(service, name, ref) for name, ref in service.catalogue.found()]
+
+
+@router.post(
+    "",
+    status_code=201,
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+async def upload(
+    request: Request,
+    service: TheService,
+    response: Response,
+    name: Annotated[str, Query(max_length=1024, description=f"what the file is called: one of {EXAMPLE}")],
+) -> SceneDetails:
+    """Bring a scene: the file as the request's body. It is read and checked before this is answered.
+
+    A .zip holds one scene and the files that it refers to.
+    """
+    length = request.headers.get("content-length", "")
+    known_length = int(length) if length.isdecimal() else None
+    added = await _uploads(service).add(name, known_length, request.stream(), service.in_use)
+    ref = service.catalogue.find(added.id)
+    service.residency.learn(ref, added.checked)
+    await service.residency.free_lost()
+    response.headers["Location"] = f"{router.prefix}/{quote(ref.id)}"
+    return await _details(service, ref)
+
+
+@router.post(
+    "/{scene_id:path}/load",
+    responses={200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
+    response_model=Loaded,
+)
+async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | None, Header()] = None) -> Any:
+    """Put a scene on the device, if there is room.
+
+    With `Accept: text/event-stream` it is answered by events: `progress` with text and fraction, then either `end`
+    with what is otherwise the answer, or `error` with code and message.
+    """
+    ref = service.catalogue.find(scene_id)
+    _check_ready(service)
+    if wants_events(accept):
+        return event_stream(_load_events(service, ref), service.stopping)
+    return await _load(service, ref)
+
+
+@router.post("/{scene_id:path}/unload")
+async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
+    """Free what a scene takes on the device; 409 while somebody looks at it."""
+    ref = service.catalogue.find(scene_id)
+    _check_ready(service)
+    _check_idle(service, ref)
+    await service.residency.close(ref)
+    return _named(service, ref)
+
+
+@router.get("/{scene_id:path}")
+async def scene(scene_id: SceneId, service: TheService) -> SceneDetails:
+    """A scene's cameras, bounds, sizes and notes; it is read for that, in a process of its own, but not loaded."""
+    return await _details(service, service.catalogue.find(scene_id))
+
+
+@router.delete("/{scene_id:path}", status_code=204)
+async def delete(scene_id: SceneId, service: TheService) -> None:
+    """Delete an uploaded scene; 403 for others, 409 while somebody looks at it."""
+    ref = service.catalogue.find(scene_id)
+    if not service.catalogue.uploaded(scene_id):
+        raise ForbiddenError(f"{scene_id}: was not uploaded, so it is not for clients to delete")
+    _check_idle(service, ref)
+    await _uploads(service).remove(scene_id)
+    await service.residency.free_lost()
+
+
+async def _load(service: Service, ref: SceneRef) -> Loaded:
+    info = await service.residency.open(ref)
+    used, total = service.engine.memory
+    return Loaded(**_named(service, ref).model_dump(), scene=info, memory_used=used, memory_total=total)
+
+
+async def _load_events(service: Service, ref: SceneRef) -> AsyncGenerator[str]:
+    news = asyncio.Event()
+    service.engine.listeners.add(news.set)
+    task = asyncio.create_task(_load(service, ref))
+    task.add_done_callback(lambda _: news.set())
+    try:
+        yield event("progress", Progress(text=f"checking {ref.id}", fraction=0.0))
+        while not task.done():
+            await news.wait()
+            news.clear()
+            activity = service.engine.activity
+            if activity.text:
+                yield event("progress", Progress(text=activity.text, fraction=activity.fraction))
+        try:
+            yield event("end", task.result())
+        except EXPECTED as error:
+            yield event("error", error_body(error))
+    finally:
+        service.engine.listeners.discard(news.set)
+        task.cancel()
+
+
+def _uploads(service: Service) -> Uploads:
+    if service.catalogue.uploads is None:
+        raise ForbiddenError("this server takes no uploads; put the file into its scenes folder")
+    return service.catalogue.uploads
+
+
+def _check_ready(service: Service) -> None:
+    if not service.engine.ready:
+        raise WorkerLostError(f"the renderer is not ready: {service.engine.activity.text}")
+
+
+def _check_idle(service: Service, ref: SceneRef) -> None:
+    if service.in_use(ref.id):
+        raise InUseError(f"{ref.id}: somebody looks at it, or a job renders it; try again when they have left")

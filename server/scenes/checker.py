@@ -1,0 +1,157 @@
+"""Scenes read in a child process first, with limits on its memory and time, so that no file can harm the service.
+
+The child is server.scenes.check_scene. What it says of a scene is all that the web process ever learns from the file.
+"""
+
+import asyncio
+import os
+import signal
+import sys
+from collections import Counter
+from collections.abc import Sequence
+
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
+
+from gpu.errors import SceneError
+from gpu.scene.limits import SceneLimits
+from server.refusals import TooBusyError
+from server.settings import ServerSettings
+from server.wire.browser import SceneInfo
+
+CHECK = (sys.executable, "-m", "server.scenes.check_scene")
+AT_ONCE = 2
+MAX_WAITING = 16
+
+
+class SceneSize(BaseModel):
+    """How much of everything a scene has; `texels` counts pixels that several textures share once."""
+
+    model_config = ConfigDict(frozen=True)
+
+    vertices: int
+    triangles: int
+    uv_sets: int
+    colored: bool
+    materials: int
+    texels: int
+
+
+class CheckRequest(BaseModel):
+    """What a child is to read: a built-in name or a file, which is an archive if there is a folder to unpack it in."""
+
+    source: str
+    folder: str | None
+    limits: SceneLimits
+    max_unpacked_bytes: int
+    memory_bytes: int
+    seconds: float
+
+
+class Checked(BaseModel):
+    """A sound scene. source: the scene itself, which for an archive is a file in the folder."""
+
+    model_config = ConfigDict(frozen=True)
+
+    source: str
+    info: SceneInfo
+    size: SceneSize
+
+
+class Refused(BaseModel):
+    """What is wrong with a scene: the place in it, and the problem."""
+
+    field: str
+    problem: str
+
+
+_answer: TypeAdapter[Checked | Refused] = TypeAdapter(Checked | Refused)
+
+
+def _environment() -> dict[str, str]:
+    """What a child needs of ours, which leaves out secrets; mathematics libraries' threads would reserve memory."""
+    kept = ("PATH", "HOME", "LANG", "LC_ALL", "PYTHONPATH", "VIRTUAL_ENV", "LD_LIBRARY_PATH")
+    ours = {name: os.environ[name] for name in kept if name in os.environ}
+    return ours | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+
+class Checker:
+    """Runs a few children at a time."""
+
+    def __init__(self, settings: ServerSettings, command: Sequence[str] = CHECK) -> None:
+        self._limits = settings.scene_limits
+        self._memory_bytes = settings.check_memory_bytes
+        self._seconds = settings.check_seconds
+        self._max_unpacked_bytes = settings.max_uploads_bytes
+        self._command = command
+        self._turns = asyncio.Semaphore(AT_ONCE)
+        self._waiting = 0
+        self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
+
+    async def check(self, source: str, name: str, folder: str | None = None) -> Checked:
+        """What is in the scene `source`; `name` is what viewers call it; an archive is unpacked into `folder`.
+
+        Raises SceneError when the scene is not sound or takes more memory or time than allowed, TooBusyError when too
+        many scenes wait to be checked.
+        """
+        if self._waiting >= MAX_WAITING:
+            raise TooBusyError(f"{self._waiting} scenes wait to be checked already; try again later")
+        request = CheckRequest(
+            source=source,
+            folder=folder,
+            limits=self._limits,
+            max_unpacked_bytes=self._max_unpacked_bytes,
+            memory_bytes=self._memory_bytes,
+            seconds=self._seconds,
+        )
+        self._waiting += 1
+        try:
+            async with self._turns:
+                answer = await self._run(request, name)
+            if isinstance(answer, Refused):
+                raise SceneError(name, answer.field, answer.problem)
+        except SceneError:
+            self.outcomes["refused"] += 1
+            raise
+        finally:
+            self._waiting -= 1
+        self.outcomes["sound"] += 1
+        return answer
+
+    async def _run(self, request: CheckRequest, name: str) -> Checked | Refused:
+        try:
+            process = await asyncio.create_subprocess_exec(
+                *self._command,
+                stdin=asyncio.subprocess.PIPE,
+                stdout=asyncio.subprocess.PIPE,
+                env=_environment(),
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise TooBusyError(f"no process can be started to read {name}: {error.strerror or error}") from None
+        try:
+            async with asyncio.timeout(self._seconds):
+                output, _ = await process.communicate(request.model_dump_json().encode())
+        except TimeoutError:
+            raise SceneError(name, "", self._too_long()) from None
+        finally:
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
+        try:
+            return _answer.validate_json(output)
+        except ValidationError:
+            assert process.returncode is not None
+            raise SceneError(name, "", self._death(process.returncode)) from None
+
+    def _too_long(self) -> str:
+        return f"takes more than {self._seconds:g} s to read; simplify it, or raise check_seconds of this server"
+
+    def _death(self, status: int) -> str:
+        """Why a child ended without an answer."""
+        if status in (-signal.SIGXCPU, -signal.SIGKILL):
+            return self._too_long()
+        ended = signal.Signals(-status).name if status < 0 else f"status {status}"
+        return (
+            f"cannot be read: its reader ended with {ended}; the file is broken, or needs more than the "
+            f"{self._memory_bytes} bytes of check_memory_bytes of this server"
+        )

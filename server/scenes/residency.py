@@ -1,0 +1,131 @@
+"""Which scenes are on the device, what they take there, and whether one more fits before it is tried."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+from gpu.scene.builtin import BUILTIN
+from server.refusals import NoRoomError
+from server.render.engine import Engine
+from server.scenes.checker import Checked, Checker, SceneSize
+from server.wire.browser import SceneInfo
+from server.wire.worker import SceneRef
+
+# Bytes on the device (gpu.device_scene.upload): positions and normals are 3 floats; triangles have 3 indices, a
+# material, in the tree (gpu.device_scene.bvh) 3 corners of 4 floats, a number and a third of a node of 128 bytes, and,
+# while that is made, indices once more, a box of 2 × 3 floats, and 2 nodes of 32 bytes with links of 8.
+VERTEX_BYTES, UV_BYTES, COLOR_BYTES = 24, 8, 16
+TRIANGLE_BYTES = 16 + 52 + 43 + 12 + 24 + 2 * 40
+MATERIAL_BYTES = 512
+TEXEL_BYTES = 4
+LIGHTING_BYTES = 64 * 2**20  # virtual point lights, their clusters and a renderer
+
+
+def device_bytes(size: SceneSize) -> int:
+    """What a scene is expected to take on the device, with its light [bytes]."""
+    vertex = VERTEX_BYTES + UV_BYTES * size.uv_sets + COLOR_BYTES * size.colored
+    geometry = size.vertices * vertex + size.triangles * TRIANGLE_BYTES
+    return geometry + size.materials * MATERIAL_BYTES + size.texels * TEXEL_BYTES + LIGHTING_BYTES
+
+
+class Residency:
+    """Loads scenes into the worker and frees them."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        checker: Checker,
+        reserve_bytes: int,
+        in_use: Callable[[str], bool],
+        touch: Callable[[str], None],
+    ) -> None:
+        """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by its id;
+        touch: hears the ids of scenes that are used.
+        """
+        self._engine = engine
+        self._checker = checker
+        self._reserve_bytes = reserve_bytes
+        self._in_use = in_use
+        self._touch = touch
+        self._checked: dict[str, tuple[SceneRef, Checked]] = {}
+        self._opened: dict[str, tuple[SceneRef, SceneInfo]] = {}
+        self._loading = asyncio.Lock()
+        self._checking: dict[str, asyncio.Lock] = {}  # scenes that are being read now, by id
+
+    @property
+    def loaded(self) -> tuple[SceneRef, ...]:
+        """The scenes on the device."""
+        return self._engine.scenes
+
+    def bytes_of(self, scene: SceneRef) -> int | None:
+        """What a scene takes on the device, as far as its file was checked [bytes]."""
+        known = self._checked.get(scene.id)
+        return device_bytes(known[1].size) if known is not None and known[0] == scene else None
+
+    def learn(self, scene: SceneRef, checked: Checked) -> None:
+        """A scene was checked already, such as an upload."""
+        self._checked[scene.id] = scene, checked
+
+    async def inspect(self, scene: SceneRef) -> Checked:
+        """What is in a scene, read in a child process the first time; errors as of `Checker.check`."""
+        # Many may come for one scene at the same time, as when a service was restarted: it is read once.
+        lock = self._checking.setdefault(scene.id, asyncio.Lock())
+        try:
+            async with lock:
+                known = self._checked.get(scene.id)
+                if known is None or known[0] != scene:
+                    known = scene, await self._checker.check(scene.source, scene.id)
+                    self._checked[scene.id] = known
+                return known[1]
+        finally:
+            if not lock.locked():
+                self._checking.pop(scene.id, None)
+
+    async def open(self, scene: SceneRef) -> SceneInfo:
+        """Make sure that a scene is on the device, and say what is in it.
+
+        Raises NoRoomError when it would not leave the reserve free, else as `inspect` and `Engine.open`.
+        """
+        self._touch(scene.id)
+        if scene not in self.loaded and scene.source not in BUILTIN:  # those that come with the program are small
+            await self.inspect(scene)
+        async with self._loading:
+            known = self._opened.get(scene.id)
+            if known is None or known[0] != scene or scene not in self.loaded:
+                self._check_room(scene)
+                known = scene, await self._engine.open(scene)
+                self._opened[scene.id] = known
+            return known[1]
+
+    async def close(self, scene: SceneRef) -> None:
+        """Free what is on the device of a scene."""
+        if scene in self.loaded:
+            await self._engine.close(scene)
+
+    async def free_lost(self) -> None:
+        """Free scenes whose file is gone and that nobody looks at, and forget what was in them."""
+        self._checked = {id_: known for id_, known in self._checked.items() if not _gone(known[0])}
+        self._opened = {id_: known for id_, known in self._opened.items() if not _gone(known[0])}
+        for scene in self.loaded:
+            if _gone(scene) and self._engine.ready and not self._in_use(scene.id):
+                await self.close(scene)
+
+    def _check_room(self, scene: SceneRef) -> None:
+        used, total = self._engine.memory
+        needed, free = self.bytes_of(scene) or LIGHTING_BYTES, max(total - used - self._reserve_bytes, 0)
+        if scene in self.loaded or total == 0 or needed <= free:
+            return
+        idle = [other.id for other in self.loaded if not self._in_use(other.id)]
+        advice = f"unload what nobody looks at: {', '.join(idle)}" if idle else "nothing is loaded that nobody looks at"
+        raise NoRoomError(
+            f"{scene.id}: needs about {_megabytes(needed)} on the device, which has {_megabytes(free)} to give "
+            f"({_megabytes(self._reserve_bytes)} of it stay free); {advice}"
+        )
+
+
+def _gone(scene: SceneRef) -> bool:
+    return scene.source not in BUILTIN and not Path(scene.source).exists()
+
+
+def _megabytes(count: int) -> str:
+    return f"{count / 1e6:,.0f} MB"

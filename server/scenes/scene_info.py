@@ -1,0 +1,41 @@
+"""What viewers are told of a scene."""
+
+from math import atan
+from pathlib import Path
+
+import numpy as np
+
+from gpu.scene.types import Camera, Doubles, Scene
+from server.wire.browser import Bounds, CameraInfo, SceneInfo
+
+
+def describe_scene(scene_id: str, scene: Scene) -> SceneInfo:
+    """A scene's cameras, bounds and notes, in world space."""
+    centre = np.array(scene.placement.centre)
+    corners = [
+        centre + bound(scene.vertices, axis=0).astype(np.float64) / scene.placement.scale for bound in (np.min, np.max)
+    ]
+    notes = scene.report.notes + scene.report.ignored
+    if scene.report.dropped_triangles:
+        notes += (f"{scene.report.dropped_triangles} triangles without area were dropped",)
+    low, high = ((float(x), float(y), float(z)) for x, y, z in corners)
+    return SceneInfo(
+        id=scene_id,
+        name=Path(scene_id).stem,
+        cameras=tuple(_describe_camera(camera, (corners[0] + corners[1]) / 2) for camera in scene.cameras),
+        bounds=Bounds(min=low, max=high),
+        triangles=len(scene.triangles),
+        notes=notes,
+    )
+
+
+def _describe_camera(camera: Camera, centre: Doubles) -> CameraInfo:
+    # An orthographic camera becomes a perspective one that shows as much at the scene's centre.
+    distance = float(np.linalg.norm(camera.to_world[:3, 3] - centre)) if camera.orthographic else 1.0
+    return CameraInfo(
+        name=camera.name,
+        matrix=tuple(float(value) for value in camera.to_world.T.flatten()),
+        yfov=2.0 * atan(camera.half_height / max(distance, 1e-9)),
+        aspect=camera.aspect,
+        orthographic=camera.orthographic,
+    )

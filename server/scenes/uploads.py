@@ -1,0 +1,242 @@
+"""Scenes that clients bring: taken in piece by piece, checked in a child process, kept in a folder of their own each.
+
+A client's name for a file becomes an id, never a path: each upload has a folder named by the server, and what its
+scene refers to is looked for in there only. Beside that folder lies its record, so that a kept folder is found again.
+"""
+
+import asyncio
+import logging
+import secrets
+import shutil
+from collections.abc import AsyncIterator, Callable
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+from time import time_ns
+from unicodedata import normalize
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from gpu.errors import SceneError, UserError
+from gpu.scene import SUFFIXES
+from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
+from server.scenes.checker import Checked, Checker
+from server.settings import ServerSettings
+
+PREFIX = "uploads/"
+ARCHIVE = ".zip"
+RECORD, UNFINISHED = ".upload.json", ".upload-"
+MAX_AT_ONCE = 16
+CHUNK_BYTES = 2**20
+STALL_SECONDS = 30.0
+MAX_STEM = 64
+log = logging.getLogger("lumenwalk.uploads")
+
+
+class Upload(BaseModel):
+    """A scene that was uploaded and is sound. folder: its own, by name; bytes: what that holds."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    folder: str
+    bytes: int
+    checked: Checked
+
+
+class Uploads:
+    """The uploads of one folder, the longest unused first."""
+
+    def __init__(self, settings: ServerSettings, checker: Checker) -> None:
+        """Take up what the folder keeps from an earlier service. UserError when it cannot be used."""
+        self._checker = checker
+        self._max_bytes = settings.max_upload_bytes
+        self._max_count = settings.max_uploads
+        self._max_total_bytes = settings.max_uploads_bytes
+        self._taking = 0
+        self.kept = 0  # since the service began
+        self._keeping = asyncio.Lock()
+        self._uploads: dict[str, Upload] = {}
+        self._temporary: TemporaryDirectory[str] | None = None
+        if settings.uploads_dir is not None:
+            try:
+                settings.uploads_dir.mkdir(parents=True, exist_ok=True)
+                self._uploads = {upload.id: upload for upload in _kept(settings.uploads_dir.resolve())}
+            except OSError as error:
+                problem = f"cannot keep uploads there: {error.strerror or error}"
+                raise UserError(f"{settings.uploads_dir}: {problem}") from None
+        self._given = settings.uploads_dir
+
+    @cached_property
+    def _folder(self) -> Path:
+        if self._given is not None:
+            return self._given.resolve()
+        self._temporary = TemporaryDirectory(prefix="lumenwalk-uploads-")
+        return Path(self._temporary.name).resolve()
+
+    def close(self) -> None:
+        """Delete the uploads, unless their folder was given."""
+        if self._temporary is not None:
+            self._temporary.cleanup()
+
+    @property
+    def all(self) -> dict[str, Upload]:
+        """By id, the longest unused first."""
+        return dict(self._uploads)
+
+    def touch(self, scene_id: str) -> None:
+        """Note that a scene is used: it goes last when room is made."""
+        if scene_id in self._uploads:
+            self._uploads[scene_id] = self._uploads.pop(scene_id)
+
+    async def add(
+        self, name: str, length: int | None, body: AsyncIterator[bytes], in_use: Callable[[str], bool]
+    ) -> Upload:
+        """Take in the file that a client calls `name`, of `length` bytes if that is known, and check it.
+
+        Older uploads that are not `in_use` (asked by id) make room. Raises SceneError (name or content are wrong),
+        TooLargeError, TooSlowError, NoRoomError or TooBusyError; nothing is kept then.
+        """
+        stem, suffix = clean_name(name)
+        if length is not None and length > self._max_bytes:
+            raise self._too_large()
+        if self._taking >= MAX_AT_ONCE:
+            raise TooBusyError(f"{self._taking} uploads are on their way already; try again later")
+        self._taking += 1
+        work: Path | None = None
+        try:
+            work = self._folder / f"{UNFINISHED}{secrets.token_hex(8)}"
+            (work / "scene").mkdir(parents=True)
+            file = work / ("archive.zip" if suffix == ARCHIVE else f"scene/{stem}{suffix}")
+            await self._receive(file, body)
+            checked = await self._check(file, f"{stem}{suffix}", work / "scene")
+            return await self._keep(stem, work / "scene", checked, in_use)
+        except OSError as error:
+            raise NoRoomError(f"{stem}{suffix}: cannot be kept: {error.strerror or error}") from None
+        finally:
+            self._taking -= 1
+            if work is not None:
+                await asyncio.to_thread(shutil.rmtree, work, ignore_errors=True)
+
+    async def remove(self, scene_id: str) -> None:
+        """Delete an upload; UnknownSceneError when there is none of that id."""
+        upload = self._uploads.pop(scene_id, None)
+        if upload is None:
+            raise UnknownSceneError(f"scene: there is no upload {scene_id!r}; /api/v1/scenes lists what there is")
+        (self._folder / f"{upload.folder}{RECORD}").unlink(missing_ok=True)
+        await asyncio.to_thread(shutil.rmtree, self._folder / upload.folder, ignore_errors=True)
+
+    async def _receive(self, file: Path, body: AsyncIterator[bytes]) -> None:
+        received, pending = 0, bytearray()
+        pieces = aiter(body)
+        with file.open("xb") as target:
+            while True:
+                try:
+                    async with asyncio.timeout(STALL_SECONDS):
+                        piece = await anext(pieces, None)
+                except TimeoutError:
+                    raise TooSlowError(f"nothing of the file came for {STALL_SECONDS:g} s; upload it again") from None
+                received += len(piece or b"")
+                if received > self._max_bytes:
+                    raise self._too_large()
+                pending += piece or b""
+                if piece is None or len(pending) >= CHUNK_BYTES:
+                    await asyncio.to_thread(target.write, pending)
+                    pending = bytearray()
+                if piece is None:
+                    return
+
+    async def _check(self, file: Path, name: str, folder: Path) -> Checked:
+        archive = file.suffix == ARCHIVE
+        try:
+            return await self._checker.check(str(file), name, str(folder) if archive else None)
+        except SceneError as error:
+            if archive or not error.field.endswith(".uri"):
+                raise
+            hint = "upload a .glb, or a .zip with the files that it refers to"
+            raise SceneError(name, error.field, f"{error.problem}; {hint}") from None
+
+    async def _keep(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
+        async with self._keeping:
+            return await self._keep_alone(stem, work, checked, in_use)
+
+    async def _keep_alone(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
+        scene = PurePosixPath(Path(checked.source).relative_to(work))
+        size = await asyncio.to_thread(lambda: sum(file.stat().st_size for file in work.rglob("*")))
+        await self._make_room(size, in_use)
+        id_ = self._free_id(stem, scene.suffix.lower())
+        upload = Upload(
+            id=id_,
+            folder=f"{time_ns():020d}",  # so that names sort by age
+            bytes=size,
+            checked=checked.model_copy(
+                update={"source": str(scene), "info": checked.info.model_copy(update={"id": id_, "name": stem})}
+            ),
+        )
+        record = self._folder / f"{upload.folder}{RECORD}"
+        try:  # a record without a folder is nothing, a folder without a record would stay for ever
+            record.write_text(upload.model_dump_json())
+            work.rename(self._folder / upload.folder)
+        except OSError:
+            record.unlink(missing_ok=True)
+            raise
+        self._uploads[id_] = upload
+        self.kept += 1
+        return upload
+
+    async def _make_room(self, size: int, in_use: Callable[[str], bool]) -> None:
+        idle = [id_ for id_ in self._uploads if not in_use(id_)]
+        while (
+            len(self._uploads) >= self._max_count
+            or sum(upload.bytes for upload in self._uploads.values()) + size > self._max_total_bytes
+        ):
+            if not idle:
+                raise NoRoomError(
+                    f"uploads take up to {self._max_total_bytes} bytes and {self._max_count} scenes here, and those in "
+                    "use leave no room for this one; delete some, or try again when they are left"
+                )
+            await self.remove(idle.pop(0))
+
+    def _free_id(self, stem: str, suffix: str) -> str:
+        number, id_ = 1, f"{PREFIX}{stem}{suffix}"
+        while id_ in self._uploads:
+            number += 1
+            id_ = f"{PREFIX}{stem}-{number}{suffix}"
+        return id_
+
+    def path(self, upload: Upload) -> Path:
+        """Where the scene's file is."""
+        return self._folder / upload.folder / upload.checked.source
+
+    def _too_large(self) -> TooLargeError:
+        return TooLargeError(f"the file is larger than the {self._max_bytes} bytes that this server takes")
+
+
+def _kept(folder: Path) -> list[Upload]:
+    """What earlier services left in a folder, the oldest first; what they did not finish is deleted."""
+    for left in folder.glob(f"{UNFINISHED}*"):
+        shutil.rmtree(left, ignore_errors=True)
+    found = []
+    for record in sorted(folder.glob(f"*{RECORD}")):
+        try:
+            upload = Upload.model_validate_json(record.read_bytes())
+        except ValidationError:
+            log.warning("%s is not the record of an upload and is left alone", record)
+            continue
+        if (folder / upload.folder / upload.checked.source).is_file():
+            found.append(upload)
+        elif not (folder / upload.folder).exists():
+            record.unlink(missing_ok=True)
+    return found
+
+
+def clean_name(name: str) -> tuple[str, str]:
+    """A client's file name as a stem safe in ids, paths and pages, and a known suffix; SceneError without one."""
+    given = PurePosixPath(normalize("NFC", name).replace("\\", "/"))
+    suffix = given.suffix.lower()
+    if suffix not in (*SUFFIXES, ARCHIVE):
+        known = ", ".join((*SUFFIXES, ARCHIVE))
+        raise SceneError(given.name[:60] or "name", "", f"is not a scene by its name; upload one of {known}")
+    stem = "".join(letter if letter.isalnum() or letter in "-_. " else "-" for letter in given.stem)
+    stem = stem.strip(". ")[:MAX_STEM].encode()[:200].decode(errors="ignore").strip(". ")
+    return stem or "scene", suffix

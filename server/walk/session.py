@@ -1,0 +1,264 @@
+"""What one viewer wants and has been sent: the newest pose wins, and few frames are unacknowledged. No I/O here.
+
+While the view changes, frames are by themselves and as small as they must be to come in time. When it has rested for a
+moment it is rendered whole, then again and again with other samples, averaged; some of those pictures are shown, until
+there are as many frames in one as were wanted. Then nothing is due before something changes.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from time import monotonic
+
+from gpu.errors import UserError
+from gpu.settings import Method, RenderSettings
+from server.render.schedule import Urgency
+from server.walk.ack_window import Window
+from server.walk.resolution_scaler import Pace
+from server.wire.browser import LOSSLESS, Codec, Pose, Stream
+from server.wire.worker import Done, Placed, Render, SceneRef
+
+MAX_LOSSES = 3
+REST_SECONDS = 0.15
+# A still frame that takes long would keep the next motion waiting: the view must have rested for longer.
+LONG_FRAME_MS, LONG_REST_SECONDS = 300.0, 0.6
+# Sides of still frames are halved so many times when the device has too little memory; then it is an error.
+MAX_SHRINKS = 2
+# Paths a pixel in each frame of a walk with the `path` method, which otherwise takes many at once.
+PATHS_A_FRAME = 4
+
+
+@dataclass(frozen=True)
+class Qualities:
+    """JPEG qualities, 1 to 100, of moving and of still frames."""
+
+    moving: int = 80
+    still: int = 92
+
+
+@dataclass(frozen=True)
+class Order:
+    """A frame that is being rendered: what it shows, and how long that had waited [ms].
+
+    frame: its id, None for one that is averaged and not shown; view: counts changes of what is seen, and losses of
+    what was averaged; samples: frames that the picture is to average, None for a moving one; quality, codec: of the
+    image.
+    """
+
+    frame: int | None
+    pose: int
+    settings: int
+    queue_ms: float
+    view: int
+    samples: int | None
+    quality: int
+    codec: Codec
+
+    @property
+    def refines(self) -> bool:
+        """Whether it only makes sharper what the viewer sees already."""
+        return self.samples is not None and self.samples > 1
+
+
+class Session:
+    """The state of one viewer.
+
+    `scene` is None until one is open. A frame is due when there is something new to show, room in the window, and
+    nothing has shown that these settings cannot be rendered.
+    """
+
+    def __init__(
+        self,
+        viewer: int,
+        size: tuple[int, int],
+        settings: RenderSettings,
+        *,
+        stream: Stream = Stream(),  # noqa: B008
+        qualities: Qualities = Qualities(),
+        takes_png: bool = False,
+        now: Callable[[], float] = monotonic,
+    ) -> None:
+        self.viewer = viewer
+        self.scene: SceneRef | None = None
+        self.window = Window(now)
+        self._size = size
+        self._settings = settings
+        self._stream = stream
+        self._qualities = qualities
+        self._takes_png = takes_png
+        self._settings_id = 0
+        self._pose: Pose | None = None
+        self._pace = Pace()
+        self._now = now
+        self._changed_at = 0.0
+        self._fresh = False  # something changed since the last moving frame was ordered
+        self._view = 0
+        self._averaged = 0  # frames of the still view that were ordered
+        self._target = settings.frames
+        self._still_ms = 0.0  # what a still frame took
+        self._shrinks = 0
+        self._blocked = False  # these settings failed: wait for others
+        self._losses = 0  # workers lost in a row while rendering for this viewer
+        self._lost_view = -1  # the newest one of which a frame may have been lost with the last of them
+        self._last_frame = 0
+
+    @property
+    def due(self) -> Urgency | None:
+        """How urgent the frame is that should be rendered now; None when none is due."""
+        if self.scene is None or self._pose is None or self._blocked:
+            return None
+        if self._fresh:
+            return Urgency.MOVING if self.window.room else None
+        if self._target is not None and self._averaged >= self._target:
+            return None
+        if self.rest_seconds > 0.0 or not self.window.room:
+            return None
+        return Urgency.REFINING if self._averaged else Urgency.STILL
+
+    @property
+    def rest_seconds(self) -> float:
+        """For how long the view must still rest before it counts as still."""
+        rest = LONG_REST_SECONDS if self._still_ms > LONG_FRAME_MS else REST_SECONDS
+        return max(self._changed_at + rest - self._now(), 0.0)
+
+    def pose(self, pose: Pose) -> None:
+        """The viewer has moved. Poses are dropped while no scene is open: they are meant for the last one."""
+        if self.scene is None:
+            return
+        before, self._pose = self._pose, pose
+        if before is None or (before.matrix, before.yfov) != (pose.matrix, pose.yfov):
+            self._touch()
+
+    def change(
+        self,
+        settings_id: int,
+        size: tuple[int, int] | None = None,
+        settings: RenderSettings | None = None,
+        stream: Stream | None = None,
+    ) -> None:
+        """The viewer wants other frames from now on; what is None stays."""
+        self._settings_id = settings_id
+        self._size = size or self._size
+        self._settings = settings or self._settings
+        self._stream = stream or self._stream
+        if settings is not None:
+            self._pace.restart()
+        self._restart()
+        self._touch()
+
+    def show(self, scene: SceneRef | None) -> None:
+        """From now on this scene, from a pose that is yet to come; None while the next one is being opened."""
+        self.scene = scene
+        self._pose = None
+        self._pace.restart()
+        self._restart()
+
+    def acknowledge(self, frame: int) -> None:
+        """The viewer is done with this frame and all before it; UserError when it cannot have it."""
+        if frame > self.window.newest:  # one that is still being rendered would leave the window open for ever more
+            raise UserError(f"ack.frame: frame {frame} has not been sent; the last one was {self.window.newest}")
+        self.window.acknowledge(frame)
+
+    def take(self) -> tuple[Order, Render] | None:
+        """The newest view as a job for the worker, or None when no frame is due any more."""
+        urgency = self.due
+        if urgency is None or self.scene is None or self._pose is None:
+            return None
+        render = Render(
+            self.viewer, self.scene, Placed(self._pose.matrix, self._pose.yfov), self._size, self._settings, "jpeg"
+        )
+        if self._settings.method is Method.PATH and self._settings.samples is None:
+            render = replace(render, settings=self._settings.model_copy(update={"samples": PATHS_A_FRAME}))
+        if urgency is Urgency.MOVING:
+            self._fresh = False
+            # A target is met by counts of clusters; fewer pixels would only let them grow.
+            locked = self._stream.motion_scale or (1.0 if self._settings.has_target else None)
+            size = self._pace.size(self._still_size, locked)
+            render = replace(render, size=size, walks=True, quality=self._qualities.moving)
+            return self._order(render, self._changed_at, None), render
+        rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
+        sample = self._averaged
+        self._averaged += 1
+        render = replace(render, size=self._still_size, sample=sample, quality=self._qualities.still)
+        if not self._shown(self._averaged):
+            render = replace(render, output="none")
+        elif self._averaged == self._target and self._stream.lossless and self._takes_png:
+            render = replace(render, output=".png", quality=LOSSLESS)
+        return self._order(render, rested_at, self._averaged), render
+
+    def delivered(self, order: Order, done: Done, waited_ms: float) -> None:
+        """A frame was rendered, after it had waited for its turn."""
+        self._losses = 0
+        if order.samples is None:
+            self._pace.observe(waited_ms + done.render_ms)
+        elif order.view == self._view:
+            self._still_ms = done.render_ms
+            self._target = done.target
+            if done.samples < order.samples:  # the worker did not have the others any more
+                self._averaged = done.samples
+                self._view += 1  # the next one is on its way and will say so too, which must not count again
+
+    def failed(self, order: Order) -> bool:
+        """A frame could not be rendered: none is tried again before the settings change; False when that was known."""
+        self._forget(order)
+        known = self._blocked
+        self._blocked = known or order.settings == self._settings_id
+        return not known
+
+    def shrink(self, order: Order) -> bool:
+        """The device had too little memory for a frame: smaller ones from now on; False when they are that already."""
+        self._forget(order)
+        if order.settings != self._settings_id:
+            return True
+        self._shrinks += 1
+        self._blocked = self._shrinks > MAX_SHRINKS
+        self._touch()
+        return not self._blocked
+
+    def lost(self, order: Order) -> bool:
+        """The worker died with a frame: it is tried again; False when that happened too often with these settings."""
+        self._forget(order)
+        if order.view > self._lost_view:  # else it went with the same worker as the one before
+            self._losses += 1
+            self._lost_view = self._view
+            self._view += 1
+        self._fresh = True
+        self._averaged = 0
+        self._blocked = self._losses >= MAX_LOSSES
+        return not self._blocked
+
+    @property
+    def _still_size(self) -> tuple[int, int]:
+        width, height = self._size
+        return max(1, width >> self._shrinks), max(1, height >> self._shrinks)
+
+    def _shown(self, samples: int) -> bool:
+        """Whether the picture of so many frames is sent: each differs from the last one by about as much."""
+        return samples & (samples - 1) == 0 or samples == self._target
+
+    def _order(self, render: Render, wanted_at: float, samples: int | None) -> Order:
+        assert self._pose is not None
+        frame = None
+        if render.output != "none":
+            self._last_frame += 1
+            frame = self._last_frame
+            self.window.add(frame)
+        waited = 1e3 * max(self._now() - wanted_at, 0.0)
+        codec = Codec.PNG if render.output == ".png" else Codec.JPEG
+        return Order(frame, self._pose.id, self._settings_id, waited, self._view, samples, render.quality, codec)
+
+    def _forget(self, order: Order) -> None:
+        if order.frame is not None:
+            self.window.drop(order.frame)
+
+    def _restart(self) -> None:
+        self._blocked = False
+        self._losses = 0
+        self._shrinks = 0
+        self._still_ms = 0.0
+        self._target = self._settings.frames
+
+    def _touch(self) -> None:
+        self._view += 1
+        self._fresh = True
+        self._averaged = 0
+        self._changed_at = self._now()

@@ -1,0 +1,89 @@
+"""The WebSocket endpoint: admits a viewer and reads its messages. server.wire.browser describes the wire."""
+
+import asyncio
+import logging
+from contextlib import suppress
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from gpu.errors import UserError
+from server.logs import bind
+from server.service import Service, TheService
+from server.walk.viewer import RESTART, Viewer, receive
+from server.wire.browser import Error, ErrorCode, Hello, parse_viewer_message
+
+HELLO_SECONDS = 5.0
+BAD_PROTOCOL, POLICY, FAULT, TRY_AGAIN = 1002, 1008, 1011, 1013
+
+log = logging.getLogger("lumenwalk.viewer")
+router = APIRouter()
+
+
+@router.websocket("/api/v1/stream")
+async def stream(socket: WebSocket, service: TheService) -> None:
+    """Serve one viewer until it leaves."""
+    await socket.accept()
+    if service.stopping.is_set():
+        await _refuse(socket, service, "stopping", RESTART, "the server is stopping")
+        return
+    if service.full or service.greeting >= service.settings.max_viewers:
+        await _refuse_as_full(socket, service)
+        return
+    service.greeting += 1  # who says nothing takes no viewer's place
+    try:
+        hello = await _greet(socket, service)
+    except WebSocketDisconnect:
+        return
+    finally:
+        service.greeting -= 1
+    if hello is None:
+        service.metrics.refused("hello")
+        return
+    number = service.admit()
+    if number is None:
+        await _refuse_as_full(socket, service)
+        return
+    bind(viewer=number)
+    log.info("viewer came", extra={"address": socket.client.host if socket.client else ""})
+    try:
+        await Viewer(socket, service, number, hello).run()
+    except WebSocketDisconnect:
+        pass
+    except Exception:
+        log.exception("a viewer is closed after a fault in the web process")
+        service.metrics.dropped("fault")
+        with suppress(WebSocketDisconnect, RuntimeError):
+            await socket.close(FAULT, "an internal error; the server's log has the details")
+    finally:
+        service.dismiss(number)
+
+
+async def _refuse_as_full(socket: WebSocket, service: Service) -> None:
+    text = f"{service.settings.max_viewers} viewers are here already; try again later"
+    await _refuse(socket, service, "full", TRY_AGAIN, text)
+
+
+async def _refuse(socket: WebSocket, service: Service, reason: str, code: int, text: str) -> None:
+    service.metrics.refused(reason)
+    with suppress(WebSocketDisconnect):
+        await socket.close(code, text)
+
+
+async def _greet(socket: WebSocket, service: Service) -> Hello | None:
+    """The viewer's hello; None when there is none that can be served, and then the socket is closed."""
+    code, close = ErrorCode.BAD_MESSAGE, BAD_PROTOCOL
+    try:
+        async with asyncio.timeout(HELLO_SECONDS):
+            hello = parse_viewer_message(await receive(socket))
+        if not isinstance(hello, Hello):
+            raise UserError(f"type: the first message must be hello, not {hello.type}")
+        code, close = ErrorCode.LIMIT, POLICY
+        service.settings.check_render(hello.size, hello.settings, service.settings.max_stream_pixels)
+    except TimeoutError:
+        await socket.close(BAD_PROTOCOL, f"no hello within {HELLO_SECONDS:.0f} s")
+    except UserError as error:
+        await socket.send_text(Error(code=code, message=str(error)).model_dump_json())
+        await socket.close(close, "the hello was refused")
+    else:
+        return hello
+    return None

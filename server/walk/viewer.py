@@ -1,0 +1,374 @@
+"""One viewer's connection: tasks that read its messages, order and deliver frames, say what is going on, and end it."""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from contextlib import suppress
+from time import monotonic
+
+from fastapi import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocketState
+
+from gpu.errors import OutOfMemoryError, UserError
+from gpu.settings import RenderSettings
+from server.http.rate_limit import Bucket
+from server.refusals import TooBusyError, UnknownSceneError
+from server.render.engine import EngineState, RenderFaultError, Reply
+from server.render.schedule import Urgency
+from server.render.worker_link import WorkerLostError
+from server.service import Service
+from server.walk.session import MAX_LOSSES, Order, Qualities, Session
+from server.wire.browser import (
+    Ack,
+    Error,
+    ErrorCode,
+    FrameHeader,
+    Hello,
+    Limits,
+    Message,
+    Phase,
+    Pose,
+    SceneInfo,
+    Settings,
+    State,
+    Status,
+    Welcome,
+    parse_viewer_message,
+    stage_slots,
+)
+from server.wire.worker import Done, Job, SceneRef
+
+STATUS_SECONDS = 0.1  # at least, between two words on what is going on
+STALLED_SECONDS = 10.0
+WATCH_SECONDS = 1.0
+CLOSE_SECONDS = 1.0  # for a viewer to take note of the end
+STALLED, RESTART = 1013, 1012  # the codes of a close: both say that a viewer may come back
+MESSAGE_RATE, MESSAGE_BURST = 600.0, 100.0  # messages a second, and at once: poses and acknowledgements at 240 Hz pass
+SLOW_MS, SLOW_RATE = 1000.0, 0.1  # frames that took longer are logged, so many a second of one viewer
+FAULT_RATE, FAULT_BURST = 0.5, 5.0  # and so many of a viewer's mistakes
+log = logging.getLogger("lumenwalk.viewer")
+
+
+async def receive(socket: WebSocket) -> str:
+    """The next text message; UserError for a binary one, WebSocketDisconnect when the viewer has left."""
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1005), message.get("reason"))
+    text = message.get("text")
+    if text is None:
+        raise UserError("viewers send text messages only")
+    return str(text)
+
+
+class Viewer:
+    """Serves one viewer whose hello was accepted."""
+
+    def __init__(self, socket: WebSocket, service: Service, number: int, hello: Hello) -> None:
+        self._socket = socket
+        self._service = service
+        self._hello = hello
+        settings = service.settings
+        self._session = Session(
+            number,
+            hello.size,
+            hello.settings,
+            stream=hello.stream,
+            qualities=Qualities(settings.jpeg_quality, settings.still_quality),
+            takes_png="png" in hello.codecs,
+        )
+        self._sent: dict[int, float] = {}  # milliseconds that the server itself took, by unacknowledged frame
+        self._wanted: SceneRef | None = None  # a scene that is to be opened
+        self._shown: tuple[SceneRef, SceneInfo] | None = None
+        self._rendering: asyncio.Queue[tuple[Order, float, asyncio.Future[Reply]]] = asyncio.Queue()
+        self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
+        self._slow = Bucket(SLOW_RATE, 1.0)
+        self._faults = Bucket(FAULT_RATE, FAULT_BURST)
+        self._awaited = 0  # frames ordered and not yet sent, but for those that refine
+        self._stirred = asyncio.Event()  # something changed that a task may wait for
+        self._news = asyncio.Event()  # something changed that the viewer may have to be told
+
+    async def run(self) -> None:
+        """Serve until the viewer leaves."""
+        await self._send(self._welcome())
+        self._wanted = await self._find(self._hello.scene)
+        if self._wanted is None and self._hello.scene is not None:
+            self._wanted = await self._find(None)
+        self._service.engine.listeners.add(self._news.set)
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                for task in (
+                    self._listen(),
+                    self._order(),
+                    self._deliver(),
+                    self._report(),
+                    self._watch(),
+                    self._stop(),
+                ):
+                    tasks.create_task(task)
+        except* WebSocketDisconnect as group:
+            for end in group.exceptions:
+                if isinstance(end, WebSocketDisconnect):
+                    log.info("viewer left", extra={"code": end.code, "reason": end.reason})
+        finally:
+            self._service.engine.listeners.discard(self._news.set)
+            self._service.metrics.windows.pop(self._session.viewer, None)
+
+    def _welcome(self) -> Welcome:
+        limits = self._service.settings
+        return Welcome(
+            viewer=self._session.viewer,
+            scenes=self._service.catalogue.names(),
+            settings_schema=RenderSettings.model_json_schema(),
+            codecs=("jpeg", "png") if "png" in self._hello.codecs else ("jpeg",),
+            limits=Limits(max_pixels=limits.max_stream_pixels, max_message_bytes=limits.max_message_bytes),
+        )
+
+    # --- what the viewer says ---
+
+    async def _listen(self) -> None:
+        while True:
+            if (seconds := self._messages.take()) > 0.0:
+                await asyncio.sleep(seconds)  # and meanwhile nothing is read: TCP holds the rest back
+            try:
+                message = parse_viewer_message(await receive(self._socket))
+                match message:
+                    case Pose():
+                        self._session.pose(message)
+                    case Ack():
+                        self._session.acknowledge(message.frame)
+                        self._measure(message)
+                    case Settings():
+                        await self._change(message)
+                    case Hello():
+                        raise UserError("type: hello was already said")
+            except UserError as error:
+                await self._fail(ErrorCode.BAD_MESSAGE, error)
+            self._stir()
+
+    async def _change(self, message: Settings) -> None:
+        limits = self._service.settings
+        try:
+            size, settings = message.size or (1, 1), message.settings or RenderSettings()
+            limits.check_render(size, settings, limits.max_stream_pixels)
+        except UserError as error:
+            await self._fail(ErrorCode.LIMIT, error)
+            return
+        scene = None if message.scene is None else await self._find(message.scene)
+        if message.scene is not None and scene is None:
+            return
+        self._session.change(message.id, message.size, message.settings, message.stream)
+        if scene is not None:
+            self._wanted = scene
+            self._session.show(None)
+
+    async def _find(self, scene_id: str | None) -> SceneRef | None:
+        try:
+            return self._service.catalogue.find(scene_id)
+        except UnknownSceneError as error:
+            await self._fail(ErrorCode.UNKNOWN_SCENE, error)
+            return None
+
+    # --- frames ---
+
+    async def _order(self) -> None:
+        while True:
+            await self._until(lambda: self._wanted is not None or self._session.due is not None)
+            if self._wanted is not None:
+                await self._open(self._wanted)
+            else:
+                await self._order_frame()
+
+    async def _order_frame(self) -> None:
+        urgency = self._session.due
+        if urgency is None:
+            return
+        orders: list[tuple[Order, float]] = []
+        asked = monotonic()
+
+        def newest() -> Job | None:
+            taken = self._session.take()
+            if taken is None:
+                return None
+            order, job = taken
+            orders.append((order, 1e3 * (monotonic() - asked)))
+            return job
+
+        turn = asyncio.ensure_future(self._service.engine.submit(self._session.viewer, urgency, newest))
+        turn.add_done_callback(lambda _: self._stirred.set())
+        try:
+            await self._until(lambda: turn.done() or (not orders and self._overtaken(urgency)))
+            reply = turn.result() if turn.done() else None
+        finally:
+            turn.cancel()
+        if reply is not None:
+            order, waited_ms = orders[0]
+            self._awaited += not order.refines
+            self._rendering.put_nowait((order, waited_ms, reply))
+
+    def _overtaken(self, urgency: Urgency) -> bool:
+        """Whether what is wanted now must not wait for a turn of this urgency."""
+        due = self._session.due
+        return self._wanted is not None or (due is not None and due < urgency)
+
+    async def _open(self, scene: SceneRef) -> None:
+        self._news.set()
+        shown = self._shown
+        try:
+            shown = scene, await self._read(scene)
+        except (UserError, TooBusyError, RenderFaultError, WorkerLostError) as error:
+            await self._fail(ErrorCode.SCENE_FAILED, error)
+        if self._wanted != scene:
+            return  # the viewer has chosen another one meanwhile
+        self._wanted = None
+        self._shown = shown
+        if shown is not None:
+            self._service.viewing[self._session.viewer] = shown[0]
+            self._session.show(shown[0])
+            await self._send(shown[1])
+        self._stir()
+
+    async def _read(self, scene: SceneRef) -> SceneInfo:
+        for _ in range(MAX_LOSSES - 1):
+            with suppress(WorkerLostError):  # it may have died of something else
+                return await self._service.residency.open(scene)
+        return await self._service.residency.open(scene)
+
+    async def _deliver(self) -> None:
+        while True:
+            order, waited_ms, reply = await self._rendering.get()
+            try:
+                done, image = await reply
+                assert isinstance(done, Done)
+                self._session.delivered(order, done, waited_ms)
+                if order.frame is not None:
+                    await self._show(order, done, image)
+            except OutOfMemoryError as error:
+                smaller = self._session.shrink(order)
+                words = f"{error}; it is shown smaller" if smaller else str(error)
+                await self._fail(ErrorCode.MEMORY if smaller else ErrorCode.RENDER_FAILED, UserError(words))
+            except (UserError, RenderFaultError) as error:
+                if self._session.failed(order):  # of several under way, the first to fail is told
+                    await self._fail(ErrorCode.RENDER_FAILED, error)
+            except WorkerLostError as error:
+                if not self._session.lost(order):
+                    await self._fail(ErrorCode.RENDER_FAILED, UserError(f"{error}; it dies of this view: change it"))
+            self._awaited -= not order.refines
+            self._stir()
+
+    async def _show(self, order: Order, done: Done, image: bytes) -> None:
+        header = _header(order, done)
+        message = header.pack() + image
+        self._session.window.sent(header.frame)
+        self._sent[header.frame] = order.queue_ms + done.render_ms + done.encode_ms
+        self._check_open()
+        await self._socket.send_bytes(message)
+        metrics = self._service.metrics
+        times = (order.queue_ms, done.render_ms, done.encode_ms)
+        metrics.frame(*times, len(message), header.phase, done.stage_ms, done.skips)
+        metrics.windows[self._session.viewer] = self._session.window.limit
+        if sum(times) > SLOW_MS and self._slow.spend():
+            names = ("queue_ms", "render_ms", "encode_ms")
+            log.warning("slow frame", extra={"frame": header.frame, **dict(zip(names, times, strict=True))})
+
+    def _measure(self, ack: Ack) -> None:
+        """Passes on what a viewer says of a frame; what is not the server's or its own was the network's."""
+        spent = self._sent.get(ack.frame)
+        self._sent = {frame: ms for frame, ms in self._sent.items() if frame > ack.frame}
+        network = None
+        if ack.age_ms is not None and spent is not None:
+            network = max(ack.age_ms - spent - (ack.decode_ms or 0.0), 0.0)
+        self._service.metrics.acknowledged(ack.age_ms, network, ack.decode_ms)
+
+    async def _watch(self) -> None:
+        """Drop a viewer that acknowledges nothing any more: it does not read, and what it is sent only piles up."""
+        while self._session.window.waiting_seconds < STALLED_SECONDS:
+            await asyncio.sleep(WATCH_SECONDS)
+        self._service.metrics.dropped("stalled")
+        await self._leave(STALLED, f"no frame was acknowledged for {STALLED_SECONDS:.0f} s")
+
+    async def _stop(self) -> None:
+        """Tell the viewer that the service ends, and close."""
+        await self._service.stopping.wait()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(CLOSE_SECONDS):
+                await self._send(Status(state=State.STOPPING, text="the server is stopping"))
+        await self._leave(RESTART, "the server is stopping")
+
+    async def _leave(self, code: int, reason: str) -> None:
+        with suppress(TimeoutError):
+            async with asyncio.timeout(CLOSE_SECONDS):
+                await self._socket.close(code, reason)
+        raise WebSocketDisconnect(code, reason)
+
+    # --- what the viewer is told ---
+
+    async def _report(self) -> None:
+        told = None
+        while True:
+            status = self._status()
+            if status != told:
+                await self._send(status)
+                told = status
+                await asyncio.sleep(STATUS_SECONDS)
+            await self._news.wait()
+            self._news.clear()
+
+    def _status(self) -> Status:
+        activity = self._service.engine.activity
+        words = {"text": activity.text, "fraction": activity.fraction}
+        if activity.state is EngineState.READY:
+            due = self._session.due in (Urgency.MOVING, Urgency.STILL)
+            waiting = due or self._wanted is not None or self._awaited > 0
+            slow = bool(activity.text) or self._wanted is not None
+            return Status(state=State.LOADING, **words) if waiting and slow else Status(state=State.READY)
+        return Status(state=State.LOADING if activity.state is EngineState.STARTING else State.RECOVERING, **words)
+
+    async def _fail(self, code: ErrorCode, error: Exception) -> None:
+        if code is not ErrorCode.BAD_MESSAGE and self._faults.spend():
+            log.warning("%s: %s", code, error)
+        await self._send(Error(code=code, message=str(error)))
+
+    async def _send(self, message: Message) -> None:
+        self._check_open()
+        await self._socket.send_text(message.model_dump_json())
+
+    def _check_open(self) -> None:
+        """Another task may have closed the socket, or met its end, an instant ago."""
+        if self._socket.application_state is not WebSocketState.CONNECTED:
+            raise WebSocketDisconnect(1006)
+
+    def _stir(self) -> None:
+        self._stirred.set()
+        self._news.set()
+
+    async def _until(self, condition: Callable[[], bool]) -> None:
+        while not condition():
+            self._stirred.clear()
+            rest = self._session.rest_seconds  # a view that comes to rest stirs nothing
+            with suppress(TimeoutError):
+                async with asyncio.timeout(rest if rest > 0.0 else None):
+                    await self._stirred.wait()
+
+
+def _header(order: Order, done: Done) -> FrameHeader:
+    assert order.frame is not None
+    width, height = done.size
+    phase = Phase.MOVING
+    if order.samples is not None:
+        phase = Phase.FINAL if done.samples >= done.target else Phase.STILL
+    return FrameHeader(
+        width=width,
+        height=height,
+        pose=order.pose,
+        frame=order.frame,
+        settings=order.settings,
+        queue_ms=order.queue_ms,
+        render_ms=done.render_ms,
+        encode_ms=done.encode_ms,
+        stages=stage_slots(done.stage_ms),
+        codec=order.codec,
+        phase=phase,
+        quality=order.quality,
+        samples=done.samples,
+        target_samples=done.target if order.samples is not None else 1,
+    )

@@ -1,0 +1,268 @@
+"""The border between the web process and the worker process: small typed messages, and bytes; nothing else crosses.
+
+On the wire a message is two little-endian u32 lengths, then its JSON, then raw bytes (an encoded image, often none).
+JSON that pydantic checks on arrival, rather than pickle: the worker runs native code on files that users bring, so
+what it sends must not be able to run anything in the web process. Its cost, some 20 µs, is small beside a frame.
+"""
+
+import struct
+from asyncio import StreamReader
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Annotated, BinaryIO, Literal
+
+from pydantic import Field, TypeAdapter
+
+from gpu.scene.limits import SceneLimits
+from gpu.settings import RenderSettings
+from server.wire.browser import SceneInfo
+from server.wire.log_format import LogFormat
+
+STILLS = 0  # the viewer number of renders that no viewer asked for; viewers count from 1
+HEARTBEAT = -1  # the viewer number of renders that only see whether the device still works
+START_UP = 0  # the request number of the start; requests count from 1
+MAX_TEXT_BYTES = 2**24  # of a message's JSON; the largest by far says what is in a scene
+
+# "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed.
+Output = Literal["none", "jpeg", ".png", ".jpg", ".exr", ".npy"]
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SceneRef:
+    """A scene as the worker finds it: public id, file or built-in name; a file that changed has another stamp."""
+
+    id: str
+    source: str
+    stamp: int = 0
+
+
+@dataclass(frozen=True)
+class SceneCamera:
+    """One of the scene's own cameras, by index or name."""
+
+    camera: int | str
+
+
+@dataclass(frozen=True)
+class LookAt:
+    """A perspective view from position to target, world space."""
+
+    position: Vector
+    target: Vector
+    up: Vector
+    yfov_degrees: float
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A perspective view by its camera-to-world matrix (16 numbers, column-major) and vertical field of view [rad]."""
+
+    matrix: tuple[float, ...]
+    yfov: float
+
+
+View = SceneCamera | LookAt | Placed
+
+# --- to the worker ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Start:
+    """The first message: what the worker serves, and its limits."""
+
+    scene: SceneRef
+    device: str | None = None
+    max_scenes: int = 4
+    scene_limits: SceneLimits = field(default_factory=SceneLimits)
+    log_format: LogFormat = LogFormat.TEXT
+    kind: Literal["start"] = "start"
+
+
+@dataclass(frozen=True)
+class OpenScene:
+    """Read a scene; answered by Free, then Opened, or by Failed, then Free."""
+
+    scene: SceneRef
+    request: int = 0
+    kind: Literal["open"] = "open"
+
+
+@dataclass(frozen=True)
+class Render:
+    """Render one picture for a viewer (or STILLS, HEARTBEAT); answered by Free and Done, or by Failed, then Free.
+
+    sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0
+    starts anew. If the worker does not have those, it starts anew too, which Done.samples tells. walks: it is one of
+    many on a viewer's way, so it may build on the one before; else it depends on nothing but what is said here.
+    """
+
+    viewer: int
+    scene: SceneRef
+    view: View
+    size: tuple[int, int]
+    settings: RenderSettings
+    output: Output
+    sample: int | None = None
+    walks: bool = False
+    quality: int = 85
+    request: int = 0
+    kind: Literal["render"] = "render"
+
+
+@dataclass(frozen=True)
+class Leave:
+    """A viewer is gone: free what is kept for it. Not answered."""
+
+    viewer: int
+    kind: Literal["leave"] = "leave"
+
+
+@dataclass(frozen=True)
+class CloseScene:
+    """Free a scene and all that was made for it; answered by Free, then Closed."""
+
+    scene: SceneRef
+    request: int = 0
+    kind: Literal["close"] = "close"
+
+
+Job = OpenScene | CloseScene | Render
+ToWorker = Start | OpenScene | Render | Leave | CloseScene
+
+# --- from the worker -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Holdings:
+    """What the device holds now: scenes, the longest unused first; memory_total is 0 where it is not known [bytes]."""
+
+    memory_used: int
+    memory_total: int
+    scenes: tuple[SceneRef, ...]
+
+
+@dataclass(frozen=True)
+class Ready:
+    """Kernels are loaded and a frame was rendered."""
+
+    device: str
+    holdings: Holdings
+    kind: Literal["ready"] = "ready"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What takes long now, and how far it is."""
+
+    text: str
+    fraction: Annotated[float, Field(ge=0.0, le=1.0)]
+    kind: Literal["progress"] = "progress"
+
+
+@dataclass(frozen=True)
+class Free:
+    """The worker can take the next job; this one's answer may still be on its way (being encoded).
+
+    busy_ms: time that the job had the device.
+    """
+
+    request: int
+    busy_ms: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+    holdings: Holdings
+    kind: Literal["free"] = "free"
+
+
+@dataclass(frozen=True)
+class Opened:
+    """Answer to OpenScene."""
+
+    request: int
+    info: SceneInfo
+    kind: Literal["opened"] = "opened"
+
+
+@dataclass(frozen=True)
+class Closed:
+    """Answer to CloseScene."""
+
+    request: int
+    kind: Literal["closed"] = "closed"
+
+
+@dataclass(frozen=True)
+class Done:
+    """Answer to Render, with the encoded image as the message's bytes; times in milliseconds.
+
+    samples: frames averaged in it; target: of how many the settings, or the device, want a still view to be.
+    """
+
+    request: int
+    size: tuple[int, int]
+    render_ms: float
+    encode_ms: float
+    samples: int
+    target: int
+    stage_ms: dict[str, float]
+    counts: dict[str, int]
+    skips: dict[str, int]
+    estimates: dict[str, float] = field(default_factory=dict)
+    kind: Literal["done"] = "done"
+
+
+class Cause(StrEnum):
+    """Whose fault a failure is: the user's, that of a device with too little memory, or the program's."""
+
+    USER = "user"
+    MEMORY = "memory"
+    PROGRAM = "program"
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Answer to any request; the text explains it to the user, unless the program is at fault: then the log does."""
+
+    request: int
+    text: str
+    cause: Cause
+    kind: Literal["failed"] = "failed"
+
+
+FromWorker = Ready | Progress | Free | Opened | Closed | Done | Failed
+
+# --- the codec -------------------------------------------------------------------------------------------------------
+
+_Any = Annotated[ToWorker | FromWorker, Field(discriminator="kind")]
+_adapter: TypeAdapter[ToWorker | FromWorker] = TypeAdapter(_Any)
+_lengths = struct.Struct("<II")
+
+
+def pack(message: ToWorker | FromWorker, payload: bytes = b"") -> bytes:
+    """A message and its bytes, ready for the pipe."""
+    text = _adapter.dump_json(message)
+    return b"".join((_lengths.pack(len(text), len(payload)), text, payload))
+
+
+def read(pipe: BinaryIO) -> tuple[ToWorker | FromWorker, bytes]:
+    """The next message from a blocking pipe; EOFError when the other side is gone."""
+    lengths = pipe.read(_lengths.size)
+    if len(lengths) < _lengths.size:
+        raise EOFError
+    text, payload = _lengths.unpack(lengths)
+    body = pipe.read(text + payload)
+    if len(body) < text + payload:
+        raise EOFError
+    return _adapter.validate_json(body[:text]), body[text:]
+
+
+async def receive(stream: StreamReader, most_bytes: Callable[[], int]) -> tuple[ToWorker | FromWorker, bytes]:
+    """The next message from an asyncio stream.
+
+    Raises EOFError (IncompleteReadError) when the other side is gone, and ValueError for what is no message or larger
+    than one: its JSON than MAX_TEXT_BYTES, its bytes than `most_bytes` allows now.
+    """
+    text, payload = _lengths.unpack(await stream.readexactly(_lengths.size))
+    if text > MAX_TEXT_BYTES or payload > most_bytes():
+        raise ValueError(f"{text} bytes of text and {payload} of image are too many")
+    return _adapter.validate_json(await stream.readexactly(text)), await stream.readexactly(payload)

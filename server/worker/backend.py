@@ -1,0 +1,229 @@
+"""The worker process's program, `python -m server.worker.backend DESCRIPTOR`: the only part of the service that
+imports Warp.
+
+Scenes and renderers are shared by all viewers of them. What is kept for a viewer is the mean of its still view's
+frames. A scene that nobody looks at is dropped for another once `max_scenes` are loaded, the least recently used first.
+"""
+
+import ctypes
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import tan
+from pathlib import Path
+from time import monotonic, perf_counter
+from typing import TypeVar
+
+import numpy as np
+import warp as wp
+
+from gpu.core.device import choose_device
+from gpu.device_scene.upload import ResidentScene
+from gpu.errors import OutOfMemoryError, SceneError, UserError
+from gpu.film.accumulation import Accumulation
+from gpu.film.frame import Frame
+from gpu.sample_counts import quality_of
+from gpu.scene import load_scene
+from gpu.scene.camera import look_at
+from gpu.scene.types import Camera, Scene
+from gpu.settings import RenderSettings
+from server.scenes.scene_info import describe_scene
+from server.wire.browser import SceneInfo
+from server.wire.worker import STILLS, LookAt, Placed, Render, SceneCamera, SceneRef, Start, View
+from server.worker.device_encode import DeviceEncoder, device_encoder
+from server.worker.renderer_pool import Renderers
+from server.worker.worker import Picture, Report, work
+
+FIRST_SIZE = (64, 36)
+MEMORY_SECONDS = 0.5
+# How Warp says that the device has no memory left.
+NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    scene: Scene
+    resident: ResidentScene
+
+
+@dataclass
+class _Still:
+    """What a viewer looks at, and the mean of the frames of it so far."""
+
+    view: tuple[SceneRef, View, tuple[int, int], RenderSettings]
+    accumulation: Accumulation
+
+
+class GpuBackend:
+    """Renders with gpu/ on one device."""
+
+    def __init__(self) -> None:
+        self._start = Start(SceneRef("", ""))
+        self._device: wp.Device = None
+        self._scenes: dict[SceneRef, _Loaded] = {}  # in the order of their last use
+        self._viewed: dict[int, SceneRef] = {}  # by viewer
+        self._stills: dict[int, _Still] = {}  # by viewer
+        self._encoder: DeviceEncoder | None = None
+        self._memory_free, self._memory_asked = 0, 0.0
+
+    def start(self, start: Start, report: Report) -> str:
+        """Choose a device, load the served scene, render one frame of it; return the device's name."""
+        self._start = start
+        self._device = choose_device(start.device)
+        self._renderers = Renderers(self._device)
+        self._encoder = device_encoder(self._device)
+        self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
+        return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
+
+    def open(self, scene: SceneRef, report: Report) -> SceneInfo:
+        """Make sure that a scene is on the device; OutOfMemoryError when that cannot hold it."""
+        what = f"{scene.id}: the device has too little memory for this scene; close others, or simplify it"
+        return describe_scene(scene.id, self._with_room(lambda: self._load(scene, report), what).scene)
+
+    def close(self, scene: SceneRef) -> None:
+        """Free a scene and all that was made for it."""
+        self._scenes.pop(scene, None)
+        self._renderers.drop(scene)
+        for viewer in [viewer for viewer, viewed in self._viewed.items() if viewed == scene]:
+            self.leave(viewer)
+        if not self._device.is_cuda and hasattr(libc := ctypes.CDLL(None), "malloc_trim"):
+            libc.malloc_trim(0)  # glibc would keep hundreds of megabytes
+
+    def scenes(self) -> tuple[SceneRef, ...]:
+        """What is on the device, the longest unused first."""
+        return tuple(self._scenes)
+
+    def render(self, job: Render, report: Report) -> Picture:
+        """Render one picture; OutOfMemoryError when the device cannot hold what that takes."""
+        what = (
+            f"the device has too little memory for {job.size[0]}×{job.size[1]} pixels with these settings; "
+            "ask for a smaller size, or for fewer clusters or VPLs"
+        )
+        return self._with_room(lambda: self._picture(job, report), what)
+
+    def leave(self, viewer: int) -> None:
+        """Free what is kept for a viewer."""
+        self._viewed.pop(viewer, None)
+        self._stills.pop(viewer, None)
+
+    def memory(self) -> tuple[int, int]:
+        """Bytes of the device in use, and all that it has; on a CPU, what this process and the machine have."""
+        if self._device.is_cuda:
+            # Asking the driver costs as much as a small stage, and this is asked after every frame.
+            if monotonic() - self._memory_asked > MEMORY_SECONDS:
+                self._memory_asked = monotonic()
+                self._memory_free = self._device.free_memory
+            return self._device.total_memory - self._memory_free, self._device.total_memory
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        total = re.search(r"MemTotal:\s+(\d+) kB", Path("/proc/meminfo").read_text())
+        return pages * 4096, int(total.group(1)) * 1024 if total else 0
+
+    def healthy(self) -> bool:
+        """Whether the device still answers."""
+        try:
+            wp.synchronize_device(self._device)
+        except Exception:
+            return False
+        return True
+
+    def _load(self, ref: SceneRef, report: Report) -> _Loaded:
+        loaded = self._scenes.pop(ref, None)
+        if loaded is None:
+            self._make_room()
+            report(f"reading {ref.id}", 0.0)
+            try:
+                scene = load_scene(ref.source, self._start.scene_limits)
+            except SceneError as error:  # viewers know ids, not this machine's paths
+                raise SceneError(ref.id, error.field, error.problem) from None
+            report(f"building {ref.id}", 0.5)
+            loaded = _Loaded(scene, ResidentScene(scene, str(self._device)))
+        self._scenes[ref] = loaded
+        return loaded
+
+    def _make_room(self) -> None:
+        while len(self._scenes) >= self._start.max_scenes:
+            used = set(self._viewed.values())
+            idle = next((ref for ref in self._scenes if ref not in used), None)
+            if idle is None:
+                raise UserError(
+                    f"{len(used)} scenes are being viewed, as many as this server keeps; choose one of those"
+                )
+            self.close(idle)
+
+    def _with_room(self, work: Callable[[], Result], what: str) -> Result:
+        """The result of `work`, tried again once what can be made anew is freed; then OutOfMemoryError of `what`."""
+        for _ in range(2):
+            try:
+                return work()
+            except RuntimeError as error:
+                if not NO_MEMORY.search(str(error)):
+                    raise
+            self._renderers.clear()
+            self._stills.clear()
+        raise OutOfMemoryError(what)
+
+    def _picture(self, job: Render, report: Report) -> Picture:
+        loaded = self._load(job.scene, report)
+        camera = view_camera(loaded.scene, job.view, job.size)
+        if job.viewer > STILLS:
+            self._viewed[job.viewer] = job.scene
+        renderer = self._renderers.get(job.scene, loaded.resident, job.size, job.settings, report)
+        try:
+            frame = renderer.render(camera, self._accumulation(job), walks=job.walks)
+        except BaseException:
+            self._renderers.clear()  # what they and the mean hold after an error is not known
+            self._stills.pop(job.viewer, None)
+            raise
+        return self._result(job, frame)
+
+    def _accumulation(self, job: Render) -> Accumulation | None:
+        """The mean that the frame goes into, started anew where it is not that of the frames before."""
+        if job.sample is None:
+            return None
+        view = (job.scene, job.view, job.size, job.settings)
+        still = self._stills.get(job.viewer)
+        if still is None or len(still.accumulation.mean) != job.size[0] * job.size[1]:
+            self._stills.pop(job.viewer, None)  # before the new one takes memory
+            still = self._stills[job.viewer] = _Still(view, Accumulation(job.size[0] * job.size[1], self._device))
+        if still.view != view or still.accumulation.samples != job.sample:
+            still.view = view
+            still.accumulation.restart()
+        return still.accumulation
+
+    def _result(self, job: Render, frame: Frame) -> Picture:
+        pixels, radiance, image, encode_ms = None, None, None, 0.0
+        if job.output == "jpeg" and self._encoder is not None:
+            began = perf_counter()
+            image = self._encoder.encode(frame.device_pixels, frame.size, job.quality)
+            encode_ms = 1e3 * (perf_counter() - began)
+        elif job.output in (".exr", ".npy"):
+            radiance = frame.radiance()
+        elif job.output != "none":
+            pixels = frame.pixels()
+        samples, target = frame.stats.counts["frames"], quality_of(job.settings, self._device).frames
+        stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips, frame.stats.estimates)
+        return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
+
+
+def view_camera(scene: Scene, view: View, size: tuple[int, int]) -> Camera:
+    """The camera that a view means, for pictures of `size`; UserError when the scene has no such camera."""
+    aspect = size[0] / size[1]
+    match view:
+        case LookAt(position, target, up, yfov_degrees):
+            return look_at(position, target, up, yfov_degrees, aspect)
+        case Placed(matrix, yfov):
+            return Camera("", np.array(matrix).reshape(4, 4).T, tan(yfov / 2.0), aspect)
+        case SceneCamera(int(index)) if 0 <= index < len(scene.cameras):
+            return replace(scene.cameras[index], aspect=aspect)
+        case SceneCamera(str(name)):
+            for camera in scene.cameras:
+                if camera.name == name:
+                    return replace(camera, aspect=aspect)
+    names = ", ".join(f"{index} ({camera.name})" for index, camera in enumerate(scene.cameras))
+    raise UserError(f"camera: {scene.name} has no camera {view.camera!r}; it has {names}")
+
+
+if __name__ == "__main__":
+    sys.exit(work(int(sys.argv[1]), GpuBackend()))

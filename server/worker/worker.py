@@ -1,0 +1,230 @@
+"""The worker process's loop: one job at a time from the web process, pictures encoded in threads meanwhile.
+
+The web process sends the next job when it hears that the last one has left the device, so the queue, its fairness and
+the newest pose stay there and nothing waits here. What renders is a `Backend`; server.worker.backend has the real one.
+"""
+
+import logging
+import os
+import signal
+import socket
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from queue import SimpleQueue
+from threading import Lock, Thread
+from time import perf_counter
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gpu.errors import OutOfMemoryError, UserError
+from server.logs import configure
+from server.wire.browser import SceneInfo
+from server.wire.worker import (
+    START_UP,
+    Cause,
+    Closed,
+    CloseScene,
+    Done,
+    Failed,
+    Free,
+    FromWorker,
+    Holdings,
+    Job,
+    Leave,
+    Opened,
+    OpenScene,
+    Progress,
+    Ready,
+    Render,
+    SceneRef,
+    Start,
+    ToWorker,
+    pack,
+    read,
+)
+from server.worker.encode import encode
+from server.worker.reporter import Reporter
+
+FAULT = 70  # exit status after a fault that only a new process can mend
+QUIET_SECONDS = 0.3  # work shorter than this reports no progress
+INTERNAL = "an internal error of the renderer; the server's log has the details"
+
+Report = Callable[[str, float], None]
+log = logging.getLogger("lumenwalk.worker")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A rendered picture on the host, no longer shared with the renderer, and its statistics.
+
+    samples: frames averaged in it, of `target` that a still view is to have. image: encoded on the device already, in
+    encode_ms; else None. pixels: (height, width, 3) uint8 sRGB; radiance: (height, width, 3) float32 linear; None where
+    not asked for.
+    """
+
+    samples: int
+    target: int
+    image: bytes | None
+    encode_ms: float
+    pixels: NDArray[np.uint8] | None
+    radiance: NDArray[np.float32] | None
+    stage_ms: dict[str, float]
+    counts: dict[str, int]
+    skips: dict[str, int]
+    estimates: dict[str, float] = field(default_factory=dict)
+
+
+class Backend(Protocol):
+    """What renders. All calls come from one thread; UserError is the user's fault, all else the program's."""
+
+    def start(self, start: Start, report: Report) -> str:
+        """Choose a device, load the served scene, render one frame of it; return the device's name."""
+
+    def open(self, scene: SceneRef, report: Report) -> SceneInfo:
+        """Make sure that a scene is loaded."""
+
+    def render(self, job: Render, report: Report) -> Picture:
+        """Render one picture."""
+
+    def close(self, scene: SceneRef) -> None:
+        """Free a scene and all that was made for it; nothing happens when it is not loaded."""
+
+    def leave(self, viewer: int) -> None:
+        """Free what is kept for a viewer."""
+
+    def scenes(self) -> tuple[SceneRef, ...]:
+        """The scenes that are loaded, the longest unused first."""
+
+    def memory(self) -> tuple[int, int]:
+        """Memory of the device in use, and all of it [bytes]."""
+
+    def healthy(self) -> bool:
+        """Whether the device still works after an unexpected error."""
+
+
+class Worker:
+    """Takes messages from a socket to the backend and its answers back."""
+
+    def __init__(self, connection: socket.socket, backend: Backend) -> None:
+        self._connection = connection
+        self._backend = backend
+        self._sending = Lock()
+        self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
+        self._encoders = ThreadPoolExecutor(min(8, os.cpu_count() or 1), thread_name_prefix="encode")
+
+    def run(self) -> int:
+        """Serve until the web process is gone, which ends this process; returns the exit status of a failed start."""
+        Thread(target=self._read, daemon=True, name="read").start()
+        start = self._inbox.get()
+        if not isinstance(start, Start):
+            raise TypeError(f"expected Start first, got {start}")
+        configure(start.log_format)
+        try:
+            report = self._reporter(quiet_seconds=0.0)
+            device = self._backend.start(start, report)
+            report.end()
+            self._send(Ready(device, self._holdings()))
+        except Exception as error:
+            self._fail(START_UP, error)
+            return 0 if isinstance(error, UserError) else FAULT
+        while True:
+            message = self._inbox.get()
+            try:
+                self._handle(message)
+            except Exception:
+                log.critical("this worker cannot go on", exc_info=True)
+                os._exit(FAULT)
+
+    def _handle(self, message: ToWorker) -> None:
+        match message:
+            case Leave(viewer):
+                self._backend.leave(viewer)
+            case OpenScene() | CloseScene() | Render():
+                self._do(message)
+
+    def _read(self) -> None:
+        # The end of the pipe is the end of the web process: nothing is left to do, whatever the device is busy with.
+        with self._connection.makefile("rb") as pipe:
+            try:
+                while True:
+                    message, _ = read(pipe)
+                    if isinstance(message, ToWorker):
+                        self._inbox.put(message)
+            except (EOFError, OSError):
+                os._exit(0)
+
+    def _do(self, job: Job) -> None:
+        report = self._reporter(QUIET_SECONDS)
+        began = perf_counter()
+        answer: FromWorker | None = None  # sent when all know what it changed
+        try:
+            match job:
+                case OpenScene(scene):
+                    answer = Opened(job.request, self._backend.open(scene, report))
+                case CloseScene(scene):
+                    self._backend.close(scene)
+                    answer = Closed(job.request)
+                case Render():
+                    picture = self._backend.render(job, report)
+                    render_ms = 1e3 * (perf_counter() - began) - picture.encode_ms
+                    self._encoders.submit(self._finish, job, picture, render_ms)
+        except Exception as error:
+            # Whatever the error says: after an illegal access even an allocation fails, as if memory were short.
+            self._check_health(error)
+            self._fail(job.request, error)
+        report.end()
+        busy_ms = 1e3 * (perf_counter() - began)
+        self._send(Free(job.request, busy_ms, self._holdings()))
+        if answer is not None:
+            self._send(answer)
+
+    def _holdings(self) -> Holdings:
+        return Holdings(*self._backend.memory(), self._backend.scenes())
+
+    def _check_health(self, error: Exception) -> None:
+        if not self._backend.healthy():
+            log.critical("the device does not work any more: ending this worker", exc_info=error)
+            os._exit(FAULT)
+
+    def _finish(self, job: Render, picture: Picture, render_ms: float) -> None:
+        try:
+            began = perf_counter()
+            image = picture.image
+            if image is None:
+                image = encode(picture.pixels, picture.radiance, job.output, job.quality)
+            encode_ms = picture.encode_ms + 1e3 * (perf_counter() - began)
+            stats = (picture.stage_ms, picture.counts, picture.skips, picture.estimates)
+            self._send(
+                Done(job.request, job.size, render_ms, encode_ms, picture.samples, picture.target, *stats), image
+            )
+        except Exception as error:
+            self._fail(job.request, error)
+
+    def _fail(self, request: int, error: Exception) -> None:
+        users_fault = isinstance(error, UserError)
+        if not users_fault:
+            log.error("request %d failed", request, exc_info=error)
+        memory = isinstance(error, OutOfMemoryError)
+        cause = Cause.MEMORY if memory else Cause.USER if users_fault else Cause.PROGRAM
+        self._send(Failed(request, str(error) if users_fault else INTERNAL, cause))
+
+    def _reporter(self, quiet_seconds: float) -> Reporter:
+        return Reporter(lambda text, fraction: self._send(Progress(text, fraction)), quiet_seconds)
+
+    def _send(self, message: FromWorker, payload: bytes = b"") -> None:
+        try:
+            with self._sending:
+                self._connection.sendall(pack(message, payload))
+        except OSError:
+            os._exit(0)  # the web process is gone
+
+
+def work(descriptor: int, backend: Backend) -> int:
+    """Run a worker on the inherited socket `descriptor`; returns the process's exit status."""
+    # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with socket.socket(fileno=descriptor) as connection:
+        return Worker(connection, backend).run()

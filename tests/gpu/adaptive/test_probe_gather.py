@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, grey, quad, resident_of
+
+from gpu.adaptive.probe_gather import RAYS, ProbeLight
+from gpu.renderer import Renderer
+from gpu.scene.camera import look_at
+from gpu.settings import Component, Method, RenderSettings
+
+SIZE = (32, 24)
+CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
+CHOICE = {"component": Component.INDIRECT, "near_field": False, "vpls": 2000, "vpl_clusters": 96, "sp_clusters": 300}
+FRAMES = 150
+
+
+def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
+    """In a closed box with a block, whose shadows hide VPLs."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    room = resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
+    renderer = Renderer(room, SIZE, RenderSettings(**CHOICE))
+    renderer.render(CAMERA)
+    view, vpls = renderer._view, renderer._method._vpls  # type: ignore[attr-defined]
+    pixels = np.arange(0, view.pixels, 7, dtype=np.int32)
+    light = ProbeLight(len(pixels), view.device)
+    placed, frame = wp.array(pixels, dtype=int, device="cpu"), wp.zeros(1, dtype=int, device="cpu")
+    seen = []
+    for number in range(FRAMES):
+        frame.fill_(number)
+        light.gather(view.scene, view.gbuffer, placed, frame, vpls)
+        seen.append(light.arrived.numpy().reshape(len(pixels), 2, int(RAYS), 3).sum(axis=2))
+    every = np.array(seen, dtype=np.float64)
+    exact = Renderer(room, SIZE, RenderSettings(**CHOICE, method=Method.EXACT_VPL))
+    exact.render(CAMERA)
+    truth = exact._view.indirect.irradiance.numpy()[pixels]
+    assert every.mean(axis=(0, 2)) == pytest.approx(truth, rel=0.05, abs=0.02 * float(truth.mean()))
+    assert every.mean() == pytest.approx(float(truth.mean()), rel=0.003)
+    one, other = every[:, :, 0].mean(axis=2), every[:, :, 1].mean(axis=2)
+    together = [np.corrcoef(one[:, probe], other[:, probe])[0, 1] for probe in range(len(pixels))]
+    assert abs(np.nanmean(together)) < 0.02, "the two estimates are independent"
+    assert np.all(light._steps.vpl.numpy() >= 0)
+    steps = np.array(light._steps.amount.numpy()).reshape(len(pixels), -1)
+    alone = np.isclose(steps, light._steps.light.numpy()[-1][:, None] / int(RAYS))
+    assert 0.1 < alone.mean() < 0.9, "some clusters are one share of the light, some are not"

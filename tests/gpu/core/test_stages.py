@@ -1,0 +1,170 @@
+from time import sleep
+
+import pytest
+import warp as wp
+from devices import NEEDS_CUDA
+
+from gpu.adaptive.error_probes import turn_kernel
+from gpu.core.device import launch
+from gpu.core.stages import Stages
+
+
+def test_stages_run_in_order_and_are_timed_anew_each_frame() -> None:
+    stages, ran = Stages(wp.get_device("cpu")), []
+    for _ in range(3):
+        stages.start_frame()
+        stages.run("first", lambda: ran.append(1))
+        stages.run("second", lambda: ran.append(2), repeats=False)
+    assert ran == [1, 2] * 3
+    times = stages.milliseconds()
+    assert list(times) == ["first", "second"]
+    assert all(0.0 <= ms < 1000.0 for ms in times.values())
+    stages.start_frame()
+    assert stages.milliseconds() == {}
+
+
+def test_a_frame_is_steady_when_each_stage_has_run_before() -> None:
+    stages = Stages(wp.get_device("cpu"))
+
+    def frame(*names: str, repeats: bool = True, way: int | None = None) -> bool:
+        stages.start_frame()
+        for name in names:
+            stages.run(name, lambda: None, repeats=repeats, way=way)
+        return stages.steady
+
+    assert [frame("one"), frame("one"), frame("one", "two"), frame("one", "two")] == [False, True, False, True]
+    assert [frame("one", repeats=False), frame("one", repeats=False)] == [False, True]
+    assert [frame("one", way=way) for way in (1, 1, 2, 1, 2)] == [False, True, False, True, True]
+
+
+def test_what_follows_runs_each_frame_and_is_no_stage() -> None:
+    stages, ran = Stages(wp.get_device("cpu")), []
+    for _ in range(2):
+        stages.start_frame()
+        stages.run("first", lambda: ran.append(1))
+        stages.follow(lambda: ran.append(2))
+    assert ran == [1, 2] * 2
+    assert list(stages.milliseconds()) == ["first"]
+
+
+def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> None:
+    stages, ran = Stages(wp.get_device("cpu")), []
+
+    def beside() -> None:
+        ran.append(2)
+        sleep(0.1)
+
+    for _ in range(2):
+        stages.start_frame()
+        stages.run("first", lambda: ran.append(1))
+        stages.fork("third", "beside", beside)
+        stages.run("second", lambda: ran.append(3))
+        stages.fork("third", "beside, too", beside)
+        stages.run("third", lambda: ran.append(4), joins=True)
+        stages.run("fourth", lambda: ran.append(5))
+    assert ran == [1, 2, 3, 2, 4, 5] * 2
+    times = stages.milliseconds()
+    assert list(times) == ["first", "second", "third", "fourth"]
+    assert times["second"] < 100.0
+    assert 200.0 <= times["third"] < 400.0
+
+
+@NEEDS_CUDA
+@pytest.mark.parametrize("repeats", [False, True])
+def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_joins_it(repeats: bool) -> None:
+    device, count = wp.get_device("cuda:0"), 1 << 24
+    stages = Stages(device)
+    one, two, three = (wp.zeros(count, dtype=int, device=device) for _ in range(3))
+
+    def turn(values: wp.array, source: wp.array | None) -> None:
+        if source:
+            wp.copy(values, source)
+        for _ in range(20):
+            launch(turn_kernel, count, [values], device)
+
+    for frame in range(1, 5):
+        stages.start_frame()
+        stages.run("one", lambda: turn(one, None), repeats=repeats)
+        stages.fork("four", "two", lambda: turn(two, one), repeats=repeats)
+        stages.fork("four", "two more", lambda: turn(two, None), repeats=repeats)
+        stages.run("three", lambda: turn(three, one), repeats=repeats)
+        stages.run("four", lambda: turn(three, two), repeats=repeats, joins=True)
+        wp.synchronize_device(device)
+        expected = [20 * frame, 20 * frame + 40, 20 * frame + 60]
+        assert [int(values.numpy()[-1]) for values in (one, two, three)] == expected
+
+
+@NEEDS_CUDA
+def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_takes() -> None:
+    device, count = wp.get_device("cuda:0"), 1 << 24
+    stages, values = Stages(device), wp.zeros(count, dtype=int, device=device)
+
+    def turn(times: int) -> None:
+        for _ in range(times):
+            launch(turn_kernel, count, [values], device)
+
+    def work() -> None:
+        sleep(0.5)
+        turn(1)
+
+    def frame(beside: int) -> float:
+        stages.start_frame()
+        stages.run("first", lambda: turn(1))
+        stages.fork("second", "beside", lambda: turn(beside), way=beside)
+        stages.run("second", work, joins=True)
+        wp.synchronize_device(device)
+        return stages.milliseconds()["second"]
+
+    _loads, captured, replayed = (frame(1) for _ in range(3))
+    assert captured < 100.0
+    assert replayed < 5.0
+    frame(400)
+    frame(400)
+    assert 5.0 < frame(400) < 100.0
+
+
+@NEEDS_CUDA
+def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
+    device = wp.get_device("cuda:0")
+    stages, works = Stages(device), []
+    values = {size: wp.zeros(size, dtype=int, device=device) for size in (10, 20)}
+
+    def frame(size: int) -> bool:
+        def work() -> None:
+            works.append(size)
+            launch(turn_kernel, size, [values[size]], device)
+
+        stages.start_frame()
+        stages.variant = size
+        stages.run("turn", work)
+        wp.synchronize_device(device)
+        stages.milliseconds()
+        return stages.steady
+
+    assert [frame(size) for size in (10, 10, 10, 20, 20, 10)] == [False, True, True, True, True, True]
+    assert works == [10, 10, 20]
+    assert [int(array.numpy()[-1]) for array in values.values()] == [4, 2]
+    stages.forget(20)
+    frame(20)
+    assert works == [10, 10, 20, 20]
+    assert int(values[20].numpy()[0]) == 3
+
+
+@NEEDS_CUDA
+def test_each_way_of_a_stage_is_captured_once() -> None:
+    device = wp.get_device("cuda:0")
+    stages, works = Stages(device), []
+    values = {way: wp.zeros(10, dtype=int, device=device) for way in (False, True)}
+
+    def frame(way: bool) -> None:
+        def work() -> None:
+            works.append(way)
+            launch(turn_kernel, 10, [values[way]], device)
+
+        stages.start_frame()
+        stages.run("turn", work, way=way)
+
+    for way in (False, True, True, False, True, False, True):
+        frame(way)
+    assert works == [False, True, True, False]
+    assert [int(array.numpy()[-1]) for array in values.values()] == [3, 4]

@@ -1,0 +1,177 @@
+"""Soft direct light that earlier frames of a walk found."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, column, grey, quad, resident_of
+
+from gpu.denoise.direct_history import SoftHistory
+from gpu.denoise.reprojection import MOST_FRAMES
+from gpu.device_scene.upload import ResidentScene
+from gpu.film.accumulation import Accumulation
+from gpu.methods.view_state import View
+from gpu.renderer import Renderer
+from gpu.scene.camera import look_at
+from gpu.scene.types import Camera, Doubles, Material
+from gpu.settings import Component, Method, RenderSettings, Skips
+
+SIZE = (64, 48)
+PIXELS = SIZE[0] * SIZE[1]
+
+
+def pose(step: float) -> Camera:
+    """A camera that turns and steps aside: half a pixel a step, about."""
+    return look_at((0.003 * step, 0.0, 0.45), (-0.006 * step, -0.1, -0.5), yfov_degrees=75.0)
+
+
+def room_of(material: Material) -> ResidentScene:
+    """A closed box with a lamp below its ceiling and a block, which throws a soft shadow, on its floor."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 0)
+    return resident_of([*box(), lamp, block], [material, grey(0.0, 5.0)])
+
+
+@pytest.fixture(scope="module")
+def room() -> ResidentScene:
+    return room_of(grey(0.7))
+
+
+class Seen:
+    """Frames of a view that find the soft light they are told to, and what their history makes of it."""
+
+    def __init__(self, resident: ResidentScene, **choice: Any) -> None:
+        self.view = View(resident, SIZE, lambertian=choice.get("lambertian", True))
+        self.history = SoftHistory(SIZE, self.view.device)
+
+    def frame(self, camera: Camera, light: Doubles, *, begins: bool = False) -> Doubles:
+        view = self.view
+        view.look(camera)
+        view.find_shading_points()
+        soft = column(light.astype(np.float32), wp.vec3)
+        self.history.take(view.gbuffer, view.last, soft, remembers=not begins)
+        view.last.keep(view.gbuffer, view.camera)
+        return np.asarray(soft.numpy(), np.float64)
+
+    def frames(self) -> np.ndarray:
+        return np.asarray(self.history.frames.numpy())
+
+
+def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene) -> None:
+    seen = Seen(room)
+    seen.view.look(pose(0))
+    seen.view.find_shading_points()
+    places = seen.view.gbuffer.position.numpy()
+    seen.frame(pose(0), 1.0 + places, begins=True)
+    light = seen.frame(pose(1), np.zeros((PIXELS, 3)))  # the second frame finds none
+    known = seen.frames() == 2
+    assert known.mean() > 0.9
+    there = 1.0 + seen.view.gbuffer.position.numpy()[known]
+    off = np.abs(light[known] - 0.5 * there).max(axis=1) / seen.view.gbuffer.spacing.numpy()[known]
+    assert off.max() < 0.5
+    assert np.median(off) < 0.01
+    fresh = seen.frames() == 1
+    assert (known | fresh).all()
+    assert light[fresh] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: ResidentScene) -> None:
+    seen, random = Seen(room), np.random.default_rng(1)
+    for number in range(24):
+        light = seen.frame(pose(0.5 * number), random.exponential(size=(PIXELS, 3)), begins=number == 0)
+    old = seen.frames() >= 7
+    assert seen.frames().max() == int(MOST_FRAMES)
+    assert old.mean() > 0.7
+    assert light[old].mean() == pytest.approx(1.0, abs=0.02)
+    assert light[old].std() < 0.4
+
+
+@pytest.mark.parametrize(("roughness", "most"), [(0.05, 1), (0.2, 3), (0.6, 8)])
+def test_what_narrow_lobes_reflect_is_forgotten_sooner(roughness: float, most: int) -> None:
+    glossy = Material("", base_color=(0.5, 0.5, 0.5, 1.0), metallic=0.0, roughness=roughness)
+    seen = Seen(room_of(glossy), lambertian=False)
+    for number in range(10):
+        light = seen.frame(pose(0), np.full((PIXELS, 3), float(number == 0)), begins=number == 0)
+        if number > 0:
+            assert seen.frames().max() == min(number + 1, most)
+    assert light.max() == pytest.approx(0.0 if most == 1 else np.prod([1 - 1 / min(n + 1, most) for n in range(1, 10)]))
+
+
+def test_what_was_hidden_has_no_history(room: ResidentScene) -> None:
+    """A thin post hides other walls as the camera moves aside."""
+    post = quad((-0.02, -0.5, 0.2), (0.04, 0.0, 0.0), (0.0, 1.0, 0.0), 0)
+    seen = Seen(resident_of([*box(), post], [grey(0.7)]))
+    seen.frame(pose(0), np.ones((PIXELS, 3)), begins=True)
+    before = seen.view.gbuffer.position.numpy().copy()
+    moved = replace(pose(0), to_world=pose(0).to_world.copy())
+    moved.to_world[0, 3] += 0.06
+    light = seen.frame(moved, np.zeros((PIXELS, 3)))
+    nearest = np.array([np.linalg.norm(before - place, axis=1).min() for place in seen.view.gbuffer.position.numpy()])
+    unseen = nearest > 2.0 * seen.view.gbuffer.spacing.numpy()
+    assert unseen.sum() > 20
+    assert light[unseen] == pytest.approx(0.0, abs=1e-6)
+    assert (seen.frames() > 1).mean() > 0.8
+
+
+def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
+    seen, light = Seen(room), np.ones((PIXELS, 3))
+    light[PIXELS // 2 + SIZE[0] // 2] = np.nan
+    light[PIXELS // 3] = np.inf
+    seen.frame(pose(0), light, begins=True)
+    after = seen.frame(pose(0.5), np.zeros((PIXELS, 3)))
+    assert np.isfinite(after).all()
+    assert np.isin(seen.frames(), [1, 2]).all()
+
+
+def renderer_of(room: ResidentScene, **changes: Any) -> Renderer:
+    settings = {"component": Component.DIRECT, "samples": 1, **changes}
+    return Renderer(room, SIZE, RenderSettings(**settings))
+
+
+def walk(renderer: Renderer, first: int, last: int) -> list[Doubles]:
+    frames = [renderer.render(pose(0.5 * number), walks=True) for number in range(first, last)]
+    return [frame.radiance().astype(float) for frame in frames]
+
+
+def test_a_walk_has_less_noise_and_as_much_light(room: ResidentScene) -> None:
+    truth = renderer_of(room, samples=256, smooth=False).render(pose(9.5)).radiance().astype(float)
+
+    def error(**changes: Any) -> float:
+        last = walk(renderer_of(room, **changes), 0, 20)[-1]
+        assert last.mean() == pytest.approx(truth.mean(), rel=0.01)
+        return float(np.mean((last - truth) ** 2))
+
+    assert error() < 0.6 * error(skip=Skips(kept_light=False))
+
+
+def test_each_frame_of_a_walk_has_samples_of_its_own(room: ResidentScene) -> None:
+    renderer = renderer_of(room)
+    moments = []
+    for number in range(3):
+        renderer.render(pose(number), walks=True)
+        moments.append(int(renderer._view.moment.numpy()[0]))
+    assert moments == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    "changes", [{"skip": Skips(kept_light=False)}, {"smooth": False}, {"method": Method.EXACT_VPL}]
+)
+def test_frames_that_keep_nothing_are_those_of_no_walk(room: ResidentScene, changes: dict[str, Any]) -> None:
+    alone = renderer_of(room, **changes).render(pose(1)).radiance()
+    renderer = renderer_of(room, **changes)
+    assert np.array_equal(walk(renderer, 0, 3)[-1], alone)
+    assert not renderer._view.soft_history.frames.numpy().any()
+
+
+def test_a_jump_and_a_rest_begin_anew(room: ResidentScene) -> None:
+    alone = renderer_of(room).render(pose(0)).radiance()
+    renderer = renderer_of(room)
+    walk(renderer, 4, 6)
+    assert np.array_equal(renderer.render(pose(0)).radiance(), alone)
+    walk(renderer, 4, 6)
+    accumulation = Accumulation(PIXELS, renderer._view.device)
+    for _ in range(2):
+        renderer.render(pose(3), accumulation, walks=True)
+    assert np.array_equal(renderer.render(pose(0), walks=True).radiance(), alone)

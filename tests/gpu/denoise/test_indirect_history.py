@@ -1,0 +1,259 @@
+"""Light that earlier frames of a walk found."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, grey, quad, resident_of
+
+from gpu.denoise.indirect_history import SETTLED_FRAMES, History
+from gpu.denoise.reprojection import MOST_FRAMES
+from gpu.device_scene.data import NO_HIT
+from gpu.device_scene.upload import ResidentScene
+from gpu.methods.view_state import View
+from gpu.renderer import Renderer
+from gpu.scene.camera import look_at, turned
+from gpu.scene.types import Camera, Doubles
+from gpu.settings import Component, Method, RenderSettings, Skips
+
+SIZE = (64, 48)
+QUALITY = {"sp_clusters": 100, "vpls": 2000, "vpl_clusters": 200, "component": Component.INDIRECT, "lambertian": True}
+
+
+@pytest.fixture(scope="module")
+def room() -> ResidentScene:
+    """A closed box with a lamp below its ceiling and a block on its floor."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
+
+
+def pose(step: float) -> Camera:
+    """A camera that turns and steps aside: half a pixel a step, about."""
+    return look_at((0.003 * step, 0.0, 0.45), (-0.006 * step, -0.1, -0.5), yfov_degrees=75.0)
+
+
+class Seen:
+    """Frames of a view that find the light they are told to, and what their history makes of it."""
+
+    def __init__(self, resident: ResidentScene, size: tuple[int, int] = SIZE, stride: int = 1) -> None:
+        self.view = View(resident, size, lambertian=True, stride=stride)
+        self.history = History(size, self.view.device)
+
+    def look(self, camera: Camera) -> None:
+        self.view.look(camera)
+        self.view.find_shading_points()
+
+    @property
+    def positions(self) -> Doubles:
+        return np.asarray(self.view.gbuffer.position.numpy(), np.float64)
+
+    @property
+    def listed(self) -> np.ndarray:
+        return np.asarray(self.view.shading_points.listed.numpy() == 1)
+
+    def array(self, values: Doubles) -> wp.array:
+        return wp.array(values.astype(np.float32), dtype=wp.vec3, device=self.view.device)
+
+    def frame(self, camera: Camera, light: Doubles, *, begins: bool = False) -> tuple[Doubles, Doubles]:
+        """Look, take in `light` (pixel, 3) as what is found; the light and the near-field light that are known then."""
+        self.look(camera)
+        view, history = self.view, self.history
+        if begins:
+            history.forget()
+        else:
+            history.find(view.gbuffer, view.shading_points, view.last, view.seed)
+        irradiance = self.array(np.full_like(light, 0.25))
+        lacking = history.take_light(view.shading_points, irradiance, self.array(light - 0.25))
+        near = self.array(2.0 * light)
+        history.take_near(view.shading_points, near)
+        history.keep(view.shading_points)
+        view.last.keep(view.gbuffer, view.camera)
+        return np.asarray(lacking.numpy(), np.float64) + 0.25, np.asarray(near.numpy(), np.float64)
+
+    def settled(self) -> np.ndarray:
+        return np.asarray(self.history.settled.numpy() == 1)
+
+    def frames(self) -> np.ndarray:
+        return np.asarray(self.history.frames.numpy())
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene, stride: int) -> None:
+    """Light is linear over the place, so interpolation between pixels of a plane is right."""
+    seen = Seen(room, stride=stride)
+    seen.look(pose(0))
+    seen.frame(pose(0), 1.0 + seen.positions, begins=True)
+    light, near = seen.frame(pose(1), np.zeros((len(seen.positions), 3)))  # the second frame finds none
+    known = seen.listed & (seen.frames() == 1)
+    assert known.sum() > 0.9 * seen.listed.sum()
+    there = 1.0 + seen.positions[known]
+    # Half of what was known: the mean of two frames. At edges a part of a pixel's surroundings has to do.
+    off = np.abs(light[known] - 0.5 * there).max(axis=1) / seen.view.gbuffer.spacing.numpy()[known]
+    assert off.max() < 0.5 * stride
+    assert np.median(off) < 0.01 * stride
+    assert near[known] == pytest.approx(2.0 * light[known], abs=1e-5)
+    fresh = seen.listed & (seen.frames() == 0)
+    assert light[fresh] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_mean_forgets_what_is_older_than_the_most_frames(room: ResidentScene) -> None:
+    seen = Seen(room)
+    ones = np.ones((SIZE[0] * SIZE[1], 3))
+    seen.frame(pose(0), ones, begins=True)
+    expected = 1.0
+    for number in range(1, 40):
+        light, _ = seen.frame(pose(0), 0.0 * ones)
+        expected -= expected / min(number + 1, int(MOST_FRAMES))
+        assert light[seen.listed] == pytest.approx(expected, abs=1e-5)
+    assert seen.frames().max() == int(MOST_FRAMES)
+    assert expected < 0.02
+
+
+def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: ResidentScene) -> None:
+    seen, random = Seen(room), np.random.default_rng(1)
+    for number in range(24):
+        noisy = random.exponential(size=(SIZE[0] * SIZE[1], 3))
+        light, near = seen.frame(pose(0.5 * number), noisy, begins=number == 0)
+    old = seen.listed & (seen.frames() >= 6)
+    assert old.sum() > 0.7 * seen.listed.sum()
+    assert light[old].mean() == pytest.approx(1.0, abs=0.02)
+    assert near[old].mean() == pytest.approx(2.0, abs=0.04)
+    assert light[old].std() < 0.4
+
+
+def test_light_that_is_well_known_on_even_surfaces_stays_as_it_is_in_two_frames_of_three(room: ResidentScene) -> None:
+    seen, ones = Seen(room, stride=2), np.ones((SIZE[0] * SIZE[1], 3))
+    for number in range(int(SETTLED_FRAMES) + 1):
+        assert not seen.settled().any()
+        seen.frame(pose(0), ones, begins=number == 0)
+    listed = seen.listed.reshape(SIZE[1], SIZE[0])
+    padded = np.pad(listed, 1)
+    around = sum(padded[dy : dy + SIZE[1], dx : dx + SIZE[0]].astype(int) for dy in range(3) for dx in range(3))
+    even = (listed & (around == 1)).ravel()
+    often = np.zeros(len(even), int)
+    for frame in range(3):
+        seen.view.seed.fill_(frame)
+        light, near = seen.frame(pose(0), (2.0 + frame) * ones)
+        settled = seen.settled() & seen.listed
+        often += settled
+        assert even[settled].all()
+        assert settled.sum() > 0.5 * even.sum()
+        assert near[settled].min() > 2.0
+    assert (often[even] == 2).all()
+    seen.view.seed.fill_(0)
+    before = light.copy()
+    light, _ = seen.frame(pose(0), 100.0 * ones)
+    settled = seen.settled() & seen.listed
+    assert light[settled] == pytest.approx(before[settled], abs=1e-5)
+    assert light[even & ~settled].min() > 10.0
+    seen.history.forget()
+    assert not seen.settled().any()
+
+
+def test_what_lies_between_light_and_dark_is_not_settled(room: ResidentScene) -> None:
+    """Beside a contact what is handed on is too bright, and only rays find the dark."""
+    seen = Seen(room, stride=2)
+    column = np.arange(SIZE[0] * SIZE[1]) % SIZE[0]
+    light = np.repeat(np.where(column < 30, 1.0, 0.2)[:, None], 3, axis=1)
+    settled = np.zeros(len(column), bool)
+    for seed in range(3):
+        seen.view.seed.fill_(seed)
+        for number in range(int(MOST_FRAMES)):
+            seen.frame(pose(0), light, begins=number == 0)
+        seen.frame(turned(pose(0), 1.83), light)  # a pixel
+        settled |= seen.settled() & seen.listed
+    often = [int(settled[column == at].sum()) for at in range(20, 40, 2)]
+    assert np.median(often) > 8
+    assert min(often[4:6]) == 0  # of 28 and 30, one was between them
+
+
+def test_what_was_hidden_or_outside_has_no_history(room: ResidentScene) -> None:
+    """A thin post hides other walls as the camera moves aside."""
+    post = quad((-0.02, -0.5, 0.2), (0.04, 0.0, 0.0), (0.0, 1.0, 0.0), 0)
+    seen = Seen(resident_of([*box(), post], [grey(0.7)]))
+    seen.frame(pose(0), np.ones((SIZE[0] * SIZE[1], 3)), begins=True)
+    before, faces = seen.positions.copy(), seen.view.gbuffer.face.numpy().copy()
+    moved = replace(pose(0), to_world=pose(0).to_world.copy())
+    moved.to_world[0, 3] += 0.06
+    light, _ = seen.frame(moved, np.zeros((len(before), 3)))
+    fresh = seen.listed & (seen.frames() == 0)
+    assert light[fresh] == pytest.approx(0.0, abs=1e-6)
+    nearest = np.array([np.linalg.norm(before[faces != NO_HIT] - place, axis=1).min() for place in seen.positions])
+    spacing = seen.view.gbuffer.spacing.numpy()
+    unseen = seen.listed & (nearest > 2.0 * spacing)
+    assert unseen.sum() > 20
+    assert fresh[unseen].all()
+    assert (~fresh & seen.listed).sum() > 0.8 * seen.listed.sum()
+
+
+def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
+    seen, light = Seen(room), np.ones((SIZE[0] * SIZE[1], 3))
+    light[SIZE[0] * SIZE[1] // 2 + SIZE[0] // 2] = np.nan
+    light[SIZE[0] * SIZE[1] // 3] = np.inf
+    seen.frame(pose(0), light, begins=True)
+    for found in seen.frame(pose(0.5), np.zeros_like(light)):
+        assert np.isfinite(found[seen.listed]).all()
+
+
+def walk(room: ResidentScene, frames: int, **changes: object) -> tuple[list[Doubles], Renderer]:
+    renderer = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
+    return [renderer.render(pose(number), walks=True).radiance().astype(float) for number in range(frames)], renderer
+
+
+def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: ResidentScene) -> None:
+    """Pixels are as small as where light is interpolated: a frame hands on light with less blur than it has noise."""
+    size, last = (192, 144), 16
+
+    def at(number: int) -> Camera:
+        return pose(number / 3)
+
+    def pictures(**changes: object) -> Doubles:
+        renderer = Renderer(room, size, RenderSettings(**{**QUALITY, "near_field": False, **changes}))
+        return np.array([renderer.render(at(number), walks=True).radiance() for number in range(last + 1)], float)
+
+    exact = Renderer(room, size, RenderSettings(**{**QUALITY, "near_field": False, "method": Method.EXACT_VPL}))
+    truth = np.array([exact.render(at(number)).radiance() for number in (last - 1, last)], float)
+
+    def errors(**changes: object) -> tuple[float, float]:
+        """Mean change of the error from one frame to the next, and the mean square of the last one's."""
+        error = pictures(**changes)[-2:] - truth
+        return float(np.abs(error[1] - error[0]).mean()), float(np.mean(error[1] ** 2))
+
+    (flicker, mse), (usual_flicker, usual_mse) = errors(), errors(skip=Skips(kept_light=False))
+    assert flicker < 0.9 * usual_flicker
+    assert flicker < 0.0028 * float(truth.mean())
+    assert mse < 1.1 * usual_mse
+
+
+def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy(room: ResidentScene) -> None:
+    def change(*, kept: bool) -> tuple[float, float, int]:
+        """Between frames half a pixel apart, the mean of the last one, and how many rays found light in it."""
+        pictures, renderer = walk(room, 20, skip=Skips(kept_light=kept))
+        found = renderer.render(pose(20), walks=True).stats.counts["near"]
+        return float(np.abs(pictures[-1] - pictures[-2]).mean()), float(pictures[-1].mean()), found
+
+    (kept, energy, rays), (usual, mean, all_rays) = change(kept=True), change(kept=False)
+    assert 0.25 * all_rays < rays < 0.5 * all_rays
+    assert kept < 0.8 * usual
+    assert energy == pytest.approx(mean, rel=0.02)
+
+
+def test_statistics_tell_what_earlier_frames_know(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY))
+    first, second = (renderer.render(pose(number), walks=True).stats for number in range(2))
+    assert first.skips["kept_light"] == 0
+    assert 0.9 * second.counts["shaded"] < second.skips["kept_light"] <= second.counts["shaded"]
+    still = renderer.render(pose(3)).stats
+    assert still.skips["kept_light"] == 0
+    for changes in ({"skip": Skips(kept_light=False)}, {"smooth": False}):
+        other = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
+        assert [other.render(pose(number), walks=True).stats.skips["kept_light"] for number in range(2)] == [0, 0]
+
+
+def test_light_is_remembered_where_clusters_are_not_kept(room: ResidentScene) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=Skips(kept_clusters=False)))
+    first, second = (renderer.render(pose(number), walks=True).stats.skips for number in range(2))
+    assert first["kept_light"] == 0 < second["kept_light"]
+    assert second["kept_clusters"] == 0

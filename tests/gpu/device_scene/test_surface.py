@@ -1,0 +1,152 @@
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import column, grey, quad, resident_of, results
+
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.rays import closest_hit
+from gpu.device_scene.surface import surface_at
+from gpu.device_scene.upload import ResidentScene
+from gpu.scene.assemble import MeshPart
+from gpu.scene.types import Doubles, Material, Texture, TextureSlot
+
+POSITION, GEOMETRIC, NORMAL, ALBEDO, DIFFUSE, EMISSION, F0, ROUGHNESS = range(8)
+SQRT_HALF = 0.5**0.5
+
+
+@wp.kernel
+def surface_kernel(first: int, scene: SceneData, origins: wp.array[wp.vec3], directions: wp.array[wp.vec3],
+                   out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """The surface that each ray hits, eight vectors a ray."""
+    index = first + wp.tid()
+    hit = closest_hit(scene, origins[index], directions[index], 10.0)
+    surface = surface_at(scene, hit, directions[index])
+    out[8 * index] = surface.position
+    out[8 * index + 1] = surface.geometric
+    out[8 * index + 2] = surface.normal
+    out[8 * index + 3] = surface.albedo
+    out[8 * index + 4] = surface.diffuse
+    out[8 * index + 5] = surface.emission
+    out[8 * index + 6] = surface.f0
+    out[8 * index + 7] = wp.vec3(surface.roughness, 0.0, 0.0)
+
+
+def seen(resident: ResidentScene, origin: Any, direction: Any, *, lambertian: bool = False) -> Doubles:
+    """The surface that one ray hits, (8, 3)."""
+    scene = resident.view(lambertian=lambertian)
+    unit = np.asarray(direction, float) / np.linalg.norm(direction)
+    inputs = [scene, column([origin], wp.vec3), column([unit], wp.vec3)]
+    return results(surface_kernel, 1, inputs, wp.vec3, width=8)
+
+
+def wall(material: Material, **rest: Any) -> ResidentScene:
+    """A unit square in the plane z = 0 that faces +Z, u to the right, v upwards."""
+    return resident_of([quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])], [material], **rest)
+
+
+def textured(colour: tuple[int, int, int], srgb: bool = False) -> Texture:
+    return Texture("flat", np.full((2, 2, 4), (*colour, 255), np.uint8), srgb=srgb)
+
+
+def test_both_sides_reflect_and_only_the_front_emits() -> None:
+    resident = wall(grey(0.4, emission=3.0))
+    front = seen(resident, [0.1, 0.2, 1.0], [0, 0, -1])
+    back = seen(resident, [0.1, 0.2, -1.0], [0, 0, 1])
+    assert np.allclose(front[POSITION], [0.1, 0.2, 0.0], atol=1e-6)
+    assert np.allclose(front[[GEOMETRIC, NORMAL]], [0, 0, 1])
+    assert np.allclose(back[[GEOMETRIC, NORMAL]], [0, 0, -1])
+    assert np.allclose(front[EMISSION], 3.0)
+    assert np.allclose(back[EMISSION], 0.0)
+    assert np.allclose([front[ALBEDO], back[ALBEDO]], 0.4)
+
+
+def bent_wall() -> ResidentScene:
+    """That square with vertex normals that lean 45° to the left on the left and to the right on the right."""
+    part = quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])
+    normals = np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, 1], [-1, 0, 1]]) * SQRT_HALF
+    return resident_of([MeshPart(part.positions, part.triangles, normals=normals)], [grey(0.5)])
+
+
+def test_normals_are_interpolated_and_face_the_viewer() -> None:
+    for x, expected in ((-0.49, [-SQRT_HALF, 0, SQRT_HALF]), (0.0, [0, 0, 1]), (0.49, [SQRT_HALF, 0, SQRT_HALF])):
+        front = seen(bent_wall(), [x, 0.0, 1.0], [0, 0, -1])
+        assert np.allclose(front[NORMAL], expected, atol=0.03)
+        assert np.allclose(front[GEOMETRIC], [0, 0, 1])
+        back = seen(bent_wall(), [x, 0.0, -1.0], [0, 0, 1])
+        assert np.allclose(back[NORMAL], -np.array(expected), atol=0.03)
+
+
+def test_a_normal_that_faces_away_is_tilted_to_the_horizon() -> None:
+    direction = np.array([0.95, 0.0, -((1 - 0.95**2) ** 0.5)])
+    surface = seen(bent_wall(), np.array([0.49, 0.0, 0.0]) - direction, direction)
+    assert -0.01 < surface[NORMAL] @ -direction < 0.01
+    assert np.linalg.norm(surface[NORMAL]) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_lambertian_views_take_geometric_normals_and_the_whole_base_colour() -> None:
+    resident = wall(Material(base_color=(0.9, 0.5, 0.1, 1.0), metallic=1.0, roughness=0.2))
+    surface = seen(resident, [0.0, 0.1, 1.0], [0, 0, -1], lambertian=True)
+    assert np.allclose(surface[[ALBEDO, DIFFUSE]], [0.9, 0.5, 0.1])
+    assert np.allclose(surface[F0], 0.0)
+    flat = seen(bent_wall(), [0.4, 0.1, 1.0], [0, 0, -1], lambertian=True)
+    assert np.allclose(flat[NORMAL], [0, 0, 1])
+
+
+def test_metals_reflect_by_their_colour_and_dielectrics_by_their_index() -> None:
+    metal = seen(wall(Material(base_color=(0.9, 0.5, 0.1, 1.0), metallic=1.0)), [0.0, 0.1, 1.0], [0, 0, -1])
+    assert np.allclose(metal[F0], [0.9, 0.5, 0.1])
+    assert np.allclose(metal[DIFFUSE], 0.0)
+    assert np.allclose(metal[ALBEDO], [0.9, 0.5, 0.1])
+    glass = Material(base_color=(0.3, 0.3, 0.3, 1.0), ior=1.5, specular=0.5, specular_color=(1.0, 0.5, 0.0))
+    surface = seen(wall(glass), [0.0, 0.1, 1.0], [0, 0, -1])
+    assert np.allclose(surface[F0], [0.02, 0.01, 0.0])
+    assert np.allclose(surface[DIFFUSE], 0.3)
+
+
+def test_green_and_blue_of_the_texture_scale_roughness_and_metal() -> None:
+    material = Material(base_color=(0.8,) * 3 + (1.0,), metallic=1.0, roughness=0.8,
+                        metallic_roughness_slot=TextureSlot(0))  # fmt: skip
+    surface = seen(wall(material, textures=[textured((255, 51, 102))]), [0.0, 0.1, 1.0], [0, 0, -1])
+    assert surface[ROUGHNESS][0] == pytest.approx(0.16, abs=1e-6)
+    assert np.allclose(surface[DIFFUSE], 0.8 * 0.6)
+    assert np.allclose(surface[F0], 0.04 * 0.6 + 0.8 * 0.4)
+
+
+def test_emission_is_textured_and_unlit_surfaces_show_their_colour() -> None:
+    material = Material(emission=(4.0, 2.0, 1.0), emission_slot=TextureSlot(0))
+    surface = seen(wall(material, textures=[textured((51, 255, 0))]), [0.0, 0.1, 1.0], [0, 0, -1])
+    assert np.allclose(surface[EMISSION], [0.8, 2.0, 0.0])
+    shown = seen(wall(Material(base_color=(0.2, 0.4, 0.6, 1.0), unlit=True)), [0.0, 0.1, 1.0], [0, 0, -1])
+    assert np.allclose(shown[EMISSION], [0.2, 0.4, 0.6])
+    assert np.allclose(shown[[ALBEDO, DIFFUSE, F0]], 0.0)
+
+
+def test_vertex_colours_tint_the_base_colour() -> None:
+    part = quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])
+    colours = np.array([[1.0, 0, 0, 1], [0, 1, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1]])
+    resident = resident_of([MeshPart(part.positions, part.triangles, colors=colours)], [grey(0.8)])
+    surface = seen(resident, [0.25, 0.1, 1.0], [0, 0, -1])
+    assert np.allclose(surface[ALBEDO], [0.2, 0.6, 0.0], atol=1e-5)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_red_of_a_normal_map_follows_u_and_green_goes_up_in_the_image(mirrored: bool) -> None:
+    corner, across = ([0.5, 0.5, 0], [-1, 0, 0]) if mirrored else ([-0.5, 0.5, 0], [1, 0, 0])
+    for colour, lean in (((255, 128, 128), [np.sign(across[0]), 0, 0]), ((128, 255, 128), [0, 1, 0])):
+        part = quad(corner, across, [0, -1, 0])  # v downwards, as an image on a wall
+        towards_z = part.triangles if mirrored else part.triangles[:, ::-1]
+        part = MeshPart(part.positions, towards_z, uvs=part.uvs)
+        material = Material(normal_slot=TextureSlot(0))
+        resident = resident_of([part], [material], textures=[textured(colour)])
+        for side in (1.0, -1.0):
+            surface = seen(resident, [0.1, 0.2, side], [0, 0, -side])
+            assert np.allclose(surface[NORMAL] * side, lean, atol=0.03), (colour, side)
+
+
+def test_the_normal_scale_flattens() -> None:
+    material = Material(normal_slot=TextureSlot(0), normal_scale=0.5)
+    surface = seen(wall(material, textures=[textured((255, 128, 255))]), [0.0, 0.1, 1.0], [0, 0, -1])
+    expected = np.array([0.5, 0.0, 1.0]) / 1.25**0.5
+    assert np.allclose(surface[NORMAL], expected, atol=0.01)

@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+import warp as wp
+from numpy.typing import NDArray
+from scenes import results
+from walls import HEIGHT, WIDTH, wall
+
+from gpu.gbuffer.edge_stopping import NORMAL_POWER, kinship
+from gpu.gbuffer.gbuffer import GBuffer
+
+PIXEL = 5 * WIDTH + 10
+TOLERANCE = 0.5
+
+
+@wp.kernel
+def kinship_kernel(first: int, gbuffer: GBuffer, pixel: int, step: int, tolerance: float,
+                   out: wp.array[float]) -> None:  # fmt: skip
+    """One thread a pixel: its share in `pixel`."""
+    other = first + wp.tid()
+    out[other] = kinship(gbuffer, pixel, other, step, tolerance)
+
+
+def shares(gbuffer: GBuffer, step: int = 1) -> NDArray:
+    """What every pixel has in PIXEL, (pixel,)."""
+    return results(kinship_kernel, WIDTH * HEIGHT, [gbuffer, PIXEL, step, TOLERANCE], float)
+
+
+def test_pixels_of_one_plane_are_kin_however_far_apart() -> None:
+    assert shares(wall()) == pytest.approx(1.0)
+
+
+def test_pixels_without_a_surface_are_nobodys_kin() -> None:
+    seen = np.random.default_rng(0).uniform(size=(HEIGHT, WIDTH)) < 0.5
+    assert np.array_equal(shares(wall(seen=seen)), seen.ravel())
+
+
+def test_kinship_falls_as_normals_turn_away() -> None:
+    angles = np.linspace(0.0, np.pi, WIDTH * HEIGHT).reshape(HEIGHT, WIDTH)
+    gbuffer = wall(normals=np.stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)], axis=2))
+    own = angles.ravel()[PIXEL]
+    # The plane is PIXEL's own: nothing else lies in it, so only normals may count here.
+    gbuffer.position.fill_(0.0)
+    expected = np.maximum(np.cos(angles.ravel() - own), 0.0) ** float(NORMAL_POWER)
+    assert shares(gbuffer) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize("step", [1, 4])
+def test_kinship_falls_off_the_plane_by_spacings_a_step(step: int) -> None:
+    depth = np.random.default_rng(1).uniform(-3.0, 3.0, (HEIGHT, WIDTH))
+    depth.flat[PIXEL] = 0.0
+    gbuffer = wall(depth=depth)
+    gbuffer.spacing.fill_(1.5)
+    limit = TOLERANCE * 1.5 * step
+    assert shares(gbuffer, step) == pytest.approx(np.exp(-((depth.ravel() / limit) ** 2)), abs=1e-4)

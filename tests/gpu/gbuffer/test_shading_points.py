@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+import warp as wp
+from scenes import column
+from walls import HEIGHT, WIDTH, wall
+
+from gpu.core.device import allocate
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.shading_points import ShadingPoints, morton_order
+from gpu.sp.samples import SampledPoints
+
+CPU = wp.get_device("cpu")
+
+
+def gbuffer_with(valid: np.ndarray) -> GBuffer:
+    """A G-buffer whose pixels have a surface where `valid`, each at its own index along x."""
+    gbuffer = allocate(GBuffer, valid.size, CPU)
+    gbuffer.face.assign(np.where(valid.ravel(), 0, -1).astype(np.int32))
+    positions = np.zeros((valid.size, 3), np.float32)
+    positions[:, 0] = np.arange(valid.size)
+    gbuffer.position.assign(positions)
+    gbuffer.spacing.assign(np.ones(valid.size, np.float32))
+    return gbuffer
+
+
+@pytest.mark.parametrize("size", [(1, 1), (7, 5), (64, 32)])
+def test_z_order_visits_every_pixel_once_in_compact_blocks(size: tuple[int, int]) -> None:
+    order = morton_order(*size)
+    assert sorted(order) == list(range(size[0] * size[1]))
+    if size == (64, 32):
+        assert set(order[:4]) == {0, 1, 64, 65}
+
+
+def test_only_pixels_with_a_surface_are_listed() -> None:
+    valid = np.random.default_rng(0).uniform(size=(20, 30)) < 0.4
+    sps = ShadingPoints((30, 20), 1, CPU)
+    sps.find(gbuffer_with(valid))
+    count = sps.count.numpy()[0]
+    assert count == valid.sum()
+    listed = sps.pixels.numpy()[:count]
+    assert set(listed) == set(np.flatnonzero(valid))
+    assert np.array_equal(listed, [pixel for pixel in morton_order(30, 20) if valid.flat[pixel]])
+
+
+def test_with_a_stride_fewer_are_listed_in_the_same_order() -> None:
+    sps = ShadingPoints((WIDTH, HEIGHT), 2, CPU)
+    sps.find(wall())
+    listed = sps.pixels.numpy()[: sps.count.numpy()[0]]
+    assert WIDTH * HEIGHT / 4 <= len(listed) < WIDTH * HEIGHT / 3
+    among = set(listed)
+    assert np.array_equal(listed, [pixel for pixel in morton_order(WIDTH, HEIGHT) if pixel in among])
+
+
+@pytest.mark.parametrize("bounded", [False, True])
+def test_a_term_is_added_at_the_points_alone_and_may_be_kept_from_going_below_zero(bounded: bool) -> None:
+    sps = ShadingPoints((30, 20), 1, CPU)
+    valid = np.random.default_rng(2).uniform(size=600) < 0.4
+    sps.find(gbuffer_with(valid))
+    term, total = np.random.default_rng(3).uniform(-2.0, 2.0, (2, 600, 3))
+    result = column(total, wp.vec3)
+    sps.add(column(term, wp.vec3), result, bounded=bounded)
+    expected = np.maximum(total + term, 0.0) if bounded else total + term
+    assert result.numpy() == pytest.approx(np.where(valid[:, None], expected, total), rel=1e-5, abs=1e-6)
+
+
+def test_samples_differ_by_seed() -> None:
+    gbuffer, sps = gbuffer_with(np.ones((20, 30), bool)), ShadingPoints((30, 20), 1, CPU)
+    sps.find(gbuffer)
+    drawn = []
+    for seed in (0, 0, 1):
+        samples = SampledPoints(50, CPU)
+        samples.draw(sps, gbuffer, column([25**-0.5], float), seed)
+        drawn.append(samples.pixels.numpy())
+    assert np.array_equal(drawn[0], drawn[1])
+    assert (drawn[0] != drawn[2]).sum() > 25
+
+
+@pytest.mark.parametrize("listed", [0, 1, 10, 600])
+def test_samples_are_even_and_distinct(listed: int) -> None:
+    valid = np.arange(600).reshape(20, 30) < listed
+    gbuffer, sps, samples = gbuffer_with(valid), ShadingPoints((30, 20), 1, CPU), SampledPoints(50, CPU)
+    sps.find(gbuffer)
+    samples.draw(sps, gbuffer, column([25**-0.5], float), 0)
+    count = samples.points.count.numpy()[0]
+    assert count == min(50, listed)
+    pixels = samples.pixels.numpy()[:count]
+    assert len(set(pixels)) == count
+    assert np.array_equal(samples.points.position.numpy()[:count, 0], pixels)
+    if listed == 600:
+        assert samples.points.spacing.numpy()[:count] == pytest.approx((600 / 25) ** 0.5)

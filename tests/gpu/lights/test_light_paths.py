@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+from scenes import box, grey, quad, resident_of, traced_vpls
+
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.build import build_light_table
+from gpu.lights.light_paths import Vpls, trace_light_paths
+from gpu.scene.types import Light, LightKind, Material
+
+PATHS = 8192
+BULB = Light("bulb", LightKind.POINT, (1.0, 2.0, 4.0), position=(0.1, 0.0, -0.2))
+
+
+def paths_in(resident: ResidentScene, bounces: int, seed: int = 0, paths: int = PATHS) -> Vpls:
+    return trace_light_paths(resident, resident.data, build_light_table(resident), paths, bounces, seed)
+
+
+@pytest.mark.parametrize("bounces", [1, 2, 4])
+def test_the_flux_in_a_closed_box_is_a_geometric_series(bounces: int) -> None:
+    albedo = np.array([0.3, 0.6, 0.9])
+    walls = Material(base_color=(*albedo, 1.0), emission=(1.0, 1.0, 1.0))
+    vpls = paths_in(resident_of(box(), [walls]), bounces)
+    emitted = np.pi * 6.0
+    expected = emitted * np.sum([albedo**k for k in range(1, bounces + 1)], axis=0)
+    assert np.allclose(vpls.flux.numpy().sum(axis=0, dtype=np.float64), expected, rtol=0.02)
+
+
+def test_a_lamp_in_a_box_gives_the_same_series() -> None:
+    vpls = paths_in(resident_of(box(), [grey(0.5)], lights=[BULB]), 4)
+    expected = 4.0 * np.pi * np.array(BULB.intensity) * (0.5 + 0.25 + 0.125 + 0.0625)
+    assert np.allclose(vpls.flux.numpy().sum(axis=0, dtype=np.float64), expected, rtol=0.02)
+
+
+def test_vpls_lie_on_surfaces_and_face_the_side_that_was_lit() -> None:
+    resident = resident_of(box(), [grey(0.8)], lights=[BULB])
+    vpls = paths_in(resident, 4)
+    position, normal = vpls.position.numpy(), vpls.normal.numpy()
+    assert np.allclose(np.abs(position).max(axis=1), 0.5, atol=1e-5)
+    assert np.allclose(np.sum(position * normal, axis=1), -0.5, atol=1e-5)
+
+
+def test_a_sheet_is_lit_on_the_side_of_the_light() -> None:
+    sheet = quad([-0.5, 0.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])  # its front looks down
+    above = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    vpls = paths_in(resident_of([sheet], [grey(0.5)], lights=[above]), 2)
+    assert np.allclose(vpls.normal.numpy(), [0, 1, 0], atol=1e-6)
+    assert np.allclose(vpls.flux.numpy().sum(axis=0), 0.5, rtol=0.03)
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
+    resident = resident_of(box(), [grey(0.7)], lights=[BULB])
+    first, again, other = (paths_in(resident, 3, seed) for seed in (5, 5, 6))
+    for name in ("position", "normal", "flux"):
+        assert np.array_equal(getattr(first, name).numpy(), getattr(again, name).numpy())
+    assert not np.array_equal(first.position.numpy()[:100], other.position.numpy()[:100])
+
+
+def test_about_as_many_as_wanted_each_with_flux_and_near_the_next() -> None:
+    resident = resident_of(box(), [grey(0.7)], lights=[BULB])
+    vpls = traced_vpls(resident, resident.data, 20_000, 4)
+    assert vpls.count == pytest.approx(20_000, rel=0.05)
+    position, flux = vpls.position.numpy(), vpls.flux.numpy()
+    assert (flux.sum(axis=1) > 0.0).all()
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    strides = np.linalg.norm(position[vpls.count // 2 :] - position[: -(vpls.count // 2)], axis=1)
+    assert steps.mean() < 0.1 * strides.mean()
+
+
+def test_no_light_and_black_walls_leave_no_vpl() -> None:
+    dark = Light("dark", LightKind.POINT, (0.0, 0.0, 0.0))
+    for resident in (resident_of(box(), [grey(0.7)], lights=[dark]), resident_of(box(), [grey(0.0)], lights=[BULB])):
+        assert traced_vpls(resident, resident.data, 1000, 4).count == 0

@@ -1,0 +1,171 @@
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, grey, quad, resident_of, results
+from scipy import stats
+
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import MAX_VISITED
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.build import build_light_table
+from gpu.lights.light_table import NOT_AN_EMITTER, LightTable, Shares, choose_emitter, emit, emitter_of, share_of
+from gpu.sampling.sobol import hashed, sobol_pair
+from gpu.scene.types import Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
+
+COUNT = 1 << 14
+DOWN = (0.0, -1.0, 0.0)
+POINT = Light("point", LightKind.POINT, (1.0, 2.0, 3.0), position=(0.1, 0.2, -0.1))
+SPOT = Light("spot", LightKind.SPOT, (4.0, 3.0, 2.0), direction=DOWN, cos_inner=0.9, cos_outer=0.6)
+SUN = Light("sun", LightKind.DIRECTIONAL, (2.0, 1.0, 0.5), direction=(0.6, -0.8, 0.0))
+
+
+@wp.kernel
+def choose_kernel(first: int, shares: Shares, out: wp.array[wp.vec2]) -> None:
+    index = first + wp.tid()
+    choice = choose_emitter(shares, hashed(wp.uint32(index)))
+    out[index] = wp.vec2(float(choice.index), choice.probability)
+
+
+@wp.kernel
+def share_kernel(first: int, shares: Shares, out: wp.array[float]) -> None:
+    index = first + wp.tid()
+    out[index] = share_of(shares, index)
+
+
+@wp.kernel
+def emitter_kernel(first: int, table: LightTable, out: wp.array[int]) -> None:
+    index = first + wp.tid()
+    out[index] = emitter_of(table, index)
+
+
+@wp.kernel
+def emit_kernel(first: int, scene: SceneData, table: LightTable, out: wp.array[wp.vec3]) -> None:
+    """Origin, normal, direction and flux of each particle."""
+    index = first + wp.tid()
+    pick = sobol_pair(index, 0, 1)
+    particle = emit(scene, table, pick.a, sobol_pair(index, 1, 1), sobol_pair(index, 2, 1))
+    out[4 * index] = particle.origin
+    out[4 * index + 1] = particle.normal
+    out[4 * index + 2] = particle.direction
+    out[4 * index + 3] = particle.flux
+
+
+def lamp_room(**rest: object) -> ResidentScene:
+    """A box of half a unit about the origin, with a lamp of radiance 3 and a fifth by a fifth under its ceiling."""
+    lamp = quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
+    return resident_of([*box(), lamp], [grey(0.5), grey(0.0, emission=3.0)], **rest)
+
+
+def particles(resident: ResidentScene) -> Doubles:
+    """(particle, 4, 3): origin, normal, direction, flux."""
+    table = build_light_table(resident)
+    return results(emit_kernel, COUNT, [resident.data, table], wp.vec3, width=4).reshape(-1, 4, 3)
+
+
+def test_emitters_are_chosen_in_proportion_to_power() -> None:
+    resident = lamp_room(lights=[POINT, SPOT, SUN], sky=Sky((0.1, 0.2, 0.3)))
+    table = build_light_table(resident)
+    assert table.everything.count == 2 + 1 + 3
+    radius = table.radius
+    assert radius == pytest.approx(0.75**0.5)
+    lamp = np.pi * 3.0 * 0.04 / 2.0
+    powers = [lamp, lamp, 0.2 * 2.0 * (np.pi * radius) ** 2, 2.0 * 4.0 * np.pi, 3.0 * 2.0 * np.pi * 0.4,
+              3.5 / 3.0 * np.pi * radius**2]  # fmt: skip
+    chosen = results(choose_kernel, COUNT, [table.everything], wp.vec2)
+    counts = np.bincount(chosen[:, 0].astype(int), minlength=6)
+    expected = np.array(powers) / np.sum(powers)
+    assert stats.chisquare(counts, expected * COUNT).pvalue > 1e-3
+    assert np.allclose(chosen[:, 1], expected[chosen[:, 0].astype(int)], rtol=1e-4)
+    assert results(share_kernel, 6, [table.everything], float).sum() == pytest.approx(1.0, abs=1e-6)
+
+
+def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
+    few = build_light_table(lamp_room(lights=[POINT] * MAX_VISITED))
+    assert (few.visited_count, few.sampled.count, few.count) == (MAX_VISITED, 2, 2 + MAX_VISITED)
+    many = build_light_table(lamp_room(lights=[POINT] * (MAX_VISITED + 1)))
+    assert (many.visited_count, many.sampled.count) == (0, 2 + MAX_VISITED + 1)
+
+
+def test_each_emissive_triangle_is_found_among_all() -> None:
+    resident = lamp_room()
+    emitters = results(emitter_kernel, 14, [build_light_table(resident)], int)
+    assert emitters[12:].tolist() == [0, 1]
+    assert (emitters[:12] == int(NOT_AN_EMITTER)).all()
+
+
+def test_nothing_emits() -> None:
+    table = build_light_table(resident_of([*box()], [grey(0.5)], sky=Sky((0.0, 0.0, 0.0))))
+    assert (table.count, table.everything.count, table.sampled.count) == (0, 0, 0)
+
+
+def test_unlit_materials_are_no_lights() -> None:
+    resident = resident_of(box(), [Material(emission=(1.0, 1.0, 1.0), unlit=True)], lights=[POINT])
+    assert build_light_table(resident).triangle_count == 0
+
+
+@pytest.mark.parametrize("kind", ["lamp", "point", "spot", "sun", "sky", "all"])
+def test_particles_carry_the_power_of_all_emitters(kind: str) -> None:
+    radius_squared = 0.75
+    power = {
+        "lamp": np.full(3, np.pi * 3.0 * 0.04),
+        "point": 4.0 * np.pi * np.array(POINT.intensity),
+        # The falloff's integral over the cosine is 0.1 for the inner cone and a third of 0.3 for the rest.
+        "spot": 2.0 * np.pi * 0.2 * np.array(SPOT.intensity),
+        "sun": np.pi * radius_squared * np.array(SUN.intensity),
+        "sky": 2.0 * np.pi**2 * radius_squared * np.array([0.1, 0.2, 0.3]),
+    }
+    sources = {"point": POINT, "spot": SPOT, "sun": SUN}
+    if kind == "all":
+        resident = lamp_room(lights=[*sources.values()], sky=Sky((0.1, 0.2, 0.3)))
+        expected = np.sum(list(power.values()), axis=0)
+    elif kind == "lamp":
+        resident, expected = lamp_room(), power["lamp"]
+    else:
+        lights = [sources[kind]] if kind in sources else []
+        sky = Sky((0.1, 0.2, 0.3)) if kind == "sky" else None
+        resident, expected = resident_of(box(), [grey(0.5)], lights=lights, sky=sky), power[kind]
+    flux = particles(resident)[:, 3]
+    assert np.allclose(flux.mean(axis=0), expected, rtol=0.01)
+
+
+def test_particles_leave_the_front_of_lamps_and_cover_the_scene_from_afar() -> None:
+    origin, normal, direction, _ = np.moveaxis(particles(lamp_room()), 1, 0)
+    assert np.allclose(normal, DOWN, atol=1e-6)
+    assert np.allclose(origin[:, 1], 0.45, atol=1e-6)
+    assert (np.abs(origin[:, [0, 2]]) <= 0.1 + 1e-6).all()
+    assert (direction[:, 1] < 0.0).all()
+    origin, normal, direction, _ = np.moveaxis(particles(resident_of(box(), [grey(0.5)], lights=[SUN])), 1, 0)
+    assert np.allclose(direction, SUN.direction, atol=1e-6)
+    assert not normal.any()
+    past = np.linalg.norm(np.cross(origin, direction), axis=1)
+    assert stats.chisquare(np.histogram(past**2 / 0.75, 32, (0.0, 1.0))[0]).pvalue > 1e-3
+    assert (np.sum(origin * direction, axis=1) < -1.0).all()
+
+
+def test_textured_emission_keeps_its_power() -> None:
+    pixels = np.full((8, 8, 4), 255, np.uint8)
+    pixels[:, :4, :3] = 0
+    lamp = Material(emission=(2.0, 2.0, 2.0), emission_slot=TextureSlot(0))
+    resident = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
+                           textures=[Texture("half", pixels, srgb=True, nearest=True)])  # fmt: skip
+    assert np.allclose(particles(resident)[:, 3].mean(axis=0), np.pi, rtol=0.02)
+
+
+def test_a_dark_texel_does_not_end_a_particle_unchosen() -> None:
+    pixels = np.zeros((64, 64, 4), np.uint8)
+    pixels[3, 60] = 255  # one bright texel that the estimate of power misses
+    lamp = Material(emission=(2.0, 2.0, 2.0), emission_slot=TextureSlot(0))
+    resident = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
+                           textures=[Texture("spark", pixels, srgb=True, nearest=True)])  # fmt: skip
+    table = build_light_table(resident)
+    assert table.count == 2
+    assert (results(share_kernel, 2, [table.everything], float) > 0.1).all()
+
+
+def test_shares_hold_for_lights_of_no_power() -> None:
+    dark = Light("dark", LightKind.POINT, (0.0, 0.0, 0.0))
+    resident = resident_of(box(), [grey(0.5)], lights=[POINT, dark])
+    table = build_light_table(resident)
+    chosen = results(choose_kernel, COUNT, [table.everything], wp.vec2)
+    assert (chosen[:, 0] == 0).all()
+    assert np.isfinite(particles(resident)).all()

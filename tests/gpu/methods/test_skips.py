@@ -1,0 +1,283 @@
+"""Each switch of gpu.settings.Skips: what the picture is without it, and that the statistics count it."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from devices import DEVICES
+from scenes import box, grey, quad, resident_of, scene_of
+
+from gpu.device_scene.features import EVERYTHING, MAX_VISITED, Needs, needs_of
+from gpu.device_scene.upload import ResidentScene
+from gpu.film.accumulation import Accumulation
+from gpu.film.frame import Frame
+from gpu.gbuffer import sparse_shading as interpolate
+from gpu.methods.fuzzy_vpl import FRAMES_A_SET
+from gpu.renderer import Renderer
+from gpu.scene.camera import look_at
+from gpu.scene.types import AlphaMode, Light, LightKind, Material, Sky, Texture, TextureSlot
+from gpu.settings import EVERY_SKIP, Clustering, Component, Method, RenderSettings, Skips
+
+SIZE = (48, 36)
+CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
+OTHER_CAMERA = look_at((0.1, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
+QUALITY = {"sp_clusters": 200, "vpls": 2000, "vpl_clusters": 200}
+
+
+def without(*names: str) -> Skips:
+    return Skips(**dict.fromkeys(names, False))
+
+
+def frame(resident: ResidentScene, skip: Skips = EVERY_SKIP, **settings: object) -> Frame:
+    return Renderer(resident, SIZE, RenderSettings(**{**QUALITY, "skip": skip, **settings})).render(CAMERA)
+
+
+def relative_error(x: Frame, r: Frame) -> float:
+    picture, reference = x.radiance(), r.radiance()
+    return float(np.mean((picture - reference) ** 2 / (reference**2 + 0.01 * reference.mean() ** 2)))
+
+
+def assert_same(x: Frame, r: Frame, resident: ResidentScene) -> None:
+    """The same bits; CUDA's compiler fuses multiplications and additions otherwise in other kernels."""
+    if resident.device.is_cuda:
+        assert relative_error(x, r) < 1e-6
+    else:
+        assert x.radiance().tobytes() == r.radiance().tobytes()
+
+
+@pytest.fixture(scope="module", params=DEVICES)
+def room(request: pytest.FixtureRequest) -> ResidentScene:
+    """A closed box with a lamp below its ceiling and a block on its floor, on each device in turn."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)], device=request.param)
+
+
+@pytest.fixture(scope="module")
+def usual(room: ResidentScene) -> Frame:
+    return frame(room)
+
+
+@pytest.fixture(scope="module")
+def terrace() -> ResidentScene:
+    """A floor, a wall and a screen between below a sky, which many pixels see."""
+    floor = quad((-0.5, -0.2, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    wall = quad((-0.5, -0.2, -0.5), (1.0, 0.0, 0.0), (0.0, 0.3, 0.0))
+    screen = quad((-0.2, -0.2, -0.3), (0.3, 0.0, 0.1), (0.0, 0.2, 0.0))
+    return resident_of([floor, wall, screen], [grey(0.5)], sky=Sky((1.0, 2.0, 3.0)))
+
+
+def test_every_frame_tells_of_every_skip(room: ResidentScene, usual: Frame) -> None:
+    path = frame(room, method=Method.PATH, samples=1)
+    assert set(Skips.model_fields) <= set(usual.stats.skips) & set(path.stats.skips)
+    assert not any(path.stats.skips.values())
+
+
+# The bounds are those of gpu.indirect.visibility, here as errors of the whole picture.
+@pytest.mark.parametrize(("name", "bound"), [("facing_away", 1e-4), ("weak_pairs", 1e-4)])
+def test_rays_for_more_pairs_change_little(room: ResidentScene, usual: Frame, name: str, bound: float) -> None:
+    other = frame(room, without(name))
+    assert usual.stats.skips[name] > 0
+    assert other.stats.skips[name] == 0
+    assert other.stats.counts["rays"] == usual.stats.counts["rays"] + usual.stats.skips[name]
+    assert relative_error(usual, other) < bound
+
+
+@pytest.mark.parametrize("name", ["absent_alpha", "absent_textures", "absent_gloss", "absent_lights"])
+def test_kernels_that_know_of_what_is_absent_give_the_same_bits(room: ResidentScene, usual: Frame, name: str) -> None:
+    other = frame(room, without(name))
+    assert usual.stats.skips[name] == (2 if name == "absent_lights" else 1)
+    assert other.stats.skips == usual.stats.skips | {name: 0}
+    assert_same(other, usual, room)
+
+
+def test_what_is_absent_depends_on_the_scene_and_the_light_that_is_wanted(terrace: ResidentScene) -> None:
+    skips = frame(terrace).stats.skips
+    assert (skips["absent_lights"], skips["absent_gloss"], skips["absent_textures"]) == (2, 1, 1)
+    skips = frame(terrace, component=Component.INDIRECT).stats.skips
+    assert (skips["absent_lights"], skips["absent_gloss"], skips["absent_textures"]) == (0, 0, 1)
+
+
+def test_without_soft_light_none_is_smoothed_and_the_bits_are_the_same() -> None:
+    bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
+    resident = resident_of(box(), [grey(0.6)], lights=[bulb])
+    usual, other = frame(resident), frame(resident, without("absent_lights"))
+    assert usual.stats.skips["absent_lights"] == 2
+    assert (usual.radiance() > 0.0).all()
+    assert usual.radiance().tobytes() == other.radiance().tobytes()
+
+
+def test_a_scene_that_has_everything_skips_nothing_of_that() -> None:
+    mask = Texture("mask", np.full((1, 1, 4), 255, np.uint8), srgb=True)
+    materials = [
+        Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0), roughness=0.1),
+        Material(emission=(3.0, 2.0, 1.0)),
+    ]
+    bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
+    lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
+    assert needs_of(scene, lambertian=False) == EVERYTHING
+    assert needs_of(scene, lambertian=True) == replace(EVERYTHING, alpha=False, gloss=False)
+    bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
+    assert needs_of(bare, lambertian=False) == Needs(*[False] * 7)
+    assert needs_of(bare, lambertian=False, skip=without(*Skips.model_fields)) == EVERYTHING
+    many = scene_of(box(), [grey(0.5)], [bulb] * (MAX_VISITED + 1))
+    assert needs_of(many, lambertian=False) == replace(Needs(*[False] * 7), lights=True, soft=True)
+
+
+@pytest.mark.parametrize("change", [{"specular": 0.0}, {"roughness": 0.5}, {"unlit": True}])
+def test_only_narrow_specular_lobes_are_gloss(change: dict[str, float]) -> None:
+    glossy = Material(roughness=0.49)
+    assert needs_of(scene_of(box(), [glossy]), lambertian=False).gloss
+    assert not needs_of(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
+
+
+def test_pixels_that_see_nothing_are_left_alone(terrace: ResidentScene) -> None:
+    usual, other = frame(terrace), frame(terrace, without("empty_pixels"))
+    exact = frame(terrace, method=Method.EXACT_VPL)
+    empty = usual.stats.skips["empty_pixels"]
+    assert 0.2 < empty / (SIZE[0] * SIZE[1]) < 0.8
+    assert exact.stats.skips["empty_pixels"] == empty
+    assert other.stats.skips["empty_pixels"] == 0
+    same = (usual.radiance() == other.radiance()).all(axis=2)
+    assert same.sum() >= empty
+    # What differs are clusters that something black has: neither picture is far from one without clusters.
+    assert not same.all()
+    assert relative_error(usual, exact) < 2e-3
+    assert relative_error(other, exact) < 2e-3
+
+
+def test_where_every_pixel_sees_something_there_are_no_empty_ones(room: ResidentScene, usual: Frame) -> None:
+    assert usual.stats.skips["empty_pixels"] == 0
+    assert_same(frame(room, without("empty_pixels")), usual, room)
+
+
+@pytest.fixture
+def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures as small as these are interpolated, too."""
+    monkeypatch.setattr(interpolate, "LEAST_PIXELS", 0)
+
+
+def test_indirect_light_of_most_pixels_is_interpolated(room: ResidentScene, of_any_size: None) -> None:
+    usual, other = frame(room), frame(room, without("interpolated"))
+    pixels = SIZE[0] * SIZE[1]
+    assert usual.stats.skips["interpolated"] + usual.stats.counts["shaded"] == pixels
+    assert usual.stats.skips["interpolated"] > 0.4 * pixels
+    assert (other.stats.skips["interpolated"], other.stats.counts["shaded"]) == (0, pixels)
+    exact = frame(room, method=Method.EXACT_VPL)
+    assert relative_error(usual, other) < 5e-3
+    assert relative_error(usual, exact) < 1.5 * relative_error(other, exact) + 1e-3
+
+
+def test_empty_pixels_are_not_counted_as_interpolated(terrace: ResidentScene, of_any_size: None) -> None:
+    for skip in (EVERY_SKIP, without("interpolated"), without("empty_pixels")):
+        stats = frame(terrace, skip).stats
+        done = stats.counts["shaded"] + stats.skips["interpolated"] + stats.skips["empty_pixels"]
+        assert done == SIZE[0] * SIZE[1]
+
+
+def test_far_vpl_clusters_are_not_shaded_one_by_one(room: ResidentScene, usual: Frame) -> None:
+    other = frame(room, without("far_pairs"))
+    pairs = usual.stats.counts["shaded"] * usual.stats.counts["vpl_clusters"]
+    assert 0.5 * pairs < usual.stats.skips["far_pairs"] < pairs
+    assert other.stats.skips["far_pairs"] == 0
+    exact = frame(room, method=Method.EXACT_VPL)
+    assert relative_error(usual, other) < 5e-3
+    assert relative_error(usual, exact) < 1.5 * relative_error(other, exact) + 1e-3
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_an_unchanged_view_is_not_rendered_again(room: ResidentScene, method: Method) -> None:
+    settings = RenderSettings(**QUALITY, method=method, samples=1)
+    renderer = Renderer(room, SIZE, settings)
+    first = renderer.render(CAMERA)
+    bits, shown = first.radiance().tobytes(), first.pixels().tobytes()
+    again = renderer.render(CAMERA)
+    assert list(again.stats.stage_ms) == ["display"]
+    assert again.stats.skips == dict.fromkeys(Skips.model_fields, 0) | {"unchanged_camera": SIZE[0] * SIZE[1]}
+    assert again.stats.counts == first.stats.counts
+    assert (again.radiance().tobytes(), again.pixels().tobytes()) == (bits, shown)
+    renderer.render(OTHER_CAMERA)
+    back = renderer.render(CAMERA)
+    assert back.stats.skips == first.stats.skips
+    assert back.radiance().tobytes() == bits
+    always = Renderer(room, SIZE, settings.model_copy(update={"skip": without("unchanged_camera")}))
+    for _ in range(2):
+        other = always.render(CAMERA)
+        assert list(other.stats.stage_ms) == list(first.stats.stage_ms)
+        assert other.stats.skips == first.stats.skips
+        assert other.radiance().tobytes() == bits
+
+
+def test_a_still_view_begins_with_the_frame_that_it_shows_and_goes_on_with_others(room: ResidentScene) -> None:
+    def means(skip: Skips) -> list[tuple[int, bytes]]:
+        renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=skip))
+        renderer.render(CAMERA)
+        accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
+        kept = []
+        for _ in range(3):
+            frame = renderer.render(CAMERA, accumulation)
+            kept.append((frame.stats.skips["unchanged_camera"], frame.radiance().tobytes()))
+        return kept
+
+    usual, always = means(EVERY_SKIP), means(without("unchanged_camera"))
+    assert [count for count, _ in usual] == [SIZE[0] * SIZE[1], 0, 0]
+    assert [count for count, _ in always] == [0, 0, 0]
+    assert [bits for _, bits in usual] == [bits for _, bits in always]
+    assert len({bits for _, bits in usual}) == 3
+
+
+def test_a_view_that_failed_is_rendered_again(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise RuntimeError("no memory")
+
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY))
+    renderer.render(CAMERA)
+    with monkeypatch.context() as patched:
+        patched.setattr("gpu.methods.fuzzy_vpl.shade", fail)
+        with pytest.raises(RuntimeError, match="no memory"):
+            renderer.render(OTHER_CAMERA)
+    assert renderer.render(CAMERA).stats.skips["unchanged_camera"] == 0
+
+
+@pytest.mark.parametrize("settings", [{}, {"clustering": Clustering.SPS}, {"method": Method.EXACT_VPL}])
+def test_unchanged_lights_are_kept(room: ResidentScene, settings: dict[str, Any]) -> None:
+    def frames(skip: Skips) -> list[Frame]:
+        return [frame(room, skip, **settings, vpls=500), frame(room, skip, **settings, vpls=500)]
+
+    usual, always = frames(EVERY_SKIP)[-1], frames(without("unchanged_lights"))[-1]
+    assert usual.stats.skips["unchanged_lights"] == usual.stats.counts["vpls"] > 0
+    assert always.stats.skips["unchanged_lights"] == 0
+    assert ("light" in usual.stats.stage_ms, "light" in always.stats.stage_ms) == (False, True)
+    assert usual.radiance().tobytes() == always.radiance().tobytes()
+
+
+def test_a_set_that_a_renderer_holds_is_not_made_again(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", 1)
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=3))
+    Renderer(room, (8, 8), RenderSettings(**QUALITY, seed=4))
+    stats = renderer.render(CAMERA).stats
+    assert "light" not in stats.stage_ms
+    assert stats.skips["unchanged_lights"] > 0
+
+
+@pytest.mark.parametrize("many", [True, False])
+def test_light_sets_of_a_still_view_serve_several_frames_where_they_are_large_and_are_kept_for_the_next(
+    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, many: bool
+) -> None:
+    monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", QUALITY["vpls"] + (0 if many else 1))
+
+    def lights(skip: Skips, seed: int) -> list[bool]:
+        kept = []
+        for _ in range(2):
+            renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=skip, seed=seed))
+            accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
+            for _ in range(FRAMES_A_SET + 1):
+                stats = renderer.render(CAMERA, accumulation).stats
+                kept.append(stats.skips["unchanged_lights"] > 0)
+        return kept
+
+    first = FRAMES_A_SET * [True] + [False] if many else [True] + FRAMES_A_SET * [False]
+    assert lights(EVERY_SKIP, 7 + many) == [*first, *(FRAMES_A_SET + 1) * [True]]
+    assert not any(lights(without("unchanged_lights"), 9 + many))

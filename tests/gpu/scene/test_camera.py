@@ -1,0 +1,84 @@
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gpu.errors import UserError
+from gpu.methods.view_overlap import seen_again
+from gpu.scene.camera import CameraError, look_at
+
+
+def test_looks_along_minus_z_by_default_axes() -> None:
+    camera = look_at((1, 2, 3), (1, 2, -7), name="front")
+    expected = np.eye(4)
+    expected[:3, 3] = (1, 2, 3)
+    np.testing.assert_allclose(camera.to_world, expected, atol=1e-12)
+    assert camera.name == "front"
+    assert camera.half_height == pytest.approx(np.tan(np.pi / 6))
+
+
+@pytest.mark.parametrize("target", [(4, 1, 2), (-3, 5, 0.5), (0, 0, 9)])
+def test_is_a_rotation_that_maps_forward_to_the_target(target: tuple[float, float, float]) -> None:
+    eye = np.array([0.3, 1.6, -2.0])
+    matrix = look_at(eye, target).to_world
+    rotation = matrix[:3, :3]
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+    forward = (np.array(target) - eye) / np.linalg.norm(np.array(target) - eye)
+    np.testing.assert_allclose(-rotation[:, 2], forward, atol=1e-12)
+    assert rotation[1, 1] > 0.0  # the picture's top is up
+    assert rotation[1, 0] == pytest.approx(0.0)  # and its horizon is level
+
+
+@pytest.mark.parametrize(("target", "up"), [((0, -5, 0), (0, 1, 0)), ((0, 5, 0), (0, 1, 0)), ((0, 0, 4), (0, 0, 1))])
+def test_view_along_up_still_has_a_frame(target: tuple[float, float, float], up: tuple[float, float, float]) -> None:
+    rotation = look_at((0, 0, 0), target, up).to_world[:3, :3]
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(-rotation[:, 2], np.array(target) / np.linalg.norm(target), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ({"target": (0, 0, 0)}, "target"),
+        ({"target": (0, 0, float("nan"))}, "target"),
+        ({"eye": (0, 0)}, "eye"),
+        ({"up": (0, 0, 0)}, "up"),
+        ({"yfov_degrees": 0.0}, "field of view"),
+        ({"yfov_degrees": 180.0}, "field of view"),
+        ({"yfov_degrees": float("nan")}, "field of view"),
+        ({"aspect": 0.0}, "aspect"),
+        ({"aspect": float("inf")}, "aspect"),
+    ],
+)
+def test_names_what_is_wrong(arguments: dict[str, Any], word: str) -> None:
+    with pytest.raises(CameraError, match=word) as error:
+        look_at(**{"eye": (0, 0, 0), "target": (0, 0, -1)} | arguments)
+    assert isinstance(error.value, UserError)
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_a_view_is_seen_again_as_far_as_the_last_one_saw_it(orthographic: bool) -> None:
+    camera = replace(look_at((1, 2, 3), (1, 2, -7), yfov_degrees=60.0), orthographic=orthographic)
+
+    def again(eye: tuple[float, float, float], target: tuple[float, float, float], zoom: float = 1.0) -> float:
+        view = look_at(eye, target, yfov_degrees=60.0)
+        view = replace(view, half_height=camera.half_height * zoom, orthographic=orthographic)
+        return seen_again(view, camera, 1.5, 2.0)
+
+    assert again((1, 2, 3), (1, 2, -7)) == 1.0
+    assert again((1, 2, 3), (1, 2, -7), zoom=0.5) == 1.0
+    assert again((1, 2, 3), (1, 2, -7), zoom=2.0) == pytest.approx(0.25, abs=0.05)
+    width = 2.0 * 1.5 * camera.half_height * (1.0 if orthographic else 2.0)
+    assert again((1 + width / 2, 2, 3), (1 + width / 2, 2, -7)) == pytest.approx(0.5, abs=0.06)
+    assert again((1 + 2 * width, 2, 3), (1 + 2 * width, 2, -7)) == 0.0
+    assert again((1, 2, 3), (1, 2, 10)) == 0.0
+    assert again((1, 2, -1), (1, 2, 3)) == 0.0  # the other side of what is there
+
+
+def test_views_of_both_kinds_compare() -> None:
+    camera = look_at((0, 0, 0), (0, 0, -1), yfov_degrees=90.0)
+    plan = replace(camera, half_height=2.0, orthographic=True)
+    assert seen_again(camera, plan, 1.0, 2.0) == seen_again(plan, camera, 1.0, 2.0) == 1.0
+    assert seen_again(plan, camera, 1.0, 1.0) == pytest.approx(0.25, abs=0.05)

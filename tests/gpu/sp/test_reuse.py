@@ -1,0 +1,315 @@
+"""Clusters that are kept while the camera walks, and their bits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import column, grey, quad, resident_of, results
+from walking import SIZE, Walk, furnished, pose
+
+from gpu.clustering.grid import Representatives
+from gpu.core.device import duplicate
+from gpu.device_scene.data import NO_HIT
+from gpu.device_scene.upload import ResidentScene
+from gpu.gbuffer.camera_rays import CameraData, pixel_of
+from gpu.indirect.visibility import Visibility
+from gpu.methods.view_state import View
+from gpu.scene.camera import look_at, turned
+from gpu.scene.types import Camera
+from gpu.sp.reuse import CROWDED, drop_kernel
+from gpu.sp.seeding import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, MOST_NEW, WHOLE_NEED
+from gpu.sp.sp_clusters import SpClusters
+
+EYE = (0.0, 0.0, 0.45)
+
+
+@pytest.fixture(scope="module")
+def room() -> ResidentScene:
+    return furnished()
+
+
+def test_a_walk_keeps_most_clusters_and_their_bits_are_those_of_a_full_trace(room: ResidentScene) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    assert len(walk.fresh) == walk.used.sum()
+    begun = walk.used
+    for number in range(1, 8):
+        walk.step(pose(number))
+        walk.assert_served()
+        assert 0 < len(walk.fresh) < 0.3 * walk.used.sum()
+    assert (walk.kept & begun).sum() > 100
+    everything = duplicate(SpClusters, walk.clusters)
+    used = np.flatnonzero(walk.used)
+    everything.order = wp.array(np.append(used, np.flatnonzero(~walk.used)), dtype=int, device="cpu")
+    everything.fresh = wp.array([len(used)], dtype=int, device="cpu")
+    whole = Visibility(walk.count, walk.lights.count, walk.view.device)
+    whole.trace(walk.view.scene, everything, walk.lights)
+    assert np.array_equal(whole.words.numpy()[used], walk.visibility.words.numpy()[used])
+    assert 0 < walk.visibility.rays.numpy().sum() < 0.3 * whole.rays.numpy().sum()
+
+
+def test_new_clusters_are_in_the_order_each_once(room: ResidentScene) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    before = walk.clusters.position.numpy().copy()
+    walk.step(pose(4))
+    assert len(set(walk.fresh)) == len(walk.fresh)
+    moved = (walk.clusters.position.numpy() != before).any(axis=1)
+    assert set(np.flatnonzero(moved)) <= set(walk.fresh)
+    assert moved.sum() > 0.8 * len(walk.fresh) > 0
+    pixels = {tuple(p) for p in walk.view.gbuffer.position.numpy()}
+    assert all(tuple(p) in pixels for p in walk.clusters.position.numpy()[walk.fresh])
+
+
+def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: ResidentScene) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    for _ in range(45):
+        walk.step(pose(0))
+    good = walk.good
+    words, position = walk.visibility.words.numpy().copy(), walk.clusters.position.numpy().copy()
+    kept = walk.used
+    walk.step(pose(0))
+    assert len(walk.fresh) == 0
+    assert np.array_equal(walk.kept, kept)
+    assert walk.good == good
+    assert float(LEAST_FREE) * walk.count <= walk.count - kept.sum() <= float(MOST_FREE) * walk.count
+    assert walk.visibility.rays.numpy().sum() == walk.visibility.shared.numpy().sum() == 0
+    assert np.array_equal(walk.visibility.words.numpy(), words)
+    assert np.array_equal(walk.clusters.position.numpy(), position)
+
+
+@pytest.mark.parametrize("target", [(0.0, 0.0, 1.0), (0.5, 0.5, 0.3), (0.0, -0.5, 0.45001)])
+def test_a_view_of_something_else_is_served_by_new_clusters(
+    room: ResidentScene, target: tuple[float, float, float]
+) -> None:
+    walk = Walk(room)
+    walk.step(pose(0), begins=True)
+    walk.step(look_at(EYE, target, yfov_degrees=60.0))
+    walk.assert_served()
+    assert len(walk.fresh) > 0.5 * walk.count
+    # Each new one stands for about as many pixels as k-means gives each of its own.
+    assert np.bincount(walk.clusters.cluster.numpy()[0]).max() < 8 * walk.view.pixels / walk.count
+
+
+def test_an_empty_view_keeps_nothing_and_the_next_begins_anew() -> None:
+    plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5, 1.0)])
+    walk = Walk(plane)
+    there = look_at((0.0, 0.0, 0.5), (0.0, 0.0, 0.0))
+    walk.step(there, begins=True)
+    walk.step(look_at((0.0, 0.0, 0.5), (0.0, 0.0, 1.0)))
+    assert not walk.used.any()
+    walk.step(there)
+    walk.assert_served()
+    assert len(walk.fresh) == walk.used.sum() > 100
+
+
+def test_what_is_hidden_now_is_dropped() -> None:
+    wall = quad((-0.5, -0.5, -0.3), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    screen = quad((0.0, -0.5, 0.0), (0.2, 0.0, 0.0), (0.0, 1.0, 0.0))
+    walk = Walk(resident_of([wall, screen], [grey(0.5)]))
+    unit = walk.resident.scene.placement
+
+    def behind(eye: Camera) -> np.ndarray:
+        """Clusters of the wall that the screen's middle hides from there."""
+        points = walk.clusters.position.numpy() / unit.scale + unit.centre
+        origin = eye.to_world[:3, 3]
+        at = origin + (points - origin) * ((0.0 - origin[2]) / (points[:, 2] - origin[2]))[:, None]
+        return np.asarray((points[:, 2] < -0.1) & (np.abs(at[:, 0] - 0.1) < 0.07) & walk.used)
+
+    here, there = (look_at((x, 0.0, 1.0), (0.0, 0.0, -0.3), yfov_degrees=50.0) for x in (-0.6, -0.3))
+    walk.step(here, begins=True)
+    assert not behind(here).any()
+    assert behind(there).sum() > 5
+    walk.step(there)
+    assert not behind(there).any()
+    assert walk.kept.sum() > 0.5 * walk.used.sum()
+
+
+def test_clusters_of_folds_as_narrow_as_a_pixel_are_kept() -> None:
+    """The pixel of most shows the other side of a fold in the next frame."""
+    width = 0.01
+    folds = []
+    for number in range(100):
+        depth = width if number % 2 else 0.0
+        folds.append(quad((-0.5 + width * number, -0.5, depth), (width, 0.0, width - 2.0 * depth), (0.0, 1.0, 0.0)))
+    walk = Walk(resident_of(folds, [grey(0.5, 1.0)]))
+    walk.step(look_at((0.0, 0.0, 0.6), (0.0, 0.0, 0.0), yfov_degrees=45.0), begins=True)
+    walk.step(look_at((0.003, 0.0, 0.6), (0.003, 0.0, 0.0), yfov_degrees=45.0))
+    assert walk.kept.sum() > 0.9 * walk.used.sum()
+
+
+def test_a_walk_keeps_few_clusters_free_for_what_comes_into_view(room: ResidentScene) -> None:
+    """With one distance for all scenes, either flat surfaces take all or many are in no use."""
+    walk = Walk(room)
+    goods, used = [], []
+    for number in range(60):
+        walk.step(pose(abs(number % 40 - 20)), begins=number == 0)
+        goods.append(walk.good)
+        used.append(walk.used.mean())
+    assert goods[0] == pytest.approx(GOOD)
+    assert float(LEAST_GOOD) < min(goods) < max(goods) < float(MOST_GOOD)
+    assert 0.94 < np.mean(used[-15:]) < 0.99
+    need = walk.clustering.need.numpy()[: walk.view.pixels]
+    assert (need < WHOLE_NEED).mean() > 0.99
+
+
+def test_a_side_that_comes_into_view_has_clusters_of_its_own() -> None:
+    """A camera turns from an open box and back: where kept clusters take up all, a block gets light of other sides."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = [quad((0.05, -0.5, 0.1), (0.3, 0.0, 0.1), (0.0, 0.6, 0.0), 2),
+             quad((0.05, -0.5, -0.2), (0.0, 0.0, 0.3), (0.0, 0.6, 0.0), 2),
+             quad((0.35, -0.5, 0.2), (-0.1, 0.0, -0.3), (0.0, 0.6, 0.0), 2)]  # fmt: skip
+    walls = [quad((-0.5, -0.5, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), 2),
+             quad((-0.5, 0.5, -0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 2),
+             quad((-0.5, -0.5, -0.5), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2),
+             quad((-0.5, -0.5, 0.5), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0), 2)]  # fmt: skip
+    walk = Walk(resident_of([lamp, *block, *walls], [grey(0.7), grey(0.0, 5.0), grey(0.4)]), size=(128, 128), count=120)
+    unlike, seen = 0, 0
+    for number in range(72):
+        angle = 2.0 * np.pi * number / 96.0
+        eye = (0.0, 0.0, 1.9 - 0.175 * (1.0 - np.cos(angle)))
+        walk.step(turned(look_at(eye, (0.0, 0.0, 0.0), yfov_degrees=40.0), 20.0 * np.sin(angle)), begins=number == 0)
+        count = int(walk.view.shading_points.count.numpy()[0])
+        normals = walk.view.gbuffer.normal.numpy()[walk.view.shading_points.pixels.numpy()[:count]]
+        nearest = walk.clusters.normal.numpy()[walk.clusters.cluster.numpy()[0, :count]]
+        unlike += int(((normals * nearest).sum(axis=1) < 0.5).sum())
+        seen += count
+    assert unlike < 6e-4 * seen
+
+
+def test_a_walk_that_begins_anew_forgets_the_distance_of_the_last(room: ResidentScene) -> None:
+    walk = Walk(room)
+    places = []
+    for _ in range(2):
+        for number in range(4):
+            walk.step(pose(number), begins=number == 0)
+        assert walk.good != pytest.approx(GOOD)
+        places.append(walk.clusters.position.numpy()[walk.used])
+    assert np.array_equal(*places)
+
+
+def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
+    plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5, 1.0)])
+    walk = Walk(plane)
+
+    def plan(half: float) -> Camera:
+        return Camera("plan", look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)).to_world, half, orthographic=True)
+
+    walk.step(plan(0.1), begins=True)
+    for number in range(1, 13):
+        walk.step(plan(0.1 * 1.1**number))
+        walk.assert_served()
+    points = walk.clusters.position.numpy()[walk.used].astype(np.float64)
+    distances = np.linalg.norm(points[:, None] - points[None], axis=2)
+    np.fill_diagonal(distances, 1.0)
+    crowded = distances.min(axis=1) < 0.9 * CROWDED * walk.good * walk.spacing()[walk.used]
+    assert crowded.mean() < 0.05
+    # Kept ones are no more than there were, on a third of each side: without thinning they would be packed there.
+    inner = (np.abs(points[:, :2]) < 0.1).all(axis=1)
+    assert inner.sum() < 0.35 * walk.count
+    need = walk.clustering.need.numpy()[: walk.view.pixels]
+    assert (need < WHOLE_NEED).mean() > 0.95
+
+
+@wp.kernel
+def pixel_kernel(first: int, cameras: wp.array[CameraData], points: wp.array[wp.vec3], width: int, height: int,
+                 out: wp.array[wp.vec2i]) -> None:  # fmt: skip
+    """One thread a point: where the camera sees it."""
+    index = first + wp.tid()
+    out[index] = pixel_of(cameras[0], points[index], width, height)
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("sample", [0, 3])
+def test_a_pixel_finds_its_own_sp(room: ResidentScene, orthographic: bool, sample: int) -> None:
+    view = View(room, SIZE, lambertian=True)
+    view.look(replace(pose(3), orthographic=orthographic, half_height=0.3), sample)
+    view.find_shading_points()
+    seen = view.gbuffer.face.numpy() != int(NO_HIT)
+    found = results(pixel_kernel, view.pixels, [view.camera, view.gbuffer.position, *SIZE], wp.vec2i)
+    assert seen.mean() > 0.9
+    assert np.array_equal((found[:, 1] * SIZE[0] + found[:, 0])[seen], np.arange(view.pixels)[seen])
+    away = view.camera.numpy()[0]["origin"] + view.camera.numpy()[0]["back"] * 0.1
+    outside = wp.array([away, away + view.camera.numpy()[0]["right"] * 9.0], dtype=wp.vec3, device="cpu")
+    misses = results(pixel_kernel, 2, [view.camera, outside, *SIZE], wp.vec2i)
+    assert (misses[1] == -1).all()
+    assert orthographic or (misses[0] == -1).all()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "good", "stays"),
+    [
+        *((100, GOOD, 70), (70, GOOD, 70), (69, GOOD, 65), (35, GOOD, 33), (1, GOOD, 1)),
+        *((100, float(MOST_GOOD), 70), (72, float(MOST_GOOD), 68), (70, float(MOST_GOOD), 66)),
+    ],
+)
+def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(wanted: int, good: float, stays: int) -> None:
+    spacing = np.where(np.arange(100) % 10 < 7, 1.0, 0.0)
+    representatives = Representatives()
+    representatives.spacing = column(spacing, float)
+    frees = column(np.cumsum(spacing == 0.0), wp.int32)
+    inputs = [0, column([wanted], wp.int32), frees, column([good], float), representatives]
+    wp.launch(drop_kernel, 100, inputs, device="cpu")
+    stay = representatives.spacing.numpy() > 0.0
+    assert stay.sum() == stays
+    assert not stay[spacing == 0.0].any()
+    assert np.ptp(stay.reshape(10, 10).sum(axis=1)) <= 1
+
+
+@pytest.mark.parametrize("count", [200, 120])
+def test_what_comes_into_view_as_clusters_fall_has_its_own(room: ResidentScene, count: int) -> None:
+    """A camera turns to the right. Without room in that frame, what it turns to has the light of other surfaces."""
+    walk = Walk(room, size=(96, 72))
+    for number in range(12):
+        walk.step(turned(pose(0.0), -0.05 * number), begins=number == 0)
+    walk.clustering.use(count)
+    walk.step(turned(pose(0.0), -9.0))
+    assert walk.used.sum() <= count
+    assert 0 < len(walk.fresh) <= 1 + int(float(MOST_NEW) * count)
+    assert np.flatnonzero(walk.used).max() < walk.clustering._extent.numpy()[0]
+    sps = walk.view.shading_points.pixels.numpy()[: int(walk.view.shading_points.count.numpy()[0])]
+    nearest = walk.clusters.cluster.numpy()[0, : len(sps)]
+    ways = walk.view.gbuffer.position.numpy()[sps] - walk.clusters.position.numpy()[nearest]
+    new = sps % walk.size[0] > 84
+    assert np.percentile((np.linalg.norm(ways, axis=1) / walk.spacing()[nearest])[new], 90) < 1.1
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_more_clusters_come_in_turn_or_at_once(room: ResidentScene, at_once: bool) -> None:
+    walk = Walk(room, most=900)
+    walk.step(pose(0.0), begins=True)
+    walk.clustering.use(900, at_once=at_once)
+    walk.step(pose(0.0))
+    walk.assert_served()
+    in_turn = 1 + int(float(MOST_NEW) * 900)
+    assert len(walk.fresh) > 4 * in_turn if at_once else len(walk.fresh) <= in_turn
+
+
+@pytest.mark.parametrize("count", [450, 200])
+def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: int) -> None:
+    walk = Walk(room, most=600)
+    walk.step(pose(0.0), begins=True)
+    walk.step(pose(0.0))
+    before, known = walk.used.sum(), {row.tobytes() for row in walk.clusters.position.numpy()[walk.used]}
+    walk.clustering.use(count)
+    numbers, new = [], []
+    for step in range(14):
+        walk.step(pose(0.1 * step))
+        walk.assert_served()
+        numbers.append(walk.used.sum())
+        new.append(len(walk.fresh))
+        if step == 0:
+            kept = {row.tobytes() for row in walk.clusters.position.numpy()[walk.kept]}
+            assert kept <= known
+            assert len(kept) > 0.8 * before * min(1.0, count / 300)
+            words = walk.visibility.words.numpy().copy()
+            walk.clusters.order.assign(np.arange(walk.most))
+            walk.clusters.fresh.fill_(walk.most)
+            walk.visibility.trace(walk.view.scene, walk.clusters, walk.lights)
+            assert np.array_equal(walk.visibility.words.numpy()[walk.used], words[walk.used])
+    assert max(new[:3]) <= 1 + int(float(MOST_NEW) * count)
+    assert max(numbers) <= count
+    assert numbers[-1] > 0.8 * count
+    assert (new[0] < numbers[-1] - before) == (count > before)

@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+import warp as wp
+from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
+
+from gpu.device_scene.upload import ResidentScene
+from gpu.lights.light_paths import Vpls, allocate_vpls
+from gpu.scene.types import Doubles, Ints
+from gpu.vpl.build import cluster_vpls
+from gpu.vpl.light_sets import Lighting, LightingChoice
+from gpu.vpl.radiosity_cache import REACH, RadiosityMap, radiosity_map, vpl_around
+
+
+@wp.kernel
+def around_kernel(first: int, lit: RadiosityMap, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], scale: float,
+                  out: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point: the VPL that answers for it."""
+    point = first + wp.tid()
+    out[point] = vpl_around(lit, position[point], normal[point], scale)
+
+
+def around(lit: RadiosityMap, points: Doubles, normals: Doubles, scale: float = 1e-3) -> Ints:
+    """The VPLs that answer for points, (point,)."""
+    inputs = [lit, column(points, wp.vec3), column(normals, wp.vec3), scale]
+    return results(around_kernel, len(points), inputs, wp.int32).astype(np.int32)
+
+
+def joined(*parts: Vpls) -> Vpls:
+    """All VPLs of some sets."""
+    vpls = allocate_vpls(sum(part.count for part in parts), wp.get_device("cpu"))
+    for name in ("position", "normal", "flux"):
+        values = np.concatenate([getattr(part, name).numpy() for part in parts])
+        setattr(vpls, name, column(values, wp.vec3))
+    return vpls
+
+
+def floors(heights: tuple[float, ...], half: float = 0.5) -> ResidentScene:
+    """Floors that face up."""
+    parts = [quad((-half, height, half), (2.0 * half, 0.0, 0.0), (0.0, 0.0, -2.0 * half)) for height in heights]
+    return resident_of([*parts, *box(0)], [grey(0.5)])
+
+
+def mapped(resident: ResidentScene, vpls: Vpls) -> RadiosityMap:
+    return radiosity_map(resident, resident.data, cluster_vpls(resident, vpls, 60, 0))
+
+
+def inner(lit: RadiosityMap, half: float = 0.2) -> Doubles:
+    """Which VPLs lie well inside a square."""
+    return (np.abs(lit.position.numpy()[:, [0, 2]]) < half).all(axis=1)
+
+
+def test_the_map_knows_the_radiosity_of_an_evenly_lit_room() -> None:
+    """Walls that emit M/π and reflect ρ have the reflected radiosity M·ρ/(1 − ρ), all over."""
+    resident = resident_of(box(), [grey(0.5, emission=1.0 / np.pi)])
+    choice = LightingChoice(vpls=20_000, vpl_clusters=200, bounces=16, seed=0, lambertian=True)
+    lit = Lighting(resident).radiosity(choice, lambda what, fraction: None)
+    area = np.pi * lit.radius.numpy() ** 2
+    # By area: each VPL answers for about as much as its disk has.
+    mean = (lit.radiosity.numpy() * area[:, None]).sum(axis=0) / area.sum()
+    assert mean == pytest.approx(np.ones(3), rel=0.05)
+
+
+def test_lighting_makes_a_map_once_and_keeps_it_with_its_vpls(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", 1000)
+    resident = resident_of(box(), [grey(0.5, emission=1.0)])
+    lighting = Lighting(resident)
+    choices = [LightingChoice(1000, 10, 2, seed, lambertian=True) for seed in range(2)]
+    made = lighting.radiosity(choices[0], lambda what, fraction: None)
+    assert lighting.radiosity(choices[0], lambda what, fraction: None) is made
+    lighting.radiosity(choices[1], lambda what, fraction: None)
+    again = lighting.radiosity(choices[0], lambda what, fraction: None)
+    assert again is not made
+    assert again.radiosity.numpy().tobytes() == made.radiosity.numpy().tobytes()
+
+
+def test_radiosity_is_flux_per_area() -> None:
+    lit = mapped(floors((0.0,)), square_of_vpls(4096, flux=3.0, seed=1))
+    # The density of places strewn at random; each place counts once, though sparse ones speak for more of the area.
+    area = lit.radius.numpy()[inner(lit)] ** 2
+    mean = (lit.radiosity.numpy()[inner(lit)] * area[:, None]).sum(axis=0) / area.sum()
+    assert mean == pytest.approx(np.full(3, 3.0 * 4096 / 0.36), rel=0.05)
+
+
+def test_vpls_without_neighbours_have_no_disk() -> None:
+    lit = mapped(floors((0.0,)), square_of_vpls(1))
+    assert (lit.radius.numpy() == 0.0).all()
+    assert (lit.radiosity.numpy() == 0.0).all()
+    assert (around(lit, np.zeros((1, 3)), np.array([[0.0, 1.0, 0.0]])) == -1).all()
+
+
+def test_shelves_close_above_each_other_do_not_mix() -> None:
+    gap = 0.01  # about as far as VPLs on a shelf are apart
+    below, above = square_of_vpls(2500, 0.0, 1.0, seed=2), square_of_vpls(2500, gap, 1000.0, seed=3)
+    lit = mapped(floors((0.0, gap)), joined(below, above))
+    low = (lit.position.numpy()[:, 1] < 0.5 * gap) & inner(lit)
+    density = 2500 / 0.36
+    assert low.sum() > 500
+    assert np.average(lit.radiosity.numpy()[low, 0], weights=lit.radius.numpy()[low] ** 2) < 2.0 * density
+    assert np.median(lit.radiosity.numpy()[~low & inner(lit), 0]) > 500.0 * density
+
+
+def test_a_point_is_answered_by_a_vpl_near_it_on_its_surface() -> None:
+    lit = mapped(floors((0.0,)), square_of_vpls(2500, seed=4))
+    points = np.random.default_rng(5).uniform(-0.25, 0.25, (200, 3)) * [1.0, 0.0, 1.0]
+    up = np.tile([0.0, 1.0, 0.0], (200, 1))
+    found = around(lit, points, up)
+    assert (found >= 0).all()
+    distance = np.linalg.norm(lit.position.numpy()[found] - points, axis=1)
+    assert (distance < float(REACH) * lit.radius.numpy()[found]).all()
+    assert (around(lit, points, -up) == -1).all()
+    for away in ((0.0, 0.2, 0.0), (1.0, 0.0, 0.0)):
+        assert (around(lit, points + np.array(away), up) == -1).all()
+
+
+def test_surfaces_of_dense_and_of_sparse_vpls_both_answer() -> None:
+    heights = (0.0, 0.3)
+    dense, sparse = square_of_vpls(10_000, heights[0], seed=4), square_of_vpls(100, heights[1], seed=5)
+    lit = mapped(floors(heights), joined(dense, sparse))
+    points = np.random.default_rng(6).uniform(-0.2, 0.2, (200, 3)) * [1.0, 0.0, 1.0]
+    up = np.tile([0.0, 1.0, 0.0], (200, 1))
+    for height in heights:
+        found = around(lit, points + np.array([0.0, height, 0.0]), up)
+        assert (found >= 0).all()
+        assert lit.position.numpy()[found, 1] == pytest.approx(np.full(200, height))
+
+
+def test_of_many_vpls_in_a_cell_those_that_are_read_lie_all_over_it() -> None:
+    lit = mapped(floors((0.0,)), square_of_vpls(10_000))  # row after row
+    points = np.random.default_rng(5).uniform(-0.25, 0.25, (500, 3)) * [1.0, 0.0, 1.0]
+    found = around(lit, points, np.tile([0.0, 1.0, 0.0], (500, 1)), 0.015)
+    assert (found >= 0).all()
+    distance = np.linalg.norm(lit.position.numpy()[found] - points, axis=1)
+    assert np.quantile(distance / lit.radius.numpy()[found], 0.9) < 1.0
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-6])
+def test_vpls_of_radii_far_from_what_is_asked_for_are_not_found(scale: float) -> None:
+    lit = mapped(floors((0.0,)), square_of_vpls(2500, seed=4))
+    up = np.array([[0.0, 1.0, 0.0]])
+    assert around(lit, np.zeros((1, 3)), up)[0] >= 0
+    assert around(lit, np.zeros((1, 3)), up, scale)[0] == -1

@@ -1,0 +1,78 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from server.cli.main import main
+from server.cli.still import Progress
+from server.images import read_image
+
+SMALL = ["--size=48x32", "--vpls=2000", "--vpl-clusters=64", "--sp-clusters=64", "--device=cpu"]
+
+
+def test_render_writes_the_picture_and_its_statistics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "box.png"
+    assert main(["render", "cornell-box", str(path), *SMALL, "--json"]) == 0
+    with Image.open(path) as image:
+        assert image.size == (48, 32)
+        assert np.asarray(image).std() > 10.0
+    report = json.loads(capsys.readouterr().out)
+    assert report["size"] == [48, 32]
+    assert report["device"] == "cpu"
+    assert report["settings"]["vpl_clusters"] == 64
+    assert report["counts"]["nonfinite"] == report["counts"]["unassigned"] == 0
+    assert report["stage_ms"]
+    assert all(ms >= 0.0 for ms in report["stage_ms"].values())
+
+
+def test_components_add_up(tmp_path: Path) -> None:
+    images = {}
+    for component in ("full", "direct", "indirect"):
+        path = tmp_path / f"{component}.npy"
+        assert main(["render", "cornell-box", str(path), *SMALL, "--component", component]) == 0
+        images[component] = read_image(path)
+    assert images["full"].shape == (32, 48, 3)
+    assert images["indirect"].mean() > 0.0
+    assert np.allclose(images["direct"] + images["indirect"], images["full"], rtol=1e-4, atol=1e-6)
+
+
+def test_the_camera_is_the_one_asked_for(tmp_path: Path) -> None:
+    paths = [tmp_path / "a.exr", tmp_path / "b.exr"]
+    for path, camera in zip(paths, ("0", "1"), strict=True):
+        assert main(["render", "cornell-box", str(path), *SMALL, "--component=direct", "--camera", camera]) == 0
+    assert not np.allclose(read_image(paths[0]), read_image(paths[1]))
+
+
+def test_frames_are_averaged_and_smooth_its_edges(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    images = {}
+    for frames in ("1", "8"):
+        path = tmp_path / f"{frames}.npy"
+        options = [*SMALL, "--component=indirect", "--frames", frames, "--json"]
+        assert main(["render", "cornell-box", str(path), *options]) == 0
+        assert json.loads(capsys.readouterr().out)["counts"]["frames"] == int(frames)
+        images[frames] = read_image(path)
+    assert not np.allclose(images["1"], images["8"])
+    assert images["1"].mean() == pytest.approx(images["8"].mean(), rel=0.1)
+
+
+@pytest.mark.parametrize(("option", "word"), [("--camera=attic", "attic"), ("--device=cuda:99", "cuda:99")])
+def test_what_the_scene_or_machine_lacks_is_said(
+    option: str, word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.png"
+    assert main(["render", "cornell-box", str(path), *SMALL, option]) == 2
+    assert word in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_progress_is_for_terminals_only(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    Progress()("VPLs", 0.5)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    progress = Progress()
+    progress("VPLs", 0.5)
+    assert "VPLs  50%" in capsys.readouterr().err
+    progress.end()
+    assert capsys.readouterr().err == "\r\x1b[K"

@@ -1,0 +1,67 @@
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import httpx
+import pytest
+from gradient_worker import SLOW_SEED
+from harness import Running
+
+from server.http import middleware
+
+
+def test_a_body_that_is_too_large_is_refused(running: Running) -> None:
+    body = b" " * (running.service.settings.max_message_bytes + 1)
+    response = running.http.post("/api/v1/render", content=body)
+    assert (response.status_code, response.json()["code"]) == (413, "too-large")
+
+
+def test_a_body_without_a_length_is_counted(running: Running) -> None:
+    def chunks() -> Iterator[bytes]:
+        for _ in range(running.service.settings.max_message_bytes // 1000 + 1):
+            yield b" " * 1000
+
+    assert running.http.post("/api/v1/render", content=chunks()).status_code == 413
+
+
+@pytest.mark.parametrize("chunked", [True, False])
+def test_a_body_within_the_limit_arrives_whole(running: Running, chunked: bool) -> None:
+    body = b'{"size": [8, 8]}' + b" " * 5000
+    content = iter([body[:7], body[7:]]) if chunked else body
+    response = running.http.post("/api/v1/render", content=content, headers={"Content-Type": "application/json"})
+    assert response.status_code == 200
+
+
+def test_more_requests_than_there_is_room_for_are_told_to_retry(
+    serve: Callable[..., Running], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(middleware, "SPARE_REQUESTS", 0)
+    running = serve(max_waiting_renders=1)
+    slow = {"size": [8, 8], "settings": {"seed": SLOW_SEED}}
+
+    def render() -> httpx.Response:
+        while (answer := running.http.post("/api/v1/render", json=slow)).status_code == 503:
+            pass  # the other request had the room
+        return answer
+
+    with ThreadPoolExecutor(1) as pool:
+        still = pool.submit(render)
+        while (response := running.http.get("/api/v1/scenes")).status_code == 200 and not still.done():
+            pass
+        assert running.http.get("/healthz").status_code == 200
+        assert still.result(10).status_code == 200
+    assert (response.status_code, response.json()["code"]) == (503, "too-busy")
+    assert "Retry-After" in response.headers
+    assert running.http.get("/api/v1/scenes").status_code == 200
+
+
+def test_a_body_that_does_not_come_gives_its_place_up(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(middleware, "BODY_SECONDS", 0.2)
+
+    def never() -> Iterator[bytes]:
+        yield b" "
+        time.sleep(1.0)
+        yield b" "
+
+    response = running.http.post("/api/v1/render", content=never())
+    assert (response.status_code, response.json()["code"]) == (408, "too-slow")

@@ -1,0 +1,77 @@
+"""Viewers that do not read: what is kept for them is bounded, and they are cut off."""
+
+import json
+import socket
+import time
+from collections.abc import Callable
+
+import pytest
+from harness import IDENTITY, Running, Walker
+from websockets.frames import Frame, Opcode
+from websockets.sync.client import connect
+
+from server.http import websocket
+from server.walk import viewer
+
+HELLO = {"type": "hello", "protocol": 1, "size": [3840, 2160], "stream": {"motion_scale": 1.0}}
+
+
+def deaf(running: Running) -> socket.socket:
+    """A viewer that has said hello with a small buffer for what comes, and never reads it."""
+    host, port = running.http.base_url.host, running.http.base_url.port
+    connection = socket.socket()
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    connection.connect((host, port))
+    request = (
+        f"GET /api/v1/stream HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+    )
+    connection.sendall(request.encode())
+    connection.recv(65536)
+    say(connection, HELLO)
+    return connection
+
+
+def say(connection: socket.socket, message: object) -> None:
+    connection.sendall(Frame(Opcode.TEXT, json.dumps(message).encode()).serialize(mask=True))
+
+
+def sockets(running: Running) -> list[websocket.WebSocket]:
+    """What the service holds open."""
+    return [it for it in list(running.server.server_state.connections) if isinstance(it, websocket.WebSocket)]
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_only_the_last_pings_of_who_does_not_read_are_kept(running: Running) -> None:
+    with connect(f"ws://{running.http.base_url.netloc.decode()}/api/v1/stream") as client:
+        Walker(client).hello()
+        (held,) = sockets(running)
+        held.loop.call_soon_threadsafe(held.pause_writing)
+        pongs = [client.ping(str(number)) for number in range(10)]
+        wait_for(lambda: held._pong.endswith(b"9"))
+        pongs.append(client.ping("last"))
+        wait_for(lambda: b"last" in held._pong)
+        assert b"9" not in held._pong
+        assert not pongs[0].wait(0.2)
+        held.loop.call_soon_threadsafe(held.resume_writing)
+        assert pongs[-1].wait(10.0)
+
+
+def test_who_reads_nothing_is_cut_off(serve: Callable[..., Running], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(viewer, "STALLED_SECONDS", 0.5)
+    monkeypatch.setattr(viewer, "WATCH_SECONDS", 0.1)
+    monkeypatch.setattr(websocket, "LINGER_SECONDS", 0.5)
+    running = serve()
+    with deaf(running) as connection:
+        wait_for(lambda: bool(running.service.viewing))
+        (held,) = sockets(running)
+        held.transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+        say(connection, {"type": "pose", "id": 1, "matrix": IDENTITY, "yfov": 1.0})
+        wait_for(lambda: not sockets(running))
+        assert not running.service.viewers

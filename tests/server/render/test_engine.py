@@ -1,0 +1,411 @@
+import asyncio
+import os
+import signal
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, suppress
+
+import pytest
+from gradient_worker import (
+    BUG_LATER_SEED,
+    BUG_SEED,
+    FAULT_LATER_SEED,
+    FAULT_SEED,
+    HANG_LATER_SEED,
+    HANG_SEED,
+    LONG_SECONDS,
+    LONG_SEED,
+    MEMORY,
+    MEMORY_SEED,
+    SLOW_SECONDS,
+    SLOW_SEED,
+    WRONG_SEED,
+)
+from harness import GRADIENT_WORKER
+from test_link import rogue
+
+from gpu.errors import OutOfMemoryError, UserError
+from gpu.settings import RenderSettings
+from server.render.engine import BACKOFF_SECONDS, Engine, EngineState, RenderFaultError
+from server.render.schedule import Urgency
+from server.render.worker_link import WorkerLostError
+from server.wire.worker import Done, Render, SceneCamera, SceneRef, Start
+
+SCENE = SceneRef("cornell-box", "cornell-box")
+KILLS = len(BACKOFF_SECONDS) + 1  # each of them would have to wait longer, were they failures to start
+
+
+def job(viewer: int = 0, seed: int = 0) -> Render:
+    return Render(viewer, SCENE, SceneCamera(0), (8, 8), RenderSettings(seed=seed), "jpeg")
+
+
+@asynccontextmanager
+async def running(
+    device: str | None = None, command: tuple[str, ...] = GRADIENT_WORKER, hang_seconds: float = 20.0
+) -> AsyncIterator[Engine]:
+    engine = Engine(Start(SCENE, device), command, hang_seconds)
+    task = asyncio.create_task(engine.run())
+    try:
+        yield engine
+    finally:
+        task.cancel()
+        with suppress(asyncio.CancelledError):
+            await task
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    async with asyncio.timeout(20):
+        while not condition():
+            await asyncio.sleep(0.01)
+
+
+async def result(engine: Engine, render: Render) -> Done:
+    reply = await engine.submit(render.viewer, Urgency.MOVING, lambda: render)
+    assert reply is not None
+    done, _ = await reply
+    assert isinstance(done, Done)
+    return done
+
+
+def check(scenario: Callable[[Engine], Awaitable[None]]) -> None:
+    """Runs a scenario with a ready engine."""
+
+    async def main() -> None:
+        async with running() as engine:
+            await until(lambda: engine.ready)
+            await scenario(engine)
+
+    asyncio.run(main())
+
+
+def test_a_job_is_made_when_its_turn_comes() -> None:
+    async def scenario(engine: Engine) -> None:
+        newest = 1
+        slow = await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
+        assert slow is not None
+        waiting = asyncio.create_task(engine.submit(2, Urgency.MOVING, lambda: job(seed=newest)))
+        await asyncio.sleep(0.05)
+        newest = WRONG_SEED
+        reply = await waiting
+        assert reply is not None
+        with pytest.raises(UserError):
+            await reply
+
+    check(scenario)
+
+
+def test_what_the_device_holds_is_known_as_soon_as_it_is_ready() -> None:
+    async def main() -> None:
+        async with running() as engine:
+            known: list[tuple[tuple[SceneRef, ...], tuple[int, int]]] = []
+
+            def heard() -> None:
+                if engine.ready:
+                    known.append((engine.scenes, engine.memory))
+
+            engine.listeners.add(heard)
+            await until(lambda: bool(known))
+            assert known[0] == ((SCENE,), MEMORY)
+
+    asyncio.run(main())
+
+
+def test_whoever_wants_nothing_any_more_gives_the_turn_away() -> None:
+    async def scenario(engine: Engine) -> None:
+        assert await engine.submit(1, Urgency.MOVING, lambda: None) is None
+        await result(engine, job())
+
+    check(scenario)
+
+
+def test_whoever_hears_of_a_failure_can_still_give_the_next_turn_away() -> None:
+    async def scenario(engine: Engine) -> None:
+        failed = False
+        reply = await engine.submit(1, Urgency.MOVING, lambda: job(seed=WRONG_SEED))
+        assert reply is not None
+        waiting = asyncio.create_task(engine.submit(1, Urgency.MOVING, lambda: None if failed else job()))
+        try:
+            await reply
+        except UserError:
+            failed = True
+        assert await waiting is None
+
+    check(scenario)
+
+
+def test_whoever_costs_less_has_more_turns() -> None:
+    async def scenario(engine: Engine) -> None:
+        served: list[int] = []
+
+        def make(viewer: int, seed: int) -> Render:
+            served.append(viewer)
+            return job(viewer, seed)
+
+        async def viewer(number: int, seed: int) -> None:
+            for _ in range(3):
+                await engine.submit(number, Urgency.MOVING, lambda: make(number, seed))
+
+        await asyncio.gather(viewer(1, SLOW_SEED), viewer(2, 0))
+        assert served == [1, 2, 2, 2, 1, 1]
+
+    check(scenario)
+
+
+def test_one_who_leaves_while_waiting_takes_no_turn() -> None:
+    async def scenario(engine: Engine) -> None:
+        await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
+        leaver = asyncio.create_task(engine.submit(1, Urgency.MOVING, lambda: pytest.fail("it has left")))
+        await asyncio.sleep(0.05)
+        leaver.cancel()
+        await result(engine, job())
+
+    check(scenario)
+
+
+def test_errors_are_the_users_or_the_programs() -> None:
+    async def scenario(engine: Engine) -> None:
+        with pytest.raises(UserError, match="wrong one"):
+            await result(engine, job(seed=WRONG_SEED))
+        with pytest.raises(RenderFaultError, match="internal error"):
+            await result(engine, job(seed=BUG_SEED))
+        await result(engine, job())
+        assert engine.restarts == 0
+
+    check(scenario)
+
+
+def test_a_killed_worker_is_replaced_and_owes_nothing() -> None:
+    async def scenario(engine: Engine) -> None:
+        reply = await engine.submit(1, Urgency.MOVING, lambda: job(seed=SLOW_SEED))
+        assert reply is not None
+        first = engine.worker_pid
+        assert first is not None
+        os.kill(first, signal.SIGKILL)
+        with pytest.raises(WorkerLostError):
+            await reply
+        await result(engine, job())
+        assert engine.worker_pid != first
+        assert engine.restarts == 1
+
+    check(scenario)
+
+
+def test_a_worker_whose_device_fails_is_replaced() -> None:
+    async def scenario(engine: Engine) -> None:
+        with pytest.raises(WorkerLostError):
+            await result(engine, job(seed=FAULT_SEED))
+        await result(engine, job())
+        assert engine.restarts == 1
+
+    check(scenario)
+
+
+def test_the_first_start_that_fails_by_the_users_fault_is_final() -> None:
+    async def main() -> None:
+        async with running(device="none") as engine:
+            await until(lambda: engine.activity.state is EngineState.FAILED)
+            assert "no device 'none'" in engine.activity.text
+
+    asyncio.run(main())
+
+
+def test_listeners_hear_of_every_state() -> None:
+    async def main() -> None:
+        async with running() as engine:
+            states: list[EngineState] = []
+            engine.listeners.add(lambda: states.append(engine.activity.state))
+            await until(lambda: engine.ready)
+            pid = engine.worker_pid
+            assert pid is not None
+            os.kill(pid, signal.SIGKILL)
+            await until(lambda: engine.restarts == 1 and engine.ready)
+            assert list(dict.fromkeys(states)) == [EngineState.STARTING, EngineState.READY, EngineState.RECOVERING]
+            assert states[-1] is EngineState.READY
+
+    asyncio.run(main())
+
+
+def test_no_worker_is_left_behind() -> None:
+    async def main() -> int:
+        async with running() as engine:
+            await until(lambda: engine.ready)
+            assert engine.worker_pid is not None
+            return engine.worker_pid
+
+    with pytest.raises(ProcessLookupError):
+        os.kill(asyncio.run(main()), 0)
+
+
+def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
+    async def main() -> None:
+        engine = Engine(Start(SCENE), ("/nowhere/python",))
+        await engine.run()
+        assert engine.activity.state is EngineState.FAILED
+
+    asyncio.run(main())
+
+
+def test_an_error_of_whoever_makes_a_job_is_his_own() -> None:
+    def broken() -> Render:
+        raise ValueError("a bug")
+
+    async def scenario(engine: Engine) -> None:
+        with pytest.raises(ValueError, match="a bug"):
+            await engine.submit(1, Urgency.MOVING, broken)
+        await result(engine, job())
+        assert engine.restarts == 0
+
+    check(scenario)
+
+
+def test_too_little_memory_is_told_as_such() -> None:
+    async def scenario(engine: Engine) -> None:
+        with pytest.raises(OutOfMemoryError, match="ask for less"):
+            await result(engine, job(seed=MEMORY_SEED))
+        await result(engine, job())
+        assert engine.restarts == 0
+
+    check(scenario)
+
+
+def test_device_time_memory_and_scenes_are_counted() -> None:
+    async def scenario(engine: Engine) -> None:
+        before = engine.busy_seconds
+        await result(engine, job(seed=SLOW_SEED))
+        assert engine.busy_seconds >= before + SLOW_SECONDS
+        assert engine.memory == MEMORY
+        hall = SceneRef("hall", "hall")
+        await engine.open(hall)
+        assert engine.scenes == (SCENE, hall)
+        await engine.close(hall)
+        assert engine.scenes == (SCENE,)
+
+    check(scenario)
+
+
+def waited_for(pid: int) -> bool:
+    """Whether a child that ended was waited for, so that it is no zombie."""
+    try:
+        os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:
+        return True
+    return False
+
+
+def test_a_worker_killed_many_times_in_a_row_comes_back_each_time() -> None:
+    async def scenario(engine: Engine) -> None:
+        for _ in range(KILLS):
+            pid = engine.worker_pid
+            assert pid is not None
+            pids.append(pid)
+            os.kill(pid, signal.SIGKILL)
+            await until(lambda: not engine.ready)
+            async with asyncio.timeout(10):
+                await result(engine, job())
+        assert engine.restarts == KILLS
+        await until(lambda: not engine._owed and not engine._waiting)  # the first heartbeat is over
+        assert len(os.listdir("/proc/self/fd")) <= files  # noqa: PTH208
+
+    async def main() -> None:
+        nonlocal files
+        async with running() as engine:
+            await until(lambda: engine.ready)
+            files = len(os.listdir("/proc/self/fd"))  # noqa: PTH208
+            await scenario(engine)
+        await until(lambda: all(waited_for(pid) for pid in pids))
+
+    files = 0
+    pids: list[int] = []
+    asyncio.run(main())
+
+
+def test_a_worker_that_hangs_is_replaced() -> None:
+    async def main() -> None:
+        async with running(hang_seconds=0.5) as engine:
+            await until(lambda: engine.ready)
+            with pytest.raises(WorkerLostError):
+                await result(engine, job(seed=HANG_SEED))
+            await result(engine, job())
+            assert engine.restarts == 1
+
+    asyncio.run(main())
+
+
+def test_long_work_that_reports_progress_is_no_hang() -> None:
+    async def main() -> None:
+        async with running(hang_seconds=1.5) as engine:
+            await until(lambda: engine.ready)
+            assert LONG_SECONDS > 1.5
+            await result(engine, job(seed=LONG_SEED))
+            assert engine.restarts == 0
+
+    asyncio.run(main())
+
+
+def test_a_worker_that_says_nothing_as_it_starts_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.render.engine.START_SECONDS", 0.3)
+    monkeypatch.setattr("server.render.worker_link.STOP_SECONDS", 0.3)
+
+    async def main() -> None:
+        async with running(command=rogue("mute")) as engine:
+            await until(lambda: engine.restarts > 0)
+            assert engine.activity.state is EngineState.RECOVERING
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize("seed", [HANG_LATER_SEED, BUG_LATER_SEED, FAULT_LATER_SEED])
+def test_a_fault_that_shows_while_nothing_is_asked_for_is_found(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.render.engine.HEARTBEAT_SECONDS", 0.2)
+    monkeypatch.setattr("server.render.engine.HEARTBEAT_DEADLINE", 0.5)
+
+    async def scenario(engine: Engine) -> None:
+        await result(engine, job(seed=seed))
+        await until(lambda: engine.restarts == 1)
+        await until(lambda: engine.ready)
+        await result(engine, job())
+
+    check(scenario)
+
+
+def test_heartbeats_leave_a_healthy_worker_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.render.engine.HEARTBEAT_SECONDS", 0.05)
+
+    async def scenario(engine: Engine) -> None:
+        await result(engine, job(seed=1))
+        busy = engine.busy_seconds
+        await until(lambda: engine.busy_seconds > busy)  # a heartbeat has rendered
+        await result(engine, job())
+        assert engine.restarts == 0
+
+    check(scenario)
+
+
+def test_heartbeats_render_anew_and_show_nothing_kept() -> None:
+    async def scenario(engine: Engine) -> None:
+        await until(lambda: engine.ready)
+        assert not engine._heartbeat().settings.skip.unchanged_camera
+        await result(engine, job(seed=1))
+        beat = engine._heartbeat().settings
+        assert (beat.seed, beat.skip.unchanged_camera) == (1, False)
+
+    check(scenario)
+
+
+def test_pauses_grow_only_while_no_worker_becomes_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    pauses: list[float] = []
+    sleep = asyncio.sleep
+
+    async def noted(seconds: float) -> None:
+        pauses.append(seconds)
+        await sleep(0.0)
+
+    async def main() -> None:
+        async with running(command=rogue("early-death")) as engine:
+            monkeypatch.setattr("server.render.engine.asyncio.sleep", noted)
+            async with asyncio.timeout(20):
+                while engine.restarts < 3:
+                    await sleep(0.01)
+            monkeypatch.undo()
+
+    asyncio.run(main())
+    assert [pause for pause in pauses if pause in BACKOFF_SECONDS][:3] == list(BACKOFF_SECONDS[:3])

@@ -1,0 +1,140 @@
+from collections import Counter
+
+from server.render.schedule import PATIENCE_SECONDS, Place, Schedule, Urgency
+
+MOVING, STILL, REFINING = Urgency
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def __call__(self) -> float:
+        return self.seconds
+
+
+def scheduled(clock: Clock | None = None) -> Schedule:
+    return Schedule(clock or Clock())
+
+
+def turn(schedule: Schedule) -> Place:
+    place = schedule.next()
+    assert place is not None
+    return place
+
+
+def compete(schedule: Schedule, costs: dict[int, float], seconds: float) -> Counter[int]:
+    """Device time that each client gets when all want more all the time and a turn of theirs costs that much."""
+    used: Counter[float] = Counter()
+    for client in costs:
+        schedule.join(client, MOVING)
+    while used.total() < seconds:
+        place = turn(schedule)
+        schedule.join(place.client, MOVING)  # the next one is wanted already
+        used[place.client] += costs[place.client]
+        schedule.charge(place, costs[place.client])
+    return used
+
+
+def test_nobody_waits() -> None:
+    assert scheduled().next() is None
+
+
+def test_the_most_urgent_goes_first() -> None:
+    schedule = scheduled()
+    for client, urgency in enumerate((REFINING, STILL, MOVING)):
+        schedule.join(client, urgency)
+    assert [turn(schedule).urgency for _ in range(3)] == [MOVING, STILL, REFINING]
+
+
+def test_first_come_first_served_among_equals() -> None:
+    schedule = scheduled()
+    for client in (3, 1, 2):
+        schedule.join(client, MOVING)
+    assert [turn(schedule).client for _ in range(3)] == [3, 1, 2]
+
+
+def test_device_time_is_shared_not_turns() -> None:
+    used = compete(scheduled(), {1: 0.1, 2: 0.01, 3: 0.02}, seconds=30.0)
+    assert max(used.values()) - min(used.values()) < 0.3
+
+
+def test_idleness_earns_no_credit() -> None:
+    schedule = scheduled()
+    compete(schedule, {1: 0.1, 2: 0.1}, seconds=100.0)  # while 3 is away
+    used: Counter[int] = Counter()
+    schedule.join(3, MOVING)
+    for _ in range(60):
+        place = turn(schedule)
+        used[place.client] += 1
+        schedule.join(place.client, MOVING)
+        schedule.charge(place, 0.1)
+    assert max(used.values()) - min(used.values()) <= 1
+
+
+def test_what_was_used_while_alone_is_not_held_against_one() -> None:
+    schedule = scheduled()
+    for _ in range(100):
+        schedule.join(1, MOVING)
+        schedule.charge(turn(schedule), 1.0)
+    schedule.join(1, MOVING)
+    schedule.join(2, MOVING)
+    assert [turn(schedule).client for _ in range(2)] == [1, 2]
+
+
+def test_a_turn_given_away_costs_nothing() -> None:
+    schedule = scheduled()
+    schedule.join(1, MOVING)
+    turn(schedule)
+    for client in (1, 2):
+        schedule.join(client, MOVING)
+    assert turn(schedule).client == 1
+
+
+def test_one_who_leaves_has_no_turn() -> None:
+    schedule = scheduled()
+    first, second = schedule.join(1, MOVING), schedule.join(1, MOVING)
+    schedule.leave(first)
+    assert turn(schedule) is second
+    schedule.leave(second)  # too late, and harmless
+    assert schedule.next() is None
+
+
+def test_stills_are_not_kept_out_for_ever_by_those_who_walk() -> None:
+    clock = Clock()
+    schedule = scheduled(clock)
+    schedule.join(0, STILL)
+    schedule.join(1, MOVING)
+    assert turn(schedule).urgency is MOVING
+    clock.seconds += PATIENCE_SECONDS
+    schedule.join(1, MOVING)
+    assert turn(schedule).urgency is STILL
+
+
+def test_clients_that_left_are_forgotten() -> None:
+    schedule = scheduled()
+    schedule.join(0, MOVING)  # somebody always waits
+    for client in range(1, 1000):
+        schedule.join(client, MOVING)
+        place = turn(schedule)
+        if place.client == 0:
+            schedule.join(0, MOVING)
+        schedule.charge(place, 0.01)
+    while schedule.next() is not None:
+        pass
+    assert sum(len(queue.starts) for queue in schedule._queues.values()) <= 2
+
+
+def test_stills_do_not_keep_those_out_who_walk() -> None:
+    clock = Clock()
+    schedule = scheduled(clock)
+    for _ in range(20):
+        schedule.join(0, STILL)
+    clock.seconds += PATIENCE_SECONDS
+    turns: Counter[int] = Counter()
+    for _ in range(10):
+        schedule.join(1, MOVING)
+        place = turn(schedule)
+        turns[place.urgency] += 1
+        clock.seconds += PATIENCE_SECONDS / 2
+    assert turns == {MOVING: 5, STILL: 5}

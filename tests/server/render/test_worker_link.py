@@ -1,0 +1,143 @@
+import asyncio
+import logging
+import os
+import re
+import signal
+import sys
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import pytest
+from harness import GRADIENT_WORKER
+
+from gpu.errors import UserError
+from server.render.engine import Engine
+from server.render.worker_link import Link, WorkerLostError
+from server.wire.worker import Progress, Ready, SceneRef, Start
+
+START = Start(SceneRef("cornell-box", "cornell-box"))
+STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
+
+
+def rogue(way: str) -> tuple[str, ...]:
+    return sys.executable, str(Path(__file__).with_name("rogue_worker.py")), way
+
+
+def linked(command: tuple[str, ...], scenario: Callable[[Link], Awaitable[None]]) -> int | None:
+    """Runs a scenario with a worker; returns how that ended."""
+
+    async def main() -> int | None:
+        link = await Link.start(command)
+        try:
+            await scenario(link)
+        finally:
+            status = await link.stop()
+        return status
+
+    return asyncio.run(main())
+
+
+async def read_on(link: Link) -> None:
+    while True:
+        await link.receive(lambda: 0)
+
+
+def gone(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+def test_a_worker_is_spoken_to_and_ends_by_itself() -> None:
+    async def scenario(link: Link) -> None:
+        link.send(START)
+        kinds = [type((await link.receive(lambda: 0))[0]) for _ in range(2)]
+        assert kinds == [Progress, Ready]
+
+    assert linked(GRADIENT_WORKER, scenario) == 0
+
+
+def test_a_worker_that_does_not_end_by_itself_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.render.worker_link.STOP_SECONDS", 0.2)
+
+    async def scenario(link: Link) -> None:
+        pass
+
+    assert linked(STUBBORN, scenario) == -signal.SIGKILL
+
+
+def test_no_worker_is_left_when_its_end_is_not_waited_for() -> None:
+    async def main() -> int:
+        link = await Link.start(STUBBORN)
+        stopping = asyncio.create_task(link.stop())
+        await asyncio.sleep(0.05)
+        stopping.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await stopping
+        return link.pid
+
+    assert gone(asyncio.run(main()))  # not even its exit status is left
+
+
+def test_a_worker_that_ended_is_lost() -> None:
+    async def scenario(link: Link) -> None:
+        link.send(START)
+        with pytest.raises(WorkerLostError, match="ended"):
+            await link.receive(lambda: 0)
+
+    assert linked(rogue("early-death"), scenario) == 3
+
+
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [
+        ("garbage", "not a message"),
+        ("huge", "are too many"),
+        ("flood", "words on its progress"),
+        ("wrong-side", "leave, which is not for it to say"),
+    ],
+)
+def test_a_worker_that_sends_what_it_should_not_is_killed(way: str, words: str) -> None:
+    async def scenario(link: Link) -> None:
+        link.send(START)
+        with pytest.raises(WorkerLostError, match=words):
+            await read_on(link)
+
+    linked(rogue(way), scenario)
+
+
+@pytest.mark.parametrize(
+    ("way", "words"),
+    [
+        ("early-answer", "free out of turn"),
+        ("ready-again", "ready out of turn"),
+        ("wrong-answer", "opened out of turn"),
+        ("other-size", "done out of turn"),
+        ("large-image", "are too many"),
+        ("answer-again", "done out of turn"),
+    ],
+)
+def test_the_engine_starts_anew_after_answers_that_nobody_asked_for(
+    way: str, words: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.ERROR)
+
+    async def main() -> None:
+        engine = Engine(START, rogue(way))
+        task = asyncio.create_task(engine.run())
+        async with asyncio.timeout(20):
+            while engine.restarts == 0:
+                await asyncio.sleep(0.01)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    asyncio.run(main())
+    assert re.search(words, caplog.text)
+
+
+def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
+    with pytest.raises(UserError, match="cannot be started"):
+        asyncio.run(Link.start(("/nowhere/python",)))

@@ -1,0 +1,75 @@
+import os
+from pathlib import Path
+
+import pytest
+
+from gpu.errors import UserError
+from server.refusals import UnknownSceneError
+from server.scenes.catalogue import Catalogue
+from server.wire.worker import SceneRef
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A scenes folder beside a file that is not in it."""
+    (tmp_path / "outside.glb").write_bytes(b"")
+    folder = tmp_path / "scenes"
+    (folder / "deep").mkdir(parents=True)
+    for name in ("a.glb", "deep/b.gltf", "deep/c.OBJ", "texture.png"):
+        (folder / name).write_bytes(b"")
+    (folder / "link.glb").symlink_to(tmp_path / "outside.glb")
+    return folder
+
+
+def test_the_served_scene_comes_first_then_built_in_ones_then_files(folder: Path) -> None:
+    names = Catalogue("living-room", folder).names()
+    assert (names[0].id, names[0].served, names[0].builtin) == ("living-room", True, True)
+    assert [name.id for name in names if name.served] == ["living-room"]
+    assert [name.id for name in names if not name.builtin] == ["a.glb", "deep/b.gltf", "deep/c.OBJ"]
+    assert "cornell-box" in [name.id for name in names]
+
+
+def test_a_link_that_leads_out_of_the_folder_is_not_a_scene(folder: Path) -> None:
+    with pytest.raises(UnknownSceneError):
+        Catalogue("cornell-box", folder).find("link.glb")
+
+
+@pytest.mark.parametrize("scene_id", ["../outside.glb", "/etc/passwd", "deep/../a.glb", "texture.png", ""])
+def test_an_id_is_never_a_path(folder: Path, scene_id: str) -> None:
+    with pytest.raises(UnknownSceneError):
+        Catalogue("cornell-box", folder).find(scene_id)
+
+
+def test_a_served_file_has_its_name_for_id(folder: Path, tmp_path: Path) -> None:
+    served = str(tmp_path / "outside.glb")
+    catalogue = Catalogue(served, folder)
+    assert catalogue.served.source == served
+    assert catalogue.find("outside.glb") == catalogue.served
+
+
+def test_a_file_that_changed_is_another_scene_to_the_worker(folder: Path) -> None:
+    catalogue = Catalogue("cornell-box", folder)
+    before = catalogue.find("a.glb")
+    os.utime(folder / "a.glb", ns=(1, 1))
+    after = catalogue.find("a.glb")
+    assert (before.id, before.source) == (after.id, after.source)
+    assert before != after
+
+
+def test_a_file_that_was_removed_is_unknown(folder: Path) -> None:
+    catalogue = Catalogue("cornell-box", folder)
+    catalogue.find("a.glb")
+    (folder / "a.glb").unlink()
+    with pytest.raises(UnknownSceneError, match=r"a\.glb"):
+        catalogue.find("a.glb")
+
+
+def test_built_in_scenes_are_found_by_name() -> None:
+    assert Catalogue("cornell-box", None).find("atrium") == SceneRef("atrium", "atrium")
+
+
+def test_what_does_not_exist_is_not_served(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="no such file"):
+        Catalogue(str(tmp_path / "gone.glb"), None)
+    with pytest.raises(UserError, match="does not exist"):
+        Catalogue("cornell-box", tmp_path / "gone")

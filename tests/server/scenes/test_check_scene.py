@@ -1,0 +1,139 @@
+"""The child process that reads a scene: what it says, and what it may not do."""
+
+import json
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+from typing import Any
+
+import pytest
+from glb_file import TRIANGLE, TRIANGLE_GLB, glb, triangle
+
+OUTSIDE = "a secret beside the folder"
+
+# Runs the check with every file that is opened written to stderr, once the modules are there.
+WATCHED = """
+import sys
+import server.check_scene as check_scene
+from server.checker import CheckRequest
+import gpu.scene.gltf, gpu.scene.obj, gpu.scene.meshes
+request = CheckRequest.model_validate_json(sys.stdin.read())
+sys.addaudithook(lambda name, args: print(args[0], file=sys.stderr) if name == "open" else None)
+print(check_scene.check(request).model_dump_json())
+"""
+
+
+def request(source: Path, folder: Path | None = None, **changes: Any) -> bytes:
+    fields = {
+        "source": str(source),
+        "folder": None if folder is None else str(folder),
+        "limits": {},
+        "max_unpacked_bytes": 2**20,
+        "memory_bytes": 4 * 2**30,
+        "seconds": 20.0,
+    }
+    return json.dumps(fields | changes).encode()
+
+
+def check(source: Path, folder: Path | None = None, **changes: Any) -> dict[str, Any]:
+    """The answer of a child."""
+    command = [sys.executable, "-m", "server.scenes.check_scene"]
+    done = subprocess.run(command, input=request(source, folder, **changes), capture_output=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    answer: dict[str, Any] = json.loads(done.stdout)
+    return answer
+
+
+def opened(source: Path) -> tuple[dict[str, Any], list[Path]]:
+    """The answer, and the files that were opened for it outside Python's own folders."""
+    done = subprocess.run([sys.executable, "-c", WATCHED], input=request(source), capture_output=True, timeout=60)
+    own = [Path(path).resolve() for path in {*sysconfig.get_paths().values(), sys.base_prefix}]
+    own.append(Path(__file__).resolve().parents[2])
+    paths = [Path(line).resolve() for line in done.stderr.decode().splitlines() if line.startswith("/")]
+    return json.loads(done.stdout), [path for path in paths if not any(path.is_relative_to(it) for it in own)]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """An upload's folder, beside a file that is not in it."""
+    (tmp_path / "secret.bin").write_text(OUTSIDE * 10)
+    (tmp_path / "secret.mtl").write_text("newmtl a\nKd 1 0 0\n")
+    folder = tmp_path / "upload"
+    folder.mkdir()
+    return folder
+
+
+def test_a_sound_scene_is_described(folder: Path) -> None:
+    (folder / "a.glb").write_bytes(TRIANGLE_GLB)
+    answer = check(folder / "a.glb")
+    assert answer["source"] == str(folder / "a.glb")
+    assert answer["info"]["triangles"] == 1
+    assert answer["size"] == {
+        "vertices": 3, "triangles": 1, "uv_sets": 1, "colored": False, "materials": 1, "texels": 0
+    }  # fmt: skip
+    assert any("soft sky" in note for note in answer["info"]["notes"])
+
+
+def test_a_broken_scene_is_refused_with_the_place(folder: Path) -> None:
+    (folder / "a.glb").write_bytes(glb(triangle(nodes=[{"mesh": 7}]), TRIANGLE))
+    assert check(folder / "a.glb") == {
+        "field": "nodes[0].mesh", "problem": "7 does not exist, there are 1"
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "uri",
+    ["../secret.bin", "%2e%2e/secret.bin", "..\\secret.bin", "{outside}", "file://{outside}", "link.bin", "/etc/passwd",
+     "http://127.0.0.1:9/x", "deep/../../secret.bin"],
+)  # fmt: skip
+def test_nothing_outside_the_folder_is_opened(folder: Path, uri: str) -> None:
+    (folder / "link.bin").symlink_to(folder.parent / "secret.bin")
+    named = uri.replace("{outside}", str(folder.parent / "secret.bin"))
+    (folder / "a.gltf").write_text(json.dumps(triangle(buffers=[{"byteLength": 36, "uri": named}])))
+    answer, paths = opened(folder / "a.gltf")
+    assert answer["field"] == "buffers[0].uri"
+    assert paths == [folder / "a.gltf"]
+
+
+def test_what_is_beside_the_scene_is_opened(folder: Path) -> None:
+    (folder / "a.gltf").write_text(json.dumps(triangle(buffers=[{"byteLength": 36, "uri": "b.bin"}])))
+    (folder / "b.bin").write_bytes(TRIANGLE)
+    answer, paths = opened(folder / "a.gltf")
+    assert answer["info"]["triangles"] == 1
+    assert set(paths) == {folder / "a.gltf", folder / "b.bin"}
+
+
+@pytest.mark.parametrize("library", ["../secret.mtl", "{outside}", "link.mtl"])
+def test_no_library_outside_the_folder_is_opened(folder: Path, library: str) -> None:
+    (folder / "link.mtl").symlink_to(folder.parent / "secret.mtl")
+    named = library.replace("{outside}", str(folder.parent / "secret.mtl"))
+    (folder / "a.obj").write_text(f"mtllib {named}\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    answer, paths = opened(folder / "a.obj")
+    assert answer["field"] == "mtllib"
+    assert paths == [folder / "a.obj"]
+
+
+@pytest.mark.parametrize("texture", ["../secret.bin", "{outside}", "link.png"])
+def test_no_texture_outside_the_folder_is_opened(folder: Path, texture: str) -> None:
+    (folder / "link.png").symlink_to(folder.parent / "secret.bin")
+    named = texture.replace("{outside}", str(folder.parent / "secret.bin"))
+    (folder / "a.mtl").write_text(f"newmtl a\nmap_Kd {named}\n")
+    (folder / "a.obj").write_text("mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    answer, paths = opened(folder / "a.obj")
+    assert "outside the scene's folder" in answer["problem"]
+    assert set(paths) == {folder / "a.obj", folder / "a.mtl"}
+
+
+def test_memory_is_limited(folder: Path) -> None:
+    (folder / "a.glb").write_bytes(glb(triangle(), bytes(300 * 2**20)))
+    answer = check(folder / "a.glb", memory_bytes=512 * 2**20)
+    assert "check_memory_bytes" in answer["problem"]
+
+
+def test_nothing_can_be_written(folder: Path) -> None:
+    (folder / "a.glb").write_bytes(TRIANGLE_GLB)
+    script = WATCHED + "\nimport os\nos.write(os.open(sys.argv[1], os.O_CREAT | os.O_WRONLY), b'x')"
+    command = [sys.executable, "-c", script, str(folder / "new")]
+    done = subprocess.run(command, input=request(folder / "a.glb"), capture_output=True, timeout=60)
+    assert b"File too large" in done.stderr

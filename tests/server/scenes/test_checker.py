@@ -1,0 +1,79 @@
+import asyncio
+import sys
+from pathlib import Path
+
+import pytest
+from glb_file import TRIANGLE_GLB
+
+from gpu.errors import SceneError
+from server.refusals import TooBusyError
+from server.scenes.checker import AT_ONCE, MAX_WAITING, Checker
+from server.settings import ServerSettings
+
+
+def child(script: str) -> tuple[str, ...]:
+    """A command that runs this instead of the checker."""
+    return (sys.executable, "-c", script)
+
+
+def refusal(checker: Checker) -> str:
+    with pytest.raises(SceneError) as caught:
+        asyncio.run(checker.check("/private/house.glb", "house.glb"))
+    return str(caught.value)
+
+
+def test_a_scene_is_read_by_a_child(tmp_path: Path) -> None:
+    (tmp_path / "house.glb").write_bytes(TRIANGLE_GLB)
+    checked = asyncio.run(Checker(ServerSettings()).check(str(tmp_path / "house.glb"), "house.glb"))
+    assert checked.info.triangles == 1
+
+
+def test_what_is_wrong_is_said_of_the_name_not_of_the_path(tmp_path: Path) -> None:
+    (tmp_path / "secret.glb").write_bytes(TRIANGLE_GLB[:-8])
+    with pytest.raises(SceneError, match=r"^house\.glb: GLB header: the file has .* it is cut off$"):
+        asyncio.run(Checker(ServerSettings()).check(str(tmp_path / "secret.glb"), "house.glb"))
+
+
+def test_a_child_that_takes_too_long_is_killed() -> None:
+    checker = Checker(ServerSettings(check_seconds=0.5), child("import time; time.sleep(60)"))
+    assert refusal(checker) == (
+        "house.glb: takes more than 0.5 s to read; simplify it, or raise check_seconds of this server"
+    )
+
+
+@pytest.mark.parametrize(
+    ("script", "says"),
+    [
+        ("import os; os.abort()", "its reader ended with SIGABRT"),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "its reader ended with SIGSEGV"),
+        ("raise SystemExit(3)", "its reader ended with status 3"),
+        ("print('not an answer')", "its reader ended with status 0"),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGXCPU)", "takes more than 25 s"),
+    ],
+)
+def test_a_child_that_dies_or_talks_nonsense_is_an_error(script: str, says: str) -> None:
+    assert says in refusal(Checker(ServerSettings(), child(script)))
+
+
+def test_a_child_knows_no_secrets_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LUMENWALK_SECRET", "x")
+    checker = Checker(ServerSettings(), child("import os; os.environ.get('LUMENWALK_SECRET') and exit(9)"))
+    assert "status 0" in refusal(checker)
+
+
+def test_few_run_at_once_and_too_many_are_turned_away(tmp_path: Path) -> None:
+    script = "import os, sys, time; open(sys.argv[1] + str(os.getpid()), 'x').close(); time.sleep(60)"
+    checker = Checker(ServerSettings(check_seconds=60), (*child(script), f"{tmp_path}/"))
+
+    async def crowd() -> None:
+        checks = [asyncio.create_task(checker.check("x", "x")) for _ in range(MAX_WAITING)]
+        while len(list(tmp_path.iterdir())) < AT_ONCE:
+            await asyncio.sleep(0.01)
+        with pytest.raises(TooBusyError, match="16 scenes wait"):
+            await checker.check("x", "x")
+        assert len(list(tmp_path.iterdir())) == AT_ONCE
+        for check in checks:
+            check.cancel()
+        await asyncio.wait(checks)
+
+    asyncio.run(crowd())

@@ -1,0 +1,158 @@
+import asyncio
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from engines import BOX, FakeEngine
+
+from gpu.errors import SceneError
+from server.refusals import NoRoomError
+from server.scenes.checker import Checker, SceneSize
+from server.scenes.residency import LIGHTING_BYTES, Residency, device_bytes
+from server.settings import ServerSettings
+from server.wire.worker import SceneRef
+
+MEGABYTE = 10**6
+
+# Prints the expected bytes of a scene, and by how much the process grew when it was put on the CPU and rendered. A
+# small scene goes before, so that what every first scene takes is not counted.
+MEASURED = """
+import gc, sys
+from pathlib import Path
+from gpu.renderer import Renderer
+from gpu.resident import ResidentScene
+from gpu.scene import load_scene
+from gpu.settings import RenderSettings
+from server.check_scene import measure
+from server.residency import device_bytes
+
+def resident(name):
+    scene = load_scene(name)
+    renderer = Renderer(ResidentScene(scene, "cpu"), (64, 36), RenderSettings())
+    renderer.render(scene.cameras[0])
+    gc.collect()
+    return scene, renderer, int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+first = resident("cornell-box")
+scene, renderer, used = resident(sys.argv[1])
+print(device_bytes(measure(scene)), used - first[2])
+"""
+
+
+def residency(engine: FakeEngine, reserve_bytes: int = 0, used: tuple[str, ...] = ()) -> Residency:
+    return Residency(engine, Checker(ServerSettings()), reserve_bytes, used.__contains__, lambda _: None)
+
+
+@pytest.fixture
+def hall(tmp_path: Path) -> SceneRef:
+    """A scene file of some size."""
+    rows = [f"v {x} {x % 7} {x % 11}" for x in range(3000)] + [f"f {x} {x + 1} {x + 2}" for x in range(1, 2990)]
+    (tmp_path / "hall.obj").write_text("\n".join(rows))
+    return SceneRef("hall.obj", str(tmp_path / "hall.obj"), 1)
+
+
+def test_more_of_anything_is_expected_to_take_more() -> None:
+    small = SceneSize(vertices=100, triangles=100, uv_sets=0, colored=False, materials=1, texels=0)
+    for change in ({"vertices": 200}, {"triangles": 200}, {"uv_sets": 1}, {"colored": True}, {"texels": 100}):
+        assert device_bytes(small.model_copy(update=change)) > device_bytes(small)
+
+
+def test_the_expected_bytes_are_those_taken_within_a_factor_of_two() -> None:
+    done = subprocess.run([sys.executable, "-c", MEASURED, "atrium"], capture_output=True, timeout=200, check=True)
+    expected, taken = (int(word) for word in done.stdout.split()[-2:])
+    assert expected / 2 < taken < expected * 2
+
+
+def test_a_scene_is_read_and_loaded_once(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        assert scenes.bytes_of(hall) is None
+        infos = await asyncio.gather(*(scenes.open(hall) for _ in range(3)))
+        assert {info.id for info in infos} == {"hall.obj"}
+        assert engine.opened == [hall]
+        assert (scenes.bytes_of(hall) or 0) > LIGHTING_BYTES
+
+    asyncio.run(run())
+
+
+def test_a_scene_that_left_the_device_is_loaded_again(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        await scenes.open(hall)
+        engine.scenes = ()
+        await scenes.open(hall)
+        assert engine.opened == [hall, hall]
+
+    asyncio.run(run())
+
+
+def test_a_file_that_changed_is_read_again(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        await scenes.open(hall)
+        Path(hall.source).write_text("v 0 0")
+        with pytest.raises(SceneError, match=r"hall\.obj: line 1"):
+            await scenes.open(SceneRef(hall.id, hall.source, 2))
+
+    asyncio.run(run())
+
+
+def test_what_does_not_fit_is_not_tried(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    viewed, idle = SceneRef("viewed.glb", "viewed.glb"), SceneRef("idle.glb", "idle.glb")
+    scenes = residency(engine, reserve_bytes=100 * MEGABYTE, used=("viewed.glb",))
+
+    async def run() -> None:
+        engine.scenes = (viewed, idle)
+        engine.memory = (840 * MEGABYTE, 1000 * MEGABYTE)
+        with pytest.raises(NoRoomError) as caught:
+            await scenes.open(hall)
+        assert str(caught.value) == (
+            "hall.obj: needs about 68 MB on the device, which has 60 MB to give (100 MB of it stay free); "
+            "unload what nobody looks at: idle.glb"
+        )
+        assert engine.opened == []
+        engine.memory = (820 * MEGABYTE, 1000 * MEGABYTE)
+        await scenes.open(hall)
+
+    asyncio.run(run())
+
+
+def test_built_in_scenes_are_not_read_first() -> None:
+    engine = FakeEngine()
+    scenes = Residency(engine, Checker(ServerSettings(), ("false",)), 0, lambda _: False, lambda _: None)
+    asyncio.run(scenes.open(BOX))
+    assert engine.opened == [BOX]
+
+
+def test_who_comes_at_the_same_time_waits_for_one_reading(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        infos = await asyncio.gather(*(scenes.open(hall) for _ in range(40)))
+        assert all(info == infos[0] for info in infos)
+        assert scenes._checker.outcomes.total() == 1
+
+    asyncio.run(run())
+
+
+def test_what_was_in_a_lost_file_is_forgotten(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+
+    async def run() -> None:
+        await scenes.inspect(hall)
+        assert scenes.bytes_of(hall) is not None
+        Path(hall.source).unlink()
+        await scenes.free_lost()
+        assert scenes.bytes_of(hall) is None
+
+    asyncio.run(run())

@@ -1,0 +1,60 @@
+import io
+
+import pytest
+from pydantic import ValidationError
+
+from gpu.settings import Method, RenderSettings
+from server.wire.worker import (
+    Cause,
+    Done,
+    Failed,
+    FromWorker,
+    LookAt,
+    Placed,
+    Render,
+    SceneCamera,
+    SceneRef,
+    Start,
+    ToWorker,
+    View,
+    pack,
+    read,
+)
+
+SCENE = SceneRef("hall.glb", "/somewhere/hall.glb", 12)
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        SceneCamera(2),
+        SceneCamera("2"),
+        LookAt((1.0, 2.0, 3.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 45.0),
+        Placed(tuple(float(number) for number in range(16)), 1.0),
+    ],
+)
+def test_a_render_crosses_the_border_as_it_is(view: View) -> None:
+    job = Render(3, SCENE, view, (64, 36), RenderSettings(method=Method.PATH, samples=9), "jpeg", request=5)
+    assert read(io.BytesIO(pack(job))) == (job, b"")
+
+
+@pytest.mark.parametrize(
+    "message", [Start(SCENE), Failed(1, "bad", Cause.USER), Done(2, (1, 2), 3.0, 4.0, 1, 1, {"a": 1.0}, {}, {})]
+)
+def test_messages_and_bytes_follow_each_other(message: ToWorker | FromWorker) -> None:
+    pipe = io.BytesIO(pack(message, b"\x00\xff") + pack(message))
+    assert read(pipe) == (message, b"\x00\xff")
+    assert read(pipe) == (message, b"")
+    with pytest.raises(EOFError):
+        read(pipe)
+
+
+def test_a_cut_message_is_the_end() -> None:
+    with pytest.raises(EOFError):
+        read(io.BytesIO(pack(Start(SCENE), b"bytes")[:-1]))
+
+
+def test_what_is_not_a_message_is_refused() -> None:
+    text = b'{"kind": "obey"}'
+    with pytest.raises(ValidationError):
+        read(io.BytesIO(len(text).to_bytes(4, "little") + bytes(4) + text))

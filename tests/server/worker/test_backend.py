@@ -1,0 +1,253 @@
+"""The real renderer behind the border, tiny and on the CPU; and once through the whole service."""
+
+import gc
+import io
+import weakref
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import simplejpeg
+from harness import IDENTITY, run
+from PIL import Image
+
+from gpu.device_scene.upload import ResidentScene
+from gpu.errors import OutOfMemoryError, UserError
+from gpu.renderer import Renderer
+from gpu.scene import load_scene
+from gpu.scene.types import Floats
+from gpu.settings import RenderSettings
+from server.render.engine import WORKER
+from server.settings import ServerSettings
+from server.wire.worker import LookAt, Output, Placed, Render, SceneCamera, SceneRef, Start, View
+from server.worker.backend import GpuBackend, view_camera
+
+BOX, TWIN, THIRD = (SceneRef(name, "cornell-box") for name in ("box", "twin", "third"))
+SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
+
+
+def silent(_: str, __: float) -> None:
+    pass
+
+
+def job(
+    viewer: int = 1,
+    scene: SceneRef = BOX,
+    view: View = SceneCamera(0),  # noqa: B008
+    size: tuple[int, int] = (32, 18),
+    settings: RenderSettings = SETTINGS,
+    output: Output = "jpeg",
+) -> Render:
+    return Render(viewer, scene, view, size, settings, output)
+
+
+@pytest.fixture(scope="module")
+def started(cpu: str) -> GpuBackend:
+    backend = GpuBackend()
+    assert backend.start(Start(BOX, cpu, max_scenes=2), silent) == cpu
+    return backend
+
+
+@pytest.fixture
+def backend(started: GpuBackend) -> GpuBackend:
+    for viewer in range(4):
+        started.leave(viewer)
+    return started
+
+
+def test_a_picture_is_for_display_or_linear(backend: GpuBackend) -> None:
+    shown = backend.render(job(), silent)
+    assert shown.radiance is None
+    assert shown.pixels is not None
+    assert (shown.pixels.shape, shown.pixels.dtype) == ((18, 32, 3), np.uint8)
+    linear = backend.render(job(output=".exr"), silent)
+    assert linear.pixels is None
+    assert linear.radiance is not None
+    assert (linear.radiance.shape, linear.radiance.dtype) == ((18, 32, 3), np.float32)
+    assert linear.counts["pixels"] == 32 * 18
+    assert linear.counts["nonfinite"] == 0
+
+
+def test_a_picture_is_not_overwritten_by_the_next_one(backend: GpuBackend) -> None:
+    picture = backend.render(job(), silent)
+    assert picture.pixels is not None
+    before = picture.pixels.copy()
+    backend.render(job(view=Placed((*IDENTITY[:12], 0.0, 100.0, 0.0, 1.0), 1.0)), silent)
+    np.testing.assert_array_equal(picture.pixels, before)
+
+
+def test_viewers_of_one_view_share_a_renderer(backend: GpuBackend) -> None:
+    backend.render(job(viewer=1), silent)
+    one = len(backend._renderers)
+    backend.render(job(viewer=2, view=LookAt((0.5, 0.5, 3.0), (0.5, 0.5, 0.0), (0.0, 1.0, 0.0), 40.0)), silent)
+    assert len(backend._renderers) == one
+    backend.render(job(viewer=1, size=(18, 32)), silent)
+    assert len(backend._renderers) == one + 1
+
+
+def linear(backend: GpuBackend, viewer: int, sample: int | None, **rest: Any) -> tuple[int, Floats]:
+    picture = backend.render(replace(job(viewer=viewer, output=".npy", **rest), sample=sample), silent)
+    assert picture.radiance is not None
+    return picture.samples, picture.radiance
+
+
+def test_only_a_walk_builds_on_the_frame_before(backend: GpuBackend) -> None:
+    views = [Placed((*IDENTITY[:12], 0.5 + 0.02 * number, 0.5, 3.0, 1.0), 0.7) for number in range(3)]
+    single = linear(backend, 1, None, view=views[2])[1]
+    kept = []
+    for view in views:
+        picture = backend.render(replace(job(view=view, output=".npy"), walks=True), silent)
+        kept.append(picture.skips["kept_clusters"] > 0)
+    assert kept == [True, True, True]  # the first goes on from the single one
+    assert linear(backend, 1, None, view=views[2])[1].tobytes() == single.tobytes()
+    assert linear(backend, 1, 0, view=views[2])[1].tobytes() == single.tobytes()
+
+
+def test_frames_of_a_still_view_are_averaged_for_each_viewer(backend: GpuBackend) -> None:
+    single = linear(backend, 1, None)[1]
+    first = linear(backend, 1, 0)
+    other = linear(backend, 2, 0, view=Placed((*IDENTITY[:12], 0.5, 0.5, 3.0, 1.0), 0.7))
+    second = linear(backend, 1, 1)
+    assert (first[0], second[0], other[0]) == (1, 2, 1)
+    assert first[1].tobytes() == single.tobytes()
+    assert not np.array_equal(second[1], first[1])
+    np.testing.assert_allclose(second[1].mean(), first[1].mean(), rtol=0.2)
+    backend.leave(1)
+    assert linear(backend, 1, 0)[1].tobytes() == first[1].tobytes()
+    assert linear(backend, 1, 1)[1].tobytes() == second[1].tobytes()
+
+
+@pytest.mark.parametrize(
+    "change", [{"size": (16, 16)}, {"view": LookAt((0.5, 0.5, 2.0), (0.5, 0.5, 0), (0, 1, 0), 40)}]
+)
+def test_a_mean_that_is_not_of_this_view_begins_anew(backend: GpuBackend, change: dict[str, Any]) -> None:
+    linear(backend, 1, 0)
+    linear(backend, 1, 1)
+    assert linear(backend, 1, 2, **change)[0] == 1
+    assert linear(backend, 3, 5)[0] == 1
+
+
+def test_a_frame_that_nobody_sees_is_not_copied(backend: GpuBackend) -> None:
+    picture = backend.render(job(output="none"), silent)
+    assert picture.pixels is None
+    assert picture.radiance is None
+    assert picture.target > 1
+
+
+@pytest.mark.parametrize("failures", [1, 2])
+def test_too_little_memory_is_met_by_making_room_and_then_by_an_error(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch, failures: int
+) -> None:
+    backend.render(job(viewer=1), silent)
+    get, left = backend._renderers.get, [failures]
+
+    def scarce(*arguments: Any) -> Renderer:
+        if left[0]:
+            left[0] -= 1
+            raise RuntimeError("Failed to allocate 123 bytes on device 'cuda:0'")
+        return get(*arguments)
+
+    monkeypatch.setattr(backend._renderers, "get", scarce)
+    if failures == 1:
+        assert backend.render(job(viewer=2), silent).pixels is not None
+    else:
+        with pytest.raises(OutOfMemoryError, match="32×18 pixels"):
+            backend.render(job(viewer=2), silent)
+    monkeypatch.undo()
+    assert backend.render(job(viewer=2), silent).pixels is not None
+
+
+def test_a_scene_for_which_there_is_too_little_memory_is_refused(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none_left(*_: Any) -> ResidentScene:
+        raise RuntimeError("Failed to allocate 123 bytes on device 'cuda:0'")
+
+    monkeypatch.setattr("server.worker.backend.ResidentScene", none_left)
+    backend.close(THIRD)
+    with pytest.raises(OutOfMemoryError, match="too little memory for this scene"):
+        backend.open(THIRD, silent)
+    monkeypatch.undo()
+    assert backend.open(THIRD, silent).id == THIRD.id
+
+
+def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
+    backend.render(job(viewer=1), silent)
+    scene = weakref.ref(backend._scenes[BOX].resident)
+    gc.disable()  # device memory must not wait for the collector
+    try:
+        backend.close(BOX)
+        assert scene() is None
+    finally:
+        gc.enable()
+    assert backend.render(job(viewer=1), silent).pixels is not None
+
+
+def test_memory_is_of_this_process_and_machine(backend: GpuBackend) -> None:
+    used, total = backend.memory()
+    assert 1 << 20 < used < total
+
+
+def test_the_scene_used_longest_ago_makes_room(backend: GpuBackend) -> None:
+    backend.open(BOX, silent)
+    backend.open(TWIN, silent)
+    backend.open(BOX, silent)
+    backend.open(THIRD, silent)
+    assert list(backend._scenes) == [BOX, THIRD]
+
+
+def test_a_scene_that_is_viewed_is_not_dropped(backend: GpuBackend) -> None:
+    backend.render(job(viewer=1, scene=BOX), silent)
+    backend.render(job(viewer=2, scene=TWIN), silent)
+    with pytest.raises(UserError, match="2 scenes are being viewed"):
+        backend.open(THIRD, silent)
+    backend.leave(1)
+    backend.open(THIRD, silent)
+    assert list(backend._scenes) == [TWIN, THIRD]
+
+
+def test_an_error_of_a_scene_names_its_id_not_its_path(backend: GpuBackend, tmp_path: Path) -> None:
+    (tmp_path / "secret.glb").write_bytes(b"no GLB")
+    with pytest.raises(UserError, match=r"^hall\.glb: ") as caught:
+        backend.open(SceneRef("hall.glb", str(tmp_path / "secret.glb")), silent)
+    assert str(tmp_path) not in str(caught.value)
+
+
+@pytest.mark.parametrize("camera", [99, "nowhere"])
+def test_a_camera_that_is_not_there_is_refused_with_those_that_are(backend: GpuBackend, camera: int | str) -> None:
+    with pytest.raises(UserError, match=rf"no camera {camera!r}; it has 0 \("):
+        backend.render(job(view=SceneCamera(camera)), silent)
+
+
+def test_views_become_cameras() -> None:
+    scene = load_scene("cornell-box")
+    by_index, by_name = (view_camera(scene, SceneCamera(key), (40, 10)) for key in (0, scene.cameras[0].name))
+    assert by_index.aspect == 4.0
+    np.testing.assert_array_equal(by_index.to_world, by_name.to_world)
+    placed = view_camera(scene, Placed((*IDENTITY[:12], 1.0, 2.0, 3.0, 1.0), np.pi / 2), (10, 10))
+    np.testing.assert_array_equal(placed.to_world[:3, 3], (1.0, 2.0, 3.0))
+    assert placed.half_height == pytest.approx(1.0)
+    looking = view_camera(scene, LookAt((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 90.0), (10, 10))
+    np.testing.assert_allclose(looking.to_world[:3, 3], (0.0, 0.0, 5.0))
+    assert looking.half_height == pytest.approx(1.0)
+
+
+def test_the_whole_way_from_a_pose_to_a_lit_frame(cpu: str) -> None:
+    with run(ServerSettings(port=0, device=cpu), WORKER) as service, ExitStack() as stack:
+        service.wait_ready(280)
+        walker = stack.enter_context(service.walker())
+        still = service.http.post("/api/v1/render", json={"size": [64, 36], "settings": SETTINGS.model_dump()})
+        assert still.status_code == 200, still.text
+        expected = np.asarray(Image.open(io.BytesIO(still.content)), int)
+        assert expected.std() > 10.0
+        scene = walker.hello(size=[64, 36], settings=SETTINGS.model_dump())
+        camera = scene["cameras"][0]
+        walker.send("pose", id=1, matrix=camera["matrix"], yfov=camera["yfov"])
+        header, image = walker.frame(60)
+        assert header.pose == 1
+        assert sum(header.stages) > 0.0
+        # The same view by both ways, but for the loss of the JPEG.
+        assert np.abs(simplejpeg.decode_jpeg(image).astype(int) - expected).mean() < 8.0

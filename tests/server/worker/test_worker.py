@@ -1,0 +1,164 @@
+"""The worker process, spoken to without the engine."""
+
+import json
+import socket
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from gradient_worker import BUG_SEED, FAULT_SEED, LATE_FAULT_SEED, MEMORY, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
+from harness import GRADIENT_WORKER
+
+from gpu.settings import RenderSettings
+from server.wire.log_format import LogFormat
+from server.wire.worker import (
+    Cause,
+    CloseScene,
+    Done,
+    Failed,
+    Free,
+    FromWorker,
+    Opened,
+    OpenScene,
+    Output,
+    Ready,
+    Render,
+    SceneCamera,
+    SceneRef,
+    Start,
+    ToWorker,
+    pack,
+    read,
+)
+from server.worker.worker import FAULT
+
+SCENE = SceneRef("cornell-box", "cornell-box")
+
+
+class Pipe:
+    """Our end of the border."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+        self._file = connection.makefile("rb")
+
+    def send(self, message: ToWorker) -> None:
+        self._connection.sendall(pack(message))
+
+    def read(self, kind: type[FromWorker]) -> tuple[FromWorker, bytes]:
+        """The next message of this kind and its bytes."""
+        while True:
+            message, payload = read(self._file)
+            if isinstance(message, kind):
+                return message, payload
+
+    def close(self) -> None:
+        self._file.close()
+        self._connection.close()
+
+
+@contextmanager
+def worker() -> Iterator[tuple[Pipe, "subprocess.Popen[bytes]"]]:
+    ours, theirs = socket.socketpair()
+    ours.settimeout(20)
+    pipe = Pipe(ours)
+    with subprocess.Popen([*GRADIENT_WORKER, str(theirs.fileno())], pass_fds=[theirs.fileno()]) as process:
+        theirs.close()
+        try:
+            yield pipe, process
+        finally:
+            pipe.close()
+            process.wait(10)
+
+
+@pytest.fixture
+def pipe() -> Iterator[Pipe]:
+    """The border to a worker that is ready."""
+    with worker() as (pipe, _):
+        pipe.send(Start(SCENE))
+        pipe.read(Ready)
+        yield pipe
+
+
+def render(request: int, output: Output = "jpeg", seed: int = 0) -> Render:
+    return Render(1, SCENE, SceneCamera(0), (16, 8), RenderSettings(seed=seed), output, request=request)
+
+
+def test_a_render_is_answered_with_its_image(pipe: Pipe) -> None:
+    pipe.send(render(5, ".png"))
+    done, image = pipe.read(Done)
+    assert isinstance(done, Done)
+    assert (done.request, done.size) == (5, (16, 8))
+    assert image.startswith(b"\x89PNG")
+
+
+def test_the_device_is_free_once_a_job(pipe: Pipe) -> None:
+    pipe.send(render(1))
+    pipe.send(render(2, seed=WRONG_SEED))
+    pipe.send(OpenScene(SCENE, 3))
+    answers = [pipe.read(Free)[0] for _ in range(3)]
+    assert [answer.request for answer in answers if isinstance(answer, Free)] == [1, 2, 3]
+
+
+def test_a_scene_is_opened(pipe: Pipe) -> None:
+    pipe.send(OpenScene(SCENE, 9))
+    opened, _ = pipe.read(Opened)
+    assert isinstance(opened, Opened)
+    assert (opened.request, opened.info.id) == (9, "cornell-box")
+
+
+def test_the_scenes_on_the_device_are_told_after_each_job(pipe: Pipe) -> None:
+    hall = SceneRef("hall", "hall")
+    for message in (OpenScene(hall, 1), CloseScene(hall, 2)):
+        pipe.send(message)
+    answers = [pipe.read(Free)[0] for _ in range(2)]
+    assert [answer.holdings.scenes for answer in answers if isinstance(answer, Free)] == [(SCENE, hall), (SCENE,)]
+
+
+def test_what_a_job_cost_is_told(pipe: Pipe) -> None:
+    pipe.send(render(1, seed=SLOW_SEED))
+    free, _ = pipe.read(Free)
+    assert isinstance(free, Free)
+    assert free.busy_ms >= 1e3 * SLOW_SECONDS
+    assert (free.holdings.memory_used, free.holdings.memory_total) == MEMORY
+
+
+@pytest.mark.parametrize("seed", [FAULT_SEED, LATE_FAULT_SEED])
+def test_a_device_that_fails_ends_the_worker_at_once(seed: int) -> None:
+    with worker() as (pipe, process):
+        pipe.send(Start(SCENE))
+        pipe.read(Ready)
+        pipe.send(render(1, seed=seed))
+        assert process.wait(10) == FAULT
+
+
+def test_a_mistake_is_answered_with_its_text(pipe: Pipe) -> None:
+    pipe.send(render(4, seed=WRONG_SEED))
+    assert pipe.read(Failed)[0] == Failed(4, "settings.seed: is the wrong one", Cause.USER)
+
+
+def test_a_start_that_fails_is_said_and_ends_the_worker() -> None:
+    with worker() as (pipe, process):
+        pipe.send(Start(SCENE, device="none"))
+        assert pipe.read(Failed)[0] == Failed(0, "no device 'none' here", Cause.USER)
+        assert process.wait(10) == 0
+
+
+def test_the_worker_ends_when_the_web_process_does() -> None:
+    with worker() as (pipe, process):
+        pipe.send(Start(SCENE))
+        pipe.read(Ready)
+        pipe.send(render(1, seed=SLOW_SEED))  # even while it is busy
+        pipe.close()
+        assert process.wait(10) == 0
+
+
+def test_the_log_has_the_format_of_the_service(capfd: pytest.CaptureFixture[str]) -> None:
+    with worker() as (pipe, _):
+        pipe.send(Start(SCENE, log_format=LogFormat.JSON))
+        pipe.read(Ready)
+        pipe.send(render(1, seed=BUG_SEED))
+        pipe.read(Failed)
+    (line,) = capfd.readouterr().err.splitlines()
+    assert json.loads(line)["message"] == "request 1 failed"
