@@ -10,7 +10,7 @@ from time import perf_counter
 import warp as wp
 
 from gpu.core.stages import Stages
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame, FrameStats
@@ -21,12 +21,12 @@ from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.passes import FrameStatistics, RenderMethod
 from gpu.methods.path import PathTracing
 from gpu.methods.targeted import TargetedVpl
-from gpu.methods.view_state import View
-from gpu.sample_counts import quality_of
-from gpu.scene.camera import turned
+from gpu.methods.view_state import ViewState
+from gpu.sample_counts import sample_counts_of
+from gpu.scene.camera import rotated
 from gpu.scene.types import Camera
 from gpu.settings import Clustering, Method, RenderSettings, Skips
-from gpu.vpl.light_sets import Progress, lighting_of
+from gpu.vpl.light_sets import Progress, light_sets_of
 
 MAX_SIDE = 16_384
 # Frames that nobody sees, until the counts of the first picture meet its target.
@@ -41,7 +41,7 @@ HOST_FRAMES = 15
 
 
 def _swayed(camera: Camera, number: int) -> Camera:
-    return turned(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SWAY_FRAMES))
+    return rotated(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SWAY_FRAMES))
 
 
 def _silent(what: str, fraction: float) -> None:
@@ -49,7 +49,7 @@ def _silent(what: str, fraction: float) -> None:
 
 
 class Renderer:
-    """Renders `resident` at `size` (width, height) with `settings`; its arrays are allocated once.
+    """Renders `device_scene` at `size` (width, height) with `settings`; its arrays are allocated once.
 
     progress(what, fraction) is called during long work, the first time light is traced above all.
     Raises UserError when a side of `size` is not within 1 … 16384 pixels.
@@ -57,7 +57,7 @@ class Renderer:
 
     def __init__(
         self,
-        resident: ResidentScene,
+        device_scene: DeviceScene,
         size: tuple[int, int],
         settings: RenderSettings,
         progress: Progress | None = None,
@@ -67,12 +67,12 @@ class Renderer:
         self._progress = progress or _silent
         self._settings = settings
         stride = stride_of(size[0] * size[1]) if settings.skip.interpolated and self._is_fuzzy() else 1
-        self._view = View(resident, size, lambertian=settings.lambertian, skip=settings.skip, stride=stride)
-        self._stages = Stages(resident.device)
-        self._tonemap = Tonemap(self._view.pixels, resident.device)
+        self._view = ViewState(device_scene, size, lambertian=settings.lambertian, skip=settings.skip, stride=stride)
+        self._stages = Stages(device_scene.device)
+        self._tonemap = Tonemap(self._view.pixels, device_scene.device)
         self._targeted: TargetedVpl | None = None
         self._settled: set[bool] = set()
-        self._method = self._make_method(resident)
+        self._method = self._make_method(device_scene)
         # What the last picture is of, and what it was made of: none when there is no sound one.
         self._shown: tuple[Hashable, int] | None = None
         self._statistics: FrameStatistics = {}, {}
@@ -84,14 +84,14 @@ class Renderer:
     def _is_fuzzy(self) -> bool:
         return self._settings.method is Method.FUZZY_VPL and self._settings.clustering is not Clustering.VPLS
 
-    def _make_method(self, resident: ResidentScene) -> RenderMethod:
+    def _make_method(self, device_scene: DeviceScene) -> RenderMethod:
         settings = self._settings
-        quality, lighting = quality_of(settings, resident.device), lighting_of(resident)
+        sample_counts, light_sets = sample_counts_of(settings, device_scene.device), light_sets_of(device_scene)
         if settings.has_target:
-            self._targeted = TargetedVpl(self._view, settings, quality, lighting, self._progress)
+            self._targeted = TargetedVpl(self._view, settings, sample_counts, light_sets, self._progress)
             return self._targeted
         method = PathTracing if settings.method is Method.PATH else FuzzyVpl if self._is_fuzzy() else ExactVpl
-        return method(self._view, settings, quality, lighting, self._progress)
+        return method(self._view, settings, sample_counts, light_sets, self._progress)
 
     def render(self, camera: Camera, accumulation: Accumulation | None = None, *, walks: bool = False) -> Frame:
         """The picture from `camera`, ready when the call returns.
@@ -143,9 +143,9 @@ class Renderer:
         view, tonemap, exposure = self._view, self._tonemap, self._settings.exposure
         sample = accumulation.samples if accumulation else 0
         self._stages.start_frame()
-        sight = camera.sight, sample
+        view_key = camera.view_key, sample
         # What a walk shows may depend on how it came there.
-        kept = self._settings.skip.unchanged_camera and sight == self._shown and (walks or not self._walked)
+        kept = self._settings.skip.unchanged_camera and view_key == self._shown and (walks or not self._walked)
         if not kept:
             self._shown = None
             view.look(camera, sample, walks=walks)
@@ -160,7 +160,7 @@ class Renderer:
         wp.synchronize_device(view.device)
         if not kept:
             self._statistics = self._method.statistics()
-            self._shown, self._walked = sight, walks
+            self._shown, self._walked = view_key, walks
         counts, skips = self._statistics
         if kept:
             skips = {"unchanged_camera": view.pixels}

@@ -8,7 +8,7 @@ from gpu.settings import Method, RenderSettings
 
 
 @dataclass(frozen=True)
-class Quality:
+class SampleCounts:
     """Counts with none left open; see RenderSettings."""
 
     sp_clusters: int
@@ -18,16 +18,16 @@ class Quality:
     frames: int
 
 
-ON_CUDA = Quality(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=64)
-ON_CPU = Quality(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, frames=16)
+ON_CUDA = SampleCounts(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=64)
+ON_CPU = SampleCounts(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, frames=16)
 PATHS = 64
 
 
-def quality_of(settings: RenderSettings, device: wp.Device) -> Quality:
+def sample_counts_of(settings: RenderSettings, device: wp.Device) -> SampleCounts:
     """The counts of `settings`, the open ones chosen for `device`."""
     usual = ON_CUDA if device.is_cuda else ON_CPU
     samples = PATHS if settings.method is Method.PATH else usual.samples
-    return Quality(
+    return SampleCounts(
         sp_clusters=settings.sp_clusters or usual.sp_clusters,
         vpls=settings.vpls or usual.vpls,
         vpl_clusters=settings.vpl_clusters or usual.vpl_clusters,

@@ -14,10 +14,10 @@ from gpu.adaptive.probe_gather import RAYS, ProbeLight
 from gpu.adaptive.probe_placement import ProbePlaces
 from gpu.adaptive.probe_white_point import Picture, White, picture_of, radiance_at, white_of
 from gpu.core.device import launch
-from gpu.core.staging import Mirror
+from gpu.core.staging import StagingBuffer
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import reflectance
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Probes of a frame.
@@ -94,7 +94,7 @@ def estimate_kernel(first: int, sums: wp.array[wp.vec2], probes: int, lit: wp.ar
 class Probes:
     """Probes of the frames of `view`; its arrays are allocated once."""
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: ViewState) -> None:
         self._view = view
         device = view.device
         count = min(ON_CUDA if device.is_cuda else ON_CPU, view.pixels)
@@ -106,7 +106,7 @@ class Probes:
         self._products = wp.zeros(count, dtype=float, device=device)
         self._errors = wp.zeros(count, dtype=wp.vec2, device=device)
         self._sums = wp.zeros(1, dtype=wp.vec2, device=device)
-        self._estimate = Mirror(wp.zeros(1, dtype=wp.vec3, device=device))
+        self._estimate = StagingBuffer(wp.zeros(1, dtype=wp.vec3, device=device))
 
     def run(self, vpls: VplClusters, *, again: bool = False) -> None:
         """Estimate the error of the view's indirect light of `vpls`, before it gets what is not theirs.

@@ -52,13 +52,13 @@ def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: 
     """
     disk = disk_at(vpls.disks, cluster)
     extent = vpls.extent[cluster]
-    cone = vpls.cone[cluster]
+    normal_cone_cos = vpls.normal_cone_cos[cluster]
     way = disk.position - position
     away = wp.length(way)
     facing = wp.dot(way, normal)
     leaving = -wp.dot(way, disk.normal)
-    turned = away * wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) + extent
-    if facing <= -extent or leaving * cone < -turned:
+    turned = away * wp.sqrt(wp.max(1.0 - normal_cone_cos * normal_cone_cos, 0.0)) + extent
+    if facing <= -extent or leaving * normal_cone_cos < -turned:
         return NOT
     if away > FAR_EXTENTS * extent and facing > extent and leaving > turned:
         return AS_ONE

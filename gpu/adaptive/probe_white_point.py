@@ -15,13 +15,13 @@ from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.gbuffer.sparse_shading import irradiance_at
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.sampling.sobol import hashed
 
 # Pixels whose radiance tells the picture's.
 EVEN = 1 << 16
-# Shares of the values that are below white, as in gpu.film.metrics, and below what is bright, where the picture is less
-# or more so than the truth.
+# PowerCdf of the values that are below white, as in gpu.film.metrics, and below what is bright, where the picture is
+# less or more so than the truth.
 WHITE_SHARE, BRIGHT_SHARE = wp.constant(0.99), wp.constant(0.95)
 # Values are counted by a float's bits without so many of the last, in steps of 1/128 of an octave, up to this one.
 DROPPED_BITS, LARGEST = wp.constant(16), wp.constant(3.0e38)
@@ -43,7 +43,7 @@ class Picture:
     irradiance: wp.array[wp.vec3]
 
 
-def picture_of(view: View) -> Picture:
+def picture_of(view: ViewState) -> Picture:
     """The picture that a view's indirect light makes, without near-field light."""
     picture = Picture()
     picture.gbuffer, (picture.width, picture.height) = view.gbuffer, view.size

@@ -20,7 +20,7 @@ UNLIKE = wp.constant(1.0e-4 - float(OTHER_NORMAL))
 
 
 @wp.struct
-class Runs:
+class ClusterRunBounds:
     """Bounds of each PER_RUN clusters that follow each other.
 
     centre, radius (run,): a sphere that holds those in use, of radius −1 where none is; axis, alike (run,): none of
@@ -34,7 +34,7 @@ class Runs:
 
 
 @wp.kernel
-def run_kernel(first: int, clusters: Representatives, runs: Runs) -> None:
+def run_kernel(first: int, clusters: Representatives, runs: ClusterRunBounds) -> None:
     """One thread a run: its sphere and cone, about the means of its clusters."""
     run = first + wp.tid()
     begin = run * PER_RUN
@@ -61,13 +61,13 @@ def run_kernel(first: int, clusters: Representatives, runs: Runs) -> None:
     runs.alike[run] = wp.cos(wp.min(spread + wp.acos(NORMAL_THRESHOLD) + ROUNDING, PI))
 
 
-def allocate_runs(cluster_count: int, device: wp.Device) -> Runs:
-    """Runs of `cluster_count` clusters."""
-    runs: Runs = allocate(Runs, -(-cluster_count // int(PER_RUN)), device)
+def allocate_runs(cluster_count: int, device: wp.Device) -> ClusterRunBounds:
+    """ClusterRunBounds of `cluster_count` clusters."""
+    runs: ClusterRunBounds = allocate(ClusterRunBounds, -(-cluster_count // int(PER_RUN)), device)
     return runs
 
 
-def bound_runs(clusters: Representatives, runs: Runs) -> None:
+def bound_runs(clusters: Representatives, runs: ClusterRunBounds) -> None:
     """Fill in the bounds of `runs` for where `clusters` are now."""
     launch(run_kernel, len(runs.radius), [clusters, runs], runs.radius.device)
 
@@ -80,7 +80,9 @@ def stretched(clusters: Representatives, cluster: int, position: wp.vec3, normal
 
 
 @wp.func
-def nearest_in_runs(clusters: Representatives, runs: Runs, position: wp.vec3, normal: wp.vec3, guess: int) -> int:
+def nearest_in_runs(
+    clusters: Representatives, runs: ClusterRunBounds, position: wp.vec3, normal: wp.vec3, guess: int
+) -> int:
     """The nearest of all clusters, the first of those as near, as gpu.clustering.nearest.nearest_of_all finds it.
 
     guess: a cluster in use; the nearer that is, the fewer are looked at.
@@ -88,10 +90,10 @@ def nearest_in_runs(clusters: Representatives, runs: Runs, position: wp.vec3, no
     best = guess
     best_distance = stretched(clusters, guess, position, normal)
     for run in range(runs.radius.shape[0]):
-        reach = best_distance + runs.radius[run]
+        radius = best_distance + runs.radius[run]
         if wp.dot(runs.axis[run], normal) < runs.alike[run]:
-            reach += UNLIKE
-        if runs.radius[run] >= 0.0 and reach >= 0.0 and wp.length_sq(runs.centre[run] - position) <= reach * reach:
+            radius += UNLIKE
+        if runs.radius[run] >= 0.0 and radius >= 0.0 and wp.length_sq(runs.centre[run] - position) <= radius * radius:
             for cluster in range(run * PER_RUN, wp.min((run + 1) * PER_RUN, clusters.spacing.shape[0])):
                 if clusters.spacing[cluster] > 0.0:
                     distance = stretched(clusters, cluster, position, normal)

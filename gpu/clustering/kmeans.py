@@ -8,7 +8,7 @@ bits; a cluster that lost its members starts again at a random point; distances 
 
 import warp as wp
 
-from gpu.clustering.cluster_bounds import Runs, allocate_runs, bound_runs, nearest_in_runs
+from gpu.clustering.cluster_bounds import ClusterRunBounds, allocate_runs, bound_runs, nearest_in_runs
 from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives, level_of, separation
 from gpu.clustering.nearest import nearest_search
 from gpu.clustering.points import Points
@@ -62,7 +62,7 @@ def guess_kernel(first: int, points: Points, wanted: wp.array[int], owner: wp.ar
 
 
 @wp.kernel
-def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, none: int, runs: Runs,
+def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, none: int, runs: ClusterRunBounds,
                              owner: wp.array[int], keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any.
 

@@ -20,7 +20,7 @@ def spread_bits_3d(x: int) -> int:
 
 
 @wp.func
-def main_direction(normal: wp.vec3) -> int:
+def dominant_axis(normal: wp.vec3) -> int:
     """Which of the six axis directions a normal is nearest to, 0 to 5."""
     size = wp.vec3(wp.abs(normal[0]), wp.abs(normal[1]), wp.abs(normal[2]))
     axis = int(2)
@@ -32,7 +32,7 @@ def main_direction(normal: wp.vec3) -> int:
 
 
 @wp.func
-def order_key(position: wp.vec3, normal: wp.vec3) -> int:
+def morton_key(position: wp.vec3, normal: wp.vec3) -> int:
     """A point's place on a Z-order curve through unit space, below EMPTY_KEY.
 
     There is one curve for each of the six directions that normals mostly point to, so that neighbours in the order are
@@ -42,7 +42,7 @@ def order_key(position: wp.vec3, normal: wp.vec3) -> int:
     x = spread_bits_3d(wp.clamp(int(p[0]), 0, CELLS - 1))
     y = spread_bits_3d(wp.clamp(int(p[1]), 0, CELLS - 1))
     z = spread_bits_3d(wp.clamp(int(p[2]), 0, CELLS - 1))
-    return (main_direction(normal) << (3 * AXIS_BITS)) | x | (y << 1) | (z << 2)
+    return (dominant_axis(normal) << (3 * AXIS_BITS)) | x | (y << 1) | (z << 2)
 
 
 @wp.func

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.core.staging import Mirror
+from gpu.core.staging import StagingBuffer
 
 # A GPU's threads, each with few values; their sums are summed on the device once more before they travel.
 PARTIALS = 16_384
@@ -56,7 +56,7 @@ class Counter:
     def __init__(self, rows: int, device: wp.Device) -> None:
         self.device = device
         self._partials = wp.zeros((rows, PARTIALS), dtype=int, device=device)
-        self._sums = Mirror(wp.zeros((rows, SUMS), dtype=int, device=device))
+        self._sums = StagingBuffer(wp.zeros((rows, SUMS), dtype=int, device=device))
 
     def run(self, arrays: Sequence[tuple[wp.array, int]], counted: Sequence[tuple[wp.array, int]] = ()) -> None:
         """For each (values, least) sum those non-negative values that are `least` or more; at most `rows` in all.

@@ -13,11 +13,11 @@ def _duration(work: Callable[[], None]) -> float:
 
 
 class Stages:
-    """Runs and times the named stages of one renderer's frames.
+    """ClusterRunBounds and times the named stages of one renderer's frames.
 
     On CUDA a stage is captured as a graph, so that its many small launches cost the host nothing: what it launches must
-    be the same every frame of one `variant`, and what differs must come through arrays. Times are device events there,
-    wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame does;
+    be the same every frame of one `graph_key`, and what differs must come through arrays. Times are device events
+    there, wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame does;
     captured: whether the host captured some of them.
     """
 
@@ -33,7 +33,7 @@ class Stages:
         self._forked: wp.Event | None = None
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
-        self.variant: Hashable = None
+        self.graph_key: Hashable = None
         self.steady = self.captured = False
 
     def start_frame(self) -> None:
@@ -44,12 +44,12 @@ class Stages:
         self._forked_seconds.clear()
         self.steady, self.captured = True, False
 
-    def forget(self, variant: Hashable) -> None:
+    def forget(self, graph_key: Hashable) -> None:
         """Free the graphs of a variant, whose arrays go too."""
-        self._graphs = {key: graph for key, graph in self._graphs.items() if key[2] != variant}
+        self._graphs = {key: graph for key, graph in self._graphs.items() if key[2] != graph_key}
 
     def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, way: Hashable = None,
-            joins: bool = False) -> None:  # fmt: skip
+            waits_for_fork: bool = False) -> None:  # fmt: skip
         """Run the stage `name`, once a frame. repeats: `work` launches the same every frame, so it may be captured.
 
         way: which of several things a stage launches, where it is not the same in every frame of a variant; joins:
@@ -58,7 +58,7 @@ class Stages:
         self._order.append(name)
         if not self._device.is_cuda:
             self._seconds[name] = _duration(work)
-            if joins:
+            if waits_for_fork:
                 self._seconds[name] += self._forked_seconds.pop(name, 0.0)
             self._note((name, way, repeats))
             return
@@ -66,7 +66,7 @@ class Stages:
             pair = wp.Event(self._device, enable_timing=True), wp.Event(self._device, enable_timing=True)
             self._events[name] = pair
         stream, (begin, end) = wp.get_stream(self._device), self._events[name]
-        if joins:
+        if waits_for_fork:
             stream.wait_event(self._forked)
             self._joined.add(name)
 
@@ -113,12 +113,12 @@ class Stages:
     def _launch(self, key: tuple[str, Hashable, bool], work: Callable[[], None]) -> None:
         """Launch on the current stream what `work` does, by a graph if it repeats and its kernels are loaded."""
         (name, way, repeats), loaded = key, self._note(key)
-        graph = self._graphs.get((name, way, self.variant)) if repeats else None
+        graph = self._graphs.get((name, way, self.graph_key)) if repeats else None
         if repeats and loaded and graph is None:
             self.captured = True
             with wp.ScopedCapture(self._device) as capture:
                 work()
-            graph = self._graphs[name, way, self.variant] = capture.graph
+            graph = self._graphs[name, way, self.graph_key] = capture.graph
         if graph is None:
             work()
         else:

@@ -4,7 +4,7 @@ import numpy as np
 import warp as wp
 
 
-class Mirror:
+class StagingBuffer:
     """`array` of a device and `host`, a NumPy view of as many values in page-locked memory of the host.
 
     Copies run in the order of the device's stream, and may be captured. The host waits for the device before it reads

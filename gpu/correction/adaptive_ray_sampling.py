@@ -12,14 +12,14 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.intrinsics import bits_of_warp, lowest_bit
-from gpu.correction.vpl_sampling import believed_share, far_draw_of, guide_at_of, member_of
+from gpu.correction.vpl_sampling import cluster_pick_of, cluster_visibility_of, far_sample_of, member_of
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.far_field import FarLight
 from gpu.indirect.fuzzy_shading import REGISTERS, guides_of, words_a_part
 from gpu.indirect.irradiance import NEAR_PARTS, Indirect
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sp.sp_clusters import SpClusters
-from gpu.vpl.form_factor import unoccluded
+from gpu.vpl.form_factor import unoccluded_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 
 RAYS = 24
@@ -61,7 +61,7 @@ def step_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], count
     rays.vpl[ray, place] = -1
     sp = numbers[place]
     state = hashed(wp.uint32(pixels[place]) ^ hashed(BRIGHT_KEY + wp.uint32(seed[0])))
-    whole = indirect.open_near[sp] + indirect.open_far[sp]
+    whole = indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]
     rays.share[ray, place] = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
 
 
@@ -107,12 +107,12 @@ def near_kernel(fuzziness: int) -> wp.Kernel:
             return
         sp = numbers[place]
         pixel = pixels[place]
-        near = indirect.open_near[sp]
-        whole = near + indirect.open_far[sp]
-        total = indirect.open_before[part, sp]
+        near = indirect.unoccluded_near[sp]
+        whole = near + indirect.unoccluded_far[sp]
+        total = indirect.unoccluded_prefix[part, sp]
         most = near
         if end < words:
-            most = indirect.open_before[part + 1, sp]
+            most = indirect.unoccluded_prefix[part + 1, sp]
         ray = int(wp.max(total / whole * float(RAYS) - ROUNDING, 0.0))
         step = step_at(rays, place, ray)
         while step < total:
@@ -134,7 +134,7 @@ def near_kernel(fuzziness: int) -> wp.Kernel:
                 together &= together - wp.uint32(1)
                 if ((bits >> bit) & wp.uint32(1)) == wp.uint32(0):
                     continue
-                amount = brightness(unoccluded(position, normal, vpls, 32 * word + int(bit)))
+                amount = brightness(unoccluded_irradiance(position, normal, vpls, 32 * word + int(bit)))
                 if amount > 0.0:
                     total += amount
                     last = 32 * word + int(bit)
@@ -154,7 +154,7 @@ def near_kernel(fuzziness: int) -> wp.Kernel:
 @cache
 def draw_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that draws VPLs for rays of SPs of F = `fuzziness` clusters each."""
-    guides, guide_at, far_draw = guides_of(fuzziness), guide_at_of(fuzziness), far_draw_of(fuzziness)
+    guides, pick_cluster, sample_far = guides_of(fuzziness), cluster_pick_of(fuzziness), far_sample_of(fuzziness)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
     def kernel(
@@ -182,35 +182,36 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         ray = index // count[0]
         sp = numbers[place]
         pixel = pixels[place]
-        near = indirect.open_near[sp]
-        whole = near + indirect.open_far[sp]
+        near = indirect.unoccluded_near[sp]
+        whole = near + indirect.unoccluded_far[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         guided = guides(clusters, sp, position, normal)
         own = hashed(wp.uint32(pixel) ^ hashed(GUIDE_KEY + wp.uint32(seed[0])))
         state = hashed(own + wp.uint32(ray))
         drawn = rays.vpl[ray, place]
-        believed = float(0.0)
+        cluster_visibility = float(0.0)
         scale = float(1.0)
         if drawn < 0:
             turn = float(own) * TO_UNIT + GOLDEN * float(ray)
-            guide = guide_at(guided, far.open_totals, (turn - wp.floor(turn)) * indirect.open_far[sp])
+            guide = pick_cluster(guided, far.unoccluded_cdf, (turn - wp.floor(turn)) * indirect.unoccluded_far[sp])
             if guide.cluster >= 0:
-                on = (rays.share[ray, place] - near) / indirect.open_far[sp]
-                guide.pick = wp.clamp(on, 0.0, 1.0) * far.open_totals[far.open_totals.shape[0] - 1, guide.cluster]
-            far_drawn = far_draw(position, normal, guided, visibility, vpls, far.near, far.open_mass, far.open_totals,
+                on = (rays.share[ray, place] - near) / indirect.unoccluded_far[sp]
+                guide.u = wp.clamp(on, 0.0, 1.0) * far.unoccluded_cdf[far.unoccluded_cdf.shape[0] - 1, guide.cluster]
+            far_drawn = sample_far(position, normal, guided, visibility, vpls, far.near, far.unoccluded_importance,
+            far.unoccluded_cdf,
                                  1.0, guide, state)  # fmt: skip
             drawn = far_drawn.cluster
             if drawn < 0:
                 return
             state = far_drawn.state
-            believed = far_drawn.believed
+            cluster_visibility = far_drawn.cluster_visibility
             scale = far_drawn.scale
         else:
-            believed = believed_share(guided, visibility, drawn, wp.static(fuzziness))
+            cluster_visibility = cluster_visibility_of(guided, visibility, drawn, wp.static(fuzziness))
         target = member_of(position, normal, vpls, drawn, hashed(state))
         rays.vpl[ray, place] = target.vpl
         rays.share[ray, place] = target.share * scale * whole
-        rays.found[ray, place] = -TRUST * believed * rays.share[ray, place]
+        rays.found[ray, place] = -TRUST * cluster_visibility * rays.share[ray, place]
 
     return kernel

@@ -17,13 +17,13 @@ from gpu.correction.adaptive_ray_sampling import RAYS, TRUST, Rays, draw_kernel,
 from gpu.correction.brightness import SAMPLES, MeanBrightness
 from gpu.correction.top_k import LAST, Selection
 from gpu.correction.vpl_sampling import sees_member_of
-from gpu.denoise.atrous import PLANE_TOLERANCE, likeness
+from gpu.denoise.atrous import PLANE_TOLERANCE, luminance_weight
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connection
-from gpu.gbuffer.edge_stopping import kinship
+from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.gbuffer.sparse_shading import is_even
+from gpu.gbuffer.sparse_shading import is_anchor_only
 from gpu.indirect.far_field import FarLight
 from gpu.indirect.irradiance import CHECKS, NEAR_PARTS, Indirect
 from gpu.sp.sp_clusters import SpClusters
@@ -38,7 +38,7 @@ FRAMES = wp.constant(6)
 # Of what shared light lacks, an SP's own rays tell this share, those of listed SPs about it the rest. What is so much
 # darker, as gpu.correction.outlier_shading leaves it, is shown as it is.
 OWN, DARKER = wp.constant(0.45), wp.constant(0.3)
-# Shares of pixels 0, 1 and 2 away on each axis.
+# PowerCdf of pixels 0, 1 and 2 away on each axis.
 BINOMIAL = wp.constant(wp.vec3(6.0, 4.0, 1.0))
 
 
@@ -55,9 +55,9 @@ def key_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.ar
     if sp >= count[0]:
         return
     pixel = pixels[sp]
-    most = (indirect.open_near[sp] + indirect.open_far[sp]) * brightness(reflectance(gbuffer, pixel))
+    most = (indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]) * brightness(reflectance(gbuffer, pixel))
     ratio = most / (LEAST_BRIGHT * samples[bright] + 1.0e-30)
-    if ratio >= 1.0 and not is_even(listed, pixel, width, height):
+    if ratio >= 1.0 and not is_anchor_only(listed, pixel, width, height):
         keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (MOST_OCTAVES - wp.log2(ratio))), 0, LAST - 1)
 
 
@@ -147,8 +147,8 @@ def share_kernel(first: int, gbuffer: GBuffer, width: int, height: int, pixels: 
             at = places[other]
             if at < count[0] and pixels[at] == other:
                 weight = BINOMIAL[wp.abs(dx)] * BINOMIAL[wp.abs(dy)]
-                weight *= kinship(gbuffer, pixel, other, 2, PLANE_TOLERANCE)
-                weight *= likeness(own, brightness(told[other]))
+                weight *= edge_stopping_weight(gbuffer, pixel, other, 2, PLANE_TOLERANCE)
+                weight *= luminance_weight(own, brightness(told[other]))
                 total += weight
                 mixed += lacking[at] * weight
     lacks = lacking[place] * OWN + mixed * ((1.0 - OWN) / wp.max(total, 1.0e-20))

@@ -18,8 +18,8 @@ from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
-from gpu.vpl.form_factor import disk_irradiance, is_unfolded, light_of
-from gpu.vpl.group_sampling import drawn_group, groups_a_part
+from gpu.vpl.form_factor import disk_irradiance, is_opened, light_of
+from gpu.vpl.group_sampling import groups_a_part, sample_group
 from gpu.vpl.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
 
 RAYS = 32
@@ -42,8 +42,8 @@ class Rays:
     was stopped.
     """
 
-    mass: wp.array2d[float]
-    totals: wp.array2d[float]
+    importance: wp.array2d[float]
+    importance_cdf: wp.array2d[float]
     vpl: wp.array[int]
     share: wp.array[float]
 
@@ -52,38 +52,38 @@ class Rays:
 def disk_brightness(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, vpl: int) -> float:
     """How bright a VPL cluster's one disk is, also where it is so near that its members light the point."""
     disk = disk_at(vpls.disks, vpl)
-    if is_unfolded(position, disk) and is_behind(position, normal, vpls, vpl):
+    if is_opened(position, disk) and is_behind(position, normal, vpls, vpl):
         return 0.0
     return brightness(disk_irradiance(position, normal, disk))
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def mass_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
+def importance_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
                 rays: Rays) -> None:  # fmt: skip
     """One thread a part of the VPL clusters at one SP: what its groups would send were nothing between."""
     index = first + wp.tid()
-    if index >= rays.totals.shape[0] * count[0]:
+    if index >= rays.importance_cdf.shape[0] * count[0]:
         return
     place = index % count[0]
     part = index // count[0]
     position = gbuffer.position[pixels[place]]
     normal = gbuffer.normal[pixels[place]]
-    groups = groups_a_part(vpls, rays.totals.shape[0])
+    groups = groups_a_part(vpls, rays.importance_cdf.shape[0])
     part_mass = float(0.0)
     for group in range(part * groups, wp.min((part + 1) * groups, vpls.groups)):
-        mass = float(0.0)
+        importance = float(0.0)
         if not out_of_reach(position, normal, vpls, group):
             for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
-                mass += disk_brightness(position, normal, vpls, vpl)
-        rays.mass[group, place] = mass
-        part_mass += mass
-    rays.totals[part, place] = part_mass
+                importance += disk_brightness(position, normal, vpls, vpl)
+        rays.importance[group, place] = importance
+        part_mass += importance
+    rays.importance_cdf[part, place] = part_mass
 
 
 @wp.func
 def all_light(rays: Rays, place: int) -> float:
     """About what all VPL clusters send an SP if nothing is between."""
-    return rays.totals[rays.totals.shape[0] - 1, place]
+    return rays.importance_cdf[rays.importance_cdf.shape[0] - 1, place]
 
 
 @wp.kernel
@@ -93,9 +93,9 @@ def total_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
     if place >= count[0]:
         return
     whole = float(0.0)
-    for part in range(rays.totals.shape[0]):
-        whole += rays.totals[part, place]
-        rays.totals[part, place] = whole
+    for part in range(rays.importance_cdf.shape[0]):
+        whole += rays.importance_cdf[part, place]
+        rays.importance_cdf[part, place] = whole
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
@@ -115,8 +115,8 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.a
     normal = gbuffer.normal[pixel]
     ray = index % RAYS
     state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed[0])))
-    pick = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
-    group = drawn_group(vpls, rays.mass, rays.totals, place, pick)
+    u = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
+    group = sample_group(vpls, rays.importance, rays.importance_cdf, place, u)
     total = float(0.0)
     expected = float(0.0)
     drawn = int(-1)
@@ -183,7 +183,7 @@ class Refinement:
     def __init__(self, capacity: int, vpl_count: int, device: wp.Device) -> None:
         self.device, self._capacity = device, capacity
         self._rays: Rays = allocate(Rays, capacity, device, PARTS)
-        self._rays.mass = wp.zeros((most_groups(vpl_count), capacity), dtype=float, device=device)
+        self._rays.importance = wp.zeros((most_groups(vpl_count), capacity), dtype=float, device=device)
         self._rays.vpl = wp.zeros(RAYS * capacity, dtype=int, device=device)
         self._rays.share = wp.zeros(RAYS * capacity, dtype=float, device=device)
 
@@ -191,7 +191,7 @@ class Refinement:
             irradiance: wp.array) -> None:  # fmt: skip
         """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
         rays, capacity, device, pixels = self._rays, self._capacity, self.device, points.pixels
-        launch(mass_kernel, PARTS * capacity, [gbuffer, pixels, points.count, vpls, rays], device)
+        launch(importance_kernel, PARTS * capacity, [gbuffer, pixels, points.count, vpls, rays], device)
         launch(total_kernel, capacity, [points.count, rays], device)
         launch(draw_kernel, RAYS * capacity, [gbuffer, pixels, points.count, vpls, seed, rays], device)
         launch(trace_kernel(connection(scene)), RAYS * capacity, [scene, gbuffer, pixels, vpls, rays], device)

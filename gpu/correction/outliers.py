@@ -16,7 +16,7 @@ from gpu.correction.brightness import MeanBrightness
 from gpu.correction.top_k import LAST, Selection
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.gbuffer.shading_points import ListedPoints
-from gpu.sp.seeding import UNSERVED_NEED
+from gpu.sp.seeding import UNSERVED_DEFICIT
 
 # Of keys; 0 is that of an SP without a cluster.
 STEPS_PER_OCTAVE = wp.constant(12.0)
@@ -27,18 +27,18 @@ DARK = wp.constant(0.1)
 
 @wp.kernel
 def dispute_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], numbers: wp.array[int], count: wp.array[int],
-                   need: wp.array[int], irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3],
+                   deficit: wp.array[int], irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3],
                    shared: wp.array[wp.vec3], mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a listed SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first.
 
-    need (sp,): UNSERVED_NEED marks SPs without a cluster, which come before all others; own, shared (pixel,): what
+    need (sp,): UNSERVED_DEFICIT marks SPs without a cluster, which come before all others; own, shared (pixel,): what
     corrects the `irradiance` (pixel,) by the SP's rays alone, and with its neighbours'.
     """
     place = first + wp.tid()
     keys[place] = LAST
     if place >= count[0]:
         return
-    if need[numbers[place]] >= UNSERVED_NEED:
+    if deficit[numbers[place]] >= UNSERVED_DEFICIT:
         keys[place] = 0
         return
     pixel = pixels[place]
@@ -50,7 +50,7 @@ def dispute_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], numbers:
         keys[place] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 1, LAST)
 
 
-class WorstPoints(Selection):
+class OutlierPoints(Selection):
     """Of up to `among` SPs the at most `capacity` that are most likely far too bright: ListedPoints.
 
     least: what may be too bright, relative to how dark the SP may be, below which it is left as it is.
@@ -60,10 +60,10 @@ class WorstPoints(Selection):
         end = int(float(STEPS_PER_OCTAVE) * (float(WORST_OCTAVE) - math.log2(least)))
         super().__init__(among, capacity, end, device)
 
-    def find(self, points: ListedPoints, gbuffer: GBuffer, need: wp.array, irradiance: wp.array, own: wp.array,
+    def find(self, points: ListedPoints, gbuffer: GBuffer, deficit: wp.array, irradiance: wp.array, own: wp.array,
              shared: wp.array, mean: MeanBrightness) -> None:  # fmt: skip
         """List the worst of `points`, as `dispute_kernel` tells."""
         listed = [points.pixels, points.numbers, points.count]
-        inputs = [gbuffer, *listed, need, irradiance, own, shared, mean.value, self.keys]
+        inputs = [gbuffer, *listed, deficit, irradiance, own, shared, mean.value, self.keys]
         launch(dispute_kernel, points.capacity, inputs, self.device)
         self.choose(points)

@@ -5,6 +5,7 @@ from warp.utils import array_scan
 
 from gpu.core.device import launch, launch_together
 from gpu.core.intrinsics import count_in
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ListedPoints
 
 # Keys are below this, and LAST is that of a point that is not chosen.
@@ -82,6 +83,8 @@ class Selection:
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.numbers = wp.zeros(self.capacity, dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
+        self.points = PointList()
+        self.points.pixels, self.points.numbers, self.points.count = self.pixels, self.numbers, self.count
 
     def limit(self, most: int) -> None:
         """Choose at most so many, and no more than there is room for."""

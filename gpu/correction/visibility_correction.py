@@ -1,10 +1,10 @@
 """Rays from shading points themselves that correct what their clusters believe. Beyond the 2022 paper.
 
 Fuzzy visibility is a control variate: an SP sends a few rays to VPL clusters, drawn in proportion to their light and
-to how far its clusters may be wrong about them (gpu.indirect.far_field.doubt). The difference between what a ray finds
-and what the clusters believed estimates their error, and is right in the mean. It is zero where they are right, so its
-noise is small, and neighbours on a surface share it. Rays end at members of VPL clusters, so that what clustering VPLs
-does to penumbrae is corrected, too.
+to how far its clusters may be wrong about them (gpu.indirect.far_field.visibility_weight). The difference between what
+a ray finds and what the clusters believed estimates their error, and is right in the mean. It is zero where they are
+right, so its noise is small, and neighbours on a surface share it. Rays end at members of VPL clusters, so that what
+clustering VPLs does to penumbrae is corrected, too.
 """
 
 from functools import cache, partial
@@ -13,12 +13,12 @@ from typing import Any
 import warp as wp
 
 from gpu.core.device import allocate, launch
-from gpu.correction.vpl_sampling import believed_share, far_draw_of, guide_at_of, member_of, sees_member_of
+from gpu.correction.vpl_sampling import cluster_pick_of, cluster_visibility_of, far_sample_of, member_of, sees_member_of
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connection
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ListedPoints
-from gpu.indirect.far_field import LEAST_DOUBT, FarLight, doubt
+from gpu.indirect.far_field import MIN_VISIBILITY_WEIGHT, FarLight, visibility_weight
 from gpu.indirect.fuzzy_shading import REGISTERS, guides_of
 from gpu.indirect.irradiance import CHECKS, Indirect
 from gpu.sampling.sobol import TO_UNIT, hashed
@@ -29,7 +29,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 # SPs that follow each other have steps of the golden ratio between their rays, as a share of 2³².
 GOLDEN_STEP = wp.constant(wp.uint32(2654435769))
-# Between the seeds of several passes.
+# Interpolated the seeds of several passes.
 PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
 # SPs that follow each other have a pass together, as the threads of a warp trace their rays.
 RUN = wp.constant(32 // CHECKS)
@@ -37,7 +37,7 @@ ALL_PASSES = 1e3
 
 
 @wp.struct
-class Checks:
+class CorrectionRays:
     """Rays of listed SPs, (place, check) flattened: those of one SP run side by side.
 
     vpl: that each goes to, −1 for none; believed: the share of the SP's clusters that see it; share: its light over its
@@ -45,7 +45,7 @@ class Checks:
     """
 
     vpl: wp.array[int]
-    believed: wp.array[float]
+    cluster_visibility: wp.array[float]
     share: wp.array[float]
 
 
@@ -60,7 +60,7 @@ def has_pass(place: int, number: int, passes: float, seed: int) -> bool:
 @cache
 def draw_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that draws rays of SPs of F = `fuzziness` clusters each."""
-    guides, guide_at, far_draw = guides_of(fuzziness), guide_at_of(fuzziness), far_draw_of(fuzziness)
+    guides, pick_cluster, sample_far = guides_of(fuzziness), cluster_pick_of(fuzziness), far_sample_of(fuzziness)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
     def kernel(
@@ -79,7 +79,7 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         passes: wp.array[float],
         again: bool,
         indirect: Indirect,
-        checks: Checks,
+        checks: CorrectionRays,
     ) -> None:
         """One thread a ray of pass `number`: draws to which member of which VPL cluster it goes.
 
@@ -103,29 +103,30 @@ def draw_kernel(fuzziness: int) -> wp.Kernel:
         key = hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * own)
         state = hashed(wp.uint32(pixel) ^ key)
         step = float(wp.uint32(sp) * GOLDEN_STEP + key) * TO_UNIT
-        pick = (float(check) + step) / float(CHECKS) * whole - indirect.near[sp]
+        u = (float(check) + step) / float(CHECKS) * whole - indirect.near[sp]
         guided = guides(clusters, sp, position, normal)
-        believed = float(0.0)
+        cluster_visibility = float(0.0)
         drawn = indirect.target[check, sp]
-        if pick >= 0.0 or drawn < 0:
-            guide = guide_at(guided, far.totals, float(state) * TO_UNIT * indirect.far[sp])
+        if u >= 0.0 or drawn < 0:
+            guide = pick_cluster(guided, far.importance_cdf, float(state) * TO_UNIT * indirect.far[sp])
             if guide.cluster >= 0:
-                on = wp.clamp(pick / indirect.far[sp], 0.0, 1.0)
-                guide.pick = on * far.totals[far.totals.shape[0] - 1, guide.cluster]
-            far_drawn = far_draw(position, normal, guided, visibility, vpls, far.near, far.mass, far.totals,
-                                 LEAST_DOUBT, guide, state)  # fmt: skip
+                on = wp.clamp(u / indirect.far[sp], 0.0, 1.0)
+                guide.u = on * far.importance_cdf[far.importance_cdf.shape[0] - 1, guide.cluster]
+            far_drawn = sample_far(position, normal, guided, visibility, vpls, far.near, far.importance,
+            far.importance_cdf,
+                                 MIN_VISIBILITY_WEIGHT, guide, state)  # fmt: skip
             drawn = far_drawn.cluster
             if drawn < 0:
                 return
             state = far_drawn.state
-            believed = far_drawn.believed
+            cluster_visibility = far_drawn.cluster_visibility
             whole *= far_drawn.scale
         else:
-            believed = believed_share(guided, visibility, drawn, wp.static(fuzziness))
+            cluster_visibility = cluster_visibility_of(guided, visibility, drawn, wp.static(fuzziness))
         target = member_of(position, normal, vpls, drawn, hashed(state))
         checks.vpl[index] = target.vpl
-        checks.believed[index] = believed
-        checks.share[index] = target.share * whole / doubt(believed)
+        checks.cluster_visibility[index] = cluster_visibility
+        checks.share[index] = target.share * whole / visibility_weight(cluster_visibility)
 
     return kernel
 
@@ -142,7 +143,7 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         gbuffer: GBuffer,
         pixels: wp.array[int],
         vpls: VplClusters,
-        checks: Checks,
+        checks: CorrectionRays,
     ) -> None:
         """One thread a ray: by how much the SP's clusters are wrong about what it finds, over its density."""
         index = first + wp.tid()
@@ -152,13 +153,14 @@ def check_kernel(connect: wp.Function) -> wp.Kernel:
         seen = float(0.0)
         if sees(scene, gbuffer, pixels[index // CHECKS], vpls, vpl):
             seen = 1.0
-        checks.share[index] = checks.share[index] * (seen - checks.believed[index])
+        checks.share[index] = checks.share[index] * (seen - checks.cluster_visibility[index])
 
     return kernel
 
 
 @wp.kernel
-def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, checks: Checks,
+def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, checks:
+CorrectionRays,
                       seed: wp.array[int], number: int, passes: wp.array[float], means: wp.array[int],
                       correction: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: the mean over its rays of what its irradiance lacks, taken into `correction` (pixel,).
@@ -184,7 +186,7 @@ def correction_kernel(first: int, pixels: wp.array[int], count: wp.array[int], v
 
 
 class Correction:
-    """Checks the light of up to `capacity` SPs; its arrays are allocated once.
+    """CorrectionRays the light of up to `capacity` SPs; its arrays are allocated once.
 
     most: of the passes that may be wanted. own (pixel,): what the irradiance of each SP lacks by its own rays, or has
     too much of, then negative [W/m²].
@@ -194,7 +196,7 @@ class Correction:
         self.device = device
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._means = wp.zeros(capacity, dtype=int, device=device)
-        self._checks: Checks = allocate(Checks, CHECKS * capacity, device)
+        self._checks: CorrectionRays = allocate(CorrectionRays, CHECKS * capacity, device)
         self._wanted = wp.ones(1, dtype=float, device=device)
         # Whether any SP has each of them. Graphs read that, and launch nothing for those that none has.
         self._has = wp.zeros(most, dtype=int, device=device)

@@ -10,9 +10,9 @@ from gpu.device_scene.data import SceneData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
-from gpu.vpl.form_factor import disk_irradiance, is_twig_unfolded, is_unfolded, member_irradiance
-from gpu.vpl.group_sampling import drawn_group
-from gpu.vpl.vpl_clusters import PER_TWIG, VplClusters
+from gpu.vpl.form_factor import disk_irradiance, is_opened, is_subcluster_opened, member_irradiance
+from gpu.vpl.group_sampling import sample_group
+from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters
 
 # A member of a cluster counts at most this many times as much as its cluster lets expect, and a group of clusters as
 # much as the SP's clusters do.
@@ -20,7 +20,7 @@ MOST_SHARE = wp.constant(4.0)
 
 
 @wp.struct
-class Target:
+class VplSample:
     """A VPL that a ray goes to, and its light over what its cluster lets expect of it.
 
     whole: brightness of the cluster were nothing between.
@@ -32,14 +32,14 @@ class Target:
 
 
 @wp.func
-def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, state: wp.uint32) -> Target:
+def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, state: wp.uint32) -> VplSample:
     """A member of a VPL cluster, drawn in proportion to its light where members are shaded one by one."""
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
     number = float(end - begin)
-    target = Target()
+    target = VplSample()
     disk = disk_at(vpls.disks, cluster)
-    if not is_unfolded(position, disk):
+    if not is_opened(position, disk):
         target.vpl = begin + int(hashed(state) % wp.uint32(end - begin))
         light = brightness(member_irradiance(position, normal, vpls, target.vpl, disk.area)) * number
         target.whole = brightness(disk_irradiance(position, normal, disk))
@@ -50,11 +50,11 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
     chosen = int(begin)
     area = disk.area / number
     total = float(0.0)
-    for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
-        disk = disk_at(vpls.twigs, twig)
-        last = wp.min(begin + PER_TWIG, end)
+    for subcluster in range(vpls.subcluster_starts[cluster], vpls.subcluster_starts[cluster + 1]):
+        disk = disk_at(vpls.subclusters, subcluster)
+        last = wp.min(begin + PER_SUBCLUSTER, end)
         light = float(0.0)
-        if is_twig_unfolded(position, disk):
+        if is_subcluster_opened(position, disk):
             for member in range(begin, last):
                 light += brightness(member_irradiance(position, normal, vpls, member, area))
         else:
@@ -66,7 +66,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         begin = last
     target.whole = total
     total = float(0.0)
-    for member in range(chosen, wp.min(chosen + PER_TWIG, end)):
+    for member in range(chosen, wp.min(chosen + PER_SUBCLUSTER, end)):
         light = brightness(member_irradiance(position, normal, vpls, member, area))
         total += light
         state = hashed(state)
@@ -76,15 +76,15 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
 
 
 @wp.struct
-class Guide:
-    """One of an SP's clusters, −1 for none, and what is left of a pick of its light in doubt."""
+class ClusterPick:
+    """One of an SP's clusters, −1 for none, and what is left of a pick of its light in visibility_weight."""
 
     cluster: int
-    pick: float
+    u: float
 
 
 @cache
-def guide_at_of(fuzziness: int) -> wp.Function:
+def cluster_pick_of(fuzziness: int) -> wp.Function:
     """The function that finds which of an SP's F = `fuzziness` clusters a pick of their far light falls into.
 
     pick: from 0 to the sum of what they know, each by its share; totals (part, cluster): of
@@ -92,39 +92,39 @@ def guide_at_of(fuzziness: int) -> wp.Function:
     """
 
     @wp.func
-    def guide_at(guided: Any, totals: wp.array2d[float], pick: float) -> Guide:
-        guide = Guide()
+    def pick_cluster(guided: Any, importance_cdf: wp.array2d[float], u: float) -> ClusterPick:
+        guide = ClusterPick()
         guide.cluster = -1
         for f in range(wp.static(fuzziness)):
-            mass = guided.weight[f] * totals[totals.shape[0] - 1, guided.cluster[f]]
-            if mass > 0.0:
+            importance = guided.weight[f] * importance_cdf[importance_cdf.shape[0] - 1, guided.cluster[f]]
+            if importance > 0.0:
                 guide.cluster = guided.cluster[f]
-                guide.pick = pick
-                if pick < mass:
-                    guide.pick = pick / guided.weight[f]
+                guide.u = u
+                if u < importance:
+                    guide.u = u / guided.weight[f]
                     break
-                pick -= mass
-                guide.pick = pick
+                u -= importance
+                guide.u = u
         return guide
 
-    return guide_at
+    return pick_cluster
 
 
 @wp.struct
-class FarDraw:
+class FarSample:
     """A far VPL cluster that a ray goes to, −1 for none, and the share of the SP's clusters that see it.
 
     scale: what the group that it is of sends the SP, over what the SP's clusters let expect; state: of draws.
     """
 
     cluster: int
-    believed: float
+    cluster_visibility: float
     scale: float
     state: wp.uint32
 
 
 @cache
-def far_draw_of(fuzziness: int) -> wp.Function:
+def far_sample_of(fuzziness: int) -> wp.Function:
     """The function that draws a far VPL cluster for an SP of F = `fuzziness` clusters, `guided` by them.
 
     In proportion to light, where all clusters take it for hidden to the share `least` of that: mass, totals are the
@@ -133,21 +133,22 @@ def far_draw_of(fuzziness: int) -> wp.Function:
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
 
     @wp.func
-    def far_draw(position: wp.vec3, normal: wp.vec3, guided: Any, visibility: wp.array2d[wp.uint32], vpls: VplClusters,
-                 near_bits: wp.array2d[wp.uint32], mass: wp.array2d[float], totals: wp.array2d[float], least: float,
-                 guide: Guide, state: wp.uint32) -> FarDraw:  # fmt: skip
-        draw = FarDraw()
+    def sample_far(position: wp.vec3, normal: wp.vec3, guided: Any, visibility: wp.array2d[wp.uint32], vpls:
+    VplClusters,
+                 near_bits: wp.array2d[wp.uint32], importance: wp.array2d[float], importance_cdf: wp.array2d[float],
+                 least: float, guide: ClusterPick, state: wp.uint32) -> FarSample:  # fmt: skip
+        draw = FarSample()
         draw.cluster = -1
         draw.state = state
         if guide.cluster < 0:
             return draw
         cluster = guided.cluster
         weights = guided.weight
-        group = drawn_group(vpls, mass, totals, guide.cluster, guide.pick)
+        group = sample_group(vpls, importance, importance_cdf, guide.cluster, guide.u)
         expected = float(0.0)
         for f in range(wp.static(fuzziness)):
             if weights[f] > 0.0:
-                expected += weights[f] * mass[group, cluster[f]]
+                expected += weights[f] * importance[group, cluster[f]]
         if expected <= 0.0:
             return draw
         seen = words_type()
@@ -172,15 +173,15 @@ def far_draw_of(fuzziness: int) -> wp.Function:
                 draw.state = hashed(draw.state)
                 if float(draw.state) * TO_UNIT * total < amount:
                     draw.cluster = vpl
-                    draw.believed = share
+                    draw.cluster_visibility = share
         draw.scale = wp.min(total / expected, MOST_SHARE)
         return draw
 
-    return far_draw
+    return sample_far
 
 
 @wp.func
-def believed_share(guided: Any, visibility: wp.array2d[wp.uint32], cluster: int, fuzziness: int) -> float:
+def cluster_visibility_of(guided: Any, visibility: wp.array2d[wp.uint32], cluster: int, fuzziness: int) -> float:
     """The share of an SP's clusters that see a VPL cluster."""
     share = float(0.0)
     for f in range(fuzziness):
@@ -199,6 +200,6 @@ def sees_member_of(connect: wp.Function) -> wp.Function:
     def sees(scene: SceneData, gbuffer: GBuffer, pixel: int, vpls: VplClusters, vpl: int) -> bool:
         position = vpls.members.position[vpl]
         normal = vpls.members.normal[vpl]
-        return bool(connect(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], position, normal))
+        return bool(connect(scene, gbuffer.position[pixel], gbuffer.geometric_normal[pixel], position, normal))
 
     return sees

@@ -9,16 +9,16 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.device_scene.data import NO_HIT
-from gpu.gbuffer.edge_stopping import kinship
+from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.gbuffer.sparse_shading import is_even
+from gpu.gbuffer.sparse_shading import is_anchor_only
 
 STEPS = (1, 2, 4)
 # The most that the square of a step times the frames that light is of may be: the less noise light has, the nearer it
 # is shared, since blur does not fade with frames. Uneven surfaces have more of that, which is worth less sharing for
 # light that each SP has rays for in nearly every frame; near field's, with rays of few, is shared as usual.
-USUAL_REACH, UNEVEN_REACH = 80, 16
+MAX_STEP, MAX_STEP_ON_DETAIL = 80, 16
 # How far off its plane a pixel still shows a surface, in its spacings a step.
 PLANE_TOLERANCE = wp.constant(1.0)
 # Light that differs by this many deviations is taken for other light, not for noise.
@@ -45,7 +45,7 @@ def deviation_kernel(first: int, gbuffer: GBuffer, width: int, height: int, ligh
         y = row + neighbour // 3 - 1
         if x >= 0 and x < width and y >= 0 and y < height:
             other = y * width + x
-            weight = kinship(gbuffer, pixel, other, 1, PLANE_TOLERANCE)
+            weight = edge_stopping_weight(gbuffer, pixel, other, 1, PLANE_TOLERANCE)
             value = brightness(light[other])
             total += weight
             mean += weight * value
@@ -76,7 +76,7 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
         if neighbour != 4 and x >= 0 and x < width and y >= 0 and y < height:
             other = y * width + x
             share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-            weight = share * kinship(gbuffer, pixel, other, step, PLANE_TOLERANCE)
+            weight = share * edge_stopping_weight(gbuffer, pixel, other, step, PLANE_TOLERANCE)
             weight *= wp.exp(-wp.abs(brightness(light[other]) - own) / tolerance)
             total += weight
             mixed += light[other] * weight
@@ -84,7 +84,7 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
 
 
 @wp.func
-def likeness(own: float, other: float) -> float:
+def luminance_weight(own: float, other: float) -> float:
     """How much of what a neighbour knows counts, 0 … 1, where a guide of little noise has `other` light there."""
     return wp.exp(-wp.abs(other - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
 
@@ -92,7 +92,7 @@ def likeness(own: float, other: float) -> float:
 @wp.kernel(module="unique", module_options={"fast_math": True})
 def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
                          count: wp.array[int], listed: wp.array[int], stride: int, step: int, frames: wp.array[int],
-                         uneven_reach: int, guide: wp.array[wp.vec3], light: wp.array[wp.vec3],
+                         max_step_on_detail: int, guide: wp.array[wp.vec3], light: wp.array[wp.vec3],
                          out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: its light mixed with that of the nine anchors (gpu.gbuffer.sparse_shading) `step` strides
     about it.
@@ -105,7 +105,9 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
     if sp >= count[0]:
         return
     pixel = sps[sp]
-    reach = wp.where(stride == 1 or is_even(listed, pixel, width, height), wp.static(USUAL_REACH), uneven_reach)
+    reach = wp.where(
+        stride == 1 or is_anchor_only(listed, pixel, width, height), wp.static(MAX_STEP), max_step_on_detail
+    )
     if step * step * (frames[pixel] + 1) > reach:
         out[pixel] = light[pixel]
         return
@@ -126,8 +128,8 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
             other = row * width + column
             if other != pixel and (step > 0 or listed[other] == 1):
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-                weight = share * kinship(gbuffer, pixel, other, wp.max(step * stride, 1), PLANE_TOLERANCE)
-                weight *= likeness(own, brightness(guide[other]))
+                weight = share * edge_stopping_weight(gbuffer, pixel, other, wp.max(step * stride, 1), PLANE_TOLERANCE)
+                weight *= luminance_weight(own, brightness(guide[other]))
                 weight *= wp.min(float(frames[other] + 1) / float(frames[pixel] + 1), 1.0)
                 total += weight
                 mixed += light[other] * weight
@@ -158,17 +160,17 @@ class Smoothing:
             wp.copy(light, source)
 
     def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array, frames: wp.array,
-              uneven_reach: int = USUAL_REACH) -> wp.array:  # fmt: skip
+              max_step_on_detail: int = MAX_STEP) -> wp.array:  # fmt: skip
         """The `light` (pixel,) of `sps` shared between neighbours of one surface; the next call overwrites the array.
 
         guide (pixel,): other light there, with little noise. Rare samples that guided themselves would lose a part of
         their mean. frames (pixel,): of how many earlier frames the light is known. With these it is shared nearer, by
-        `uneven_reach` on uneven surfaces, by USUAL_REACH elsewhere.
+        `max_step_on_detail` on uneven surfaces, by MAX_STEP elsewhere.
         """
         source, target = light, self._other
         for step in (0, *STEPS):
             inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.listed, sps.stride, step, frames]
-            inputs += [uneven_reach, guide, source, target]
+            inputs += [max_step_on_detail, guide, source, target]
             launch(smooth_points_kernel, sps.capacity, inputs, self.device)
             source, target = target, self._third if target is self._other else self._other
         return source

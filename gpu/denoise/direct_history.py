@@ -8,7 +8,15 @@ and ragged edges which no smoothing of a single frame removes.
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.denoise.reprojection import LEAST_SHARE, MOST_FRAMES, LastFrame, Past, joined, past_place, tap
+from gpu.denoise.reprojection import (
+    LEAST_SHARE,
+    MOST_FRAMES,
+    PreviousFrame,
+    PreviousFrameData,
+    bilinear_tap,
+    blend,
+    previous_place,
+)
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
 
@@ -25,7 +33,7 @@ def most_frames(gbuffer: GBuffer, pixel: int) -> int:
 
 
 @wp.kernel
-def take_kernel(first: int, gbuffer: GBuffer, past: Past, remembers: bool, width: int, height: int,
+def take_kernel(first: int, gbuffer: GBuffer, past: PreviousFrameData, remembers: bool, width: int, height: int,
                 past_frames: wp.array[int], past_light: wp.array[wp.vec3], frames: wp.array[int],
                 light: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: makes of its `light` that of all frames, and counts these; all (pixel,).
@@ -39,12 +47,12 @@ def take_kernel(first: int, gbuffer: GBuffer, past: Past, remembers: bool, width
     known = int(0)
     most = most_frames(gbuffer, pixel)
     if remembers:
-        place = past_place(past, gbuffer.position[pixel], width, height)
+        place = previous_place(past, gbuffer.position[pixel], width, height)
         total = float(0.0)
         number = float(0.0)
         mean = wp.vec3(0.0, 0.0, 0.0)
         for corner in range(4):
-            found = tap(past, past_frames, gbuffer, pixel, place, corner, 1, width, height)
+            found = bilinear_tap(past, past_frames, gbuffer, pixel, place, corner, 1, width, height)
             if found.share > 0.0:
                 total += found.share
                 number += found.share * float(past_frames[found.pixel])
@@ -52,11 +60,11 @@ def take_kernel(first: int, gbuffer: GBuffer, past: Past, remembers: bool, width
         # What is not finite is of its frame alone, which counts it.
         if total >= LEAST_SHARE and wp.isfinite(mean):
             known = int(number + 0.5)
-            light[pixel] = joined(light[pixel], mean / total, known, most)
+            light[pixel] = blend(light[pixel], mean / total, known, most)
     frames[pixel] = wp.min(known + 1, most)
 
 
-class SoftHistory:
+class DirectHistory:
     """What frames of a walk of `size` (width, height) found of soft light; arrays are allocated once."""
 
     def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
@@ -66,7 +74,7 @@ class SoftHistory:
         self._past_frames = wp.zeros(pixels, dtype=int, device=device)
         self._past_light = wp.zeros(pixels, dtype=wp.vec3, device=device)
 
-    def take(self, gbuffer: GBuffer, last: LastFrame, light: wp.array, *, remembers: bool) -> None:
+    def take(self, gbuffer: GBuffer, last: PreviousFrame, light: wp.array, *, remembers: bool) -> None:
         """Make of the soft `light` (pixel,) that this frame's rays found that of all frames' rays, and keep it.
 
         remembers: whether there is a `last` frame that this one may build on.

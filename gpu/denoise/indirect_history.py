@@ -7,21 +7,29 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
-from gpu.denoise.reprojection import LEAST_SHARE, MOST_FRAMES, LastFrame, Past, joined, past_place, tap
+from gpu.denoise.reprojection import (
+    LEAST_SHARE,
+    MOST_FRAMES,
+    PreviousFrame,
+    PreviousFrameData,
+    bilinear_tap,
+    blend,
+    previous_place,
+)
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.gbuffer.sparse_shading import is_even
+from gpu.gbuffer.sparse_shading import is_anchor_only
 
 # Of SPs whose light is that of so many frames, on even surfaces, one run in so many sends rays: each run's rays are
 # those that a GPU runs together. Elsewhere neighbours tell too little of what a frame more may find.
-SETTLED_FRAMES, SETTLED_EVERY = wp.constant(5), wp.constant(3)
-RUN = wp.constant(8)
+SETTLED_FRAMES, RAY_PERIOD = wp.constant(5), wp.constant(3)
+WARP_GROUP = wp.constant(8)
 # Around them it may differ so many times: at contacts light that is handed on fills the dark, which only rays find.
 EVEN_LIGHT = wp.constant(1.5)
 
 
 @wp.struct
-class Known:
+class IndirectHistoryData:
     """What a frame knew of its SPs, as the next one finds it. (pixel,) each.
 
     frames: how many the light is the mean of, 0 where there is no SP; light, near: irradiance by VPLs, and what these
@@ -35,8 +43,8 @@ class Known:
 
 @wp.kernel
 def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int], listed: wp.array[int],
-                past: Past, width: int, height: int, stride: int, known: Known, seed: wp.array[int],
-                frames: wp.array[int], settled: wp.array[int], light: wp.array[wp.vec3],
+                past: PreviousFrameData, width: int, height: int, stride: int, known: IndirectHistoryData, seed:
+                wp.array[int], frames: wp.array[int], settled: wp.array[int], light: wp.array[wp.vec3],
                 near: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: what the last frame knew of its place, and whether that will do in this one. seed: (1,).
 
@@ -49,8 +57,8 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
     pixel = sps[sp]
     frames[pixel] = 0
     settled[pixel] = 0
-    place = past_place(past, gbuffer.position[pixel], width, height)
-    even = is_even(listed, pixel, width, height)
+    place = previous_place(past, gbuffer.position[pixel], width, height)
+    even = is_anchor_only(listed, pixel, width, height)
     for attempt in range(2):
         step = wp.where((attempt == 0) == even, stride, 1)
         total = float(0.0)
@@ -60,7 +68,7 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
         least = float(FAR_AWAY)
         most = float(0.0)
         for corner in range(4):
-            found = tap(past, known.frames, gbuffer, pixel, place, corner, step, width, height)
+            found = bilinear_tap(past, known.frames, gbuffer, pixel, place, corner, step, width, height)
             if found.share > 0.0:
                 total += found.share
                 number += found.share * float(known.frames[found.pixel])
@@ -72,7 +80,7 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
         # What is not finite is of its frame alone, which counts it.
         if total >= LEAST_SHARE and wp.isfinite(mean) and wp.isfinite(near_mean):
             frames[pixel] = int(number + 0.5)
-            rests = frames[pixel] >= SETTLED_FRAMES and (sp // RUN + seed[0]) % SETTLED_EVERY != 0
+            rests = frames[pixel] >= SETTLED_FRAMES and (sp // WARP_GROUP + seed[0]) % RAY_PERIOD != 0
             if rests and even and most <= EVEN_LIGHT * least:
                 settled[pixel] = 1
             light[pixel] = mean / total
@@ -96,7 +104,7 @@ def light_kernel(first: int, sps: wp.array[int], count: wp.array[int], frames: w
         own[pixel] = light[pixel] - irradiance[pixel]
         lacking[pixel] = own[pixel]
         return
-    mean = joined(irradiance[pixel] + own[pixel], light[pixel], frames[pixel], MOST_FRAMES)
+    mean = blend(irradiance[pixel] + own[pixel], light[pixel], frames[pixel], MOST_FRAMES)
     light[pixel] = mean
     lacking[pixel] = wp.where(frames[pixel] > 0, mean - irradiance[pixel], own[pixel])
 
@@ -109,13 +117,13 @@ def near_kernel(first: int, sps: wp.array[int], count: wp.array[int], frames: wp
     if sp >= count[0]:
         return
     pixel = sps[sp]
-    near[pixel] = joined(found[pixel], near[pixel], frames[pixel], MOST_FRAMES)
+    near[pixel] = blend(found[pixel], near[pixel], frames[pixel], MOST_FRAMES)
     found[pixel] = near[pixel]
 
 
 @wp.kernel
 def keep_kernel(first: int, listed: wp.array[int], frames: wp.array[int], light: wp.array[wp.vec3],
-                near: wp.array[wp.vec3], to: Known, known: wp.array[int]) -> None:  # fmt: skip
+                near: wp.array[wp.vec3], to: IndirectHistoryData, known: wp.array[int]) -> None:  # fmt: skip
     """One thread a pixel: keeps what this frame knows of its SP, if it has one: listed (pixel,) is 1 there.
 
     known (pixel,): 1 where frames before knew it, too, else 0.
@@ -130,7 +138,7 @@ def keep_kernel(first: int, listed: wp.array[int], frames: wp.array[int], light:
         to.near[pixel] = near[pixel]
 
 
-class History:
+class IndirectHistory:
     """What a walk's frames of `size` (width, height) found; its arrays are allocated once.
 
     frames (pixel,): how many earlier frames each of the SPs has its light of; settled (pixel,): 1 where this is so well
@@ -148,14 +156,14 @@ class History:
         self.light = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._near = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._lacking = wp.zeros(pixels, dtype=wp.vec3, device=device)
-        self._past: Known = allocate(Known, pixels, device)
+        self._past: IndirectHistoryData = allocate(IndirectHistoryData, pixels, device)
 
     def forget(self) -> None:
         """Build on no frame before."""
         self.frames.zero_()
         self.settled.zero_()
 
-    def find(self, gbuffer: GBuffer, sps: ShadingPoints, last: LastFrame, seed: wp.array) -> None:
+    def find(self, gbuffer: GBuffer, sps: ShadingPoints, last: PreviousFrame, seed: wp.array) -> None:
         """Find this frame's `sps` in the `last` one; seed: (1,), this frame's."""
         inputs = [gbuffer, sps.pixels, sps.count, sps.listed, last.data, *self._size, sps.stride, self._past, seed]
         launch(find_kernel, sps.capacity, [*inputs, self.frames, self.settled, self.light, self._near], self.device)

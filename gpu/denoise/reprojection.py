@@ -9,7 +9,7 @@ part of C. Schied et al. 2017. Beyond the 2022 paper, which leaves temporal cohe
 import warp as wp
 
 from gpu.gbuffer.camera_rays import CameraData, image_point
-from gpu.gbuffer.edge_stopping import likeness
+from gpu.gbuffer.edge_stopping import surface_weight
 from gpu.gbuffer.gbuffer import GBuffer
 
 # A mean of so many frames, from which on older ones fade out, has little noise; each frame that hands it on blurs it a
@@ -23,7 +23,7 @@ PLANE_TOLERANCE = wp.constant(0.5)
 
 
 @wp.struct
-class Past:
+class PreviousFrameData:
     """What the last frame saw: camera (1,); position, normal (pixel,): of its SPs, in unit space."""
 
     camera: wp.array[CameraData]
@@ -32,7 +32,7 @@ class Past:
 
 
 @wp.struct
-class Tap:
+class BilinearTap:
     """One of the four pixels of the last frame around a point, and its share in what surrounds that."""
 
     pixel: int
@@ -40,8 +40,9 @@ class Tap:
 
 
 @wp.func
-def tap(past: Past, frames: wp.array[int], gbuffer: GBuffer, pixel: int, place: wp.vec2, corner: int, step: int,
-        width: int, height: int) -> Tap:  # fmt: skip
+def bilinear_tap(past: PreviousFrameData, frames: wp.array[int], gbuffer: GBuffer, pixel: int, place: wp.vec2, corner:
+int, step: int,
+        width: int, height: int) -> BilinearTap:  # fmt: skip
     """Pixel `corner`, 0 … 3, of those around the `place` of this frame's `pixel` in the last one, `step` pixels apart.
 
     frames (pixel,): how many frames the light of the last one's pixels is the mean of; where 0, their share is 0.
@@ -50,7 +51,7 @@ def tap(past: Past, frames: wp.array[int], gbuffer: GBuffer, pixel: int, place: 
     y = place[1] / float(step)
     column = int(wp.floor(x)) + corner % 2
     row = int(wp.floor(y)) + corner // 2
-    found = Tap()
+    found = BilinearTap()
     share = (1.0 - wp.abs(x - float(column))) * (1.0 - wp.abs(y - float(row)))
     column *= step
     row *= step
@@ -59,30 +60,32 @@ def tap(past: Past, frames: wp.array[int], gbuffer: GBuffer, pixel: int, place: 
         if frames[found.pixel] > 0:
             way = past.position[found.pixel] - gbuffer.position[pixel]
             limit = PLANE_TOLERANCE * gbuffer.spacing[pixel] * float(step)
-            alike = likeness(gbuffer.normal[pixel], gbuffer.geometric[pixel], way, past.normal[found.pixel], limit)
+            alike = surface_weight(
+                gbuffer.normal[pixel], gbuffer.geometric_normal[pixel], way, past.normal[found.pixel], limit
+            )
             found.share = share * alike
     return found
 
 
 @wp.func
-def past_place(past: Past, position: wp.vec3, width: int, height: int) -> wp.vec2:
+def previous_place(past: PreviousFrameData, position: wp.vec3, width: int, height: int) -> wp.vec2:
     """Where `position` was in the last frame [pixels]."""
     return image_point(past.camera[0], position, width, height)
 
 
 @wp.func
-def joined(value: wp.vec3, mean: wp.vec3, frames: int, most: int) -> wp.vec3:
+def blend(value: wp.vec3, mean: wp.vec3, frames: int, most: int) -> wp.vec3:
     """The mean of `frames` frames with one more, of `most` about."""
     if frames == 0:
         return value
     return mean + (value - mean) / float(wp.min(frames + 1, most))
 
 
-class LastFrame:
+class PreviousFrame:
     """What a view's last frame saw; `data` is what kernels take. Arrays are allocated once."""
 
     def __init__(self, pixels: int, device: wp.Device) -> None:
-        self.data = Past()
+        self.data = PreviousFrameData()
         self.data.camera = wp.zeros(1, dtype=CameraData, device=device)
         self.data.position = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self.data.normal = wp.zeros(pixels, dtype=wp.vec3, device=device)

@@ -70,7 +70,7 @@ def sample_specular(surface: Surface, view: wp.vec3, x: float, y: float) -> Lobe
 def reflected(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
     """BRDF times the receiver's cosine for unit directions towards viewer and light; zero for light from behind."""
     cos_light = wp.dot(surface.normal, light)
-    if cos_light <= 0.0 or wp.dot(surface.geometric, light) <= 0.0:
+    if cos_light <= 0.0 or wp.dot(surface.geometric_normal, light) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
     f0 = largest(surface.f0)
     if f0 == 0.0:

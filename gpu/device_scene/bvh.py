@@ -170,7 +170,7 @@ _TRAVERSAL = """
 
 
 @wp.func_native(_TRAVERSAL)
-def met(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_one: bool) -> wp.vec4:
+def intersect(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_one: bool) -> wp.vec4:
     """The first triangle along a ray, nearer than `max_t`, or `any_one`; `direction` has unit length.
 
     (t, u, v) and, as the bits of a float, the triangle, -1 for none, which is met at u·p0 + v·p1 + (1 − u − v)·p2.

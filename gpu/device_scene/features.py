@@ -1,7 +1,7 @@
 """What a scene needs of kernels: they are compiled without the code for what it has none of, in fewer registers.
 
-Functions ask while they run, as in `if table.sky_count > 0`. A kernel that is made for some `Needs` writes over what it
-asks with a constant, which the compiler follows into all that the kernel calls.
+Functions ask while they run, as in `if table.sky_count > 0`. A kernel that is made for some `SceneFeatures` writes over
+what it asks with a constant, which the compiler follows into all that the kernel calls.
 """
 
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from gpu.scene.types import AlphaMode, Material, Scene
 from gpu.settings import EVERY_SKIP, Skips
 
 # So many punctual lights are cheaper to visit one by one than the noise of a choice among them.
-MAX_VISITED = 8
+MAX_ENUMERATED = 8
 
 
 @dataclass(frozen=True)
-class Needs:
+class SceneFeatures:
     """What may be met in a scene; all of it, when nothing is known.
 
     alpha: masks that let light through; textures; gloss: lobes so narrow that they get rays of their own;
@@ -41,7 +41,7 @@ class Needs:
         return (not self.triangles) + (not self.sky) + (not self.lights)
 
 
-EVERYTHING = Needs()
+EVERYTHING = SceneFeatures()
 
 
 def _glossy(material: Material) -> bool:
@@ -49,7 +49,7 @@ def _glossy(material: Material) -> bool:
     return reflects and (material.roughness < GLOSSY_ROUGHNESS or material.metallic_roughness_slot is not None)
 
 
-def needs_of(scene: Scene, *, lambertian: bool, skip: Skips = EVERY_SKIP) -> Needs:
+def scene_features(scene: Scene, *, lambertian: bool, skip: Skips = EVERY_SKIP) -> SceneFeatures:
     """What `scene` needs, and what it has none of where `skip` does not make use of that."""
     materials, lights = scene.materials, len(scene.lights)
     alpha = not lambertian and any(material.alpha_mode is not AlphaMode.OPAQUE for material in materials)
@@ -57,12 +57,12 @@ def needs_of(scene: Scene, *, lambertian: bool, skip: Skips = EVERY_SKIP) -> Nee
     triangles = any(max(material.emission) > 0.0 and not material.unlit for material in materials)
     sky = scene.sky is not None
     every_light = not skip.absent_lights
-    return Needs(
+    return SceneFeatures(
         alpha=alpha or not skip.absent_alpha,
         textures=bool(scene.textures) or not skip.absent_textures,
         gloss=gloss or not skip.absent_gloss,
         triangles=triangles or every_light,
         sky=sky or every_light,
         lights=lights > 0 or every_light,
-        soft=triangles or sky or lights > MAX_VISITED or every_light,
+        soft=triangles or sky or lights > MAX_ENUMERATED or every_light,
     )

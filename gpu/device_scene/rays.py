@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from gpu.device_scene.bvh import Bvh, met
+from gpu.device_scene.bvh import Bvh, intersect
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.textures import sample_alpha
 
@@ -30,7 +30,7 @@ def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3) -> wp.
 @wp.func
 def first_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
     """The first triangle of a tree along a ray."""
-    nearest = met(bvh, origin, direction, max_t, False)
+    nearest = intersect(bvh, origin, direction, max_t, False)
     hit = Hit()
     hit.t = nearest[0]
     hit.u = nearest[1]
@@ -42,7 +42,7 @@ def first_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hi
 @wp.func
 def any_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
     """Whether a ray meets any triangle of a tree."""
-    return wp.cast(met(bvh, origin, direction, max_t, True)[3], int) != NO_HIT
+    return wp.cast(intersect(bvh, origin, direction, max_t, True)[3], int) != NO_HIT
 
 
 @wp.func

@@ -19,7 +19,7 @@ class Surface:
     """
 
     position: wp.vec3
-    geometric: wp.vec3
+    geometric_normal: wp.vec3
     normal: wp.vec3
     albedo: wp.vec3
     diffuse: wp.vec3
@@ -98,11 +98,11 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     material = scene.materials[scene.triangle_material[hit.face]]
     front = triangle_normal(scene, hit.face)
     seen_front = wp.dot(front, direction) < 0.0
-    surface.geometric = wp.where(seen_front, front, -front)
+    surface.geometric_normal = wp.where(seen_front, front, -front)
     base = albedo_at(scene, hit.face, hit.u, hit.v)
     if seen_front:
         surface.emission = emission_at(scene, hit.face, hit.u, hit.v)
-    surface.normal = surface.geometric
+    surface.normal = surface.geometric_normal
     surface.albedo = base
     surface.diffuse = base
     surface.roughness = 1.0
@@ -117,7 +117,7 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     if wp.length_sq(smooth) > 0.0:
         smooth = bent_normal(scene, hit, wp.normalize(smooth))
         smooth = wp.where(seen_front, smooth, -smooth)
-        if wp.dot(smooth, surface.geometric) > 0.0:
+        if wp.dot(smooth, surface.geometric_normal) > 0.0:
             # A shading normal that faces away from the viewer would shade black; tilt it back to the horizon.
             facing = wp.dot(smooth, direction)
             if facing > 0.0:

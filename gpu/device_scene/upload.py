@@ -15,7 +15,7 @@ from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSl
 from gpu.settings import EVERY_SKIP, Skips
 
 if TYPE_CHECKING:
-    from gpu.vpl.light_sets import Lighting
+    from gpu.vpl.light_sets import LightSets
 
 
 def _slot(slot: TextureSlot | None) -> SlotData:
@@ -69,18 +69,18 @@ def _srgb_decode() -> np.ndarray:
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-class ResidentScene:
+class DeviceScene:
     """A scene's geometry, materials and textures on one device.
 
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, to the
-    scene's; `lighting` keeps what gpu.vpl.light_sets makes of the scene. Raises DeviceError when `device` does not
+    scene's; `light_sets` keeps what gpu.vpl.light_sets makes of the scene. Raises DeviceError when `device` does not
     exist.
     """
 
     def __init__(self, scene: Scene, device: str | None = None) -> None:
         self.scene = scene
         self.device = choose_device(device)
-        self.lighting: Lighting | None = None
+        self.light_sets: LightSets | None = None
         masked = np.array([m.alpha_mode is not AlphaMode.OPAQUE for m in scene.materials])[scene.triangle_material]
         self.triangle_order: Ints = np.argsort(masked, kind="stable").astype(np.int32)
         triangles = np.ascontiguousarray(scene.triangles[self.triangle_order])

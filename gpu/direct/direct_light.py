@@ -13,10 +13,10 @@ from gpu.core.device import launch
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.features import EVERYTHING, Needs
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import RAY_LENGTH
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.lights.light_sampling import LightSample, light_met, punctual_sample, sample_light
@@ -32,7 +32,9 @@ DIRECT_PAIRS = wp.constant(3)
 
 @wp.func
 def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, glossy: bool) -> wp.vec3:
-    """What `surface` reflects of a light sample that nothing hides; if glossy, without the share of `lobe_light`."""
+    """What `surface` reflects of a light sample that nothing hides; if glossy, without the share of
+    `bsdf_sampled_light`.
+    """
     light = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
     if glossy:
         light = light / (1.0 + specular_density(surface, view, sample.direction) * sample.solid_angle)
@@ -40,7 +42,7 @@ def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, gloss
 
 
 @wp.func
-def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
                     seed: int, glossy: bool) -> wp.vec3:  # fmt: skip
     """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
 
@@ -69,41 +71,41 @@ def resampled_light(scene: SceneData, table: LightTable, surface: Surface, view:
             rest -= weight
     value = STRATUM * wp.uint32(chosen) + pick.a // wp.uint32(CANDIDATES)
     sample = sample_light(scene, table, table.sampled, surface.position, value, point)
-    if not connected(scene, surface.position, surface.geometric, sample.point, sample.normal):
+    if not connected(scene, surface.position, surface.geometric_normal, sample.point, sample.normal):
         return wp.vec3(0.0, 0.0, 0.0)
     return unshadowed_light(surface, view, sample, glossy) * (total / (weight * float(CANDIDATES)))
 
 
 @wp.func
-def lobe_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
                seed: int) -> wp.vec3:  # fmt: skip
     """The other part of the estimate on a glossy surface: light that a ray of the specular lobe meets."""
     point = sobol_pair_at(place, moment, 2, seed)
     lobe = sample_specular(surface, view, point.x, point.y)
-    if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric) <= 0.0:
+    if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric_normal) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
-    origin = offset_origin(surface.position, surface.geometric, lobe.direction)
+    origin = offset_origin(surface.position, surface.geometric_normal, lobe.direction)
     hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
     met = light_met(scene, table, table.sampled, origin, lobe.direction, hit)
     return wp.cw_mul(reflected(surface, view, lobe.direction), met.radiance) / (lobe.density + met.density)
 
 
 @wp.func
-def hard_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3) -> wp.vec3:
+def delta_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3) -> wp.vec3:
     """Radiance that `surface` reflects of the visited punctual lights towards unit `view` [W/m²/sr]: without noise."""
     light = wp.vec3(0.0, 0.0, 0.0)
-    for number in range(table.visited_count):
+    for number in range(table.enumerated_count):
         sample = punctual_sample(table.lights[number], surface.position)
         reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
         if largest(reached) > 0.0 and connected(
-            scene, surface.position, surface.geometric, sample.point, sample.normal
+            scene, surface.position, surface.geometric_normal, sample.point, sample.normal
         ):
             light += reached
     return light
 
 
 @wp.func
-def soft_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
+def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
                samples: int, seed: int) -> wp.vec3:  # fmt: skip
     """Radiance that `surface` reflects of all other lights, estimated [W/m²/sr].
 
@@ -113,9 +115,9 @@ def soft_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
     if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or largest(surface.f0) > 0.0):
         glossy = scene.glossy and largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
         for number in range(moment, moment + samples):
-            estimate = resampled_light(scene, table, surface, view, place, number, seed, glossy)
+            estimate = ris_light(scene, table, surface, view, place, number, seed, glossy)
             if glossy:
-                estimate += lobe_light(scene, table, surface, view, place, number, seed)
+                estimate += bsdf_sampled_light(scene, table, surface, view, place, number, seed)
             light += estimate / float(samples)
     return light
 
@@ -127,7 +129,7 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 
 @cache
-def direct_light_kernel(needs: Needs) -> wp.Kernel:
+def direct_light_kernel(needs: SceneFeatures) -> wp.Kernel:
     """The kernel for scenes with these `needs`."""
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
@@ -167,20 +169,20 @@ def direct_light_kernel(needs: Needs) -> wp.Kernel:
             table.sky_count = 0
         if wp.static(not needs.lights):
             table.light_count = 0
-            table.visited_count = 0
+            table.enumerated_count = 0
         if wp.static(not needs.soft):
             table.sampled.count = 0
         surface = Surface()
         surface.position = gbuffer.position[pixel]
-        surface.geometric = gbuffer.geometric[pixel]
+        surface.geometric_normal = gbuffer.geometric_normal[pixel]
         surface.normal = gbuffer.normal[pixel]
         surface.diffuse = gbuffer.diffuse[pixel]
         surface.f0 = gbuffer.f0[pixel]
         surface.roughness = gbuffer.roughness[pixel]
         view = gbuffer.view[pixel]
-        out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], hard_light(scene, table, surface, view))
+        out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
         place = morton_2d(pixel % width, pixel // width)
-        light = soft_light(scene, table, surface, view, place, moment[0] * samples, samples, seed)
+        light = area_light(scene, table, surface, view, place, moment[0] * samples, samples, seed)
         soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
 
     return kernel
@@ -195,9 +197,9 @@ def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: 
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], light)
 
 
-def trace_direct_light(resident: ResidentScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
+def trace_direct_light(device_scene: DeviceScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
                        size: tuple[int, int], samples: int, moment: wp.array, seed: int, out: wp.array,
-                       soft: wp.array, needs: Needs = EVERYTHING) -> None:  # fmt: skip
+                       soft: wp.array, needs: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
 
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
@@ -206,7 +208,7 @@ def trace_direct_light(resident: ResidentScene, scene: SceneData, table: LightTa
     """
     width, height = size
     inputs = [scene, table, gbuffer, width, samples, moment, seed, out, soft]
-    launch(direct_light_kernel(needs), width * height, inputs, resident.device)
+    launch(direct_light_kernel(needs), width * height, inputs, device_scene.device)
 
 
 def add_soft_light(gbuffer: GBuffer, soft: wp.array, out: wp.array) -> None:

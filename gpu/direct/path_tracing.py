@@ -12,8 +12,8 @@ from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface, surface_at
-from gpu.device_scene.upload import ResidentScene
-from gpu.direct.direct_light import DIRECT_PAIRS, hard_light, soft_light
+from gpu.device_scene.upload import DeviceScene
+from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light
 from gpu.gbuffer.camera_rays import RAY_LENGTH, CameraData, pixel_ray
 from gpu.lights.light_sampling import light_met, sample_light
 from gpu.lights.light_table import LightTable, sky_radiance
@@ -36,11 +36,11 @@ def sampled_light(scene: SceneData, table: LightTable, surface: Surface, index: 
     """
     pick = sobol_pair(index, pair, seed)
     place = sobol_pair(index, pair + 1, seed)
-    sample = sample_light(scene, table, table.everything, surface.position, pick.a, place)
-    cosine = wp.dot(surface.geometric, sample.direction)
+    sample = sample_light(scene, table, table.all_emitters, surface.position, pick.a, place)
+    cosine = wp.dot(surface.geometric_normal, sample.direction)
     if cosine <= 0.0 or largest(sample.irradiance) <= 0.0:
         return wp.vec3(0.0, 0.0, 0.0)
-    if not connected(scene, surface.position, surface.geometric, sample.point, sample.normal):
+    if not connected(scene, surface.position, surface.geometric_normal, sample.point, sample.normal):
         return wp.vec3(0.0, 0.0, 0.0)
     light = wp.cw_mul(surface.albedo, sample.irradiance) * (cosine / PI)
     if last:
@@ -59,7 +59,7 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces:
         pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
         way = sobol_pair(index, pair, seed)
         direction = cosine_direction(surface.normal, way.x, way.y)
-        if wp.dot(direction, surface.geometric) <= 0.0:
+        if wp.dot(direction, surface.geometric_normal) <= 0.0:
             return light
         throughput = wp.cw_mul(throughput, surface.albedo)
         if bounce >= ROULETTE_BOUNCE:
@@ -67,16 +67,16 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces:
             if sobol_pair(index, pair + 3, seed).x >= survival:
                 return light
             throughput = throughput / survival
-        origin = offset_origin(surface.position, surface.geometric, direction)
+        origin = offset_origin(surface.position, surface.geometric_normal, direction)
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if bounce > 0:
-            met = light_met(scene, table, table.everything, origin, direction, hit)
+            met = light_met(scene, table, table.all_emitters, origin, direction, hit)
             density = wp.dot(direction, surface.normal) / PI
             light += wp.cw_mul(throughput, met.radiance) * (density / (density + met.density))
         if hit.face == NO_HIT:
             return light
         surface = surface_at(scene, hit, direction)
-        surface.normal = surface.geometric
+        surface.normal = surface.geometric_normal
         last = bounce == bounces - 1
         light += wp.cw_mul(throughput, sampled_light(scene, table, surface, index, pair + 1, seed, last))
     return light
@@ -103,8 +103,8 @@ def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.arr
         surface = surface_at(scene, hit, ray.direction)
         if direct:
             total += surface.emission
-            total += hard_light(scene, table, surface, -ray.direction)
-            total += soft_light(scene, table, surface, -ray.direction, index, 0, 1, own_seed)
+            total += delta_light(scene, table, surface, -ray.direction)
+            total += area_light(scene, table, surface, -ray.direction, index, 0, 1, own_seed)
         if indirect and table.count > 0:
             total += indirect_light(scene, table, surface, bounces, index, own_seed)
     before = wp.vec3(0.0, 0.0, 0.0)
@@ -114,7 +114,7 @@ def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.arr
     mean[pixel] = before + (total - before * float(samples)) / float(first_sample + samples)
 
 
-def trace_paths(resident: ResidentScene, scene: SceneData, table: LightTable, camera: wp.array, size: tuple[int, int],
+def trace_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, camera: wp.array, size: tuple[int, int],
                 component: Component, bounces: int, first_sample: int, samples: int, seed: int,
                 mean: wp.array) -> None:  # fmt: skip
     """Average `samples` more paths a pixel into `mean`, (pixel,) vec3 of linear radiance [W/m²/sr].
@@ -125,4 +125,4 @@ def trace_paths(resident: ResidentScene, scene: SceneData, table: LightTable, ca
     width, height = size
     direct, indirect = component is not Component.INDIRECT, component is not Component.DIRECT
     inputs = [scene, table, camera, width, height, direct, indirect, bounces, first_sample, samples, seed, mean]
-    launch(path_kernel, width * height, inputs, resident.device)
+    launch(path_kernel, width * height, inputs, device_scene.device)

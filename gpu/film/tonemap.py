@@ -3,7 +3,7 @@
 import warp as wp
 
 from gpu.core.device import allocate, launch
-from gpu.core.staging import Mirror
+from gpu.core.staging import StagingBuffer
 
 # A GPU's threads, each with few pixels; so many others sum up what they find.
 PARTIALS = 16_384
@@ -114,7 +114,7 @@ class Tonemap:
     def __init__(self, pixels: int, device: wp.Device) -> None:
         self.device = device
         self.pixels = wp.zeros((pixels, 3), dtype=wp.uint8, device=device)
-        self._nonfinite = Mirror(wp.zeros(1, dtype=int, device=device))
+        self._nonfinite = StagingBuffer(wp.zeros(1, dtype=int, device=device))
         self._exposure = wp.zeros(1, dtype=float, device=device)
         self._tally: Tally = allocate(Tally, PARTIALS, device)
         self._sums: Tally = allocate(Tally, SUMS, device)

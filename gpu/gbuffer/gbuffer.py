@@ -7,10 +7,10 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.features import EVERYTHING, Needs
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.surface import surface_at
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import RAY_LENGTH, CameraData, CameraRay, pixel_ray
 from gpu.lights.light_table import FAR, sky_radiance
 
@@ -31,7 +31,7 @@ class GBuffer:
 
     face: wp.array[int]
     position: wp.array[wp.vec3]
-    geometric: wp.array[wp.vec3]
+    geometric_normal: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     view: wp.array[wp.vec3]
     spacing: wp.array[float]
@@ -55,7 +55,7 @@ def set_backdrop(ray: CameraRay, spacing: float, pixel: int, out: GBuffer) -> No
     black = wp.vec3(0.0, 0.0, 0.0)
     out.face[pixel] = BACKDROP
     out.position[pixel] = ray.origin + ray.direction * FAR
-    out.geometric[pixel] = -ray.direction
+    out.geometric_normal[pixel] = -ray.direction
     out.normal[pixel] = -ray.direction
     out.spacing[pixel] = FAR * spacing
     out.albedo[pixel] = black
@@ -93,7 +93,7 @@ def primary_ray_kernel(texels: bool, backdrop: bool) -> wp.Kernel:
             return
         surface = surface_at(scene, hit, ray.direction)
         out.position[pixel] = surface.position
-        out.geometric[pixel] = surface.geometric
+        out.geometric_normal[pixel] = surface.geometric_normal
         out.normal[pixel] = surface.normal
         out.spacing[pixel] = wp.where(camera.orthographic, 1.0, hit.t) * 2.0 * camera.half_height / float(height)
         out.albedo[pixel] = surface.albedo
@@ -105,8 +105,8 @@ def primary_ray_kernel(texels: bool, backdrop: bool) -> wp.Kernel:
     return kernel
 
 
-def trace_primary_rays(resident: ResidentScene, scene: SceneData, camera: wp.array, size: tuple[int, int],
-                       out: GBuffer, needs: Needs = EVERYTHING, *, backdrop: bool = False) -> None:  # fmt: skip
+def trace_primary_rays(device_scene: DeviceScene, scene: SceneData, camera: wp.array, size: tuple[int, int],
+                       out: GBuffer, needs: SceneFeatures = EVERYTHING, *, backdrop: bool = False) -> None:  # fmt: skip
     """Fill `out` for an image of `size` (width, height).
 
     camera: (1,) CameraData; needs: of the scene; backdrop: pixels that see nothing get the SP of something black, so
@@ -114,4 +114,4 @@ def trace_primary_rays(resident: ResidentScene, scene: SceneData, camera: wp.arr
     """
     width, height = size
     kernel = primary_ray_kernel(needs.texels, backdrop)
-    launch(kernel, width * height, [scene, camera, width, height, out], resident.device)
+    launch(kernel, width * height, [scene, camera, width, height, out], device_scene.device)

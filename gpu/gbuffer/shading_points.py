@@ -10,6 +10,7 @@ from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.sparse_shading import is_shaded, light_ended, reflect_kernel
 from gpu.scene.types import Ints
 
@@ -31,12 +32,12 @@ def morton_order(width: int, height: int) -> Ints:
 
 @wp.kernel
 def shaded_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, order: wp.array[int],
-                  follows: wp.array[int], before: wp.array[CameraData], ends: wp.array[wp.uint8],
+                  follows: wp.array[int], before: wp.array[CameraData], irradiance_edges: wp.array[wp.uint8],
                   shaded: wp.array[int], listed: wp.array[int]) -> None:  # fmt: skip
     """One thread a pixel, in Z order: 1 where the camera meets a surface that is shaded there, else 0.
 
-    follows (1,): 1 where light `ends` (pixel,) in the image of the camera `before` (1,) about as in this one; shaded:
-    in that order; listed (pixel,): by pixel.
+    follows (1,): 1 where light `irradiance_edges` (pixel,) in the image of the camera `before` (1,) about as in this
+    one; shaded: in that order; listed (pixel,): by pixel.
     """
     index = first + wp.tid()
     pixel = order[index]
@@ -45,7 +46,7 @@ def shaded_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride:
         if is_shaded(gbuffer, pixel, width, height, stride):
             shaded[index] = 1
         elif follows[0] == 1:
-            shaded[index] = int(light_ended(before, ends, gbuffer.position[pixel], width, height))
+            shaded[index] = int(light_ended(before, irradiance_edges, gbuffer.position[pixel], width, height))
     listed[pixel] = shaded[index]
 
 
@@ -76,10 +77,12 @@ def add_kernel(first: int, pixels: wp.array[int], count: wp.array[int], term: wp
 class ListedPoints(Protocol):
     """All SPs of an image or some of them, at most `capacity`, in Z order.
 
-    pixels, numbers (place,): their pixels, and which of all SPs they are; the first count[0] are valid.
+    pixels, numbers (place,): their pixels, and which of all SPs they are; the first count[0] are valid; points: these
+    three as kernels take them.
     """
 
     capacity: int
+    points: PointList
     pixels: wp.array
     numbers: wp.array
     count: wp.array
@@ -101,17 +104,19 @@ class ShadingPoints:
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.numbers = wp.array(np.arange(self.capacity), dtype=int, device=device)
         self.count = wp.zeros(1, dtype=int, device=device)
+        self.points = PointList()
+        self.points.pixels, self.points.numbers, self.points.count = self.pixels, self.numbers, self.count
         self._order = wp.array(morton_order(*size), dtype=int, device=device)
         self.listed = wp.zeros(self.capacity, dtype=int, device=device)
         self.follows = wp.zeros(1, dtype=int, device=device)
         self.before = wp.zeros(1, dtype=CameraData, device=device)
-        self._ends = wp.zeros(self.capacity, dtype=wp.uint8, device=device)
+        self._irradiance_edges = wp.zeros(self.capacity, dtype=wp.uint8, device=device)
         self._shaded = wp.zeros(self.capacity, dtype=int, device=device)
         self._totals = wp.zeros(self.capacity, dtype=int, device=device)
 
     def find(self, gbuffer: GBuffer) -> None:
         """List the pixels of `gbuffer` that are shaded; those that see nothing cost nothing from here on."""
-        inputs = [gbuffer, *self._size, self.stride, self._order, self.follows, self.before, self._ends]
+        inputs = [gbuffer, *self._size, self.stride, self._order, self.follows, self.before, self._irradiance_edges]
         launch(shaded_kernel, self.capacity, [*inputs, self._shaded, self.listed], self.device)
         running_total(self._shaded, self._totals)
         inputs = [self._shaded, self._totals, self._order, self.pixels, self.count]
@@ -129,5 +134,5 @@ class ShadingPoints:
 
         mean: (1,) brightness of the picture, about.
         """
-        inputs = [gbuffer, *self._size, self.stride, self.listed, irradiance, mean, self._ends, radiance]
+        inputs = [gbuffer, *self._size, self.stride, self.listed, irradiance, mean, self._irradiance_edges, radiance]
         launch(reflect_kernel, self.capacity, inputs, self.device)

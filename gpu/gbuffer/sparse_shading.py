@@ -14,7 +14,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData, image_point
-from gpu.gbuffer.edge_stopping import kinship
+from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 
 STRIDE = 2
@@ -35,7 +35,7 @@ def stride_of(pixels: int) -> int:
 
 
 @wp.struct
-class Corner:
+class Anchor:
     """One of the four anchors around a pixel: its pixel and its share in the one between."""
 
     pixel: int
@@ -43,9 +43,11 @@ class Corner:
 
 
 @wp.func
-def corner_of(gbuffer: GBuffer, pixel: int, number: int, width: int, height: int, stride: int) -> Corner:
-    """Anchor `number`, 0 … 3, of the cell that holds `pixel`: bilinear weight times kinship, 0 beyond the image."""
-    corner = Corner()
+def anchor_of(gbuffer: GBuffer, pixel: int, number: int, width: int, height: int, stride: int) -> Anchor:
+    """Anchor `number`, 0 … 3, of the cell that holds `pixel`: bilinear weight times edge_stopping_weight, 0 beyond
+    the image.
+    """
+    corner = Anchor()
     x = pixel % width
     y = pixel // width
     column = (x // stride + number % 2) * stride
@@ -56,7 +58,7 @@ def corner_of(gbuffer: GBuffer, pixel: int, number: int, width: int, height: int
     down = 1.0 - wp.abs(float(y - row)) / float(stride)
     corner.pixel = row * width + column
     if across * down > 0.0:
-        corner.share = across * down * kinship(gbuffer, pixel, corner.pixel, stride, PLANE_TOLERANCE)
+        corner.share = across * down * edge_stopping_weight(gbuffer, pixel, corner.pixel, stride, PLANE_TOLERANCE)
     return corner
 
 
@@ -73,12 +75,12 @@ def is_shaded(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int
         return True
     total = float(0.0)
     for number in range(4):
-        total += corner_of(gbuffer, pixel, number, width, height, stride).share
+        total += anchor_of(gbuffer, pixel, number, width, height, stride).share
     return total < LEAST_SHARE
 
 
 @wp.func
-def is_even(listed: wp.array[int], pixel: int, width: int, height: int) -> bool:
+def is_anchor_only(listed: wp.array[int], pixel: int, width: int, height: int) -> bool:
     """Whether none of the pixels beside an SP's has one, so that it speaks for them: listed (pixel,) is 1 where any."""
     column = pixel % width
     row = pixel // width
@@ -92,7 +94,7 @@ def is_even(listed: wp.array[int], pixel: int, width: int, height: int) -> bool:
 
 
 @wp.struct
-class Between:
+class Interpolated:
     """What a pixel's anchors tell of its irradiance: the mean, their share in it, the least and greatest brightness."""
 
     light: wp.vec3
@@ -103,11 +105,11 @@ class Between:
 
 @wp.func
 def between(gbuffer: GBuffer, pixel: int, width: int, height: int, stride: int,
-            irradiance: wp.array[wp.vec3]) -> Between:  # fmt: skip
+            irradiance: wp.array[wp.vec3]) -> Interpolated:  # fmt: skip
     """The irradiance (pixel,) of a pixel's anchors on its surface."""
-    found = Between()
+    found = Interpolated()
     for number in range(4):
-        corner = corner_of(gbuffer, pixel, number, width, height, stride)
+        corner = anchor_of(gbuffer, pixel, number, width, height, stride)
         if corner.share > 0.0:
             light = irradiance[corner.pixel]
             amount = brightness(light)
@@ -132,9 +134,11 @@ def irradiance_at(gbuffer: GBuffer, pixel: int, width: int, height: int, stride:
 
 
 @wp.func
-def light_ended(before: wp.array[CameraData], ends: wp.array[wp.uint8], position: wp.vec3, width: int,
+def light_ended(before: wp.array[CameraData], irradiance_edges: wp.array[wp.uint8], position: wp.vec3, width: int,
                 height: int) -> bool:  # fmt: skip
-    """Whether light `ends` (pixel,), in the image of the camera `before` (1,), at a pixel around this position."""
+    """Whether light `irradiance_edges` (pixel,), in the image of the camera `before` (1,), at a pixel around this
+    position.
+    """
     place = image_point(before[0], position, width, height)
     if place[0] <= -1.0 or place[1] <= -1.0:
         return False
@@ -143,14 +147,14 @@ def light_ended(before: wp.array[CameraData], ends: wp.array[wp.uint8], position
     for corner in range(4):
         x = wp.min(column + corner % 2, width - 1)
         y = wp.min(row + corner // 2, height - 1)
-        if ends[y * width + x] == wp.uint8(1):
+        if irradiance_edges[y * width + x] == wp.uint8(1):
             return True
     return False
 
 
 @wp.kernel
 def reflect_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride: int, listed: wp.array[int],
-                   irradiance: wp.array[wp.vec3], mean: wp.array[float], ends: wp.array[wp.uint8],
+                   irradiance: wp.array[wp.vec3], mean: wp.array[float], irradiance_edges: wp.array[wp.uint8],
                    radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: adds what its surface reflects of the irradiance, its own or that of its anchors.
 
@@ -158,7 +162,7 @@ def reflect_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride
     ends (pixel,): becomes 1 where light ends between anchors, else 0; radiance (pixel,): to the camera [W/m²/sr].
     """
     pixel = first + wp.tid()
-    ends[pixel] = wp.uint8(0)
+    irradiance_edges[pixel] = wp.uint8(0)
     if gbuffer.face[pixel] == NO_HIT:
         return
     light = irradiance[pixel]
@@ -168,7 +172,7 @@ def reflect_kernel(first: int, gbuffer: GBuffer, width: int, height: int, stride
         if around.share >= LEAST_SHARE:
             unlike = (around.most - around.least) * brightness(reflected)
             if around.most > UNLIKE * around.least and unlike > LEAST_UNLIKE * mean[0]:
-                ends[pixel] = wp.uint8(1)
+                irradiance_edges[pixel] = wp.uint8(1)
             if listed[pixel] == 0:
                 light = around.light
     radiance[pixel] += wp.cw_mul(reflected, light)

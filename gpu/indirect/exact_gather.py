@@ -6,14 +6,14 @@ import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
-from gpu.core.kahan import Sum, added
+from gpu.core.kahan import Sum, kahan_add
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connection
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.irradiance import Indirect
 from gpu.vpl.disk_light import disk_at
-from gpu.vpl.form_factor import unoccluded
+from gpu.vpl.form_factor import unoccluded_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 
 
@@ -40,18 +40,18 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
         pixel = sps[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        geometric = gbuffer.geometric[pixel]
+        geometric_normal = gbuffer.geometric_normal[pixel]
         irradiance = Sum()
         for vpl in range(begin, end):
-            light = unoccluded(position, normal, vpls, vpl)
+            light = unoccluded_irradiance(position, normal, vpls, vpl)
             disk = disk_at(vpls.disks, vpl)
-            if brightness(light) > 0.0 and connect(scene, position, geometric, disk.position, disk.normal):
-                irradiance = added(irradiance, light)
+            if brightness(light) > 0.0 and connect(scene, position, geometric_normal, disk.position, disk.normal):
+                irradiance = kahan_add(irradiance, light)
         before = Sum()
         if begin > 0:
             before.total = out.irradiance[pixel]
             before.lost = out.lost[pixel]
-        after = added(before, irradiance.total)
+        after = kahan_add(before, irradiance.total)
         out.irradiance[pixel] = after.total
         out.lost[pixel] = after.lost
 

@@ -13,9 +13,9 @@ from gpu.core.device import allocate, launch
 from gpu.core.intrinsics import bits_of_all, float_sum, lanes_of, lowest_bit, vector_sum
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import Disk, disk_at
-from gpu.vpl.form_factor import disk_irradiance, is_twig_unfolded, is_unfolded
+from gpu.vpl.form_factor import disk_irradiance, is_opened, is_subcluster_opened
 from gpu.vpl.group_sampling import groups_a_part
-from gpu.vpl.vpl_clusters import PER_TWIG, VplClusters, is_behind, member_disk, most_groups, out_of_reach
+from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, is_behind, member_disk, most_groups, out_of_reach
 
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
@@ -27,13 +27,13 @@ Chunk = wp.types.vector(length=CHUNK, dtype=float)
 # Cosines below this are so grazing that their light's gradient says nothing.
 GRAZING = wp.constant(0.1)
 # How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
-LEAST_DOUBT = wp.constant(0.25)
+MIN_VISIBILITY_WEIGHT = wp.constant(0.25)
 
 
 @wp.func
-def doubt(share: float) -> float:
+def visibility_weight(share: float) -> float:
     """In what proportion to its light rays go to a VPL cluster, of which an SP's clusters see this share."""
-    return LEAST_DOUBT + (1.0 - LEAST_DOUBT) * share
+    return MIN_VISIBILITY_WEIGHT + (1.0 - MIN_VISIBILITY_WEIGHT) * share
 
 
 @wp.struct
@@ -44,47 +44,47 @@ class FarLight:
     the same bits.
     light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its
     brightness by place and by normal; mass (group, representative): light of the group's far clusters were none hidden,
-    each times its `doubt`; totals (part, representative): the sum of that over the groups of a part and of those before
-    it; open_mass, open_totals: as these, without `doubt`.
+    each times its `visibility_weight`; totals (part, representative): the sum of that over the groups of a part and of
+    those before it; unoccluded_importance, unoccluded_cdf: as these, without `visibility_weight`.
     """
 
     near: wp.array2d[wp.uint32]
     octets: wp.array2d[wp.uint8]
     light: wp.array[wp.vec3]
-    moved: wp.array[wp.vec3]
-    turned: wp.array[wp.vec3]
-    mass: wp.array2d[float]
-    totals: wp.array2d[float]
-    open_mass: wp.array2d[float]
-    open_totals: wp.array2d[float]
+    position_gradient: wp.array[wp.vec3]
+    normal_gradient: wp.array[wp.vec3]
+    importance: wp.array2d[float]
+    importance_cdf: wp.array2d[float]
+    unoccluded_importance: wp.array2d[float]
+    unoccluded_cdf: wp.array2d[float]
 
 
 @wp.struct
 class Partial:
-    """What each part adds to `light`, `moved` and `turned` of FarLight, (part, representative)."""
+    """What each part adds to `light`, `position_gradient` and `normal_gradient` of FarLight, (part, representative)."""
 
     light: wp.array2d[wp.vec3]
-    moved: wp.array2d[wp.vec3]
-    turned: wp.array2d[wp.vec3]
+    position_gradient: wp.array2d[wp.vec3]
+    normal_gradient: wp.array2d[wp.vec3]
 
 
 @wp.func
 def is_near(position: wp.vec3, spacing: float, disk: Disk) -> bool:
     """Whether a VPL cluster's disk is so near a representative that its light may be other at its SPs."""
-    return wp.length(disk.position - position) - disk.reach < NEAR_SPACINGS * spacing
+    return wp.length(disk.position - position) - disk.radius < NEAR_SPACINGS * spacing
 
 
 @wp.struct
-class Slope:
+class IrradianceGradient:
     """Irradiance at a point [W/m²], and the gradients of its brightness by place and by normal."""
 
     light: wp.vec3
-    moved: wp.vec3
-    turned: wp.vec3
+    position_gradient: wp.vec3
+    normal_gradient: wp.vec3
 
 
 @wp.func
-def with_disk(slope: Slope, position: wp.vec3, normal: wp.vec3, disk: Disk) -> Slope:
+def with_disk(slope: IrradianceGradient, position: wp.vec3, normal: wp.vec3, disk: Disk) -> IrradianceGradient:
     """`slope` with one more disk light."""
     whole = disk_irradiance(position, normal, disk)
     amount = brightness(whole)
@@ -96,37 +96,42 @@ def with_disk(slope: Slope, position: wp.vec3, normal: wp.vec3, disk: Disk) -> S
     facing = wp.max(wp.dot(way, normal), least)
     leaving = wp.max(-wp.dot(way, disk.normal), least)
     nearer = 1.0 / squared + PI / (PI * squared + disk.area)
-    more = Slope()
+    more = IrradianceGradient()
     more.light = slope.light + whole
-    more.moved = slope.moved + amount * (way * (2.0 * nearer) - normal / facing + disk.normal / leaving)
-    more.turned = slope.turned + way * (amount / facing)
+    more.position_gradient = slope.position_gradient + amount * (
+        way * (2.0 * nearer) - normal / facing + disk.normal / leaving
+    )
+    more.normal_gradient = slope.normal_gradient + way * (amount / facing)
     return more
 
 
 @wp.func
-def with_share(slope: Slope, other: Slope, share: float) -> Slope:
+def with_share(slope: IrradianceGradient, other: IrradianceGradient, share: float) -> IrradianceGradient:
     """`slope` with a share of another's light."""
     slope.light += other.light * share
-    slope.moved += other.moved * share
-    slope.turned += other.turned * share
+    slope.position_gradient += other.position_gradient * share
+    slope.normal_gradient += other.normal_gradient * share
     return slope
 
 
 @wp.func
-def with_twigs(slope: Slope, position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, lane: int,
-               lanes: int) -> Slope:  # fmt: skip
-    """`slope` with the light of every `lanes`-th twig of a VPL cluster that is unfolded, as `unoccluded` takes it."""
+def with_subclusters(slope: IrradianceGradient, position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int,
+lane: int,
+               lanes: int) -> IrradianceGradient:  # fmt: skip
+    """`slope` with the light of every `lanes`-th subcluster of a VPL cluster that is unfolded, as
+    `unoccluded_irradiance` takes it.
+    """
     end = vpls.starts[cluster + 1]
     area = vpls.disks[cluster].area / float(end - vpls.starts[cluster])
-    begin = vpls.starts[cluster] + PER_TWIG * lane
-    for twig in range(vpls.twig_starts[cluster] + lane, vpls.twig_starts[cluster + 1], lanes):
-        disk = disk_at(vpls.twigs, twig)
-        if is_twig_unfolded(position, disk):
-            for member in range(begin, wp.min(begin + PER_TWIG, end)):
+    begin = vpls.starts[cluster] + PER_SUBCLUSTER * lane
+    for subcluster in range(vpls.subcluster_starts[cluster] + lane, vpls.subcluster_starts[cluster + 1], lanes):
+        disk = disk_at(vpls.subclusters, subcluster)
+        if is_subcluster_opened(position, disk):
+            for member in range(begin, wp.min(begin + PER_SUBCLUSTER, end)):
                 slope = with_disk(slope, position, normal, member_disk(vpls, member, area))
         else:
             slope = with_disk(slope, position, normal, disk)
-        begin += PER_TWIG * lanes
+        begin += PER_SUBCLUSTER * lanes
     return slope
 
 
@@ -138,20 +143,20 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
     fresh = sps.fresh[0]
     lane = index % lanes
     place = index // lanes
-    if place >= out.totals.shape[0] * fresh:
+    if place >= out.importance_cdf.shape[0] * fresh:
         return
     sp = sps.order[place % fresh]
     part = place // fresh
     position = sps.position[sp]
     normal = sps.normal[sp]
-    whole = Slope()
+    whole = IrradianceGradient()
     part_mass = float(0.0)
     part_open = float(0.0)
-    groups = groups_a_part(vpls, out.totals.shape[0])
+    groups = groups_a_part(vpls, out.importance_cdf.shape[0])
     begin = part * groups
     for group in range(begin, wp.min(begin + groups, vpls.groups)):
-        mass = float(0.0)
-        open_mass = float(0.0)
+        importance = float(0.0)
+        unoccluded_importance = float(0.0)
         reached = all_near or not out_of_reach(position, normal, vpls, group)
         end = wp.min(vpls.per_group * (group + 1), vpls.count)
         for octet in range(vpls.per_group * group // 8, (end + 7) // 8):
@@ -167,44 +172,44 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
                     elif not is_behind(position, normal, vpls, vpl):
                         if is_near(position, sps.spacing[sp], disk):
                             near |= 1 << bit
-                        elif is_unfolded(position, disk):
+                        elif is_opened(position, disk):
                             unfolded |= 1 << bit
                         else:
                             share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
-                            lit = with_disk(Slope(), position, normal, disk)
+                            lit = with_disk(IrradianceGradient(), position, normal, disk)
                             amount = brightness(lit.light)
-                            open_mass += amount
-                            mass += amount * doubt(share)
+                            unoccluded_importance += amount
+                            importance += amount * visibility_weight(share)
                             whole = with_share(whole, lit, share)
             unfolded = bits_of_all(unfolded, lanes)
             while unfolded != 0:
                 bit = lowest_bit(wp.uint32(unfolded))
                 unfolded &= unfolded - 1
                 share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
-                lit = with_twigs(Slope(), position, normal, vpls, 8 * octet + bit, lane, lanes)
+                lit = with_subclusters(IrradianceGradient(), position, normal, vpls, 8 * octet + bit, lane, lanes)
                 amount = brightness(lit.light)
-                open_mass += amount
-                mass += amount * doubt(share)
+                unoccluded_importance += amount
+                importance += amount * visibility_weight(share)
                 whole = with_share(whole, lit, share)
             near = bits_of_all(near, lanes)
             if lane == 0:
                 out.octets[sp, octet] = wp.uint8(near)
-        mass = float_sum(mass, lanes)
-        open_mass = float_sum(open_mass, lanes)
+        importance = float_sum(importance, lanes)
+        unoccluded_importance = float_sum(unoccluded_importance, lanes)
         if lane == 0:
-            out.mass[group, sp] = mass
-            out.open_mass[group, sp] = open_mass
-        part_mass += mass
-        part_open += open_mass
+            out.importance[group, sp] = importance
+            out.unoccluded_importance[group, sp] = unoccluded_importance
+        part_mass += importance
+        part_open += unoccluded_importance
     light = vector_sum(whole.light, lanes)
-    moved = vector_sum(whole.moved, lanes)
-    turned = vector_sum(whole.turned, lanes)
+    position_gradient = vector_sum(whole.position_gradient, lanes)
+    normal_gradient = vector_sum(whole.normal_gradient, lanes)
     if lane == 0:
-        out.totals[part, sp] = part_mass
-        out.open_totals[part, sp] = part_open
+        out.importance_cdf[part, sp] = part_mass
+        out.unoccluded_cdf[part, sp] = part_open
         partial.light[part, sp] = light
-        partial.moved[part, sp] = moved
-        partial.turned[part, sp] = turned
+        partial.position_gradient[part, sp] = position_gradient
+        partial.normal_gradient[part, sp] = normal_gradient
 
 
 @wp.kernel
@@ -218,28 +223,28 @@ def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partia
     for octet in range((vpls.count + 7) // 8, out.octets.shape[1]):
         out.octets[sp, octet] = wp.uint8(0)
     light = wp.vec3(0.0, 0.0, 0.0)
-    moved = wp.vec3(0.0, 0.0, 0.0)
-    turned = wp.vec3(0.0, 0.0, 0.0)
+    position_gradient = wp.vec3(0.0, 0.0, 0.0)
+    normal_gradient = wp.vec3(0.0, 0.0, 0.0)
     whole = float(0.0)
     whole_open = float(0.0)
     masses = Chunk()
     opens = Chunk()
-    for chunk in range(out.totals.shape[0] // wp.static(CHUNK)):
+    for chunk in range(out.importance_cdf.shape[0] // wp.static(CHUNK)):
         for row in range(wp.static(CHUNK)):
             part = chunk * wp.static(CHUNK) + row
             light += partial.light[part, sp]
-            moved += partial.moved[part, sp]
-            turned += partial.turned[part, sp]
-            masses[row] = out.totals[part, sp]
-            opens[row] = out.open_totals[part, sp]
+            position_gradient += partial.position_gradient[part, sp]
+            normal_gradient += partial.normal_gradient[part, sp]
+            masses[row] = out.importance_cdf[part, sp]
+            opens[row] = out.unoccluded_cdf[part, sp]
         for row in range(wp.static(CHUNK)):
             whole += masses[row]
-            out.totals[chunk * wp.static(CHUNK) + row, sp] = whole
+            out.importance_cdf[chunk * wp.static(CHUNK) + row, sp] = whole
             whole_open += opens[row]
-            out.open_totals[chunk * wp.static(CHUNK) + row, sp] = whole_open
+            out.unoccluded_cdf[chunk * wp.static(CHUNK) + row, sp] = whole_open
     out.light[sp] = light
-    out.moved[sp] = moved
-    out.turned[sp] = turned
+    out.position_gradient[sp] = position_gradient
+    out.normal_gradient[sp] = normal_gradient
 
 
 @wp.func
@@ -249,8 +254,8 @@ def far_irradiance(far: FarLight, clusters: SpClusters, cluster: int, position: 
     amount = brightness(light)
     if amount <= 0.0:
         return light
-    change = wp.dot(far.moved[cluster], position - clusters.position[cluster])
-    change += wp.dot(far.turned[cluster], normal - clusters.normal[cluster])
+    change = wp.dot(far.position_gradient[cluster], position - clusters.position[cluster])
+    change += wp.dot(far.normal_gradient[cluster], normal - clusters.normal[cluster])
     return light * wp.clamp(1.0 + change / amount, 0.0, 2.0)
 
 
@@ -260,8 +265,8 @@ class FarSums:
     def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool) -> None:
         self.device, self._sp_count, self._enabled = device, sp_count, enabled
         self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
-        self.data.mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
-        self.data.open_mass = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
+        self.data.importance = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
+        self.data.unoccluded_importance = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
         words = max(1, -(-vpl_count // 32))
         near = self.data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=device)
         self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)

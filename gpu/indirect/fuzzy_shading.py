@@ -9,15 +9,15 @@ from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.intrinsics import bits_of_warp, lowest_bit
-from gpu.core.kahan import Sum, added
+from gpu.core.kahan import Sum, kahan_add
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.indirect.far_field import FarLight, doubt, far_irradiance
+from gpu.indirect.far_field import FarLight, far_irradiance, visibility_weight
 from gpu.indirect.irradiance import CHECKS, NEAR_PARTS, Indirect
 from gpu.indirect.visibility import Visibility
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sp.sp_clusters import SpClusters
-from gpu.vpl.form_factor import unoccluded
+from gpu.vpl.form_factor import unoccluded_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 
 Ints = wp.types.vector(length=CHECKS, dtype=int)
@@ -108,20 +108,20 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         weights = guided.weight
         irradiance = Sum()
         far_mass = float(0.0)
-        open_far = float(0.0)
+        unoccluded_far = float(0.0)
         for f in range(wp.static(fuzziness)):
             if weights[f] > 0.0:
                 light = far_irradiance(far, clusters, cluster[f], position, normal)
-                irradiance = added(irradiance, light * weights[f])
-                far_mass += weights[f] * far.totals[far.totals.shape[0] - 1, cluster[f]]
-                open_far += weights[f] * far.open_totals[far.open_totals.shape[0] - 1, cluster[f]]
+                irradiance = kahan_add(irradiance, light * weights[f])
+                far_mass += weights[f] * far.importance_cdf[far.importance_cdf.shape[0] - 1, cluster[f]]
+                unoccluded_far += weights[f] * far.unoccluded_cdf[far.unoccluded_cdf.shape[0] - 1, cluster[f]]
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()
         following = Floats()
         next_change = float(0.0)
-        mass = float(0.0)
-        open_near = float(0.0)
+        importance = float(0.0)
+        unoccluded_near = float(0.0)
         pairs = int(0)
         for check in range(wp.static(CHECKS)):
             target[check] = -1
@@ -131,7 +131,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         a_part = words_a_part(vpls)
         for word in range((vpls.count + 31) // 32):
             if word % a_part == 0:
-                out.open_before[word // a_part, sp] = open_near
+                out.unoccluded_prefix[word // a_part, sp] = unoccluded_near
             bits = wp.uint32(0)
             for f in range(wp.static(fuzziness)):
                 near[f] = wp.uint32(0)
@@ -150,7 +150,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                 if ((bits >> bit) & wp.uint32(1)) == wp.uint32(0):
                     continue
                 pairs += 1
-                whole = unoccluded(position, normal, vpls, 32 * word + int(bit))
+                whole = unoccluded_irradiance(position, normal, vpls, 32 * word + int(bit))
                 amount = brightness(whole)
                 if amount > 0.0:
                     share = float(0.0)
@@ -160,22 +160,22 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
                         share += sees
                         near_share += sees * float((near[f] >> bit) & wp.uint32(1))
                     light += whole * near_share
-                    open_near += amount
-                    mass += amount * doubt(share)
-                    if mass >= next_change:
+                    unoccluded_near += amount
+                    importance += amount * visibility_weight(share)
+                    if importance >= next_change:
                         next_change = FAR_AWAY
                         for check in range(wp.static(CHECKS)):
-                            if mass >= following[check]:
+                            if importance >= following[check]:
                                 state = hashed(state)
                                 target[check] = 32 * word + int(bit)
-                                following[check] = mass / ((float(state) + 1.0) * TO_UNIT)
+                                following[check] = importance / ((float(state) + 1.0) * TO_UNIT)
                             next_change = wp.min(next_change, following[check])
-            irradiance = added(irradiance, light)
+            irradiance = kahan_add(irradiance, light)
         out.irradiance[pixel] = irradiance.total
-        out.near[sp] = mass
+        out.near[sp] = importance
         out.far[sp] = far_mass
-        out.open_near[sp] = open_near
-        out.open_far[sp] = open_far
+        out.unoccluded_near[sp] = unoccluded_near
+        out.unoccluded_far[sp] = unoccluded_far
         out.pairs[sp] = pairs
         for check in range(wp.static(CHECKS)):
             out.target[check, sp] = target[check]

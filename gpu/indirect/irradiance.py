@@ -16,10 +16,10 @@ class Indirect:
     """Indirect light at the SPs.
 
     irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
-    gpu.core.kahan.Sum; target (CHECKS, sp): near VPL clusters, each drawn in proportion to its light in doubt, −1 for
-    none; near, far (sp,): all light in doubt of near VPL clusters, and of the others; open_near, open_far (sp,): their
-    light were none hidden; open_before (part, sp): that of the near ones before each part of VPL clusters
-    (`words_a_part`); pairs (sp,): how many are near.
+    gpu.core.kahan.Sum; target (CHECKS, sp): near VPL clusters, each drawn in proportion to its light in
+    visibility_weight, −1 for none; near, far (sp,): all light in visibility_weight of near VPL clusters, and of the
+    others; unoccluded_near, unoccluded_far (sp,): their light were none hidden; unoccluded_prefix (part, sp): that of
+    the near ones before each part of VPL clusters (`words_a_part`); pairs (sp,): how many are near.
     """
 
     irradiance: wp.array[wp.vec3]
@@ -27,14 +27,14 @@ class Indirect:
     target: wp.array2d[int]
     near: wp.array[float]
     far: wp.array[float]
-    open_near: wp.array[float]
-    open_far: wp.array[float]
-    open_before: wp.array2d[float]
+    unoccluded_near: wp.array[float]
+    unoccluded_far: wp.array[float]
+    unoccluded_prefix: wp.array2d[float]
     pairs: wp.array[int]
 
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
     indirect: Indirect = allocate(Indirect, pixels, device, CHECKS)
-    indirect.open_before = wp.zeros((NEAR_PARTS, pixels), dtype=float, device=device)
+    indirect.unoccluded_prefix = wp.zeros((NEAR_PARTS, pixels), dtype=float, device=device)
     return indirect

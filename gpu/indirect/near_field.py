@@ -21,7 +21,7 @@ from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 from gpu.vpl.form_factor import disk_area
-from gpu.vpl.radiosity_cache import RadiosityMap, vpl_around
+from gpu.vpl.radiosity_cache import RadiosityCache, vpl_around
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Of the sample sequences of a frame's seed, one that nothing else takes.
@@ -84,10 +84,10 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
             return
         place = sobol_pair(sp, NEAR_PAIR, seed[0])
         direction = cosine_direction(gbuffer.normal[pixel], place.x, place.y)
-        geometric = gbuffer.geometric[pixel]
-        if wp.dot(direction, geometric) <= 0.0:
+        geometric_normal = gbuffer.geometric_normal[pixel]
+        if wp.dot(direction, geometric_normal) <= 0.0:
             return
-        origin = offset_origin(gbuffer.position[pixel], geometric, direction)
+        origin = offset_origin(gbuffer.position[pixel], geometric_normal, direction)
         looks_far = (sp + seed[0]) % (FAR_EVERY * every) == 0
         length = wp.where(looks_far, RAY_LENGTH, NEAR_LENGTH)
         hit = closest_hit(scene, origin, direction, length)
@@ -102,7 +102,7 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
 
 
 @wp.kernel
-def find_kernel(first: int, hits: Hits, lit: RadiosityMap, vpl: wp.array[int]) -> None:
+def find_kernel(first: int, hits: Hits, lit: RadiosityCache, vpl: wp.array[int]) -> None:
     """One thread an SP: the VPL that answers for where its ray went. vpl (sp,): −1 for none."""
     sp = first + wp.tid()
     vpl[sp] = -1
@@ -135,7 +135,7 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
         count: wp.array[int],
         hits: Hits,
         vpls: VplClusters,
-        lit: RadiosityMap,
+        lit: RadiosityCache,
         frames: wp.array[int],
         vpl: wp.array[int],
         light: wp.array[wp.vec3],
@@ -179,7 +179,7 @@ class NearField:
         self.light = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self.found = wp.zeros(capacity, dtype=int, device=device)
 
-    def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityMap,
+    def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityCache,
               seed: wp.array, frames: wp.array) -> None:  # fmt: skip
         """Estimate the irradiance of `sps` that the disks of `vpls`, from which `lit` is, have lost.
 

@@ -74,8 +74,8 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
     disk = disk_at(vpls.disks, vpl)
     way = disk.position - p
     distance = wp.length(way)
-    cone = vpls.cone[vpl]
-    slack = wp.sqrt(wp.max(1.0 - cone * cone, 0.0)) * distance
+    normal_cone_cos = vpls.normal_cone_cos[vpl]
+    slack = wp.sqrt(wp.max(1.0 - normal_cone_cos * normal_cone_cos, 0.0)) * distance
     if wp.dot(way, disk.normal) >= slack or wp.dot(way, p_normal) <= 0.0:
         return NO_LIGHT
     return brightness(disk_irradiance(p, p_normal, disk))
@@ -95,7 +95,7 @@ def part_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[
     vpl = index // fresh
     total = float(0.0)
     while vpl < vpls.count:
-        total += wp.max(pair_light(sps.position[sp], sps.geometric[sp], vpls, vpl), 0.0)
+        total += wp.max(pair_light(sps.position[sp], sps.geometric_normal[sp], vpls, vpl), 0.0)
         vpl += PARTS
     parts[index] = total
 
@@ -114,8 +114,8 @@ def weak_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.ar
 
 
 @cache
-def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
-    """The kernel that plans the rays; facing_away, weak_pairs: whether such pairs have no rays of their own."""
+def plan_kernel(facing_away: bool, shared_weak_rays: bool) -> wp.Kernel:
+    """The kernel that plans the rays; facing_away, shared_weak_rays: whether such pairs have no rays of their own."""
 
     @wp.kernel(module="unique", module_options={"fast_math": True})
     def kernel(
@@ -138,7 +138,7 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
         sp = sps.order[place]
         begin = WORD_BITS * (index // length)
         p = sps.position[sp]
-        p_normal = sps.geometric[sp]
+        p_normal = sps.geometric_normal[sp]
         traced = wp.uint32(0)
         shared = wp.uint32(0)
         leaders = wp.uint32(0)
@@ -153,7 +153,7 @@ def plan_kernel(facing_away: bool, weak_pairs: bool) -> wp.Kernel:
         for member in range(members):
             light = pair_light(p, p_normal, vpls, begin + member)
             bit = wp.uint32(1) << wp.uint32(member)
-            if wp.static(weak_pairs) and light >= 0.0 and light < weak[place]:
+            if wp.static(shared_weak_rays) and light >= 0.0 and light < weak[place]:
                 shared |= bit
                 eight_light += light
                 if light > brightest:

@@ -67,7 +67,7 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
             vpl = WORD_BITS * (index // length) + pairs[ray] % WORD_BITS
             seen = int(0)
             disk = disk_at(vpls.disks, vpl)
-            if see(scene, sps.position[sp], sps.geometric[sp], disk.position, disk.normal):
+            if see(scene, sps.position[sp], sps.geometric_normal[sp], disk.position, disk.normal):
                 seen = 1
             pairs[ray] = seen
             ray += (threads + spread - 1) // spread
@@ -124,10 +124,10 @@ class Visibility:
         """
         count, device, skip = self._sp_count, self.device, self._skip
         plan, pairs = self._plan, self._pairs
-        if skip.weak_pairs:
+        if skip.shared_weak_rays:
             launch(part_kernel, len(self._parts), [sps, vpls, self._parts], device)
             launch(weak_kernel, count, [sps, self._parts, self._weak], device)
-        plans = plan_kernel(skip.facing_away, skip.weak_pairs)
+        plans = plan_kernel(skip.facing_away, skip.shared_weak_rays)
         trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
         words = len(plan.traced)
         self.rays.zero_()

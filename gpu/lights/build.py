@@ -6,10 +6,10 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.features import MAX_VISITED
+from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.surface import emission_at
-from gpu.device_scene.upload import ResidentScene
-from gpu.lights.light_table import LightData, LightTable, Shares
+from gpu.device_scene.upload import DeviceScene
+from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.sampling.warps import triangle_barycentrics
 from gpu.scene.types import Doubles, Ints, Light, LightKind
 
@@ -56,16 +56,16 @@ def _light_power(light: Light, radius: float) -> float:
     return intensity * 4.0 * np.pi
 
 
-def emissive_faces(resident: ResidentScene) -> Ints:
+def emissive_faces(device_scene: DeviceScene) -> Ints:
     """The device's triangles whose material emits light, shape (triangle,). Unlit materials are shown, not lights."""
-    emits = np.array([max(m.emission) > 0.0 and not m.unlit for m in resident.scene.materials])
-    materials = resident.scene.triangle_material[resident.triangle_order]
+    emits = np.array([max(m.emission) > 0.0 and not m.unlit for m in device_scene.scene.materials])
+    materials = device_scene.scene.triangle_material[device_scene.triangle_order]
     return np.flatnonzero(emits[materials]).astype(np.int32)
 
 
-def _shares(power: Doubles, device: wp.Device) -> Shares:
-    """Shares in proportion to `power` (emitter,); `count` is 0 when there is none."""
-    shares = Shares()
+def _shares(power: Doubles, device: wp.Device) -> PowerCdf:
+    """PowerCdf in proportion to `power` (emitter,); `count` is 0 when there is none."""
+    shares = PowerCdf()
     total = float(power.sum())
     shares.count = len(power) if total > 0.0 else 0
     ends = np.cumsum(power) / total if total > 0.0 else np.ones(1)
@@ -74,10 +74,10 @@ def _shares(power: Doubles, device: wp.Device) -> Shares:
     return shares
 
 
-def build_light_table(resident: ResidentScene) -> LightTable:
+def build_light_table(device_scene: DeviceScene) -> LightTable:
     """The scene's emitters with their shares in the choice by power; `count` is 0 when nothing emits."""
-    scene, device = resident.scene, resident.device
-    faces = wp.array(emissive_faces(resident), dtype=wp.int32, device=device)
+    scene, device = device_scene.scene, device_scene.device
+    faces = wp.array(emissive_faces(device_scene), dtype=wp.int32, device=device)
     table = LightTable()
     table.radius = float(np.linalg.norm(np.abs(scene.vertices).max(axis=0)))
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
@@ -85,16 +85,16 @@ def build_light_table(resident: ResidentScene) -> LightTable:
     table.faces = faces
     table.areas = wp.zeros(len(faces), dtype=float, device=device)
     powers = wp.zeros(len(faces), dtype=float, device=device)
-    launch(triangle_power_kernel, len(faces), [resident.data, faces, table.areas, powers], device)
+    launch(triangle_power_kernel, len(faces), [device_scene.data, faces, table.areas, powers], device)
     table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
     sky = [] if scene.sky is None else [float(np.mean(scene.sky.radiance)) * 2.0 * (np.pi * table.radius) ** 2]
     extended = np.concatenate([powers.numpy().astype(np.float64), sky])
     power = np.concatenate([extended, [_light_power(light, table.radius) for light in scene.lights]])
-    table.everything = _shares(power, device)
-    table.count = table.everything.count
-    if len(scene.lights) <= MAX_VISITED:
-        table.visited_count = len(scene.lights)
+    table.all_emitters = _shares(power, device)
+    table.count = table.all_emitters.count
+    if len(scene.lights) <= MAX_ENUMERATED:
+        table.enumerated_count = len(scene.lights)
         table.sampled = _shares(extended, device)
     else:
-        table.sampled = table.everything
+        table.sampled = table.all_emitters
     return table

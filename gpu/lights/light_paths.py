@@ -6,13 +6,13 @@ import warp as wp
 from warp.utils import radix_sort_pairs
 
 from gpu.core.device import allocate, launch
-from gpu.core.morton import EMPTY_KEY, order_key
+from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.features import EVERYTHING, Needs
+from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightTable, emit
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -72,15 +72,15 @@ def light_path_kernel(texels: bool) -> wp.Kernel:
             flux = wp.cw_mul(flux, surface.albedo)
             slot = path * bounces + bounce
             out.position[slot] = surface.position
-            out.normal[slot] = surface.geometric
+            out.normal[slot] = surface.geometric_normal
             out.flux[slot] = flux
             survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
             if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
                 return
             flux = flux / survival
             way = sobol_pair(path, 3 + 2 * bounce, seed)
-            direction = cosine_direction(surface.geometric, way.x, way.y)
-            origin = offset_origin(surface.position, surface.geometric, direction)
+            direction = cosine_direction(surface.geometric_normal, way.x, way.y)
+            origin = offset_origin(surface.position, surface.geometric_normal, direction)
 
     return kernel
 
@@ -92,7 +92,7 @@ def order_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
     flux = vpls.flux[index]
     keys[index] = EMPTY_KEY
     if flux[0] + flux[1] + flux[2] > 0.0:
-        keys[index] = order_key(vpls.position[index], vpls.normal[index])
+        keys[index] = morton_key(vpls.position[index], vpls.normal[index])
 
 
 @wp.kernel
@@ -116,10 +116,10 @@ def filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array[int])
             filled[0] = index
 
 
-def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
-                      seed: int, needs: Needs = EVERYTHING) -> Vpls:  # fmt: skip
+def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
+                      seed: int, needs: SceneFeatures = EVERYTHING) -> Vpls:  # fmt: skip
     """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
-    device = resident.device
+    device = device_scene.device
     slots = paths * bounces
     raw = allocate_vpls(slots, device)
     inputs = [scene, table, paths, bounces, seed, raw]
@@ -137,11 +137,11 @@ def trace_light_paths(resident: ResidentScene, scene: SceneData, table: LightTab
     return vpls
 
 
-def paths_for(resident: ResidentScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
-              needs: Needs = EVERYTHING) -> int:  # fmt: skip
+def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
+              needs: SceneFeatures = EVERYTHING) -> int:  # fmt: skip
     """How many light paths leave about `wanted` VPLs, by a pilot run; none when there is no light."""
     if table.count == 0:
         return 0
-    pilot = trace_light_paths(resident, scene, table, PILOT_PATHS, bounces, 0, needs)
+    pilot = trace_light_paths(device_scene, scene, table, PILOT_PATHS, bounces, 0, needs)
     per_path = max(pilot.count / PILOT_PATHS, 1.0 / MAX_PATHS_PER_VPL)
     return max(1, round(wanted / per_path))

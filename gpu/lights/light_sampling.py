@@ -12,7 +12,7 @@ from gpu.lights.light_table import (
     SPOT,
     LightData,
     LightTable,
-    Shares,
+    PowerCdf,
     choose_emitter,
     emitter_of,
     is_light,
@@ -122,7 +122,7 @@ def triangle_density(table: LightTable, emitter: int, probability: float, solid_
 
 
 @wp.func
-def sample_light(scene: SceneData, table: LightTable, shares: Shares, position: wp.vec3, pick: wp.uint32,
+def sample_light(scene: SceneData, table: LightTable, shares: PowerCdf, position: wp.vec3, pick: wp.uint32,
                  place: Pair) -> LightSample:  # fmt: skip
     """A sample of the light that reaches `position` from the emitters of `shares`, visibility left to the caller."""
     choice = choose_emitter(shares, pick)
@@ -156,7 +156,7 @@ def sample_light(scene: SceneData, table: LightTable, shares: Shares, position: 
 
 
 @wp.func
-def light_met(scene: SceneData, table: LightTable, shares: Shares, origin: wp.vec3, direction: wp.vec3,
+def light_met(scene: SceneData, table: LightTable, shares: PowerCdf, origin: wp.vec3, direction: wp.vec3,
               hit: Hit) -> MetLight:  # fmt: skip
     """The light that a ray along unit `direction` met at `hit`; `shares` must hold all emitters it can meet."""
     met = MetLight()

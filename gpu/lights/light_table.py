@@ -36,7 +36,7 @@ class LightData:
 
 
 @wp.struct
-class Shares:
+class PowerCdf:
     """The first `count` emitters' shares in a choice by power. cumulative (emitter,): their upper ends, of 2³²."""
 
     count: int
@@ -48,18 +48,18 @@ class LightTable:
     """Emitters: `triangle_count` emissive triangles, then the sky (`sky_count` is 0 or 1), then punctual lights.
 
     light_count: of the last; everything: shares of all emitters; sampled: of those that direct light chooses from; the
-    first `visited_count` punctual lights it visits one by one instead. faces (triangle,) ascending; areas (triangle,);
-    lights (light,); count: of all emitters, 0 when none has power; radius: of the scene's bounding sphere about the
-    origin.
+    first `enumerated_count` punctual lights it visits one by one instead. faces (triangle,) ascending; areas
+    (triangle,); lights (light,); count: of all emitters, 0 when none has power; radius: of the scene's bounding sphere
+    about the origin.
     """
 
     count: int
     triangle_count: int
     sky_count: int
     light_count: int
-    visited_count: int
-    everything: Shares
-    sampled: Shares
+    enumerated_count: int
+    all_emitters: PowerCdf
+    sampled: PowerCdf
     faces: wp.array[int]
     areas: wp.array[float]
     lights: wp.array[LightData]
@@ -99,7 +99,7 @@ def spot_falloff(light: LightData, direction: wp.vec3) -> float:
 
 
 @wp.func
-def choose_emitter(shares: Shares, value: wp.uint32) -> EmitterChoice:
+def choose_emitter(shares: PowerCdf, value: wp.uint32) -> EmitterChoice:
     """The emitter whose share of 2³² holds `value`."""
     low = int(0)
     high = shares.count - 1
@@ -116,7 +116,7 @@ def choose_emitter(shares: Shares, value: wp.uint32) -> EmitterChoice:
 
 
 @wp.func
-def share_of(shares: Shares, emitter: int) -> float:
+def share_of(shares: PowerCdf, emitter: int) -> float:
     """The probability that an emitter is chosen with."""
     below = wp.uint32(0)
     if emitter > 0:
@@ -171,7 +171,7 @@ def point_on(scene: SceneData, face: int, place: wp.vec2) -> wp.vec3:
 @wp.func
 def emit(scene: SceneData, table: LightTable, pick: wp.uint32, place: Pair, way: Pair) -> Particle:
     """A light particle whose expected flux is all the scene's light; Jensen 1996, light particles by power."""
-    choice = choose_emitter(table.everything, pick)
+    choice = choose_emitter(table.all_emitters, pick)
     particle = Particle()
     if is_triangle(table, choice.index):
         face = table.faces[choice.index]

@@ -17,15 +17,15 @@ from gpu.methods.passes import (
     frame_seed,
     join_direct,
     keeps_lights,
-    lighting_choice,
+    light_set_choice,
     view_skips,
 )
-from gpu.methods.view_state import View
-from gpu.sample_counts import Quality
+from gpu.methods.view_state import ViewState
+from gpu.sample_counts import SampleCounts
 from gpu.settings import Component, Method, RenderSettings
 from gpu.vpl.build import unclustered
-from gpu.vpl.light_sets import Lighting, Progress
-from gpu.vpl.radiosity_cache import RadiosityMap
+from gpu.vpl.light_sets import LightSets, Progress
+from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Rays a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
@@ -37,9 +37,14 @@ class ExactVpl:
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
     def __init__(
-        self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
+        self,
+        view: ViewState,
+        settings: RenderSettings,
+        sample_counts: SampleCounts,
+        light_sets: LightSets,
+        progress: Progress,
     ) -> None:
-        self._view, self._settings, self._quality, self._lighting = view, settings, quality, lighting
+        self._view, self._settings, self._sample_counts, self._light_sets = view, settings, sample_counts, light_sets
         self._first = self._vpls = self._light(0, progress)
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         # Captured graphs read it, so it must live as long as they do.
@@ -48,21 +53,21 @@ class ExactVpl:
         self._counter = Counter(2, view.device)
 
     def _light(self, sample: int, progress: Progress) -> VplClusters:
-        vpls = self._lighting.clusters(lighting_choice(self._settings, self._quality, sample), progress)
-        return unclustered(self._view.resident, vpls) if self._settings.method is Method.EXACT_VPL else vpls
+        vpls = self._light_sets.clusters(light_set_choice(self._settings, self._sample_counts, sample), progress)
+        return unclustered(self._view.device_scene, vpls) if self._settings.method is Method.EXACT_VPL else vpls
 
-    def _lit(self, sample: int, progress: Progress) -> "RadiosityMap | None":
+    def _lit(self, sample: int, progress: Progress) -> "RadiosityCache | None":
         if not self._settings.near_field:
             return None
-        return self._lighting.radiosity(lighting_choice(self._settings, self._quality, sample), progress)
+        return self._light_sets.radiosity(light_set_choice(self._settings, self._sample_counts, sample), progress)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then all VPLs in runs."""
-        choice = lighting_choice(self._settings, self._quality, sample)
-        self._kept = keeps_lights(self._lighting, choice, self._settings, stages, progress, held=sample == 0)
+        choice = light_set_choice(self._settings, self._sample_counts, sample)
+        self._kept = keeps_lights(self._light_sets, choice, self._settings, stages, progress, held=sample == 0)
         self._vpls = self._light(sample, progress) if sample else self._first
         self._view.seed.fill_(frame_seed(self._settings.seed, sample))
-        fork_direct(self._view, self._settings, self._quality, self._lighting.table, stages, sample)
+        fork_direct(self._view, self._settings, self._sample_counts, self._light_sets.table, stages, sample)
         if self._has_indirect:
             lit = self._lit(sample, progress) if sample else self._first_lit
             near = fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)

@@ -11,9 +11,9 @@ from gpu.core.reduce import Counter
 from gpu.core.stages import Stages
 from gpu.correction.adaptive_rays import BrightPoints
 from gpu.correction.outlier_shading import Refinement
-from gpu.correction.outliers import WorstPoints
+from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction
-from gpu.denoise.atrous import UNEVEN_REACH
+from gpu.denoise.atrous import MAX_STEP_ON_DETAIL
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
@@ -32,16 +32,16 @@ from gpu.methods.passes import (
     join_direct,
     keeps_light,
     keeps_lights,
-    lighting_choice,
+    light_set_choice,
     remembers_light,
     view_skips,
 )
-from gpu.methods.view_state import View
-from gpu.sample_counts import Quality
+from gpu.methods.view_state import ViewState
+from gpu.sample_counts import SampleCounts
 from gpu.settings import Clustering, Component, RenderSettings
-from gpu.sp.sp_clusters import UNASSIGNED_NEED, SpClustering
+from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering
 from gpu.vpl.build import unclustered
-from gpu.vpl.light_sets import Lighting, Progress
+from gpu.vpl.light_sets import LightSets, Progress
 
 # SPs that may be far too bright, and those of them with many rays of their own, per SP cluster; what may be too bright
 # by less than this, relatively, is well served.
@@ -62,21 +62,23 @@ class FuzzyVpl:
 
     def __init__(
         self,
-        view: View,
+        view: ViewState,
         settings: RenderSettings,
-        quality: Quality,
-        lighting: Lighting,
+        sample_counts: SampleCounts,
+        light_sets: LightSets,
         progress: Progress,
         most: int | None = None,
     ) -> None:
-        """With as many SP clusters as `quality` tells, or fewer (`use`); most: of those in any lights (`relit`)."""
-        self._view, self._settings, self._lighting = view, settings, lighting
+        """With as many SP clusters as `sample_counts` tells, or fewer (`use`); most: of those in any lights
+        (`relit`).
+        """
+        self._view, self._settings, self._light_sets = view, settings, light_sets
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
         # A wanted error is to follow from a frame's own counts: light of frames before knows little of them.
         self._shares_light = settings.target_error is None
         sps, weighting = view.shading_points, settings.weighting
-        self._clustering = SpClustering(sps, most or quality.sp_clusters, settings.fuzziness, weighting)
+        self._clustering = SpClustering(sps, most or sample_counts.sp_clusters, settings.fuzziness, weighting)
         self._passes = MOST_PASSES if settings.target_ms else 1
         self._correction = Correction(view.pixels, view.device, self._passes)
         # Irradiance as clusters tell it, while other stages correct it.
@@ -84,23 +86,23 @@ class FuzzyVpl:
         self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
         self._counter = Counter(13, view.device)
         self.probes = Probes(view) if settings.target_error else None
-        self._take_light(quality, progress)
+        self._take_light(sample_counts, progress)
 
-    def relit(self, quality: Quality, progress: Progress) -> "FuzzyVpl":
-        """The method with other lights, and as many SP clusters as `quality` tells, or fewer.
+    def relit(self, sample_counts: SampleCounts, progress: Progress) -> "FuzzyVpl":
+        """The method with other lights, and as many SP clusters as `sample_counts` tells, or fewer.
 
         Both share these, and the arrays of the image's size: render with one after the other.
         """
         other = copy(self)
-        other._take_light(quality, progress)
+        other._take_light(sample_counts, progress)
         return other
 
-    def _take_light(self, quality: Quality, progress: Progress) -> None:
+    def _take_light(self, sample_counts: SampleCounts, progress: Progress) -> None:
         settings, view = self._settings, self._view
-        self._quality = quality
-        vpls = self._lighting.clusters(lighting_choice(settings, quality), progress)
+        self._sample_counts = sample_counts
+        vpls = self._light_sets.clusters(light_set_choice(settings, sample_counts), progress)
         # Captured graphs read the arrays of this set, so it must live as long as they do.
-        self._first = unclustered(view.resident, vpls) if self._fixed else vpls
+        self._first = unclustered(view.device_scene, vpls) if self._fixed else vpls
         self._vpls = self._first
         self._kept, self._refines = True, False
         # The number in a still view of the frame that left clusters and bits of these lights.
@@ -112,26 +114,26 @@ class FuzzyVpl:
         self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
         self._first_lit = None
         if self._has_indirect and settings.near_field:
-            self._first_lit = self._lighting.radiosity(lighting_choice(settings, quality), progress)
-        most = self._vpls.count if self._fixed else quality.vpl_clusters
-        sp_clusters = min(quality.sp_clusters, self._clustering.most)
+            self._first_lit = self._light_sets.radiosity(light_set_choice(settings, sample_counts), progress)
+        most = self._vpls.count if self._fixed else sample_counts.vpl_clusters
+        sp_clusters = min(sample_counts.sp_clusters, self._clustering.most)
         self._visibility = Visibility(sp_clusters, most, view.device, settings.skip)
-        self._far = FarSums(sp_clusters, most, view.device, enabled=settings.skip.far_pairs)
-        suspects, worst = (int(quality.sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
-        self._suspects = WorstPoints(view.pixels, suspects, LEAST_DISPUTE, view.device)
-        self._worst = WorstPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
-        self._bright = BrightPoints(view.size, int(BRIGHT_SHARE * quality.sp_clusters), view.device)
+        self._far = FarSums(sp_clusters, most, view.device, enabled=settings.skip.far_field_sums)
+        suspects, worst = (int(sample_counts.sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
+        self._suspects = OutlierPoints(view.pixels, suspects, LEAST_DISPUTE, view.device)
+        self._worst = OutlierPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
+        self._bright = BrightPoints(view.size, int(BRIGHT_SHARE * sample_counts.sp_clusters), view.device)
         self._refinement = Refinement(self._worst.capacity, most, view.device)
 
     def use(self, sp_clusters: int, passes: float = 1.0, *, begins: bool, again: bool = False) -> None:
         """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before.
 
         passes: in which an SP's rays correct its light, in the mean, where the settings want a time; again: the next
-        frame is another try at the last one. Raises ValueError where clusters are more than `quality` told: arrays have
-        no room for them.
+        frame is another try at the last one. Raises ValueError where clusters are more than `sample_counts` told:
+        arrays have no room for them.
         """
-        if sp_clusters > self._quality.sp_clusters:
-            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._quality.sp_clusters}")
+        if sp_clusters > self._sample_counts.sp_clusters:
+            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._sample_counts.sp_clusters}")
         self._clustering.use(sp_clusters, at_once=self._settings.target_error is not None)
         self._correction.use(passes)
         self._suspects.limit(int(sp_clusters * SUSPECTED_SHARE))
@@ -144,7 +146,7 @@ class FuzzyVpl:
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
         """Direct light, then what VPLs send, which the next frame of a walk builds on."""
         view, settings = self._view, self._settings
-        fork_direct(view, settings, self._quality, self._lighting.table, stages, sample)
+        fork_direct(view, settings, self._sample_counts, self._light_sets.table, stages, sample)
         near = self._find_indirect(stages, sample, progress) if self._has_indirect else None
         join_direct(view, settings, stages, sample)
         if self._has_indirect:
@@ -161,7 +163,7 @@ class FuzzyVpl:
 
     def _set_number(self, sample: int) -> int:
         """The number of the light set of frame `sample` of a still view."""
-        return 0 if self._fixed else sample // (FRAMES_A_SET if self._quality.vpls >= MANY_VPLS else 1)
+        return 0 if self._fixed else sample // (FRAMES_A_SET if self._sample_counts.vpls >= MANY_VPLS else 1)
 
     def _goes_on(self, sample: int) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.
@@ -177,12 +179,12 @@ class FuzzyVpl:
         """SP clusters, their visibility and indirect light, corrected by rays of the SPs; what is begun near field."""
         view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
         number = self._set_number(sample)
-        choice, first = lighting_choice(settings, self._quality, number), number == 0
-        self._kept = keeps_lights(self._lighting, choice, settings, stages, progress, held=first)
+        choice, first = light_set_choice(settings, self._sample_counts, number), number == 0
+        self._kept = keeps_lights(self._light_sets, choice, settings, stages, progress, held=first)
         self._vpls, lit = self._first, self._first_lit
         if not first:
-            self._vpls = self._lighting.clusters(choice, progress)
-            lit = self._lighting.radiosity(choice, progress) if settings.near_field else None
+            self._vpls = self._light_sets.clusters(choice, progress)
+            lit = self._light_sets.radiosity(choice, progress) if settings.near_field else None
         goes_on = self._kept and settings.skip.kept_clusters and self._goes_on(sample)
         again = self._again
         self._begun, self._again = None, False  # should this frame fail, it leaves nothing
@@ -209,8 +211,8 @@ class FuzzyVpl:
             if smooth:
                 lacking = history.take_light(sps, indirect.irradiance, correction.own)
                 light = indirect.irradiance, lacking, history.frames
-                shared = view.smoothing.share(gbuffer, sps, *light, UNEVEN_REACH)
-                dispute = gbuffer, clustering.need, indirect.irradiance, correction.own, shared, view.brightness
+                shared = view.smoothing.share(gbuffer, sps, *light, MAX_STEP_ON_DETAIL)
+                dispute = gbuffer, clustering.deficit, indirect.irradiance, correction.own, shared, view.brightness
                 self._suspects.find(sps, *dispute)
                 check(self._suspects, *by, range(passes, passes + 1))
                 self._worst.find(self._suspects, *dispute)
@@ -251,7 +253,7 @@ class FuzzyVpl:
             stages.run("correct", correct, repeats=repeats)
             if self._refines:
                 stages.run("refine", refine, repeats=repeats)
-                stages.run("bright", bright, repeats=repeats, joins=True)
+                stages.run("bright", bright, repeats=repeats, waits_for_fork=True)
         if probes and repeats:
             stages.run("probe", lambda: probes.run(vpls, again=again), way=again)
         return near
@@ -271,7 +273,7 @@ class FuzzyVpl:
             (view.indirect.pairs, 0),
             (view.history.known, 0),
             (self._near_field.found, 0),
-            (self._clustering.need, UNASSIGNED_NEED),
+            (self._clustering.deficit, UNASSIGNED_DEFICIT),
         ]
         self._counter.run(arrays if self._has_indirect else [], [(view.gbuffer.face, int(NO_HIT))])
 
@@ -285,16 +287,16 @@ class FuzzyVpl:
             return counts, view_skips(view, self._settings, totals[0])
         shaded, suspected, refined, bright, rays, shared, used, fresh, close, known, near, needs, empty = totals
         pairs = counts["vpl_clusters"] * fresh
-        unassigned = needs // UNASSIGNED_NEED
+        unassigned = needs // UNASSIGNED_DEFICIT
         skips = {
             **view_skips(view, self._settings, empty),
             "interpolated": view.pixels - shaded - empty,
             "unchanged_lights": vpls if self._kept else 0,
             "kept_clusters": counts["vpl_clusters"] * (used - fresh),
-            "kept_light": known if self._remembers else 0,
+            "temporal_reuse": known if self._remembers else 0,
             "facing_away": pairs - rays - shared,
-            "weak_pairs": shared,
-            "far_pairs": shaded * counts["vpl_clusters"] - close,
+            "shared_weak_rays": shared,
+            "far_field_sums": shaded * counts["vpl_clusters"] - close,
         }
         looked = {"suspected": suspected, "refined": refined, "bright": bright}
         counts |= {"shaded": shaded} | (looked if self._refines else dict.fromkeys(looked, 0))

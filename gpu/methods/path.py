@@ -3,10 +3,10 @@
 from gpu.core.stages import Stages
 from gpu.direct.path_tracing import trace_paths
 from gpu.methods.passes import FrameStatistics, frame_seed
-from gpu.methods.view_state import View
-from gpu.sample_counts import Quality
+from gpu.methods.view_state import ViewState
+from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings
-from gpu.vpl.light_sets import Lighting, Progress
+from gpu.vpl.light_sets import LightSets, Progress
 
 # Paths a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
 PATHS_PER_LAUNCH = 1 << 25
@@ -17,9 +17,14 @@ class PathTracing:
     """Camera paths with direct light sampled at every bounce (Kajiya 1986), `samples` of them a pixel."""
 
     def __init__(
-        self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
+        self,
+        view: ViewState,
+        settings: RenderSettings,
+        sample_counts: SampleCounts,
+        light_sets: LightSets,
+        progress: Progress,
     ) -> None:
-        self._view, self._settings, self._samples, self._table = view, settings, quality.samples, lighting.table
+        self._view, self._settings, self._samples, self._table = view, settings, sample_counts.samples, light_sets.table
         progress("path tracing needs no virtual point lights", 1.0)
 
     def render(self, stages: Stages, sample: int, progress: Progress) -> None:
@@ -33,7 +38,7 @@ class PathTracing:
         for first in range(0, self._samples, run):
             samples = min(run, self._samples - first)
             trace_paths(
-                view.resident,
+                view.device_scene,
                 view.scene,
                 self._table,
                 view.camera,

@@ -11,10 +11,10 @@ from gpu.adaptive.time_model import TimeModel
 from gpu.core.stages import Stages
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.passes import FrameStatistics
-from gpu.methods.view_state import View
-from gpu.sample_counts import Quality
+from gpu.methods.view_state import ViewState
+from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings
-from gpu.vpl.light_sets import Lighting, Progress
+from gpu.vpl.light_sets import LightSets, Progress
 
 # Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters (about 0.6 GB for a
 # GPU's default number, 1 to 2.5 GB for eight times that): a walk goes to and fro between some.
@@ -31,25 +31,30 @@ class TargetedVpl:
     """`fuzzy-vpl` with the counts of clusters that meet `settings.target_ms` or `settings.target_error`.
 
     For a time, VPLs are in proportion to clusters of them; errors are of pictures whose VPLs stay. A new number of VPL
-    clusters needs a light set; those are kept by `lighting`, and there are few such numbers. Later frames of a still
+    clusters needs a light set; those are kept by `light_sets`, and there are few such numbers. Later frames of a still
     view have the counts of its first, since their times and errors are others. For a time, frames of a walk, which
     keep clusters, are governed apart from those that begin from nothing.
     """
 
     def __init__(
-        self, view: View, settings: RenderSettings, quality: Quality, lighting: Lighting, progress: Progress
+        self,
+        view: ViewState,
+        settings: RenderSettings,
+        sample_counts: SampleCounts,
+        light_sets: LightSets,
+        progress: Progress,
     ) -> None:
-        self._settings, self._usual = settings, quality
+        self._settings, self._usual = settings, sample_counts
         self._target = settings.target_error or settings.target_ms or 0.0
         # None: as many as clusters need.
-        self._vpls = quality.vpls if settings.target_error else settings.vpls
+        self._vpls = sample_counts.vpls if settings.target_error else settings.vpls
         below, passes = (ERROR_RANGE, 1) if settings.target_error else (TIME_RANGE, MOST_PASSES)
         if self._vpls is None:
-            levels = Levels(view.pixels, most=MOST_TIMES * quality.vpl_clusters, below=below, passes=passes)
+            levels = Levels(view.pixels, most=MOST_TIMES * sample_counts.vpl_clusters, below=below, passes=passes)
         else:
             levels = levels_of(view.pixels, self._vpls, below=below, passes=passes)
         self._levels = levels
-        self._level = levels.nearest(float(quality.sp_clusters * quality.vpl_clusters))
+        self._level = levels.nearest(float(sample_counts.sp_clusters * sample_counts.vpl_clusters))
         self._governors: dict[bool, Governor[Any]] = {}
         # Whether the next frame is another try at the last one.
         self._again = False
@@ -57,7 +62,7 @@ class TargetedVpl:
         self._unlike = 0
         self._view = view
         most = max(map(levels.most, levels.vpl_clusters))
-        self._method = FuzzyVpl(view, settings, self._quality(self._level), lighting, progress, most)
+        self._method = FuzzyVpl(view, settings, self._sample_counts(self._level), light_sets, progress, most)
         self._method.use(self._level.sp_clusters, self._level.passes, begins=True)
         self._kept = {self._level.vpl_clusters: self._method}  # in the order of their last use
 
@@ -94,7 +99,7 @@ class TargetedVpl:
             elif self._view.walks and level.sp_clusters != self._level.sp_clusters:
                 self._unlike = max(self._unlike, 1)
             self._level = level
-        stages.variant = self._level.vpl_clusters
+        stages.graph_key = self._level.vpl_clusters
         self._method.render(stages, sample, progress)
 
     def _relight(self, level: Level, stages: Stages, progress: Progress) -> None:
@@ -106,7 +111,7 @@ class TargetedVpl:
                 oldest = next(iter(self._kept))
                 del self._kept[oldest]
                 stages.forget(oldest)
-            self._method = self._method.relit(self._quality(level), progress)
+            self._method = self._method.relit(self._sample_counts(level), progress)
         self._kept[number] = self._method
 
     def learn(self, times: dict[str, float], *, steady: bool, shown: bool) -> bool:
@@ -147,7 +152,7 @@ class TargetedVpl:
         expected = self._governor.expected
         return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected}) | told
 
-    def _quality(self, level: Level) -> Quality:
+    def _sample_counts(self, level: Level) -> SampleCounts:
         """That of `level` with the most SP clusters of its lights."""
         vpls = self._vpls or self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters
         most = self._levels.most(level.vpl_clusters)

@@ -22,7 +22,7 @@ def _compared(aspect: float, half_height: float, distance: float, orthographic: 
     return points, ways
 
 
-def seen_again(camera: Camera, last: Camera, aspect: float, distance: float) -> float:
+def view_overlap(camera: Camera, last: Camera, aspect: float, distance: float) -> float:
     """The share, 0 to 1, of what `camera` sees at a `distance` [world units] that `last` sees too, from a like side.
 
     aspect: width over height of both images, whatever the cameras' own are.

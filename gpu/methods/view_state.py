@@ -5,20 +5,20 @@ from typing import Any
 import warp as wp
 
 from gpu.core.device import allocate
-from gpu.core.staging import Mirror
+from gpu.core.staging import StagingBuffer
 from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import Smoothing
-from gpu.denoise.direct_history import SoftHistory
-from gpu.denoise.indirect_history import History
-from gpu.denoise.reprojection import LastFrame
-from gpu.device_scene.features import needs_of
-from gpu.device_scene.upload import ResidentScene
+from gpu.denoise.direct_history import DirectHistory
+from gpu.denoise.indirect_history import IndirectHistory
+from gpu.denoise.reprojection import PreviousFrame
+from gpu.device_scene.features import scene_features
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import pixel_place
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.irradiance import allocate_indirect
-from gpu.methods.view_overlap import seen_again
+from gpu.methods.view_overlap import view_overlap
 from gpu.scene.types import Camera
 from gpu.settings import EVERY_SKIP, Skips
 
@@ -27,46 +27,46 @@ USUAL_DISTANCE = 0.3
 LEAST_SEEN_AGAIN = 0.5
 
 
-class View:
+class ViewState:
     """An image of `size` (width, height) of a scene; `radiance` (pixel,) is what the method of a renderer fills.
 
     `soft` (pixel,) is direct light of lights with an extent, `indirect` the indirect light, each before it is added;
     `needs` is what kernels must know of the scene; `walks` tells whether the frame may build on the last one, `rests`
-    whether that had the same camera. A method whose frames leave their light in `history` and `soft_history`, and what
-    they saw in `last`, says so by `kept`; `step` is the number of such frames before this one in a walk. `seed` and
-    `moment` (1,) are the frame's own; `brightness` is that of indirect light. stride: of the pixels that are shaded
+    whether that had the same camera. A method whose frames leave their light in `history` and `direct_history`, and
+    what they saw in `last`, says so by `kept`; `step` is the number of such frames before this one in a walk. `seed`
+    and `moment` (1,) are the frame's own; `brightness` is that of indirect light. stride: of the pixels that are shaded
     (gpu.gbuffer.sparse_shading).
     """
 
     def __init__(
         self,
-        resident: ResidentScene,
+        device_scene: DeviceScene,
         size: tuple[int, int],
         *,
         lambertian: bool,
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
     ) -> None:
-        self.resident, self.size, self.device = resident, size, resident.device
+        self.device_scene, self.size, self.device = device_scene, size, device_scene.device
         self.pixels = size[0] * size[1]
-        self.scene = resident.view(lambertian=lambertian, skip=skip)
+        self.scene = device_scene.view(lambertian=lambertian, skip=skip)
         self._backdrop = not skip.empty_pixels
-        self.needs = needs_of(resident.scene, lambertian=lambertian, skip=skip)
+        self.needs = scene_features(device_scene.scene, lambertian=lambertian, skip=skip)
         self.walks = self.rests = False
         self.step = 0
         self._last_camera: Camera | None = None
         self.kept = False
         self.seed = wp.zeros(1, dtype=int, device=self.device)
         self.moment = wp.zeros(1, dtype=int, device=self.device)
-        self._camera = Mirror(wp.zeros(1, dtype=CameraData, device=self.device))
+        self._camera = StagingBuffer(wp.zeros(1, dtype=CameraData, device=self.device))
         self.camera = self._camera.array
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
         self.soft = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.smoothing, self.side_smoothing = Smoothing(size, self.device), Smoothing(size, self.device)
-        self.history = History(size, self.device)
-        self.soft_history = SoftHistory(size, self.device)
-        self.last = LastFrame(self.pixels, self.device)
+        self.history = IndirectHistory(size, self.device)
+        self.direct_history = DirectHistory(size, self.device)
+        self.last = PreviousFrame(self.pixels, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, stride, self.device)
         self.brightness = MeanBrightness(self.device)
@@ -76,13 +76,13 @@ class View:
 
         walks: the frame may build on the last one, if that saw much the same. The device is done with that.
         """
-        aspect, placement = self.size[0] / self.size[1], self.resident.scene.placement
+        aspect, placement = self.size[0] / self.size[1], self.device_scene.scene.placement
         self.walks = (
             walks
             and self._last_camera is not None
-            and seen_again(camera, self._last_camera, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
+            and view_overlap(camera, self._last_camera, aspect, USUAL_DISTANCE / placement.scale) >= LEAST_SEEN_AGAIN
         )
-        self.rests = self._last_camera is not None and camera.sight == self._last_camera.sight
+        self.rests = self._last_camera is not None and camera.view_key == self._last_camera.view_key
         self._last_camera = camera
         self.step = self.step + 1 if self.walks and self.kept else 0
         self.kept = False
@@ -95,7 +95,7 @@ class View:
     def find_shading_points(self) -> None:
         """Trace the primary rays and list the pixels that meet a surface."""
         trace_primary_rays(
-            self.resident, self.scene, self.camera, self.size, self.gbuffer, self.needs, backdrop=self._backdrop
+            self.device_scene, self.scene, self.camera, self.size, self.gbuffer, self.needs, backdrop=self._backdrop
         )
         self.shading_points.find(self.gbuffer)
 

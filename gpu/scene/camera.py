@@ -51,7 +51,7 @@ def look_at(
     return Camera(name=name, to_world=to_world, half_height=tan(radians(yfov_degrees) / 2.0), aspect=float(aspect))
 
 
-def turned(camera: Camera, degrees: float) -> Camera:
+def rotated(camera: Camera, degrees: float) -> Camera:
     """`camera` turned about its own vertical axis, to its left."""
     angle = radians(degrees)
     turn = np.eye(4)

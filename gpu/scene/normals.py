@@ -33,6 +33,6 @@ def repaired_normals(normals: Doubles, vertices: Floats, triangles: Integers) ->
         some[corners] = vectors  # for a vertex whose triangles cancel out, any of them will do
         summed = np.stack([np.bincount(corners, vectors[:, axis], len(unit)) for axis in range(3)], axis=1)
         cancelled = np.linalg.norm(summed, axis=1) <= 1e-6 * np.linalg.norm(some, axis=1)
-        geometric, _ = unit_rows(np.where(cancelled[:, None], some, summed))
-        unit = np.where(good[:, None], unit, geometric)
+        geometric_normal, _ = unit_rows(np.where(cancelled[:, None], some, summed))
+        unit = np.where(good[:, None], unit, geometric_normal)
     return unit.astype(np.float32)

@@ -126,7 +126,7 @@ class Camera:
     orthographic: bool = False
 
     @property
-    def sight(self) -> tuple[bytes, float, bool]:
+    def view_key(self) -> tuple[bytes, float, bool]:
         """All of the camera that an image depends on: not the aspect, since an image has its own."""
         return self.to_world.tobytes(), self.half_height, self.orthographic
 

@@ -36,7 +36,7 @@ SAME_PLACE = wp.constant(1.5)
 
 
 @wp.func
-def shows(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spacing: float) -> bool:
+def is_visible_at(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spacing: float) -> bool:
     """Whether a pixel's SP is of the surface that has a point at `position`, and less than a spacing away.
 
     A pixel shows one point of the folds and edges within it, so one at the same place counts, too.
@@ -72,12 +72,13 @@ def keep_kernel(first: int, cameras: wp.array[CameraData], width: int, height: i
     pixel = place[1] * width + place[0]
     if gbuffer.face[pixel] != NO_HIT:
         spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]
-        if shows(gbuffer, pixel, position, representatives.normal[cluster], spacing):
+        if is_visible_at(gbuffer, pixel, position, representatives.normal[cluster], spacing):
             spacings[cluster] = spacing
 
 
 @wp.kernel
-def crowd_kernel(first: int, spacings: wp.array[float], good: wp.array[float], representatives: Representatives,
+def mark_close_pairs_kernel(first: int, spacings: wp.array[float], accepted_distance: wp.array[float], representatives:
+Representatives,
                  crowded: wp.array[int]) -> None:  # fmt: skip
     """One thread a corner of a cluster's surroundings: whether one there is too near to keep both.
 
@@ -94,7 +95,7 @@ def crowd_kernel(first: int, spacings: wp.array[float], good: wp.array[float], r
     position = representatives.position[cluster]
     normal = representatives.normal[cluster]
     level = representatives.level[cluster]
-    reach = CROWDED * good[0] * spacings[cluster]
+    reach = CROWDED * accepted_distance[0] * spacings[cluster]
     rank = hashed(wp.uint32(cluster))
     scale = cells_per_unit(level)
     cell = cell_at(position - wp.vec3(reach, reach, reach), scale)
@@ -116,7 +117,7 @@ def crowd_kernel(first: int, spacings: wp.array[float], good: wp.array[float], r
 
 
 @wp.kernel
-def thin_kernel(first: int, spacings: wp.array[float], crowded: wp.array[int], representatives: Representatives,
+def drop_close_kernel(first: int, spacings: wp.array[float], crowded: wp.array[int], representatives: Representatives,
                 pixels: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: keeps it with its spacing in this view, unless it is seen no more or another is too near.
 
@@ -128,14 +129,14 @@ def thin_kernel(first: int, spacings: wp.array[float], crowded: wp.array[int], r
 
 
 @wp.kernel
-def free_kernel(first: int, representatives: Representatives, free: wp.array[int]) -> None:
+def unused_kernel(first: int, representatives: Representatives, unused: wp.array[int]) -> None:
     """One thread a cluster: 1 where it has no representative, else 0."""
     cluster = first + wp.tid()
-    free[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 0, 1)
+    unused[cluster] = wp.where(representatives.spacing[cluster] > 0.0, 0, 1)
 
 
 @wp.kernel
-def drop_kernel(first: int, wanted: wp.array[int], free: wp.array[int], good: wp.array[float],
+def drop_kernel(first: int, wanted: wp.array[int], unused: wp.array[int], accepted_distance: wp.array[float],
                 representatives: Representatives) -> None:  # fmt: skip
     """One thread a cluster: where more than `wanted` (1,) are in use, somewhat fewer stay, evenly many of all.
 
@@ -143,19 +144,19 @@ def drop_kernel(first: int, wanted: wp.array[int], free: wp.array[int], good: wp
     its most of which there is to be room, too.
     """
     cluster = first + wp.tid()
-    places = free.shape[0]
-    used = wp.int64(places - free[places - 1])
-    stay = wp.int64(staying_of(int(used), wanted[0], good[0]))
+    places = unused.shape[0]
+    used = wp.int64(places - unused[places - 1])
+    stay = wp.int64(staying_of(int(used), wanted[0], accepted_distance[0]))
     if used == stay or representatives.spacing[cluster] <= 0.0:
         return
-    before = wp.int64(cluster - free[cluster])
+    before = wp.int64(cluster - unused[cluster])
     if (before + wp.int64(1)) * stay / used == before * stay / used:
         representatives.spacing[cluster] = 0.0
 
 
 def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: ShadingPoints, spacing_scale: wp.array,
-         good: wp.array, representatives: Representatives, serving: wp.array, spacings: wp.array, crowded: wp.array,
-         pixels: wp.array) -> None:  # fmt: skip
+         accepted_distance: wp.array, representatives: Representatives, serving: wp.array, spacings: wp.array, crowded:
+         wp.array, pixels: wp.array) -> None:  # fmt: skip
     """Keep of the last frame's `representatives` those that are still good; the others become free.
 
     camera: (1,) CameraData of this frame, whose `gbuffer` has `size`; spacing_scale (1,): from a pixel's spacing and
@@ -166,17 +167,23 @@ def keep(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, sps: Shading
     count, device = len(spacings), sps.device
     inputs = [camera, *size, gbuffer, sps.count, spacing_scale, representatives, serving, spacings, crowded]
     launch(keep_kernel, count, inputs, device)
-    launch(crowd_kernel, CORNERS * count, [spacings, good, representatives, crowded], device)
-    launch(thin_kernel, count, [spacings, crowded, representatives, pixels], device)
+    launch(mark_close_pairs_kernel, CORNERS * count, [spacings, accepted_distance, representatives, crowded], device)
+    launch(drop_close_kernel, count, [spacings, crowded, representatives, pixels], device)
 
 
-def drop(representatives: Representatives, wanted: wp.array, good: wp.array, free: wp.array, frees: wp.array) -> None:
+def drop(
+    representatives: Representatives,
+    wanted: wp.array,
+    accepted_distance: wp.array,
+    unused: wp.array,
+    unused_prefix: wp.array,
+) -> None:
     """Of more `representatives` in use than `wanted` (1,) keep somewhat fewer, evenly many of all.
 
     good (1,): the distance from an SP that is good enough [spacings], at its most of which there is to be room, too;
     free (cluster,): becomes 1 for those that were not in use before, else 0; frees (cluster,): the running sum of that.
     """
-    count, device = len(free), free.device
-    launch(free_kernel, count, [representatives, free], device)
-    running_total(free, frees)
-    launch(drop_kernel, count, [wanted, frees, good, representatives], device)
+    count, device = len(unused), unused.device
+    launch(unused_kernel, count, [representatives, unused], device)
+    running_total(unused, unused_prefix)
+    launch(drop_kernel, count, [wanted, unused_prefix, accepted_distance, representatives], device)

@@ -1,8 +1,8 @@
 """SP clusters for shading points that others serve badly: systematic sampling of the SPs in proportion to need.
 
-Need has two scales. SERVICE tells how badly a frame's SPs are served; the share of the clusters that is kept back from
-k-means goes where it is greatest. FILLING tells how many clusters a place lacks beside those that are kept from the
-frame before: an SP that needs one wholly counts as its share of all of them.
+Need has two scales. DEFICIT_IN_FRAME tells how badly a frame's SPs are served; the share of the clusters that is kept
+back from k-means goes where it is greatest. DEFICIT_TO_FILL tells how many clusters a place lacks beside those that are
+kept from the frame before: an SP that needs one wholly counts as its share of all of them.
 """
 
 import warp as wp
@@ -12,11 +12,11 @@ from gpu.gbuffer.gbuffer import GBuffer
 
 
 @wp.struct
-class NeedScale:
+class DeficitScale:
     """What an SP needs that is `d` spacings from its nearest representative: steps · (d − good), from 0 to `most`.
 
-    good: 1 for SERVICE, for FILLING what a walk has come to. unlike: if none near has a like normal, at least;
-    unserved: if there is none near at all.
+    good: 1 for DEFICIT_IN_FRAME, for DEFICIT_TO_FILL what a walk has come to. unlike: if none near has a like normal,
+    at least; unserved: if there is none near at all.
     """
 
     steps: float
@@ -25,26 +25,26 @@ class NeedScale:
     unserved: int
 
 
-def _need_scale(steps: float, most: int, unlike: int, unserved: int) -> NeedScale:
-    scale = NeedScale()
+def _deficit_scale(steps: float, most: int, unlike: int, unserved: int) -> DeficitScale:
+    scale = DeficitScale()
     scale.steps, scale.most, scale.unlike, scale.unserved = steps, most, unlike, unserved
     return scale
 
 
-UNSERVED_NEED = wp.constant(1023)
-SERVICE = _need_scale(16.0, 255, 0, int(UNSERVED_NEED))
+UNSERVED_DEFICIT = wp.constant(1023)
+DEFICIT_IN_FRAME = _deficit_scale(16.0, 255, 0, int(UNSERVED_DEFICIT))
 # Need of an SP that lacks its whole share of a cluster.
-WHOLE_NEED = wp.constant(16)
+WHOLE_DEFICIT = wp.constant(16)
 # Where few are free, they are for SPs that are far from all, and most for those that none serves.
-FILLING = _need_scale(64.0, 2 * int(WHOLE_NEED), 2 * int(WHOLE_NEED), 8 * int(WHOLE_NEED))
+DEFICIT_TO_FILL = _deficit_scale(64.0, 2 * int(WHOLE_DEFICIT), 2 * int(WHOLE_DEFICIT), 8 * int(WHOLE_DEFICIT))
 
 # In spacings, the distance of an SP from its nearest representative that is good enough: to begin with, for a walk
 # adapts it until a share of the clusters stays free. Else flat surfaces take up all, and none are left for what comes
 # into view: with 0.8 at most, so it was in a Cornell box that a camera turned back to, whose block then had the light
 # of its other side, and its errors were 10 to 20 times those of a frame from nothing.
-GOOD = 0.65
-LEAST_GOOD, MOST_GOOD = wp.constant(0.4), wp.constant(1.2)
-# Shares of the clusters; as nothing changes between least and most, a view that rests comes to rest.
+ACCEPTED_DISTANCE = 0.65
+MIN_ACCEPTED_DISTANCE, MAX_ACCEPTED_DISTANCE = wp.constant(0.4), wp.constant(1.2)
+# PowerCdf of the clusters; as nothing changes between least and most, a view that rests comes to rest.
 LEAST_FREE, FREE, MOST_FREE = wp.constant(0.01), wp.constant(0.02), wp.constant(0.04)
 # In a frame, as a share of it.
 MOST_CHANGE = wp.constant(0.03)
@@ -54,12 +54,14 @@ MOST_NEW = wp.constant(0.0625)
 
 
 @wp.func
-def need_of(scale: NeedScale, good: float, spacings: float, alike: bool) -> int:
+def deficit_of(scale: DeficitScale, accepted_distance: float, spacings: float, alike: bool) -> int:
     """The need of an SP whose nearest representative is so many spacings away; alike: their normals are.
 
     good: the distance that is good enough.
     """
-    return wp.max(wp.clamp(int(scale.steps * (spacings - good)), 0, scale.most), wp.where(alike, 0, scale.unlike))
+    return wp.max(
+        wp.clamp(int(scale.steps * (spacings - accepted_distance)), 0, scale.most), wp.where(alike, 0, scale.unlike)
+    )
 
 
 @wp.func
@@ -89,7 +91,9 @@ def drawn_sp(totals: wp.array[int], count: int, index: int, number: int) -> int:
 
 
 @wp.func
-def represent(gbuffer: GBuffer, pixel: int, spacing: float, cluster: int, representatives: Representatives) -> None:
+def set_representative(
+    gbuffer: GBuffer, pixel: int, spacing: float, cluster: int, representatives: Representatives
+) -> None:
     """Make the SP of `pixel` the representative of `cluster`."""
     representatives.position[cluster] = gbuffer.position[pixel]
     representatives.normal[cluster] = gbuffer.normal[pixel]
@@ -114,39 +118,39 @@ def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.
     if sp >= 0:
         pixels[cluster] = sps[sp]
         spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]
-        represent(gbuffer, sps[sp], spacing, cluster, representatives)
+        set_representative(gbuffer, sps[sp], spacing, cluster, representatives)
 
 
 @wp.func
-def staying_of(used: int, wanted: int, good: float) -> int:
+def staying_of(used: int, wanted: int, accepted_distance: float) -> int:
     """Of `used` clusters, how many stay where `wanted` are to be: where some have to go, there is room for new ones.
 
     Else what comes into view in that frame has none, and the light of others. So it is, too, where a few clusters have
-    much to cover, and the distance that is `good` enough can grow no more.
+    much to cover, and the distance that is `accepted_distance` enough can grow no more.
     """
-    if used > wanted or good >= MOST_GOOD:
+    if used > wanted or accepted_distance >= MAX_ACCEPTED_DISTANCE:
         return wp.min(used, wanted - int(MOST_NEW * float(wanted)))
     return used
 
 
 @wp.func
-def room_of(free: wp.array[int], wanted: int, good: float) -> int:
+def room_of(unused: wp.array[int], wanted: int, accepted_distance: float) -> int:
     """How many of `wanted` clusters may be new; free (cluster,): as in fill_kernel; good: as in staying_of."""
-    places = free.shape[0]
-    used = places - free[places - 1]
-    return wp.min(wanted - staying_of(used, wanted, good), free[places - 1])
+    places = unused.shape[0]
+    used = places - unused[places - 1]
+    return wp.min(wanted - staying_of(used, wanted, accepted_distance), unused[places - 1])
 
 
 @wp.func
 def lacking_of(totals: wp.array[int], count: int, clusters: int) -> int:
     """How many more clusters `count` SPs need; totals: the running sum of need, by which they lack a share of all."""
-    return int(wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_NEED)))
+    return int(wp.int64(totals[count - 1]) * wp.int64(clusters) / (wp.int64(count) * wp.int64(WHOLE_DEFICIT)))
 
 
 @wp.kernel
 def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                spacing_scale: wp.array[float], wanted: wp.array[int], free: wp.array[int], good: wp.array[float],
-                most: wp.array[int], representatives: Representatives, pixels: wp.array[int],
+                spacing_scale: wp.array[float], wanted: wp.array[int], unused: wp.array[int], accepted_distance:
+                wp.array[float], most: wp.array[int], representatives: Representatives, pixels: wp.array[int],
                 serving: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: one that is free takes an SP, as long as clusters are lacking, and at most `most` (1,) do.
 
@@ -158,10 +162,12 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
     """
     cluster = first + wp.tid()
     count = sp_count[0]
-    index = free[cluster] - 1
-    if count == 0 or index < 0 or (cluster > 0 and free[cluster - 1] == free[cluster]):
+    index = unused[cluster] - 1
+    if count == 0 or index < 0 or (cluster > 0 and unused[cluster - 1] == unused[cluster]):
         return
-    number = wp.min(wp.min(room_of(free, wanted[0], good[0]), most[0]), lacking_of(totals, count, wanted[0]))
+    number = wp.min(
+        wp.min(room_of(unused, wanted[0], accepted_distance[0]), most[0]), lacking_of(totals, count, wanted[0])
+    )
     if number == 0 or index >= number:
         return
     sp = drawn_sp(totals, count, index, number)
@@ -169,14 +175,15 @@ def fill_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.a
         pixels[cluster] = sps[sp]
         serving[cluster] = 1
         spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(count)) * spacing_scale[0]
-        represent(gbuffer, sps[sp], spacing, cluster, representatives)
+        set_representative(gbuffer, sps[sp], spacing, cluster, representatives)
 
 
 @wp.kernel
 def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], wanted: wp.array[int],
-                 free: wp.array[int], good: wp.array[float], most: wp.array[int],
+                 unused: wp.array[int], accepted_distance: wp.array[float], most: wp.array[int],
                  extent: wp.array[int]) -> None:  # fmt: skip
-    """One thread in all: changes the distance `good` (1,) where too few or too many clusters are left for others.
+    """One thread in all: changes the distance `accepted_distance` (1,) where too few or too many clusters are left
+    for others.
 
     That is what is free less what is lacking, from arrays of fill_kernel. Where no more than `most` (1,) are lacking,
     that becomes all clusters. extent (1,): becomes so much that all in use are below, as the first free ones are taken
@@ -184,9 +191,9 @@ def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], wan
     """
     count = sp_count[0]
     clusters = wanted[0]
-    room = room_of(free, clusters, good[0])
-    places = free.shape[0]
-    extent[0] = wp.max(extent[0], places - free[places - 1] + room)
+    room = room_of(unused, clusters, accepted_distance[0])
+    places = unused.shape[0]
+    extent[0] = wp.max(extent[0], places - unused[places - 1] + room)
     if count == 0:
         return
     lacking = lacking_of(totals, count, clusters)
@@ -196,4 +203,6 @@ def adapt_kernel(first: int, sp_count: wp.array[int], totals: wp.array[int], wan
     if left < LEAST_FREE or left > MOST_FREE:
         # A surface takes as many as it has squares of that side.
         change = wp.clamp(0.5 * (FREE - left), -MOST_CHANGE, MOST_CHANGE)
-        good[0] = wp.clamp(good[0] * (1.0 + change), LEAST_GOOD, MOST_GOOD)
+        accepted_distance[0] = wp.clamp(
+            accepted_distance[0] * (1.0 + change), MIN_ACCEPTED_DISTANCE, MAX_ACCEPTED_DISTANCE
+        )

@@ -14,7 +14,7 @@ from gpu.clustering.kmeans import KMeans
 from gpu.clustering.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
 from gpu.core.bucket_sort import Buckets
 from gpu.core.device import launch
-from gpu.core.morton import CELL_BITS, CELL_COUNT, EMPTY_KEY, order_key
+from gpu.core.morton import CELL_BITS, CELL_COUNT, EMPTY_KEY, morton_key
 from gpu.core.radix_sort import running_total
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
@@ -22,16 +22,16 @@ from gpu.settings import Weighting
 from gpu.sp.reuse import drop, keep
 from gpu.sp.samples import SampledPoints
 from gpu.sp.seeding import (
-    FILLING,
-    GOOD,
+    ACCEPTED_DISTANCE,
+    DEFICIT_IN_FRAME,
+    DEFICIT_TO_FILL,
     MOST_NEW,
-    SERVICE,
-    WHOLE_NEED,
-    NeedScale,
+    WHOLE_DEFICIT,
+    DeficitScale,
     adapt_kernel,
+    deficit_of,
     extra_kernel,
     fill_kernel,
-    need_of,
 )
 
 # Of k-means, which starts with points spread evenly over the picture: more make no picture better.
@@ -40,7 +40,7 @@ SAMPLES_PER_CLUSTER = 4
 # Share of the clusters that is kept for SPs that k-means serves badly.
 EXTRA_SHARE = 0.25
 # No cluster is in use at all.
-UNASSIGNED_NEED = wp.constant(2047)
+UNASSIGNED_DEFICIT = wp.constant(2047)
 # Of all clusters, about so many where none is near.
 LOOKED_AT = wp.constant(256)
 # Of a thread, which waits for memory most of the time: so that many wait at once.
@@ -60,7 +60,7 @@ class SpClusters:
     """
 
     position: wp.array[wp.vec3]
-    geometric: wp.array[wp.vec3]
+    geometric_normal: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     spacing: wp.array[float]
     used: wp.array[int]
@@ -74,7 +74,7 @@ def allocate_sp_clusters(count: int, fuzziness: int, sps: int, device: wp.Device
     """`count` clusters, to `fuzziness` of which each of `sps` SPs belongs."""
     clusters = SpClusters()
     clusters.position = wp.zeros(count, dtype=wp.vec3, device=device)
-    clusters.geometric = wp.zeros(count, dtype=wp.vec3, device=device)
+    clusters.geometric_normal = wp.zeros(count, dtype=wp.vec3, device=device)
     clusters.normal = wp.zeros(count, dtype=wp.vec3, device=device)
     clusters.spacing = wp.zeros(count, dtype=float, device=device)
     clusters.used = wp.zeros(count, dtype=int, device=device)
@@ -106,9 +106,9 @@ def representative_kernel(first: int, gbuffer: GBuffer, representatives: Represe
     if pixel < 0:
         return
     out.position[cluster] = gbuffer.position[pixel]
-    out.geometric[cluster] = gbuffer.geometric[pixel]
+    out.geometric_normal[cluster] = gbuffer.geometric_normal[pixel]
     out.normal[cluster] = gbuffer.normal[pixel]
-    keys[cluster] = order_key(gbuffer.position[pixel], gbuffer.geometric[pixel])
+    keys[cluster] = morton_key(gbuffer.position[pixel], gbuffer.geometric_normal[pixel])
 
 
 @cache
@@ -125,33 +125,33 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         clusters: Representatives,
         extent: wp.array[int],
         spacing_scale: wp.array[float],
-        least_need: int,
-        scale: NeedScale,
-        good: wp.array[float],
-        need: wp.array[int],
+        least_deficit: int,
+        scale: DeficitScale,
+        accepted_distance: wp.array[float],
+        deficit: wp.array[int],
         serving: wp.array[int],
         out: SpClusters,
     ) -> None:
         """One thread an SP: its F nearest clusters, their weights, and how badly it is served (need, 0: well).
 
         extent (1,): of the clusters, the first so many may be in use; spacing_scale (1,): as in gpu.sp.reuse.
-        least_need: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
+        least_deficit: SPs with less keep what they have; 0: none does, and those far from all clusters get none yet.
         good (1,): the distance that is good enough [spacings]; serving (cluster,): becomes 1 for the nearest one,
         whoever writes it.
         """
         sp = first + wp.tid()
         if sp >= sp_count[0]:
-            need[sp] = 0
+            deficit[sp] = 0
             return
-        if need[sp] < least_need:
+        if deficit[sp] < least_deficit:
             return
         pixel = sps[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         spacing = gbuffer.spacing[pixel] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]
         nearest = search(clusters, position, normal, level_of(spacing), NORMAL_THRESHOLD)
-        need[sp] = scale.unserved
-        if nearest.cluster[0] < 0 and least_need > 0:
+        deficit[sp] = scale.unserved
+        if nearest.cluster[0] < 0 and least_deficit > 0:
             # Few SPs come here; any cluster is better than none, and they are the first to be refined. One that looked
             # at all clusters would keep the others waiting.
             count = extent[0]
@@ -161,9 +161,9 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
                 nearest.cluster[0] = nearest_of_all(clusters, count, position, normal, RELAXED_THRESHOLD, 1)
             nearest.distance[0] = spacing
             if nearest.cluster[0] < 0:
-                need[sp] = UNASSIGNED_NEED
+                deficit[sp] = UNASSIGNED_DEFICIT
         elif nearest.cluster[0] >= 0:
-            need[sp] = need_of(scale, good[0], nearest.distance[0] / spacing, nearest.alike)
+            deficit[sp] = deficit_of(scale, accepted_distance[0], nearest.distance[0] / spacing, nearest.alike)
         if nearest.cluster[0] >= 0:
             serving[nearest.cluster[0]] = 1
         total = float(0.0)
@@ -188,7 +188,7 @@ def extra_of(count: int) -> int:
 
 
 class SpClustering:
-    """Clusters a frame's SPs; `clusters` (SpClusters) and `need` (sp,) hold the result, arrays are allocated once.
+    """Clusters a frame's SPs; `clusters` (SpClusters) and `deficit` (sp,) hold the result, arrays are allocated once.
 
     They have room for `most` clusters, `count` of which there are to be: all, until `use` says otherwise.
     """
@@ -197,8 +197,8 @@ class SpClustering:
         device = self.device = sps.device
         self._sps, self.most = sps, min(most, sps.capacity)
         self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
-        self.need = wp.zeros(sps.capacity, dtype=int, device=device)
-        self._needs = wp.zeros(sps.capacity, dtype=int, device=device)
+        self.deficit = wp.zeros(sps.capacity, dtype=int, device=device)
+        self._deficits = wp.zeros(sps.capacity, dtype=int, device=device)
         extra = extra_of(self.most)
         base = self.most - extra
         self._samples = SampledPoints(min(sps.capacity, SAMPLES_PER_CLUSTER * base), device)
@@ -207,13 +207,13 @@ class SpClustering:
         self._spacings = wp.zeros(self.most, dtype=float, device=device)
         self._crowded = wp.zeros(self.most, dtype=int, device=device)
         self._serving = wp.zeros(self.most, dtype=int, device=device)
-        self._free = wp.zeros(self.most, dtype=int, device=device)
-        self._frees = wp.zeros(self.most, dtype=int, device=device)
+        self._unused = wp.zeros(self.most, dtype=int, device=device)
+        self._unused_prefix = wp.zeros(self.most, dtype=int, device=device)
         # What kernels know of `count`: that, how many are not of k-means, and the scale from pixels' spacings to
         # clusters'.
         self._wanted, self._extra = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
         self._scale = wp.zeros(1, dtype=float, device=device)
-        self._good, self._one = (wp.ones(1, dtype=float, device=device) for _ in range(2))
+        self._accepted_distance, self._one = (wp.ones(1, dtype=float, device=device) for _ in range(2))
         self._most_new, self._extent, self._none = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
         self._order = Buckets(self.most, CELL_COUNT, device, shift=CELL_BITS)
         self.clusters = allocate_sp_clusters(self.most, fuzziness, sps.capacity, device)
@@ -240,17 +240,17 @@ class SpClustering:
         sps, grid, device = self._sps, self._kmeans.grid, self.device
         grid.data.spacing.zero_()
         self._serving.zero_()
-        self._good.fill_(GOOD)
+        self._accepted_distance.fill_(ACCEPTED_DISTANCE)
         wp.copy(self._most_new, self._wanted)
         wp.copy(self._extent, self._wanted)
         self._samples.draw(sps, gbuffer, self._scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
         grid.build()
-        self._assign(gbuffer, SERVICE, self._one, least_need=0)
-        running_total(self.need, self._needs)
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, self._kmeans.wanted, self._extra]
+        self._assign(gbuffer, DEFICIT_IN_FRAME, self._one, least_deficit=0)
+        running_total(self.deficit, self._deficits)
+        inputs = [gbuffer, sps.pixels, sps.count, self._deficits, self._scale, self._kmeans.wanted, self._extra]
         launch(extra_kernel, extra_of(self.most), [*inputs, grid.data, self._pixels], device)
-        self._finish(gbuffer, self._kmeans.wanted, least_need=1)
+        self._finish(gbuffer, self._kmeans.wanted, least_deficit=1)
 
     def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
         """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
@@ -259,26 +259,33 @@ class SpClustering:
         """
         sps, grid, device = self._sps, self._kmeans.grid, self.device
         work = self._spacings, self._crowded, self._pixels
-        keep(camera, size, gbuffer, sps, self._scale, self._good, grid.data, self._serving, *work)
-        drop(grid.data, self._wanted, self._good, self._free, self._frees)
+        keep(camera, size, gbuffer, sps, self._scale, self._accepted_distance, grid.data, self._serving, *work)
+        drop(grid.data, self._wanted, self._accepted_distance, self._unused, self._unused_prefix)
         grid.build()
-        self._assign(gbuffer, FILLING, self._good, least_need=0)
-        running_total(self.need, self._needs)
-        counts = self._wanted, self._frees, self._good, self._most_new
-        inputs = [gbuffer, sps.pixels, sps.count, self._needs, self._scale, *counts]
+        self._assign(gbuffer, DEFICIT_TO_FILL, self._accepted_distance, least_deficit=0)
+        running_total(self.deficit, self._deficits)
+        counts = self._wanted, self._unused_prefix, self._accepted_distance, self._most_new
+        inputs = [gbuffer, sps.pixels, sps.count, self._deficits, self._scale, *counts]
         launch(fill_kernel, self.most, [*inputs, grid.data, self._pixels, self._serving], device)
-        launch(adapt_kernel, 1, [sps.count, self._needs, *counts, self._extent], device)
-        self._finish(gbuffer, self._none, least_need=int(WHOLE_NEED))
+        launch(adapt_kernel, 1, [sps.count, self._deficits, *counts, self._extent], device)
+        self._finish(gbuffer, self._none, least_deficit=int(WHOLE_DEFICIT))
 
-    def _finish(self, gbuffer: GBuffer, base: wp.array, *, least_need: int) -> None:
+    def _finish(self, gbuffer: GBuffer, base: wp.array, *, least_deficit: int) -> None:
         """Serve the needy by the new clusters too, of which the first `base` (1,) are medoids, and order all."""
         self._kmeans.grid.build()
-        self._assign(gbuffer, SERVICE, self._one, least_need=least_need)
+        self._assign(gbuffer, DEFICIT_IN_FRAME, self._one, least_deficit=least_deficit)
         inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
         launch(representative_kernel, self.most, [*inputs, self._order.keys, self.clusters], self.device)
         self._order.sort()
 
-    def _assign(self, gbuffer: GBuffer, scale: NeedScale, good: wp.array, *, least_need: int) -> None:
+    def _assign(
+        self, gbuffer: GBuffer, scale: DeficitScale, accepted_distance: wp.array, *, least_deficit: int
+    ) -> None:
         sps, data = self._sps, self._kmeans.grid.data
-        inputs = [gbuffer, sps.pixels, sps.count, data, self._extent, self._scale, least_need]
-        launch(self._kernel, sps.capacity, [*inputs, scale, good, self.need, self._serving, self.clusters], self.device)
+        inputs = [gbuffer, sps.pixels, sps.count, data, self._extent, self._scale, least_deficit]
+        launch(
+            self._kernel,
+            sps.capacity,
+            [*inputs, scale, accepted_distance, self.deficit, self._serving, self.clusters],
+            self.device,
+        )

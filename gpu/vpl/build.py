@@ -7,12 +7,12 @@ from gpu.clustering.kmeans import KMeans
 from gpu.clustering.points import Points
 from gpu.core.constants import FAR_AWAY, PI
 from gpu.core.device import allocate, launch
-from gpu.core.kahan import Sum, added
-from gpu.device_scene.upload import ResidentScene
+from gpu.core.kahan import Sum, kahan_add
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls, gather_kernel
 from gpu.scene.types import Ints
 from gpu.vpl.disk_light import Disk, disk_of
-from gpu.vpl.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, PER_TWIG, VplClusters, member_disk
+from gpu.vpl.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, PER_SUBCLUSTER, VplClusters, member_disk
 
 ITERATIONS = 10
 # Bounds are this much wider than what they hold, against rounding.
@@ -48,18 +48,18 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
     mean = wp.vec3(0.0, 0.0, 0.0)
     square = float(0.0)
     total = float(0.0)
-    cone = float(1.0)
+    normal_cone_cos = float(1.0)
     extent = float(0.0)
     thickness = float(0.0)
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
         member_flux = out.members.flux[member]
-        flux = added(flux, member_flux)
+        flux = kahan_add(flux, member_flux)
         weight = member_flux[0] + member_flux[1] + member_flux[2]
         offset = out.members.position[member] - centre
         mean += offset * weight
         square += wp.length_sq(offset) * weight
         total += weight
-        cone = wp.min(cone, wp.dot(normal, out.members.normal[member]))
+        normal_cone_cos = wp.min(normal_cone_cos, wp.dot(normal, out.members.normal[member]))
         extent = wp.max(extent, wp.length(offset))
         thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
     mean = mean / total
@@ -67,24 +67,26 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
     area = 2.0 * PI * variance
     if out.starts[cluster + 1] - out.starts[cluster] < FEW_MEMBERS:
         area = wp.max(area, neighbour_area(vpls, medoids, cluster))
-    out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, cone)
-    out.cone[cluster] = cone
+    out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, normal_cone_cos)
+    out.normal_cone_cos[cluster] = normal_cone_cos
     out.extent[cluster] = extent
     out.thickness[cluster] = thickness
 
 
 @wp.kernel
-def twig_kernel(first: int, out: VplClusters) -> None:
-    """One thread a cluster: the disks that stand for its twigs, each with its members' share of the cluster's area."""
+def subcluster_kernel(first: int, out: VplClusters) -> None:
+    """One thread a cluster: the disks that stand for its subclusters, each with its members' share of the cluster's
+    area.
+    """
     cluster = first + wp.tid()
     begin = out.starts[cluster]
     end = out.starts[cluster + 1]
-    for twig in range(out.twig_starts[cluster], out.twig_starts[cluster + 1]):
+    for subcluster in range(out.subcluster_starts[cluster], out.subcluster_starts[cluster + 1]):
         flux = wp.vec3(0.0, 0.0, 0.0)
         position = wp.vec3(0.0, 0.0, 0.0)
         normal = wp.vec3(0.0, 0.0, 0.0)
         total = float(0.0)
-        last = wp.min(begin + PER_TWIG, end)
+        last = wp.min(begin + PER_SUBCLUSTER, end)
         for member in range(begin, last):
             member_flux = out.members.flux[member]
             weight = member_flux[0] + member_flux[1] + member_flux[2]
@@ -94,15 +96,15 @@ def twig_kernel(first: int, out: VplClusters) -> None:
             total += weight
         position = position / total
         normal = wp.normalize(normal)
-        cone = float(1.0)
+        normal_cone_cos = float(1.0)
         square = float(0.0)
         for member in range(begin, last):
             member_flux = out.members.flux[member]
             weight = member_flux[0] + member_flux[1] + member_flux[2]
             square += wp.length_sq(out.members.position[member] - position) * weight
-            cone = wp.min(cone, wp.dot(normal, out.members.normal[member]))
+            normal_cone_cos = wp.min(normal_cone_cos, wp.dot(normal, out.members.normal[member]))
         area = out.disks[cluster].area * float(last - begin) / float(end - out.starts[cluster])
-        out.twigs[twig] = disk_of(position, normal, flux, area, square / total, cone)
+        out.subclusters[subcluster] = disk_of(position, normal, flux, area, square / total, normal_cone_cos)
         begin = last
 
 
@@ -123,11 +125,11 @@ def bound_kernel(first: int, out: VplClusters) -> None:
     for cluster in range(begin, end):
         radius = wp.max(radius, wp.length(out.disks[cluster].position - centre) + out.extent[cluster])
         off = wp.acos(wp.clamp(wp.dot(axis, out.disks[cluster].normal), -1.0, 1.0))
-        widest = wp.max(widest, off + wp.acos(wp.clamp(out.cone[cluster], -1.0, 1.0)))
+        widest = wp.max(widest, off + wp.acos(wp.clamp(out.normal_cone_cos[cluster], -1.0, 1.0)))
     out.centre[group] = centre
     out.radius[group] = radius * WIDER
     out.axis[group] = axis
-    out.spread[group] = wp.cos(wp.min(widest * WIDER, PI))
+    out.axis_cone_cos[group] = wp.cos(wp.min(widest * WIDER, PI))
 
 
 def set_groups(clusters: VplClusters, device: wp.Device) -> None:
@@ -138,17 +140,17 @@ def set_groups(clusters: VplClusters, device: wp.Device) -> None:
     clusters.groups = -(-clusters.count // clusters.per_group)
     for name in ("centre", "axis"):
         setattr(clusters, name, wp.zeros(clusters.groups, dtype=wp.vec3, device=device))
-    for name in ("radius", "spread"):
+    for name in ("radius", "axis_cone_cos"):
         setattr(clusters, name, wp.zeros(clusters.groups, dtype=float, device=device))
     launch(bound_kernel, clusters.groups, [clusters], device)
 
 
-def set_twigs(clusters: VplClusters, starts: Ints, device: wp.Device) -> None:
-    """Form twigs of the members of `clusters`, which begin at `starts` (cluster + 1,)."""
-    twig_starts = np.append(0, np.cumsum(-(-np.diff(starts) // PER_TWIG)))
-    clusters.twig_starts = wp.array(twig_starts, dtype=int, device=device)
-    clusters.twigs = wp.zeros(int(twig_starts[-1]), dtype=Disk, device=device)
-    launch(twig_kernel, clusters.count, [clusters], device)
+def set_subclusters(clusters: VplClusters, starts: Ints, device: wp.Device) -> None:
+    """Form subclusters of the members of `clusters`, which begin at `starts` (cluster + 1,)."""
+    subcluster_starts = np.append(0, np.cumsum(-(-np.diff(starts) // PER_SUBCLUSTER)))
+    clusters.subcluster_starts = wp.array(subcluster_starts, dtype=int, device=device)
+    clusters.subclusters = wp.zeros(int(subcluster_starts[-1]), dtype=Disk, device=device)
+    launch(subcluster_kernel, clusters.count, [clusters], device)
 
 
 def no_clusters() -> VplClusters:
@@ -158,9 +160,9 @@ def no_clusters() -> VplClusters:
     return clusters
 
 
-def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) -> VplClusters:
+def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int) -> VplClusters:
     """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
-    device = resident.device
+    device = device_scene.device
     if vpls.count == 0:
         return no_clusters()
     kmeans = KMeans(vpls.count, min(wanted, vpls.count), device, exhaustive=True)
@@ -175,7 +177,7 @@ def cluster_vpls(resident: ResidentScene, vpls: Vpls, wanted: int, seed: int) ->
     launch(gather_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
     launch(summarise_kernel, clusters.count, [vpls, medoids, clusters], device)
-    set_twigs(clusters, starts, device)
+    set_subclusters(clusters, starts, device)
     set_groups(clusters, device)
     return clusters
 
@@ -191,19 +193,19 @@ def single_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) ->
         singles[member] = member_disk(clusters, member, area)
 
 
-def unclustered(resident: ResidentScene, clusters: VplClusters) -> VplClusters:
+def unclustered(device_scene: DeviceScene, clusters: VplClusters) -> VplClusters:
     """Every VPL of `clusters` as a disk light of its own: what `exact-vpl` shades, and the ablation of SPs alone."""
-    device, members = resident.device, clusters.members
+    device, members = device_scene.device, clusters.members
     if clusters.count == 0:
         return no_clusters()
     singles: VplClusters = allocate(VplClusters, members.count, device)
     singles.count = members.count
-    singles.cone.fill_(1.0)
+    singles.normal_cone_cos.fill_(1.0)
     singles.members = members
     launch(single_kernel, clusters.count, [clusters, singles.disks], device)
     starts = np.arange(members.count + 1, dtype=np.int32)
     singles.starts = wp.array(starts, dtype=int, device=device)
-    set_twigs(singles, starts, device)
+    set_subclusters(singles, starts, device)
     set_groups(singles, device)
     return singles
 

@@ -21,21 +21,23 @@ class Disk:
     position: wp.vec3
     area: float
     normal: wp.vec3
-    reach: float
+    radius: float
     flux: wp.vec3
-    turn: float
+    tilt: float
 
 
 @wp.func
-def disk_of(position: wp.vec3, normal: wp.vec3, flux: wp.vec3, area: float, variance: float, cone: float) -> Disk:
+def disk_of(
+    position: wp.vec3, normal: wp.vec3, flux: wp.vec3, area: float, variance: float, normal_cone_cos: float
+) -> Disk:
     """A disk light; variance: of the places of what it stands for; cone: cosine of the widest angle of its normals."""
     disk = Disk()
     disk.position = position
     disk.normal = normal
     disk.flux = flux
     disk.area = area
-    disk.reach = wp.sqrt(EVEN_SQUARE * variance)
-    disk.turn = CONE_SHARE * wp.sqrt(wp.max(1.0 - cone * cone, 0.0))
+    disk.radius = wp.sqrt(EVEN_SQUARE * variance)
+    disk.tilt = CONE_SHARE * wp.sqrt(wp.max(1.0 - normal_cone_cos * normal_cone_cos, 0.0))
     return disk
 
 
@@ -61,7 +63,7 @@ def disk_at(disks: wp.array[Disk], index: int) -> Disk:
     disk.position = wp.vec3(place[0], place[1], place[2])
     disk.area = place[3]
     disk.normal = wp.vec3(side[0], side[1], side[2])
-    disk.reach = side[3]
+    disk.radius = side[3]
     disk.flux = wp.vec3(light[0], light[1], light[2])
-    disk.turn = light[3]
+    disk.tilt = light[3]
     return disk

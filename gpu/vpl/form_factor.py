@@ -4,14 +4,14 @@ import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.constants import PI
-from gpu.core.kahan import Sum, added
+from gpu.core.kahan import Sum, kahan_add
 from gpu.vpl.disk_light import Disk, disk_at
-from gpu.vpl.vpl_clusters import PER_TWIG, VplClusters, cluster_of, is_behind
+from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, cluster_of, is_behind
 
-# A cluster's disk, or a twig's, whose squared reach is more than this times the squared distance gives way to what it
-# stands for.
-UNFOLD_SHARE = wp.constant(0.167)
-TWIG_SHARE = wp.constant(0.05)
+# A cluster's disk, or a subcluster's, whose squared reach is more than this times the squared distance gives way to
+# what it stands for.
+OPEN_SHARE = wp.constant(0.167)
+OPEN_SUBCLUSTER_SHARE = wp.constant(0.05)
 
 
 @wp.func
@@ -55,44 +55,44 @@ def disk_irradiance(position: wp.vec3, normal: wp.vec3, disk: Disk) -> wp.vec3:
     nothing = wp.vec3(0.0, 0.0, 0.0)
     way = disk.position - position
     facing = wp.dot(way, normal)
-    if facing <= -disk.reach:
+    if facing <= -disk.radius:
         return nothing
     leaving = -wp.dot(way, disk.normal)
     squared = wp.length_sq(way)
-    if leaving <= 0.0 and leaving * leaving >= disk.turn * disk.turn * squared:
+    if leaving <= 0.0 and leaving * leaving >= disk.tilt * disk.tilt * squared:
         return nothing
     # Square roots are for those that are near a horizon.
-    if facing < disk.reach:
-        tilt = wp.dot(normal, disk.normal)
-        facing = positive_mean(facing, disk.reach * wp.sqrt(wp.max(1.0 - tilt * tilt, 0.0)))
-    if leaving * leaving < disk.turn * disk.turn * squared:
-        leaving = positive_mean(leaving, disk.turn * wp.sqrt(squared))
+    if facing < disk.radius:
+        normal_cosine = wp.dot(normal, disk.normal)
+        facing = positive_mean(facing, disk.radius * wp.sqrt(wp.max(1.0 - normal_cosine * normal_cosine, 0.0)))
+    if leaving * leaving < disk.tilt * disk.tilt * squared:
+        leaving = positive_mean(leaving, disk.tilt * wp.sqrt(squared))
     return disk.flux * (facing * leaving / (squared * (PI * squared + disk.area)))
 
 
 @wp.func
-def is_unfolded(position: wp.vec3, disk: Disk) -> bool:
-    """Whether a cluster's disk is so near that its twigs are shaded in its place: it would be too coarse."""
-    return disk.reach * disk.reach > UNFOLD_SHARE * wp.length_sq(disk.position - position)
+def is_opened(position: wp.vec3, disk: Disk) -> bool:
+    """Whether a cluster's disk is so near that its subclusters are shaded in its place: it would be too coarse."""
+    return disk.radius * disk.radius > OPEN_SHARE * wp.length_sq(disk.position - position)
 
 
 @wp.func
-def is_twig_unfolded(position: wp.vec3, twig: Disk) -> bool:
-    """Whether a twig's disk is so near that its members are shaded in its place."""
-    return twig.reach * twig.reach > TWIG_SHARE * wp.length_sq(twig.position - position)
+def is_subcluster_opened(position: wp.vec3, subcluster: Disk) -> bool:
+    """Whether a subcluster's disk is so near that its members are shaded in its place."""
+    return subcluster.radius * subcluster.radius > OPEN_SUBCLUSTER_SHARE * wp.length_sq(subcluster.position - position)
 
 
 @wp.func
 def disk_area(position: wp.vec3, vpls: VplClusters, member: int) -> float:
-    """Area of the disk as part of which a VPL lights a point: its cluster's, its twig's or its own."""
+    """Area of the disk as part of which a VPL lights a point: its cluster's, its subcluster's or its own."""
     cluster = cluster_of(vpls, member)
     disk = disk_at(vpls.disks, cluster)
-    if not is_unfolded(position, disk):
+    if not is_opened(position, disk):
         return disk.area
     begin = vpls.starts[cluster]
-    twig = disk_at(vpls.twigs, vpls.twig_starts[cluster] + (member - begin) // PER_TWIG)
-    if not is_twig_unfolded(position, twig):
-        return twig.area
+    subcluster = disk_at(vpls.subclusters, vpls.subcluster_starts[cluster] + (member - begin) // PER_SUBCLUSTER)
+    if not is_subcluster_opened(position, subcluster):
+        return subcluster.area
     return disk.area / float(vpls.starts[cluster + 1] - begin)
 
 
@@ -104,14 +104,14 @@ def member_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, mem
 
 
 @wp.func
-def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
+def unoccluded_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> wp.vec3:
     """Irradiance at a point from a VPL cluster that nothing hides [W/m²].
 
-    Near a cluster its one disk would be too coarse and too dim: there its twigs count one by one, and of twigs that
-    are as near, the members.
+    Near a cluster its one disk would be too coarse and too dim: there its subclusters count one by one, and of
+    subclusters that are as near, the members.
     """
     disk = disk_at(vpls.disks, cluster)
-    if not is_unfolded(position, disk):
+    if not is_opened(position, disk):
         return disk_irradiance(position, normal, disk)
     irradiance = Sum()
     if is_behind(position, normal, vpls, cluster):
@@ -119,12 +119,12 @@ def unoccluded(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: i
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
     area = disk.area / float(end - begin)
-    for twig in range(vpls.twig_starts[cluster], vpls.twig_starts[cluster + 1]):
-        disk = disk_at(vpls.twigs, twig)
-        if is_twig_unfolded(position, disk):
-            for member in range(begin, wp.min(begin + PER_TWIG, end)):
-                irradiance = added(irradiance, member_irradiance(position, normal, vpls, member, area))
+    for subcluster in range(vpls.subcluster_starts[cluster], vpls.subcluster_starts[cluster + 1]):
+        disk = disk_at(vpls.subclusters, subcluster)
+        if is_subcluster_opened(position, disk):
+            for member in range(begin, wp.min(begin + PER_SUBCLUSTER, end)):
+                irradiance = kahan_add(irradiance, member_irradiance(position, normal, vpls, member, area))
         else:
-            irradiance = added(irradiance, disk_irradiance(position, normal, disk))
-        begin += PER_TWIG
+            irradiance = kahan_add(irradiance, disk_irradiance(position, normal, disk))
+        begin += PER_SUBCLUSTER
     return irradiance.total

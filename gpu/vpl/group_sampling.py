@@ -12,15 +12,17 @@ def groups_a_part(vpls: VplClusters, parts: int) -> int:
 
 
 @wp.func
-def row_of(totals: wp.array2d[float], column: int, pick: float) -> int:
-    """The first row whose running total, in a column of `totals`, is above `pick`; else the last that adds to it."""
+def upper_bound(importance_cdf: wp.array2d[float], column: int, u: float) -> int:
+    """The first row whose running total, in a column of `importance_cdf`, is above `u`; else the last that adds to
+    it.
+    """
     low = int(0)
-    high = totals.shape[0] - 1
-    whole = totals[high, column]
+    high = importance_cdf.shape[0] - 1
+    whole = importance_cdf[high, column]
     while low < high:
         middle = (low + high) // 2
-        total = totals[middle, column]
-        if total > pick or total >= whole:
+        total = importance_cdf[middle, column]
+        if total > u or total >= whole:
             high = middle
         else:
             low = middle + 1
@@ -28,19 +30,21 @@ def row_of(totals: wp.array2d[float], column: int, pick: float) -> int:
 
 
 @wp.func
-def drawn_group(vpls: VplClusters, mass: wp.array2d[float], totals: wp.array2d[float], column: int, pick: float) -> int:
-    """The group that `pick`, from 0 to the last of a column's `totals`, falls into.
+def sample_group(
+    vpls: VplClusters, importance: wp.array2d[float], importance_cdf: wp.array2d[float], column: int, u: float
+) -> int:
+    """The group that `u`, from 0 to the last of a column's `importance_cdf`, falls into.
 
     mass (group, column): what each group sends; totals (part, column): the sum over the groups of a part and of those
     before it, more than 0 in the end.
     """
-    part = row_of(totals, column, pick)
+    part = upper_bound(importance_cdf, column, u)
     if part > 0:
-        pick -= totals[part - 1, column]
-    groups = groups_a_part(vpls, totals.shape[0])
+        u -= importance_cdf[part - 1, column]
+    groups = groups_a_part(vpls, importance_cdf.shape[0])
     group = part * groups
     end = wp.min(group + groups, vpls.groups)
-    while group < end - 1 and pick >= mass[group, column]:
-        pick -= mass[group, column]
+    while group < end - 1 and u >= importance[group, column]:
+        u -= importance[group, column]
         group += 1
     return group

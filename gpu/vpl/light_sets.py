@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from weakref import proxy
 
 from gpu.core.device import overwrite
-from gpu.device_scene.features import needs_of
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.features import scene_features
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, paths_for, trace_light_paths
 from gpu.lights.light_table import LightTable
 from gpu.vpl.build import cluster_vpls
-from gpu.vpl.radiosity_cache import RadiosityMap, radiosity_map
+from gpu.vpl.radiosity_cache import RadiosityCache, radiosity_cache
 from gpu.vpl.vpl_clusters import VplClusters
 
 Progress = Callable[[str, float], None]
@@ -20,7 +20,7 @@ KEPT_VPLS = 1 << 23
 
 
 @dataclass(frozen=True)
-class LightingChoice:
+class LightSetChoice:
     """What a light set depends on besides the scene."""
 
     vpls: int
@@ -30,19 +30,19 @@ class LightingChoice:
     lambertian: bool
 
 
-class Lighting:
+class LightSets:
     """A scene's light sets by choice, and the table of its emitters."""
 
-    def __init__(self, resident: ResidentScene) -> None:
+    def __init__(self, device_scene: DeviceScene) -> None:
         # The scene owns its lighting; a strong reference back would keep both from being freed.
-        self._resident: ResidentScene = proxy(resident)
-        self._sets: dict[LightingChoice, VplClusters] = {}
-        self._radiosity: dict[LightingChoice, RadiosityMap] = {}
+        self._device_scene: DeviceScene = proxy(device_scene)
+        self._sets: dict[LightSetChoice, VplClusters] = {}
+        self._radiosity: dict[LightSetChoice, RadiosityCache] = {}
         # Light paths of sets that differ by their seed.
-        self._paths: dict[LightingChoice, int] = {}
-        self.table: LightTable = build_light_table(resident)
+        self._paths: dict[LightSetChoice, int] = {}
+        self.table: LightTable = build_light_table(device_scene)
 
-    def clusters(self, choice: LightingChoice, progress: Progress) -> VplClusters:
+    def clusters(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
         """The clusters of `choice`, traced and clustered when they are not kept from before."""
         if choice in self._sets:
             self._sets[choice] = self._sets.pop(choice)
@@ -55,11 +55,11 @@ class Lighting:
         self._sets[choice] = clusters
         return clusters
 
-    def holds(self, choice: LightingChoice) -> bool:
+    def holds(self, choice: LightSetChoice) -> bool:
         """Whether the clusters of `choice` are kept from before."""
         return choice in self._sets
 
-    def renew(self, choice: LightingChoice, progress: Progress) -> None:
+    def renew(self, choice: LightSetChoice, progress: Progress) -> None:
         """Make the clusters of `choice` anew, into the arrays that are kept: whoever reads those need not know."""
         if not self.holds(choice):
             self.clusters(choice, progress)
@@ -69,32 +69,32 @@ class Lighting:
             overwrite(VplClusters, kept, made)
             overwrite(Vpls, kept.members, made.members)
 
-    def _make(self, choice: LightingChoice, progress: Progress) -> VplClusters:
-        scene = self._resident.view(lambertian=choice.lambertian)
-        needs = needs_of(self._resident.scene, lambertian=choice.lambertian)
+    def _make(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
+        scene = self._device_scene.view(lambertian=choice.lambertian)
+        needs = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
         progress("tracing virtual point lights", 0.0)
         alike = replace(choice, seed=0)
         if alike not in self._paths:
-            self._paths[alike] = paths_for(self._resident, scene, self.table, choice.vpls, choice.bounces, needs)
+            self._paths[alike] = paths_for(self._device_scene, scene, self.table, choice.vpls, choice.bounces, needs)
         paths = self._paths[alike]
-        vpls = trace_light_paths(self._resident, scene, self.table, paths, choice.bounces, choice.seed, needs)
+        vpls = trace_light_paths(self._device_scene, scene, self.table, paths, choice.bounces, choice.seed, needs)
         progress("clustering virtual point lights", 0.5)
-        clusters = cluster_vpls(self._resident, vpls, choice.vpl_clusters, choice.seed)
+        clusters = cluster_vpls(self._device_scene, vpls, choice.vpl_clusters, choice.seed)
         progress("clustering virtual point lights", 1.0)
         return clusters
 
-    def radiosity(self, choice: LightingChoice, progress: Progress) -> RadiosityMap:
+    def radiosity(self, choice: LightSetChoice, progress: Progress) -> RadiosityCache:
         """The radiosity around the VPLs of `choice`, of which there must be one; kept as long as they are."""
         clusters = self.clusters(choice, progress)
         if choice not in self._radiosity:
-            self._radiosity[choice] = radiosity_map(
-                self._resident, self._resident.view(lambertian=choice.lambertian), clusters
+            self._radiosity[choice] = radiosity_cache(
+                self._device_scene, self._device_scene.view(lambertian=choice.lambertian), clusters
             )
         return self._radiosity[choice]
 
 
-def lighting_of(resident: ResidentScene) -> Lighting:
-    """The lighting that all renderers of `resident` share."""
-    if resident.lighting is None:
-        resident.lighting = Lighting(resident)
-    return resident.lighting
+def light_sets_of(device_scene: DeviceScene) -> LightSets:
+    """The lighting that all renderers of `device_scene` share."""
+    if device_scene.light_sets is None:
+        device_scene.light_sets = LightSets(device_scene)
+    return device_scene.light_sets

@@ -10,12 +10,12 @@ from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives, cell_at
 from gpu.clustering.nearest import nearest_search
 from gpu.core.constants import PI
 from gpu.core.device import launch
-from gpu.core.morton import main_direction
+from gpu.core.morton import dominant_axis
 from gpu.core.radix_sort import Groups
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, occluded
 from gpu.device_scene.surface import triangle_normal
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sampling.warps import orthonormal
 from gpu.vpl.vpl_clusters import VplClusters
@@ -54,7 +54,7 @@ neighbours = nearest_search(NEIGHBOURS, straight_distance)
 
 
 @wp.struct
-class RadiosityMap:
+class RadiosityCache:
     """VPLs that know the radiosity around them, in hashed cells, each of one size and of normals to one side.
 
     position, normal (vpl,); radius (vpl,): of the estimate's disk, 0 for none; radiosity (vpl,) [W/m²].
@@ -149,17 +149,17 @@ def cover_kernel(first: int, covered: wp.array[int], radiosity: wp.array[wp.vec3
 
 
 @wp.func
-def bucket_around(lit: RadiosityMap, position: wp.vec3, normal: wp.vec3, level: int) -> int:
+def bucket_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, level: int) -> int:
     """The place in the table of the cell of a level that holds a surface point. Cells may share one."""
     cell = cell_at(position, cells_per_unit(level))
-    mixed = hashed(wp.uint32(6 * level + main_direction(normal)))
+    mixed = hashed(wp.uint32(6 * level + dominant_axis(normal)))
     for axis in range(3):
         mixed = hashed(mixed ^ wp.uint32(cell[axis]))
     return int(mixed & wp.uint32(lit.buckets - 1))
 
 
 @wp.kernel
-def bucket_kernel(first: int, lit: RadiosityMap, buckets: wp.array[int]) -> None:
+def bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[int]) -> None:
     """One thread an entry: its bucket, or `buckets` of the map where the VPL knows nothing."""
     entry = first + wp.tid()
     vpl = entry // LEVELS_HELD
@@ -169,15 +169,15 @@ def bucket_kernel(first: int, lit: RadiosityMap, buckets: wp.array[int]) -> None
         buckets[entry] = bucket_around(lit, lit.position[vpl], lit.normal[vpl], level)
 
 
-def radiosity_map(resident: ResidentScene, scene: SceneData, clusters: VplClusters) -> RadiosityMap:
+def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters) -> RadiosityCache:
     """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`."""
-    members, device = clusters.members, resident.device
+    members, device = clusters.members, device_scene.device
     grid = Grid(members.count, device)
     vpls = grid.data
     vpls.position, vpls.normal = members.position, members.normal
     launch(search_kernel, clusters.count, [clusters, vpls.spacing], device)
     grid.build()
-    lit = RadiosityMap()
+    lit = RadiosityCache()
     lit.position, lit.normal = members.position, members.normal
     lit.radius = wp.zeros(members.count, dtype=float, device=device)
     lit.radiosity = wp.zeros(members.count, dtype=wp.vec3, device=device)
@@ -189,7 +189,7 @@ def radiosity_map(resident: ResidentScene, scene: SceneData, clusters: VplCluste
     return lit
 
 
-def sort_into_cells(lit: RadiosityMap, device: wp.Device) -> None:
+def sort_into_cells(lit: RadiosityCache, device: wp.Device) -> None:
     """Fill in the cells of `lit`, whose VPLs are known."""
     radii = lit.radius.numpy()
     known = radii[radii > 0.0]
@@ -206,7 +206,7 @@ def sort_into_cells(lit: RadiosityMap, device: wp.Device) -> None:
 
 
 @wp.func
-def vpl_around(lit: RadiosityMap, position: wp.vec3, normal: wp.vec3, scale: float) -> int:
+def vpl_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, scale: float) -> int:
     """The VPL that answers for a surface point, −1 where none is near; those of radii far from `scale` are not found.
 
     Of cells ever larger, the first that knows one. All VPLs in a cell are of similar use, so it is enough to look at a

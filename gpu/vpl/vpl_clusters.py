@@ -7,8 +7,8 @@ from gpu.vpl.disk_light import Disk, disk_at, disk_of
 
 # Unit space: rounding moves points of one plane apart by this much.
 IN_PLANE = wp.constant(1.0e-6)
-# VPLs in a twig.
-PER_TWIG = wp.constant(8)
+# VPLs in a subcluster.
+PER_SUBCLUSTER = wp.constant(8)
 # A group's clusters fill bytes of visibility bits; tables with an entry a group and SP cluster stay small.
 LEAST_PER_GROUP = 8
 MOST_GROUPS = 512
@@ -20,8 +20,8 @@ class VplClusters:
 
     disks (cluster,): what stands for them, at a member each; cone: cosine of the widest angle between the
     representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal.
-    Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_TWIG that follow each other
-    are a twig: disks twig_starts[c] … twig_starts[c + 1] − 1 of `twigs`.
+    Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_SUBCLUSTER that follow each
+    other are a subcluster: disks subcluster_starts[c] … subcluster_starts[c + 1] − 1 of `subclusters`.
     Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis,
     spread (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that
     holds their normals.
@@ -31,17 +31,17 @@ class VplClusters:
     per_group: int
     groups: int
     disks: wp.array[Disk]
-    cone: wp.array[float]
+    normal_cone_cos: wp.array[float]
     extent: wp.array[float]
     thickness: wp.array[float]
     starts: wp.array[int]
     members: Vpls
-    twig_starts: wp.array[int]
-    twigs: wp.array[Disk]
+    subcluster_starts: wp.array[int]
+    subclusters: wp.array[Disk]
     centre: wp.array[wp.vec3]
     radius: wp.array[float]
     axis: wp.array[wp.vec3]
-    spread: wp.array[float]
+    axis_cone_cos: wp.array[float]
 
 
 @wp.func
@@ -67,12 +67,12 @@ def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, grou
         return True
     distance = wp.length(way)
     across = wp.dot(way, clusters.axis[group])
-    spread = clusters.spread[group]
-    if across >= distance * spread or distance <= radius:
+    axis_cone_cos = clusters.axis_cone_cos[group]
+    if across >= distance * axis_cone_cos or distance <= radius:
         return False
     # cos(θ − α), of the normal that is nearest to the direction of the point.
     beside = wp.sqrt(wp.max(distance * distance - across * across, 0.0))
-    return across * spread + beside * wp.sqrt(wp.max(1.0 - spread * spread, 0.0)) + radius <= 0.0
+    return across * axis_cone_cos + beside * wp.sqrt(wp.max(1.0 - axis_cone_cos * axis_cone_cos, 0.0)) + radius <= 0.0
 
 
 @wp.func

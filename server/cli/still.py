@@ -6,7 +6,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
@@ -38,7 +38,7 @@ def render_file(
         print(f"lumenwalk: note: {sentence}", file=sys.stderr)
     view = choose_camera(scene, camera, width / height)
     loaded = perf_counter()
-    resident = ResidentScene(scene, device)
+    resident = DeviceScene(scene, device)
     progress = Progress()
     renderer = Renderer(resident, size, settings, progress=progress)
     built = perf_counter()

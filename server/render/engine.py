@@ -20,7 +20,7 @@ from time import monotonic
 
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
-from server.render.schedule import Place, Schedule, Urgency
+from server.render.schedule import QueueEntry, Schedule, Urgency
 from server.render.worker_link import Link, WorkerLostError
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
@@ -107,7 +107,7 @@ class _Running:
     """The job that the worker has; it may say nothing for `patience`."""
 
     request: int
-    place: Place
+    place: QueueEntry
     began: float  # [s]
     patience: float  # [s]
 
@@ -151,7 +151,7 @@ class Engine:
         self._activity = Activity(EngineState.STARTING, "starting")
         self._link: Link | None = None
         self._schedule = Schedule()
-        self._waiting: dict[Place, _Waiting] = {}
+        self._waiting: dict[QueueEntry, _Waiting] = {}
         self._numbers = itertools.count(1)
         self._listening = False  # the worker takes jobs
         self._running: _Running | None = None
@@ -339,7 +339,7 @@ class Engine:
 
     # --- turns and answers ---
 
-    def _enqueue(self, client: int, urgency: Urgency, make: Make) -> tuple[Place, _Waiting]:
+    def _enqueue(self, client: int, urgency: Urgency, make: Make) -> tuple[QueueEntry, _Waiting]:
         place = self._schedule.join(client, urgency)
         waiting = self._waiting[place] = _Waiting(make, asyncio.get_running_loop().create_future())
         self._give_turns()
@@ -357,7 +357,7 @@ class Engine:
             else:
                 waiting.turn.set_result(None if job is None else self._send(place, job))
 
-    def _send(self, place: Place, job: Job) -> "asyncio.Future[Reply]":
+    def _send(self, place: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
         assert self._link is not None
         patience = HEARTBEAT_DEADLINE if place.client == HEARTBEAT and self._has_proof() else self._hang_seconds
         self._running = _Running(next(self._numbers), place, monotonic(), patience)

@@ -18,7 +18,7 @@ class Urgency(IntEnum):
 
 
 @dataclass(eq=False, frozen=True)
-class Place:
+class QueueEntry:
     """One place in the queue."""
 
     client: int
@@ -30,7 +30,7 @@ class Place:
 class _Queue:
     """Those who wait with one urgency, and the virtual times [s of device time] of clients ahead of the queue's own."""
 
-    waiting: list[Place] = field(default_factory=list)
+    waiting: list[QueueEntry] = field(default_factory=list)
     now: float = 0.0
     starts: dict[int, float] = field(default_factory=dict)
 
@@ -51,19 +51,19 @@ class Schedule:
         self._let_in = -PATIENCE_SECONDS  # when a still went first for its patience
         self._queues = {urgency: _Queue() for urgency in Urgency}
 
-    def join(self, client: int, urgency: Urgency) -> Place:
+    def join(self, client: int, urgency: Urgency) -> QueueEntry:
         """Queue up; a client may have several places."""
-        place = Place(client, urgency, self._now())
+        place = QueueEntry(client, urgency, self._now())
         self._queues[urgency].waiting.append(place)
         return place
 
-    def leave(self, place: Place) -> None:
+    def leave(self, place: QueueEntry) -> None:
         """Give up a place; does nothing when its turn has come already."""
         waiting = self._queues[place.urgency].waiting
         if place in waiting:
             waiting.remove(place)
 
-    def next(self) -> Place | None:
+    def next(self) -> QueueEntry | None:
         """The place whose turn it is, taken out of the queue; None when nobody waits."""
         stills = self._queues[Urgency.STILL]
         if stills.waiting and self._now() - max(stills.waiting[0].since, self._let_in) >= PATIENCE_SECONDS:
@@ -74,7 +74,7 @@ class Schedule:
                 return self._take(queue, min(queue.waiting, key=lambda place: queue.start(place.client)))
         return None
 
-    def charge(self, place: Place, seconds: float) -> None:
+    def charge(self, place: QueueEntry, seconds: float) -> None:
         """A turn that `next` gave has used the device for so long; what is not charged was free."""
         queue = self._queues[place.urgency]
         queue.starts[place.client] = queue.start(place.client) + seconds
@@ -82,7 +82,7 @@ class Schedule:
             queue.now = max(queue.starts.values())
         self._forget(queue)
 
-    def _take(self, queue: _Queue, place: Place) -> Place:
+    def _take(self, queue: _Queue, place: QueueEntry) -> QueueEntry:
         queue.waiting.remove(place)
         queue.now = max(queue.now, queue.start(place.client))
         self._forget(queue)

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, S
 
 from gpu.settings import Method, RenderSettings
 from server.wire.browser import Matrix, SceneId, Size, check_rigid
-from server.wire.worker import LookAt, Output, Placed, Render, SceneCamera, SceneRef, View
+from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef
 
 PATHS_AT_ONCE = 64  # of a pixel, in one frame of path tracing: so that the device is free for others in between
 
@@ -75,13 +75,13 @@ class RenderRequest(Strict):
         f"{PATHS_AT_ONCE} samples, which spreads both over the pixels",
     )
 
-    def view(self) -> View:
+    def view(self) -> CameraSpec:
         """The camera as the worker takes it."""
         match self.camera:
             case LookAtCamera(position=position, target=target, up=up, yfov_degrees=yfov):
                 return LookAt(position, target, up, yfov)
             case MatrixCamera(matrix=matrix, yfov_degrees=yfov):
-                return Placed(matrix, math.radians(yfov))
+                return CameraMatrix(matrix, math.radians(yfov))
             case camera:
                 return SceneCamera(camera)
 

@@ -15,7 +15,7 @@ from server.render.schedule import Urgency
 from server.walk.ack_window import Window
 from server.walk.resolution_scaler import Pace
 from server.wire.browser import LOSSLESS, Codec, Pose, Stream
-from server.wire.worker import Done, Placed, Render, SceneRef
+from server.wire.worker import CameraMatrix, Done, Render, SceneRef
 
 MAX_LOSSES = 3
 REST_SECONDS = 0.15
@@ -36,7 +36,7 @@ class Qualities:
 
 
 @dataclass(frozen=True)
-class Order:
+class FrameRequest:
     """A frame that is being rendered: what it shows, and how long that had waited [ms].
 
     frame: its id, None for one that is averaged and not shown; view: counts changes of what is seen, and losses of
@@ -158,13 +158,18 @@ class Session:
             raise UserError(f"ack.frame: frame {frame} has not been sent; the last one was {self.window.newest}")
         self.window.acknowledge(frame)
 
-    def take(self) -> tuple[Order, Render] | None:
+    def take(self) -> tuple[FrameRequest, Render] | None:
         """The newest view as a job for the worker, or None when no frame is due any more."""
         urgency = self.due
         if urgency is None or self.scene is None or self._pose is None:
             return None
         render = Render(
-            self.viewer, self.scene, Placed(self._pose.matrix, self._pose.yfov), self._size, self._settings, "jpeg"
+            self.viewer,
+            self.scene,
+            CameraMatrix(self._pose.matrix, self._pose.yfov),
+            self._size,
+            self._settings,
+            "jpeg",
         )
         if self._settings.method is Method.PATH and self._settings.samples is None:
             render = replace(render, settings=self._settings.model_copy(update={"samples": PATHS_A_FRAME}))
@@ -185,7 +190,7 @@ class Session:
             render = replace(render, output=".png", quality=LOSSLESS)
         return self._order(render, rested_at, self._averaged), render
 
-    def delivered(self, order: Order, done: Done, waited_ms: float) -> None:
+    def delivered(self, order: FrameRequest, done: Done, waited_ms: float) -> None:
         """A frame was rendered, after it had waited for its turn."""
         self._losses = 0
         if order.samples is None:
@@ -197,14 +202,14 @@ class Session:
                 self._averaged = done.samples
                 self._view += 1  # the next one is on its way and will say so too, which must not count again
 
-    def failed(self, order: Order) -> bool:
+    def failed(self, order: FrameRequest) -> bool:
         """A frame could not be rendered: none is tried again before the settings change; False when that was known."""
         self._forget(order)
         known = self._blocked
         self._blocked = known or order.settings == self._settings_id
         return not known
 
-    def shrink(self, order: Order) -> bool:
+    def shrink(self, order: FrameRequest) -> bool:
         """The device had too little memory for a frame: smaller ones from now on; False when they are that already."""
         self._forget(order)
         if order.settings != self._settings_id:
@@ -214,7 +219,7 @@ class Session:
         self._touch()
         return not self._blocked
 
-    def lost(self, order: Order) -> bool:
+    def lost(self, order: FrameRequest) -> bool:
         """The worker died with a frame: it is tried again; False when that happened too often with these settings."""
         self._forget(order)
         if order.view > self._lost_view:  # else it went with the same worker as the one before
@@ -235,7 +240,7 @@ class Session:
         """Whether the picture of so many frames is sent: each differs from the last one by about as much."""
         return samples & (samples - 1) == 0 or samples == self._target
 
-    def _order(self, render: Render, wanted_at: float, samples: int | None) -> Order:
+    def _order(self, render: Render, wanted_at: float, samples: int | None) -> FrameRequest:
         assert self._pose is not None
         frame = None
         if render.output != "none":
@@ -244,9 +249,9 @@ class Session:
             self.window.add(frame)
         waited = 1e3 * max(self._now() - wanted_at, 0.0)
         codec = Codec.PNG if render.output == ".png" else Codec.JPEG
-        return Order(frame, self._pose.id, self._settings_id, waited, self._view, samples, render.quality, codec)
+        return FrameRequest(frame, self._pose.id, self._settings_id, waited, self._view, samples, render.quality, codec)
 
-    def _forget(self, order: Order) -> None:
+    def _forget(self, order: FrameRequest) -> None:
         if order.frame is not None:
             self.window.drop(order.frame)
 

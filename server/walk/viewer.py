@@ -17,7 +17,7 @@ from server.render.engine import EngineState, RenderFaultError, Reply
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
 from server.service import Service
-from server.walk.session import MAX_LOSSES, Order, Qualities, Session
+from server.walk.session import MAX_LOSSES, FrameRequest, Qualities, Session
 from server.wire.browser import (
     Ack,
     Error,
@@ -79,7 +79,7 @@ class Viewer:
         self._sent: dict[int, float] = {}  # milliseconds that the server itself took, by unacknowledged frame
         self._wanted: SceneRef | None = None  # a scene that is to be opened
         self._shown: tuple[SceneRef, SceneInfo] | None = None
-        self._rendering: asyncio.Queue[tuple[Order, float, asyncio.Future[Reply]]] = asyncio.Queue()
+        self._rendering: asyncio.Queue[tuple[FrameRequest, float, asyncio.Future[Reply]]] = asyncio.Queue()
         self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
         self._slow = Bucket(SLOW_RATE, 1.0)
         self._faults = Bucket(FAULT_RATE, FAULT_BURST)
@@ -182,7 +182,7 @@ class Viewer:
         urgency = self._session.due
         if urgency is None:
             return
-        orders: list[tuple[Order, float]] = []
+        orders: list[tuple[FrameRequest, float]] = []
         asked = monotonic()
 
         def newest() -> Job | None:
@@ -255,7 +255,7 @@ class Viewer:
             self._awaited -= not order.refines
             self._stir()
 
-    async def _show(self, order: Order, done: Done, image: bytes) -> None:
+    async def _show(self, order: FrameRequest, done: Done, image: bytes) -> None:
         header = _header(order, done)
         message = header.pack() + image
         self._session.window.sent(header.frame)
@@ -350,7 +350,7 @@ class Viewer:
                     await self._stirred.wait()
 
 
-def _header(order: Order, done: Done) -> FrameHeader:
+def _header(order: FrameRequest, done: Done) -> FrameHeader:
     assert order.frame is not None
     width, height = done.size
     phase = Phase.MOVING

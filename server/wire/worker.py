@@ -56,14 +56,14 @@ class LookAt:
 
 
 @dataclass(frozen=True)
-class Placed:
+class CameraMatrix:
     """A perspective view by its camera-to-world matrix (16 numbers, column-major) and vertical field of view [rad]."""
 
     matrix: tuple[float, ...]
     yfov: float
 
 
-View = SceneCamera | LookAt | Placed
+CameraSpec = SceneCamera | LookAt | CameraMatrix
 
 # --- to the worker ---------------------------------------------------------------------------------------------------
 
@@ -100,7 +100,7 @@ class Render:
 
     viewer: int
     scene: SceneRef
-    view: View
+    view: CameraSpec
     size: tuple[int, int]
     settings: RenderSettings
     output: Output

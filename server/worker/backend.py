@@ -19,18 +19,18 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, SceneError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
-from gpu.sample_counts import quality_of
+from gpu.sample_counts import sample_counts_of
 from gpu.scene import load_scene
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
 from server.scenes.scene_info import describe_scene
 from server.wire.browser import SceneInfo
-from server.wire.worker import STILLS, LookAt, Placed, Render, SceneCamera, SceneRef, Start, View
+from server.wire.worker import STILLS, CameraMatrix, CameraSpec, LookAt, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.renderer_pool import Renderers
 from server.worker.worker import Picture, Report, work
@@ -45,14 +45,14 @@ Result = TypeVar("Result")
 @dataclass(frozen=True)
 class _Loaded:
     scene: Scene
-    resident: ResidentScene
+    resident: DeviceScene
 
 
 @dataclass
 class _Still:
     """What a viewer looks at, and the mean of the frames of it so far."""
 
-    view: tuple[SceneRef, View, tuple[int, int], RenderSettings]
+    view: tuple[SceneRef, CameraSpec, tuple[int, int], RenderSettings]
     accumulation: Accumulation
 
 
@@ -138,7 +138,7 @@ class GpuBackend:
             except SceneError as error:  # viewers know ids, not this machine's paths
                 raise SceneError(ref.id, error.field, error.problem) from None
             report(f"building {ref.id}", 0.5)
-            loaded = _Loaded(scene, ResidentScene(scene, str(self._device)))
+            loaded = _Loaded(scene, DeviceScene(scene, str(self._device)))
         self._scenes[ref] = loaded
         return loaded
 
@@ -202,18 +202,18 @@ class GpuBackend:
             radiance = frame.radiance()
         elif job.output != "none":
             pixels = frame.pixels()
-        samples, target = frame.stats.counts["frames"], quality_of(job.settings, self._device).frames
+        samples, target = frame.stats.counts["frames"], sample_counts_of(job.settings, self._device).frames
         stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips, frame.stats.estimates)
         return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
 
 
-def view_camera(scene: Scene, view: View, size: tuple[int, int]) -> Camera:
+def view_camera(scene: Scene, view: CameraSpec, size: tuple[int, int]) -> Camera:
     """The camera that a view means, for pictures of `size`; UserError when the scene has no such camera."""
     aspect = size[0] / size[1]
     match view:
         case LookAt(position, target, up, yfov_degrees):
             return look_at(position, target, up, yfov_degrees, aspect)
-        case Placed(matrix, yfov):
+        case CameraMatrix(matrix, yfov):
             return Camera("", np.array(matrix).reshape(4, 4).T, tan(yfov / 2.0), aspect)
         case SceneCamera(int(index)) if 0 <= index < len(scene.cameras):
             return replace(scene.cameras[index], aspect=aspect)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
-from gpu.sample_counts import quality_of
+from gpu.sample_counts import sample_counts_of
 from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import Progress
 from server.wire.worker import SceneRef
@@ -44,7 +44,7 @@ class Renderers:
     def get(
         self,
         scene: SceneRef,
-        resident: ResidentScene,
+        resident: DeviceScene,
         size: tuple[int, int],
         settings: RenderSettings,
         progress: Progress,
@@ -72,7 +72,7 @@ class Renderers:
         return len(self._kept)
 
     def _bytes_of(self, key: _Key) -> int:
-        quality = quality_of(key.settings, self._device)
+        quality = sample_counts_of(key.settings, self._device)
         clusters = BYTES_A_CLUSTER + BYTES_A_PAIR * quality.vpl_clusters
         return BYTES_A_PIXEL * key.size[0] * key.size[1] + clusters * quality.sp_clusters
 

@@ -37,7 +37,7 @@ def slope(xs: ArrayLike, ys: ArrayLike) -> float:
 def time_to_equal_error(points: Sequence[tuple[float, float]], wanted: float) -> float | None:
     """When a method, measured at (time, error) points, reaches the error `wanted`; None beyond what was measured.
 
-    Between measurements error is a power of time, as it is for sampling.
+    Interpolated measurements error is a power of time, as it is for sampling.
     """
     time, error = np.log(np.array(sorted(points), np.float64).T)
     goal = np.log(wanted)

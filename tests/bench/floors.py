@@ -46,7 +46,7 @@ def amounts(measured: Measured, settings: RenderSettings) -> dict[str, float]:
     sps = counts.get("shaded", counts["pixels"])
     away = sum(count for name, count in skips.items() if "facing" in name)
     facing = 1.0 - away / max(1, counts["sp_clusters"] * counts["vpl_clusters"])
-    near = sps * counts["vpl_clusters"] - skips["far_pairs"]
+    near = sps * counts["vpl_clusters"] - skips["far_field_sums"]
     return {**counts, "sps": sps, "facing": facing, "near_pairs": near, "fuzziness": settings.fuzziness}
 
 
@@ -57,17 +57,17 @@ def run(suite: Suite) -> None:
     @cache
     def machine() -> tuple[float, float, float]:
         subject = suite.subject(suite.scene_names()[0])
-        device = subject.resident.device
+        device = subject.device_scene.device
         return byte_rate(device), fma_rate(device), launch_rate(device)
 
     def measure_row(name: str) -> Row:
         subject = suite.subject(name)
-        renderer = Renderer(subject.resident, subject.size, settings)
+        renderer = Renderer(subject.device_scene, subject.size, settings)
         with launches_counted() as launches:
             renderer.render(subject.camera)
         measured = measure_frames(renderer, subject.camera, suite.frames)
         counts = amounts(measured, settings)
-        rates = asdict(Rates(*machine(), *ray_rates(subject.resident, subject.size, settings)))
+        rates = asdict(Rates(*machine(), *ray_rates(subject.device_scene, subject.size, settings)))
         # A CPU's launches are threads' slices, side by side.
         stages = floors(measured.stages, counts, rates, launches if suite.is_cuda else {})
         return {

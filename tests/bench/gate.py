@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.metrics import measure
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
@@ -49,13 +49,13 @@ def same(one: list[float] | None, other: list[float]) -> bool:
     return one is not None and len(one) == len(other) and bool(np.allclose(one, other, rtol=1e-4, atol=1e-6))
 
 
-def render(resident: ResidentScene, component: Component, **changes: object) -> Floats:
+def render(device_scene: DeviceScene, component: Component, **changes: object) -> Floats:
     """One small picture from the scene's first camera."""
     settings = RenderSettings.model_validate({"component": component, "lambertian": True, **COUNTS, **changes})
-    return Renderer(resident, SIZE, settings).render(resident.scene.cameras[0]).radiance()
+    return Renderer(device_scene, SIZE, settings).render(device_scene.scene.cameras[0]).radiance()
 
 
-def measure_scene(resident: ResidentScene, references: dict[str, Floats]) -> dict[str, dict[str, float]]:
+def measure_scene(device_scene: DeviceScene, references: dict[str, Floats]) -> dict[str, dict[str, float]]:
     """Mean errors over the seeds: indirect light against `exact-vpl` (clustering) and its reference, and all light.
 
     Clusters have no part in near-field light, which is left out where they are compared. nonfinite is the sum.
@@ -63,9 +63,11 @@ def measure_scene(resident: ResidentScene, references: dict[str, Floats]) -> dic
     """
     sums: dict[str, list[dict[str, float]]] = {"clustering": [], "indirect": [], "full": []}
     for seed in range(SEEDS):
-        indirect, full = (render(resident, component, seed=seed) for component in (Component.INDIRECT, Component.FULL))
+        indirect, full = (
+            render(device_scene, component, seed=seed) for component in (Component.INDIRECT, Component.FULL)
+        )
         clustered, exact = (
-            render(resident, Component.INDIRECT, method=method, near_field=False, seed=seed)
+            render(device_scene, Component.INDIRECT, method=method, near_field=False, seed=seed)
             for method in (Method.FUZZY_VPL, Method.EXACT_VPL)
         )
         sums["clustering"].append(asdict(measure(clustered, exact)))
@@ -95,12 +97,12 @@ def complaints(now: Errors, stored: Errors) -> list[str]:
 def check_scene(name: str) -> list[str]:
     """What is wrong with one scene's errors; nothing when they have not risen."""
     stored = json.loads(STORED.read_text())
-    resident = ResidentScene(load_scene(name), "cpu")
-    if not same(stored["scenes"].get(name), signature(resident.scene)):
+    device_scene = DeviceScene(load_scene(name), "cpu")
+    if not same(stored["scenes"].get(name), signature(device_scene.scene)):
         return [f"{name}: the scene or its first view changed, so its references are of another"]
     with np.load(REFERENCES) as arrays:
         references = {kind: arrays[f"{name}-{kind}"].astype(np.float32) for kind in ("indirect", "full")}
-    return complaints({name: measure_scene(resident, references)}, stored["errors"])
+    return complaints({name: measure_scene(device_scene, references)}, stored["errors"])
 
 
 def update() -> None:
@@ -109,15 +111,15 @@ def update() -> None:
     kept = dict(np.load(REFERENCES)) if REFERENCES.exists() else {}
     scenes, errors, pictures = {}, {}, {}
     for name in SCENES:
-        resident = ResidentScene(load_scene(name), "cpu")
-        scenes[name] = signature(resident.scene)
+        device_scene = DeviceScene(load_scene(name), "cpu")
+        scenes[name] = signature(device_scene.scene)
         for component in (Component.INDIRECT, Component.FULL):
             key = f"{name}-{component.value}"
             if key not in kept or not same(stored["scenes"].get(name), scenes[name]):
-                kept[key] = render(resident, component, method=Method.PATH, samples=REFERENCE_SAMPLES)
+                kept[key] = render(device_scene, component, method=Method.PATH, samples=REFERENCE_SAMPLES)
             pictures[key] = kept[key].astype(np.float16)
         references = {kind: pictures[f"{name}-{kind}"].astype(np.float32) for kind in ("indirect", "full")}
-        errors[name] = measure_scene(resident, references)
+        errors[name] = measure_scene(device_scene, references)
     np.savez_compressed(REFERENCES, **pictures)
     STORED.write_text(json.dumps({"scenes": scenes, "errors": errors}, indent=1) + "\n")
 

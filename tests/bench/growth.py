@@ -4,7 +4,7 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
@@ -32,16 +32,16 @@ def run(suite: Suite) -> None:
     name = suite.names[0] if suite.names else SCENE
     share = QUICK_SIDES if suite.quick else 1
     fixed = (SIZE[0] // share, SIZE[1] // share)
-    residents: dict[int, ResidentScene] = {}
+    residents: dict[int, DeviceScene] = {}
 
-    def scene() -> ResidentScene:
+    def scene() -> DeviceScene:
         if 0 not in residents:
             file = f"{suite.scenes}/{name}.glb" if suite.scenes else name
-            residents[0] = ResidentScene(load_scene(file), suite.device)
+            residents[0] = DeviceScene(load_scene(file), suite.device)
         return residents[0]
 
-    def time_frames(resident: ResidentScene, size: Size, settings: RenderSettings) -> dict[str, Any]:
-        return measure_frames(Renderer(resident, size, settings), resident.scene.cameras[0], suite.frames).row()
+    def time_frames(device_scene: DeviceScene, size: Size, settings: RenderSettings) -> dict[str, Any]:
+        return measure_frames(Renderer(device_scene, size, settings), device_scene.scene.cameras[0], suite.frames).row()
 
     def over_sps(size: Size) -> Row:
         return {"axis": "sps", "x": size[0] * size[1], "scene": name, **time_frames(scene(), size, suite.settings())}
@@ -54,12 +54,12 @@ def run(suite: Suite) -> None:
     def over_triangles(triangles: int) -> Row:
         hall = make_hall(triangles)
         begun = perf_counter()
-        resident = ResidentScene(hall, suite.device)
+        device_scene = DeviceScene(hall, suite.device)
         upload_ms = 1e3 * (perf_counter() - begun)
         settings = suite.settings()
         row = {"axis": "triangles", "x": len(hall.triangles), "scene": HALL, "upload_ms": upload_ms}
-        row |= time_frames(resident, fixed, settings)
-        return {**row, "light_ms": light_times(resident, settings, min(LIGHT_REPEATS, suite.frames))}
+        row |= time_frames(device_scene, fixed, settings)
+        return {**row, "light_ms": light_times(device_scene, settings, min(LIGHT_REPEATS, suite.frames))}
 
     tasks = []
     for size, vpls, triangles in zip(SIZES, VPL_COUNTS, TRIANGLES, strict=True):

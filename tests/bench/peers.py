@@ -69,9 +69,9 @@ def measure_here(suite: Suite, name: str, settings: RenderSettings) -> Row:
     """Full light of one choice of settings."""
     subject = suite.subject(name)
     reference = subject.reference(Component.FULL)
-    load_kernels(subject.resident, settings)
+    load_kernels(subject.device_scene, settings)
     frames = SLOW_FRAMES if (settings.samples or 1) > SLOW_SAMPLES else suite.frames
-    measured = measure_frames(Renderer(subject.resident, subject.size, settings), subject.camera, frames, 2)
+    measured = measure_frames(Renderer(subject.device_scene, subject.size, settings), subject.camera, frames, 2)
     return {
         "scene": name,
         "size": list(subject.size),
@@ -89,7 +89,7 @@ class MitsubaPeer:
     def __init__(self, suite: Suite, subject: Subject) -> None:
         self._suite, self._subject = suite, subject
         bounces = suite.settings().bounces
-        self._scene = MitsubaScene(subject.resident.scene, subject.size, bounces, cuda=suite.is_cuda)
+        self._scene = MitsubaScene(subject.device_scene.scene, subject.size, bounces, cuda=suite.is_cuda)
         self._reference = subject.spread_reference(self._long_render)
 
     def _long_render(self, samples: int) -> Floats:

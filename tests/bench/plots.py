@@ -1,4 +1,6 @@
-"""Plots for the page of results, made of the other parts' JSON files alone. Needs matplotlib: the extra `bench`."""
+"""Plots for the page of results, made of the other parts' JSON files alone. SceneFeatures matplotlib: the extra
+`bench`.
+"""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path

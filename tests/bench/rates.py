@@ -14,15 +14,15 @@ import warp as wp
 from gpu.core.device import allocate, launch
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connection
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.shading_points import morton_order
-from gpu.methods.passes import lighting_choice
-from gpu.sample_counts import quality_of
+from gpu.methods.passes import light_set_choice
+from gpu.sample_counts import sample_counts_of
 from gpu.scene.types import Ints
 from gpu.settings import RenderSettings
-from gpu.vpl.light_sets import lighting_of
+from gpu.vpl.light_sets import light_sets_of
 from tests.bench.figures import spread
 from tests.bench.subjects import Size
 
@@ -153,11 +153,11 @@ def launch_rate(device: wp.Device) -> float:
     return LAUNCHES / seconds_of(work, device)
 
 
-def ray_rates(resident: ResidentScene, size: Size, settings: RenderSettings) -> tuple[float, float]:
+def ray_rates(device_scene: DeviceScene, size: Size, settings: RenderSettings) -> tuple[float, float]:
     """Any-hit rays a second between shading points and VPL clusters, and rays a second through the pixels."""
-    device, camera = resident.device, resident.scene.cameras[0]
-    scene = resident.view(lambertian=settings.lambertian)
-    data = camera_data(camera, resident.scene.placement, size[0] / size[1])
+    device, camera = device_scene.device, device_scene.scene.cameras[0]
+    scene = device_scene.view(lambertian=settings.lambertian)
+    data = camera_data(camera, device_scene.scene.placement, size[0] / size[1])
     cameras = wp.array([data], dtype=CameraData, device=device)
     pixels = size[0] * size[1]
     distance = wp.zeros(pixels, dtype=float, device=device)
@@ -165,13 +165,13 @@ def ray_rates(resident: ResidentScene, size: Size, settings: RenderSettings) -> 
     primary = pixels / seconds_of(lambda: launch(primary_kernel, pixels, inputs, device), device)
 
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)
-    trace_primary_rays(resident, scene, cameras, size, gbuffer)
-    quality = quality_of(settings, device)
-    clusters = lighting_of(resident).clusters(lighting_choice(settings, quality), lambda *_: None)
-    chosen = spread_out(gbuffer.face.numpy(), size, quality.sp_clusters)
+    trace_primary_rays(device_scene, scene, cameras, size, gbuffer)
+    sample_counts = sample_counts_of(settings, device)
+    clusters = light_sets_of(device_scene).clusters(light_set_choice(settings, sample_counts), lambda *_: None)
+    chosen = spread_out(gbuffer.face.numpy(), size, sample_counts.sp_clusters)
     if clusters.count == 0 or len(chosen) == 0:
         return 0.0, primary
-    sps = np.stack([gbuffer.position.numpy()[chosen], gbuffer.geometric.numpy()[chosen]])
+    sps = np.stack([gbuffer.position.numpy()[chosen], gbuffer.geometric_normal.numpy()[chosen]])
     vpls = np.stack([clusters.disks.numpy()[name] for name in ("position", "normal")])
     pairs = facing_pairs(sps, vpls)
     kernel = any_hit_kernel(connection(scene))

@@ -48,7 +48,7 @@ def run(suite: Suite) -> None:
 
     def measured(name: str, choice: RenderSettings, step: float) -> Measured:
         subject = suite.subject(name)
-        renderer = Renderer(subject.resident, subject.size, choice)
+        renderer = Renderer(subject.device_scene, subject.size, choice)
         return measure_frames(renderer, subject.camera, suite.frames, step=step, walks=True)
 
     def usual_of(name: str, step: float) -> Measured:

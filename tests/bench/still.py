@@ -11,7 +11,7 @@ import numpy as np
 
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
-from gpu.scene.camera import turned
+from gpu.scene.camera import rotated
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS
@@ -47,17 +47,20 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     def trace(samples: int, seed: int = 0) -> np.ndarray:
         number = min(samples, REFERENCE_PATHS)
         paths = suite.settings(component=Component.FULL, method=Method.PATH, samples=number, seed=seed)
-        renderer, mean = Renderer(subject.resident, subject.size, paths), Accumulation(pixels, subject.resident.device)
+        renderer, mean = (
+            Renderer(subject.device_scene, subject.size, paths),
+            Accumulation(pixels, subject.device_scene.device),
+        )
         for _ in range(max(1, samples // REFERENCE_PATHS)):
             frame = renderer.render(subject.camera, mean)
         return frame.radiance()
 
     reference, second = subject.spread_reference(trace), trace(suite.count(SECOND_PATHS), SECOND_SEED)
-    load_kernels(subject.resident, settings)
-    renderer = Renderer(subject.resident, subject.size, settings)
-    accumulation = Accumulation(pixels, subject.resident.device)
+    load_kernels(subject.device_scene, settings)
+    renderer = Renderer(subject.device_scene, subject.size, settings)
+    accumulation = Accumulation(pixels, subject.device_scene.device)
     # The first frame's kernels and arrays are not the rest's; of another view, since this one's would be kept.
-    renderer.render(turned(subject.camera, 1.0), accumulation)
+    renderer.render(rotated(subject.camera, 1.0), accumulation)
     accumulation.restart()
     seconds, pictures = 0.0, []
     for number in range(1, (QUICK_FRAMES if suite.quick else FRAMES) + 1):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
@@ -46,7 +46,7 @@ class Subject:
         self, name: str, scene: Scene, size: Size, device: str | None, images: Path | None, cache: Path, samples: int
     ) -> None:
         self.name, self._images, self._cache, self._samples = name, images, cache, samples
-        self.resident = ResidentScene(scene, device)
+        self.device_scene = DeviceScene(scene, device)
         self.size = size
         self._references: dict[Component, Reference] = {}
         self._exact: dict[RenderSettings, Exact] = {}
@@ -54,11 +54,11 @@ class Subject:
     @property
     def camera(self) -> Camera:
         """The scene's first camera."""
-        return self.resident.scene.cameras[0]
+        return self.device_scene.scene.cameras[0]
 
     def render(self, settings: RenderSettings) -> Floats:
         """One frame from the camera."""
-        return Renderer(self.resident, self.size, settings).render(self.camera).radiance()
+        return Renderer(self.device_scene, self.size, settings).render(self.camera).radiance()
 
     def reference(self, component: Component) -> Reference:
         """The path-traced picture of `component`."""
@@ -88,8 +88,8 @@ class Subject:
         return np.asarray(self._kept(what, lambda: {"image": trace(self._samples)}, keep=True)["image"])
 
     def _render_exact(self, settings: RenderSettings) -> dict[str, np.ndarray]:
-        load_kernels(self.resident, settings)
-        frame = Renderer(self.resident, self.size, settings).render(self.camera)
+        load_kernels(self.device_scene, settings)
+        frame = Renderer(self.device_scene, self.size, settings).render(self.camera)
         return {"image": frame.radiance(), "ms": np.array(sum(frame.stats.stage_ms.values()))}
 
     def _read(self, component: Component) -> Reference:
@@ -119,7 +119,7 @@ class Subject:
 
     def _kept(self, what: str, make: Callable[[], dict[str, np.ndarray]], *, keep: bool) -> dict[str, np.ndarray]:
         """What `make` makes, or made in an earlier run of the same scene and view."""
-        path = self._cache / f"{self.name}-{self.size[0]}x{self.size[1]}-{what}-{digest(self.resident.scene)}.npz"
+        path = self._cache / f"{self.name}-{self.size[0]}x{self.size[1]}-{what}-{digest(self.device_scene.scene)}.npz"
         if keep and path.exists():
             with np.load(path) as arrays:
                 return dict(arrays)

@@ -98,7 +98,7 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings, names: list[s
     row = {
         "scene": name,
         "size": list(subject.size),
-        "triangles": len(subject.resident.scene.triangles),
+        "triangles": len(subject.device_scene.scene.triangles),
         "groups": names,
         "settings": settings.model_dump(mode="json"),
     }
@@ -109,12 +109,12 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings, names: list[s
         times = {"median": exact.ms, "p5": exact.ms, "p95": exact.ms}
         return {**row, "frames": 1, "frame_ms": times, "errors": {"total": suite.errors(exact.image, reference.image)}}
     if settings.method is Method.PATH:
-        load_kernels(subject.resident, settings)
+        load_kernels(subject.device_scene, settings)
     walk = partial(measure_walk, suite, subject)
     measured = walk(settings)
     row |= measured.row()
     if "default" in names or "paper" in names:
-        row["light_ms"] = light_times(subject.resident, settings, min(LIGHT_REPEATS, suite.frames))
+        row["light_ms"] = light_times(subject.device_scene, settings, min(LIGHT_REPEATS, suite.frames))
 
     def errors(image: Floats, *, moves: bool = False) -> dict[str, Any]:
         found = {"total": suite.errors(image, reference.image)}
@@ -132,7 +132,7 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings, names: list[s
 
 def measure_walk(suite: Suite, subject: Subject, settings: RenderSettings, *, moves: bool = False) -> Measured:
     """Frames that each begin from nothing, or of a camera that `moves`."""
-    renderer = Renderer(subject.resident, subject.size, settings)
+    renderer = Renderer(subject.device_scene, subject.size, settings)
     if moves:
         return measure_frames(renderer, subject.camera, suite.frames, step=MOTION_DEGREES, walks=True)
     return measure_frames(renderer, subject.camera, suite.frames)

@@ -20,7 +20,7 @@ from gpu.adaptive.levels import levels_of
 from gpu.film.frame import Frame, FrameStats
 from gpu.film.metrics import mse
 from gpu.renderer import Renderer
-from gpu.scene.camera import turned
+from gpu.scene.camera import rotated
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import spread
@@ -100,7 +100,7 @@ def swayed(camera: Camera, extent: float, frame: int) -> Camera:
     angle = 2.0 * np.pi * frame / PERIOD
     ahead = camera.to_world.copy()
     ahead[:3, 3] -= camera.to_world[:3, 2] * (AHEAD * extent * (1.0 - np.cos(angle)) / 2.0)
-    return turned(replace(camera, to_world=ahead), DEGREES * float(np.sin(angle)))
+    return rotated(replace(camera, to_world=ahead), DEGREES * float(np.sin(angle)))
 
 
 def run(suite: Suite) -> None:
@@ -109,13 +109,13 @@ def run(suite: Suite) -> None:
 
     def view(name: str, frame: int) -> Camera:
         subject = suite.subject(name)
-        return swayed(subject.camera, 1.0 / subject.resident.scene.placement.scale, frame)
+        return swayed(subject.camera, 1.0 / subject.device_scene.scene.placement.scale, frame)
 
     @cache
     def usual_ms(name: str) -> float:
         """What frames of the walk take with the default counts, in the median."""
         subject = suite.subject(name)
-        renderer = Renderer(subject.resident, subject.size, RenderSettings(**base))
+        renderer = Renderer(subject.device_scene, subject.size, RenderSettings(**base))
         for walks in (False, True, True):
             renderer.render(subject.camera, walks=walks)
         every = [
@@ -127,7 +127,7 @@ def run(suite: Suite) -> None:
         subject = suite.subject(name)
         target = two_digits(share * usual_ms(name))
         settings = RenderSettings(**base, target_ms=target)
-        renderer = Renderer(subject.resident, subject.size, settings)
+        renderer = Renderer(subject.device_scene, subject.size, settings)
         for walks in (False, True):
             renderer.render(subject.camera, walks=walks)
         stats, wall = [], []
@@ -154,7 +154,7 @@ def run(suite: Suite) -> None:
         """By disks as large as the frame's own clusters make them."""
         subject = suite.subject(name)
         settings = RenderSettings(**base_error, method=Method.EXACT_VPL, vpl_clusters=clusters)
-        return Renderer(subject.resident, subject.size, settings).render(view(name, number)).radiance()
+        return Renderer(subject.device_scene, subject.size, settings).render(view(name, number)).radiance()
 
     @cache
     def reach(name: str) -> tuple[float, float]:
@@ -165,7 +165,7 @@ def run(suite: Suite) -> None:
         for clusters in (levels.vpl_clusters[-1], levels.vpl_clusters[0]):
             level = levels.usual(clusters)
             counts = {"sp_clusters": level.sp_clusters, "vpl_clusters": clusters}
-            renderer = Renderer(subject.resident, subject.size, RenderSettings(**base_error, **counts))
+            renderer = Renderer(subject.device_scene, subject.size, RenderSettings(**base_error, **counts))
             errors = []
             for number in range(REACH_EVERY, 1 + frames, REACH_EVERY):
                 frame = renderer.render(view(name, number))
@@ -178,7 +178,7 @@ def run(suite: Suite) -> None:
         least, most = reach(name)
         target = two_digits(least * (most / least) ** share)
         settings = RenderSettings(**base_error, target_error=target)
-        renderer = Renderer(subject.resident, subject.size, settings)
+        renderer = Renderer(subject.device_scene, subject.size, settings)
         renderer.render(subject.camera)
         levels = levels_of(subject.size[0] * subject.size[1], vpls)
         fewest = min(levels.of(levels.vpl_clusters[0]), key=lambda level: level.work)

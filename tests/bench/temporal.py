@@ -8,7 +8,7 @@ import numpy as np
 
 from gpu.film.metrics import rel_mse
 from gpu.renderer import Renderer
-from gpu.scene.camera import turned
+from gpu.scene.camera import rotated
 from gpu.scene.types import Camera, Floats
 from gpu.settings import Method, RenderSettings
 from tests.bench import paper
@@ -34,14 +34,14 @@ def walk(camera: Camera, extent: float, frames: int) -> list[Camera]:
     for number in range(frames):
         forth = camera.to_world.copy()
         forth[:3, 3] += camera.to_world[:3, 0] * (STEP_LENGTH * extent * number)
-        path.append(turned(replace(camera, to_world=forth), STEP_DEGREES * number))
+        path.append(rotated(replace(camera, to_world=forth), STEP_DEGREES * number))
     return path
 
 
 def render_walk(subject: Subject, settings: RenderSettings, frames: int) -> Floats:
     """The walk's frames by one renderer, (frame, height, width, 3)."""
-    renderer = Renderer(subject.resident, subject.size, settings)
-    extent = 1.0 / subject.resident.scene.placement.scale
+    renderer = Renderer(subject.device_scene, subject.size, settings)
+    extent = 1.0 / subject.device_scene.scene.placement.scale
     return np.stack([renderer.render(camera, walks=True).radiance() for camera in walk(subject.camera, extent, frames)])
 
 

@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 from gpu.device_scene.data import NO_HIT
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
 from gpu.settings import Component, RenderSettings
@@ -86,19 +86,19 @@ def test_terms_of_one_rate_add_up_and_those_of_others_hide() -> None:
 
 
 def test_a_frame_has_launches_by_stage_and_amounts() -> None:
-    resident = ResidentScene(load_scene("cornell-box"), "cpu")
+    device_scene = DeviceScene(load_scene("cornell-box"), "cpu")
     settings = RenderSettings(component=Component.INDIRECT, sp_clusters=16, vpl_clusters=8, vpls=64, lambertian=True)
-    renderer = Renderer(resident, (16, 12), settings)
+    renderer = Renderer(device_scene, (16, 12), settings)
     with launches_counted() as launches:
-        renderer.render(resident.scene.cameras[0])
-    measured = measure_frames(renderer, resident.scene.cameras[0], 2, 2)
+        renderer.render(device_scene.scene.cameras[0])
+    measured = measure_frames(renderer, device_scene.scene.cameras[0], 2, 2)
     counts = amounts(measured, settings)
     assert 0 < counts["sps"] <= 16 * 12
     assert 0.0 < counts["facing"] < 1.0
     assert {"gbuffer", "cluster", "visibility", "shade"} <= set(launches)
     assert set(floors(measured.stages, counts, RATES, launches)) == set(STAGES) == set(measured.stages)
     assert launches["cluster"] > launches["shade"] >= 1
-    assert all(rate > 0.0 for rate in ray_rates(resident, (16, 12), settings))
+    assert all(rate > 0.0 for rate in ray_rates(device_scene, (16, 12), settings))
 
 
 def test_a_rate_is_of_the_median_after_a_first_run() -> None:

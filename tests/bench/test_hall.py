@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.normals import area_vectors
@@ -27,10 +27,10 @@ def test_every_front_faces_its_normals() -> None:
 
 
 def test_the_hall_is_lit_and_closed(cpu: str) -> None:
-    resident = ResidentScene(make_hall(5_000), cpu)
+    device_scene = DeviceScene(make_hall(5_000), cpu)
     settings = RenderSettings(component=Component.DIRECT, lambertian=True, samples=4)
-    frame = Renderer(resident, (48, 32), settings).render(resident.scene.cameras[0])
+    frame = Renderer(device_scene, (48, 32), settings).render(device_scene.scene.cameras[0])
     assert frame.radiance().mean() > 0.01
     up = look_at((0.0, 0.9, 0.0), (0.5, 0.0, 0.3))
-    stats = Renderer(resident, (48, 32), settings.model_copy(update={"component": Component.FULL})).render(up).stats
+    stats = Renderer(device_scene, (48, 32), settings.model_copy(update={"component": Component.FULL})).render(up).stats
     assert stats.skips["empty_pixels"] == 0

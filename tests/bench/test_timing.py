@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
-from gpu.scene.camera import look_at, turned
+from gpu.scene.camera import look_at, rotated
 from gpu.settings import Component, RenderSettings
 from tests.bench.timing import light_times, measure_frames
 
@@ -12,36 +12,36 @@ SETTINGS = RenderSettings(component=Component.INDIRECT, sp_clusters=16, vpl_clus
 
 
 @pytest.fixture(scope="module")
-def resident(cpu: str) -> ResidentScene:
-    return ResidentScene(load_scene("cornell-box"), cpu)
+def device_scene(cpu: str) -> DeviceScene:
+    return DeviceScene(load_scene("cornell-box"), cpu)
 
 
 def test_turning_by_nothing_is_the_camera_and_by_all_around_again() -> None:
     camera = look_at((1.0, 2.0, 3.0), (0.0, 1.0, 0.0))
-    assert np.allclose(turned(camera, 0.0).to_world, camera.to_world)
-    assert np.allclose(turned(camera, 360.0).to_world, camera.to_world)
-    assert np.allclose(turned(camera, 180.0).to_world[:3, 2], -camera.to_world[:3, 2])
+    assert np.allclose(rotated(camera, 0.0).to_world, camera.to_world)
+    assert np.allclose(rotated(camera, 360.0).to_world, camera.to_world)
+    assert np.allclose(rotated(camera, 180.0).to_world[:3, 2], -camera.to_world[:3, 2])
 
 
-def test_the_measured_frame_is_the_cameras_own(resident: ResidentScene) -> None:
-    camera = resident.scene.cameras[0]
-    measured = measure_frames(Renderer(resident, (16, 12), SETTINGS), camera, frames=4, warm_up=2)
-    alone = Renderer(resident, (16, 12), SETTINGS).render(camera)
+def test_the_measured_frame_is_the_cameras_own(device_scene: DeviceScene) -> None:
+    camera = device_scene.scene.cameras[0]
+    measured = measure_frames(Renderer(device_scene, (16, 12), SETTINGS), camera, frames=4, warm_up=2)
+    alone = Renderer(device_scene, (16, 12), SETTINGS).render(camera)
     assert measured.frames == 4
     assert measured.radiance.tobytes() == alone.radiance().tobytes()
     assert set(measured.stages) == set(alone.stats.stage_ms)
 
 
-def test_frames_of_one_view_keep_its_picture(resident: ResidentScene) -> None:
-    camera = resident.scene.cameras[0]
-    measured = measure_frames(Renderer(resident, (16, 12), SETTINGS), camera, frames=4, warm_up=2, step=0.0)
+def test_frames_of_one_view_keep_its_picture(device_scene: DeviceScene) -> None:
+    camera = device_scene.scene.cameras[0]
+    measured = measure_frames(Renderer(device_scene, (16, 12), SETTINGS), camera, frames=4, warm_up=2, step=0.0)
     assert measured.stats.skips["unchanged_camera"] == 16 * 12
     assert set(measured.stages) == {"display"}
 
 
-def test_light_is_made_anew_each_time(resident: ResidentScene) -> None:
-    before = resident.lighting
-    times = light_times(resident, SETTINGS, 2)
+def test_light_is_made_anew_each_time(device_scene: DeviceScene) -> None:
+    before = device_scene.light_sets
+    times = light_times(device_scene, SETTINGS, 2)
     assert len(times) == 2
-    assert resident.lighting is not before
+    assert device_scene.light_sets is not before
     assert all(time["median"] > 0.0 for time in times.values())

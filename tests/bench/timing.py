@@ -7,10 +7,10 @@ from typing import Any
 
 import warp as wp
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.frame import FrameStats
 from gpu.renderer import Renderer
-from gpu.scene.camera import turned
+from gpu.scene.camera import rotated
 from gpu.scene.types import Camera, Floats
 from gpu.settings import RenderSettings
 from tests.bench.figures import spread
@@ -57,7 +57,7 @@ def measure_frames(
     """
     begun = perf_counter()
     for number in range(warm_up, 0, -1):
-        renderer.render(turned(camera, step * (frames + number)), walks=walks)
+        renderer.render(rotated(camera, step * (frames + number)), walks=walks)
         if number == warm_up:
             begun = perf_counter()  # the first frame loads its kernels, or compiles them
         elif perf_counter() - begun > LONGEST_SECONDS / 2.0:
@@ -66,31 +66,31 @@ def measure_frames(
     for number in range(frames - 1, 0, -1):
         if perf_counter() - begun > LONGEST_SECONDS:
             break
-        runs.append(renderer.render(turned(camera, step * number), walks=walks).stats.stage_ms)
+        runs.append(renderer.render(rotated(camera, step * number), walks=walks).stats.stage_ms)
     frame = renderer.render(camera, walks=walks)
     runs.append(frame.stats.stage_ms)
     stages = {name: spread([run[name] for run in runs]) for name in runs[-1]}
     return Measured(frame.radiance(), frame.stats, len(runs), stages, spread([sum(run.values()) for run in runs]))
 
 
-def load_kernels(resident: ResidentScene, settings: RenderSettings) -> None:
+def load_kernels(device_scene: DeviceScene, settings: RenderSettings) -> None:
     """Render a very small picture, so that a slow method's only frame does not count the loading of its kernels."""
     small = {"vpls": 64, "vpl_clusters": 8, "sp_clusters": 8, "samples": 1}
-    Renderer(resident, (8, 8), settings.model_copy(update=small)).render(resident.scene.cameras[0])
+    Renderer(device_scene, (8, 8), settings.model_copy(update=small)).render(device_scene.scene.cameras[0])
 
 
-def light_times(resident: ResidentScene, settings: RenderSettings, repeats: int) -> dict[str, dict[str, float]]:
+def light_times(device_scene: DeviceScene, settings: RenderSettings, repeats: int) -> dict[str, dict[str, float]]:
     """Times [ms] of what is done once per light: tracing VPLs and clustering them, after one run to warm up."""
     moments: list[tuple[str, float]] = []
 
     def note(what: str, _: float) -> None:
-        wp.synchronize_device(resident.device)
+        wp.synchronize_device(device_scene.device)
         moments.append((what, perf_counter()))
 
     runs: list[dict[str, float]] = []
     for _ in range(repeats + 1):
-        resident.lighting = None
+        device_scene.light_sets = None
         moments.clear()
-        Renderer(resident, (8, 8), settings, note)
+        Renderer(device_scene, (8, 8), settings, note)
         runs.append({what: 1e3 * (after - before) for (what, before), (_, after) in pairwise(moments)})
     return {what: spread([run[what] for run in runs[1:]]) for what in runs[-1]}

@@ -6,7 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from gpu.renderer import Renderer
-from gpu.scene.camera import turned
+from gpu.scene.camera import rotated
 from gpu.settings import RenderSettings
 from tests.bench.figures import spread
 from tests.bench.store import Row, Task
@@ -20,11 +20,11 @@ def measure_row(suite: Suite, name: str) -> Row:
     """One scene's walk: the camera turns a little each frame, so that the last one is nowhere the same."""
     subject = suite.subject(name)
     settings = RenderSettings()
-    renderer = Renderer(subject.resident, suite.size, settings)
+    renderer = Renderer(subject.device_scene, suite.size, settings)
     seconds, stages = [], []
     for number in range(WARM_UP + (suite.frames if suite.quick else FRAMES)):
         begun = perf_counter()
-        frame = renderer.render(turned(subject.camera, STEP_DEGREES * number), walks=True)
+        frame = renderer.render(rotated(subject.camera, STEP_DEGREES * number), walks=True)
         frame.pixels()
         if number >= WARM_UP:
             seconds.append(perf_counter() - begun)

@@ -8,25 +8,25 @@ import warp as wp
 from scenes import column, results, traced_vpls
 
 from gpu.core.device import allocate, launch
-from gpu.core.kahan import Sum, added
+from gpu.core.kahan import Sum, kahan_add
 from gpu.correction.visibility_correction import Correction
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connected_solid
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.indirect.exact_gather import gather
-from gpu.indirect.far_field import FarSums, doubt
+from gpu.indirect.far_field import FarSums, visibility_weight
 from gpu.indirect.fuzzy_shading import guides_of, shade
 from gpu.indirect.irradiance import allocate_indirect
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.settings import Weighting
 from gpu.sp.sp_clusters import SpClustering, SpClusters
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.disk_light import disk_at
-from gpu.vpl.form_factor import disk_area, disk_transfer, unoccluded
+from gpu.vpl.form_factor import disk_area, disk_transfer, unoccluded_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 
 
@@ -36,7 +36,7 @@ def light_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplC
     """One thread a pair: what a VPL cluster sends an SP if nothing hides it."""
     pair = first + wp.tid()
     pixel = pixels[pair // vpls.count]
-    out[pair] = unoccluded(gbuffer.position[pixel], gbuffer.normal[pixel], vpls, pair % vpls.count)
+    out[pair] = unoccluded_irradiance(gbuffer.position[pixel], gbuffer.normal[pixel], vpls, pair % vpls.count)
 
 
 @wp.kernel
@@ -48,7 +48,7 @@ def seen_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array
     vpl = pair % vpls.count
     disk = disk_at(vpls.disks, vpl)
     out[pair] = int(
-        connected_solid(scene, gbuffer.position[pixel], gbuffer.geometric[pixel], disk.position, disk.normal)
+        connected_solid(scene, gbuffer.position[pixel], gbuffer.geometric_normal[pixel], disk.position, disk.normal)
     )
 
 
@@ -65,16 +65,16 @@ def member_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.arr
             normal = vpls.members.normal[member]
             share = disk_transfer(way, gbuffer.normal[pixel], normal, disk_area(position, vpls, member))
             there = vpls.members.position[member]
-            if share > 0.0 and connected_solid(scene, position, gbuffer.geometric[pixel], there, normal):
-                total = added(total, vpls.members.flux[member] * share)
+            if share > 0.0 and connected_solid(scene, position, gbuffer.geometric_normal[pixel], there, normal):
+                total = kahan_add(total, vpls.members.flux[member] * share)
     out[pixel] = total.total
 
 
 @wp.kernel
 def doubt_kernel(first: int, shares: wp.array[float], out: wp.array[float]) -> None:
-    """One thread a share of an SP's clusters that sees a VPL cluster: the doubt about it."""
+    """One thread a share of an SP's clusters that sees a VPL cluster: the visibility_weight about it."""
     index = first + wp.tid()
-    out[index] = doubt(shares[index])
+    out[index] = visibility_weight(shares[index])
 
 
 @cache
@@ -98,35 +98,35 @@ def weight_kernel(fuzziness: int) -> wp.Kernel:
 class Pipeline:
     """A view whose SPs and VPLs are clustered, with visibility traced and `view.indirect` shaded.
 
-    far_pairs: whether far VPL clusters are summed at representatives.
+    far_field_sums: whether far VPL clusters are summed at representatives.
     """
 
-    resident: ResidentScene
+    device_scene: DeviceScene
     camera: Camera
     size: tuple[int, int]
     sp_clusters: int
     fuzziness: int = 6
     vpls: int = 2000
     vpl_clusters: int = 70
-    far_pairs: bool = False
-    view: View = field(init=False)
+    far_field_sums: bool = False
+    view: ViewState = field(init=False)
     clustering: SpClustering = field(init=False)
     lights: VplClusters = field(init=False)
     visibility: Visibility = field(init=False)
     far: FarSums = field(init=False)
 
     def __post_init__(self) -> None:
-        view = self.view = View(self.resident, self.size, lambertian=True)
+        view = self.view = ViewState(self.device_scene, self.size, lambertian=True)
         view.look(self.camera)
         view.find_shading_points()
         device = view.device
         self.clustering = SpClustering(view.shading_points, self.sp_clusters, self.fuzziness, Weighting.DISTANCE)
         self.clustering.run(view.gbuffer, 0)
-        vpls = traced_vpls(self.resident, view.scene, self.vpls, 3)
-        self.lights = cluster_vpls(self.resident, vpls, self.vpl_clusters, 0)
+        vpls = traced_vpls(self.device_scene, view.scene, self.vpls, 3)
+        self.lights = cluster_vpls(self.device_scene, vpls, self.vpl_clusters, 0)
         self.visibility = Visibility(self.clustering.count, self.lights.count, device)
         self.visibility.trace(view.scene, self.clustering.clusters, self.lights)
-        self.far = FarSums(self.clustering.count, self.lights.count, device, enabled=self.far_pairs)
+        self.far = FarSums(self.clustering.count, self.lights.count, device, enabled=self.far_field_sums)
         self.shade()
 
     @property
@@ -188,7 +188,7 @@ class Pipeline:
         return results(light_kernel, count * lights.count, inputs, wp.vec3).reshape(count, lights.count, 3)
 
     def doubts(self) -> Doubles:
-        """The doubt about what the clusters believe, (sp, VPL cluster)."""
+        """The visibility_weight about what the clusters believe, (sp, VPL cluster)."""
         shares = self.shares()
         return results(doubt_kernel, shares.size, [column(shares.ravel(), float)], float).reshape(shares.shape)
 
@@ -202,7 +202,7 @@ class Pipeline:
         """Make each SP a cluster of its own that sees what the SP sees, and shade anew; wants a fuzziness of 1."""
         capacity, count, device = self.view.pixels, self.sp_count, self.view.device
         clusters: SpClusters = allocate(SpClusters, count, device)
-        for name in ("position", "geometric", "normal"):
+        for name in ("position", "geometric_normal", "normal"):
             getattr(clusters, name).assign(getattr(self.view.gbuffer, name).numpy()[self.pixels])
         clusters.spacing.fill_(1.0)
         clusters.used.fill_(1)
@@ -211,7 +211,7 @@ class Pipeline:
         clusters.cluster = wp.array(np.arange(capacity)[None] % count, dtype=int, device=device)
         clusters.weight = wp.ones((1, capacity), dtype=float, device=device)
         self.clustering.clusters = clusters
-        self.far = FarSums(count, self.lights.count, device, enabled=self.far_pairs)
+        self.far = FarSums(count, self.lights.count, device, enabled=self.far_field_sums)
         self.visibility.words = wp.zeros((count, self.visibility.words.shape[1]), dtype=wp.uint32, device=device)
         self.believe(self.seen())
 

@@ -8,7 +8,7 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, allocate_vpls, paths_for, trace_light_paths
@@ -55,14 +55,14 @@ def scene_of(
 
 def resident_of(
     parts: Sequence[MeshPart], materials: Sequence[Material], *, device: str = "cpu", **rest: Any
-) -> ResidentScene:
+) -> DeviceScene:
     """The same scene on a device."""
-    return ResidentScene(scene_of(parts, materials, **rest), device)
+    return DeviceScene(scene_of(parts, materials, **rest), device)
 
 
-def camera_of(resident: ResidentScene, camera: Camera, size: tuple[int, int]) -> wp.array:
+def camera_of(device_scene: DeviceScene, camera: Camera, size: tuple[int, int]) -> wp.array:
     """`camera` as kernels take it, for an image of `size` (width, height)."""
-    data = camera_data(camera, resident.scene.placement, size[0] / size[1])
+    data = camera_data(camera, device_scene.scene.placement, size[0] / size[1])
     return wp.array([data], dtype=CameraData, device="cpu")
 
 
@@ -101,18 +101,20 @@ def square_of_vpls(count: int, height: float = 0.0, flux: float = 1.0, *, seed: 
     return vpls
 
 
-def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[ResidentScene, Camera, tuple[int, int]]:
+def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[DeviceScene, Camera, tuple[int, int]]:
     """A room lit from above with thin, close slats before its back wall: hard for clusters of shading points."""
     parts = box(0)
     parts.append(quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1))
     for k in range(count):
         x = -0.4 + 0.8 * k / count
         parts.append(quad((x, -0.4, -0.3), (0.02, 0.0, 0.02), (0.0, 0.8, 0.0), 0))
-    resident = resident_of(parts, [grey(0.6), grey(0.0, 8.0)])
-    return resident, look_at((0.0, 0.0, 0.48), (0.0, 0.0, -0.5), yfov_degrees=70.0), resident_size
+    device_scene = resident_of(parts, [grey(0.6), grey(0.0, 8.0)])
+    return device_scene, look_at((0.0, 0.0, 0.48), (0.0, 0.0, -0.5), yfov_degrees=70.0), resident_size
 
 
-def traced_vpls(resident: ResidentScene, scene: SceneData, wanted: int, bounces: int) -> Vpls:
+def traced_vpls(device_scene: DeviceScene, scene: SceneData, wanted: int, bounces: int) -> Vpls:
     """About `wanted` VPLs of the scene's own lights."""
-    table = build_light_table(resident)
-    return trace_light_paths(resident, scene, table, paths_for(resident, scene, table, wanted, bounces), bounces, 0)
+    table = build_light_table(device_scene)
+    return trace_light_paths(
+        device_scene, scene, table, paths_for(device_scene, scene, table, wanted, bounces), bounces, 0
+    )

@@ -2,16 +2,16 @@ import pytest
 import warp as wp
 from pydantic import ValidationError
 
-from gpu.sample_counts import ON_CPU, PATHS, quality_of
+from gpu.sample_counts import ON_CPU, PATHS, sample_counts_of
 from gpu.settings import Method, RenderSettings
 
 
 def test_open_counts_are_chosen_for_the_device_and_given_ones_kept() -> None:
     cpu = wp.get_device("cpu")
-    assert quality_of(RenderSettings(), cpu) == ON_CPU
-    quality = quality_of(RenderSettings(vpls=77, samples=3), cpu)
-    assert (quality.vpls, quality.samples, quality.sp_clusters) == (77, 3, ON_CPU.sp_clusters)
-    assert quality_of(RenderSettings(method=Method.PATH), cpu).samples == PATHS
+    assert sample_counts_of(RenderSettings(), cpu) == ON_CPU
+    sample_counts = sample_counts_of(RenderSettings(vpls=77, samples=3), cpu)
+    assert (sample_counts.vpls, sample_counts.samples, sample_counts.sp_clusters) == (77, 3, ON_CPU.sp_clusters)
+    assert sample_counts_of(RenderSettings(method=Method.PATH), cpu).samples == PATHS
 
 
 @pytest.mark.parametrize("wrong", [{"vpls": 0}, {"fuzziness": 9}, {"exposure": -1.0}, {"unknown": 1}, {"method": "x"}])

@@ -57,8 +57,8 @@ def test_every_field_says_what_it_is(model: type[BaseModel]) -> None:
 
 def test_skips_are_all_on_and_each_can_be_off() -> None:
     assert all(EVERY_SKIP.model_dump().values())
-    settings = RenderSettings.model_validate({"skip": {"weak_pairs": False}})
-    assert settings.skip == Skips(weak_pairs=False)
+    settings = RenderSettings.model_validate({"skip": {"shared_weak_rays": False}})
+    assert settings.skip == Skips(shared_weak_rays=False)
     assert len({settings, RenderSettings()}) == 2
     with pytest.raises(ValidationError, match="strong_pairs"):
         RenderSettings.model_validate({"skip": {"strong_pairs": False}})

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad, resident_of, traced_vpls
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles
 from gpu.settings import Weighting
-from gpu.sp.sp_clusters import UNASSIGNED_NEED, SpClustering, SpClusters
+from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering, SpClusters
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -24,7 +24,7 @@ def pose(step: float) -> Camera:
     return look_at((0.01 * step, 0.0, 0.45), (-0.03 * step, -0.1, -0.5), yfov_degrees=75.0)
 
 
-def furnished() -> ResidentScene:
+def furnished() -> DeviceScene:
     """A closed box with a lamp below its ceiling and a block on its floor."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
@@ -35,21 +35,21 @@ def furnished() -> ResidentScene:
 class Walk:
     """A walk's clusters, for which there is a little room more, and what they see."""
 
-    resident: ResidentScene
+    device_scene: DeviceScene
     size: tuple[int, int] = SIZE
     count: int = 300
     most: int = 300
-    view: View = field(init=False)
+    view: ViewState = field(init=False)
     clustering: SpClustering = field(init=False)
     lights: VplClusters = field(init=False)
     visibility: Visibility = field(init=False)
 
     def __post_init__(self) -> None:
-        self.view = View(self.resident, self.size, lambertian=True)
+        self.view = ViewState(self.device_scene, self.size, lambertian=True)
         self.clustering = SpClustering(self.view.shading_points, self.most, 6, Weighting.DISTANCE)
         self.clustering.use(self.count)
-        vpls = traced_vpls(self.resident, self.view.scene, 2000, 3)
-        self.lights = cluster_vpls(self.resident, vpls, 70, 0)
+        vpls = traced_vpls(self.device_scene, self.view.scene, 2000, 3)
+        self.lights = cluster_vpls(self.device_scene, vpls, 70, 0)
         self.visibility = Visibility(self.most, max(self.lights.count, 1), self.view.device)
 
     def step(self, camera: Camera, *, begins: bool = False) -> None:
@@ -98,4 +98,4 @@ class Walk:
         cluster, weight = self.clusters.cluster.numpy()[:, :sps], self.clusters.weight.numpy()[:, :sps]
         assert weight.sum(axis=0) == pytest.approx(1.0, abs=1e-5)
         assert self.used[cluster[weight > 0.0]].all()
-        assert (self.clustering.need.numpy()[:sps] < int(UNASSIGNED_NEED)).all()
+        assert (self.clustering.need.numpy()[:sps] < int(UNASSIGNED_DEFICIT)).all()

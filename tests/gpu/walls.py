@@ -24,7 +24,7 @@ def wall(normals: NDArray | None = None, depth: NDArray | None = None, seen: NDA
     gbuffer: GBuffer = allocate(GBuffer, count, CPU)
     gbuffer.position.assign(np.stack([x, -y, z], axis=2).reshape(count, 3).astype(np.float32))
     gbuffer.normal.assign(up.reshape(count, 3).astype(np.float32))
-    gbuffer.geometric.assign(up.reshape(count, 3).astype(np.float32))
+    gbuffer.geometric_normal.assign(up.reshape(count, 3).astype(np.float32))
     gbuffer.spacing.assign(np.ones(count, np.float32))
     gbuffer.albedo.fill_(1.0)
     gbuffer.throughput.fill_(1.0)

@@ -12,7 +12,7 @@ import numpy as np
 
 from gpu.errors import OutOfMemoryError, UserError
 from server.wire.browser import Bounds, CameraInfo, SceneInfo
-from server.wire.worker import HEARTBEAT, Placed, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import HEARTBEAT, CameraMatrix, Render, SceneCamera, SceneRef, Start
 from server.worker.worker import Picture, Report, work
 
 SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
@@ -88,7 +88,7 @@ class GradientBackend:
                 os.kill(os.getpid(), signal.SIGKILL)
         if job.view == SceneCamera("missing"):
             raise UserError("camera: there is no 'missing'")
-        x = job.view.matrix[12] if isinstance(job.view, Placed) else 0.0
+        x = job.view.matrix[12] if isinstance(job.view, CameraMatrix) else 0.0
         width, height = job.size
         radiance = np.zeros((height, width, 3), np.float32)
         radiance[..., 0] = np.linspace(0.0, 1.0, width)

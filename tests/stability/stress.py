@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.types import Camera, Floats
 from gpu.settings import RenderSettings
@@ -11,9 +11,9 @@ from gpu.settings import RenderSettings
 COUNTS = {"sp_clusters": 200, "vpls": 1000, "vpl_clusters": 60}
 
 
-def render(resident: ResidentScene, camera: Camera, size: tuple[int, int], **settings: object) -> Floats:
+def render(device_scene: DeviceScene, camera: Camera, size: tuple[int, int], **settings: object) -> Floats:
     """Linear radiance (height, width, 3) of a frame, of which nothing is non-finite or negative and all is served."""
-    frame = Renderer(resident, size, RenderSettings(**{**COUNTS, **settings})).render(camera)
+    frame = Renderer(device_scene, size, RenderSettings(**{**COUNTS, **settings})).render(camera)
     radiance = frame.radiance()
     assert np.isfinite(radiance).all()
     assert (radiance >= 0.0).all()

@@ -16,7 +16,7 @@ from gpu.device_scene.bsdf import sample_specular, specular_density
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.surface import Surface
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_sampling import light_met, sample_light
 from gpu.lights.light_table import LightTable
@@ -42,7 +42,7 @@ def light_kernel(first: int, scene: SceneData, table: LightTable, position: wp.v
     index = first + wp.tid()
     seed = pixel_seed(index, 3)
     pick = sobol_pair(0, 0, seed)
-    sample = sample_light(scene, table, table.everything, position, pick.a, sobol_pair(0, 1, seed))
+    sample = sample_light(scene, table, table.all_emitters, position, pick.a, sobol_pair(0, 1, seed))
     if sample.solid_angle > 0.0:
         out[2 * index] = sample.direction
         out[2 * index + 1] = sample.point
@@ -53,7 +53,7 @@ def light_density_kernel(first: int, scene: SceneData, table: LightTable, positi
                          directions: wp.array[wp.vec3], out: wp.array[float]) -> None:  # fmt: skip
     index = first + wp.tid()
     hit = closest_hit(scene, position, directions[index], FAR)
-    out[index] = light_met(scene, table, table.everything, position, directions[index], hit).density
+    out[index] = light_met(scene, table, table.all_emitters, position, directions[index], hit).density
 
 
 @wp.kernel
@@ -136,7 +136,7 @@ def on_lamp(points: Doubles, lamp: MeshPart, place: Doubles, density: Density) -
     return found.ravel(), amount.reshape(PATCHES, INSIDE, PATCHES, INSIDE).mean(axis=(1, 3)).ravel() / PATCHES**2
 
 
-def lamps(*parts: MeshPart, sky: Sky | None = None, device: str) -> ResidentScene:
+def lamps(*parts: MeshPart, sky: Sky | None = None, device: str) -> DeviceScene:
     """Lamps in a world that is unit space, since specks in two corners span it."""
     specks = [quad((x, x, x), (-1e-4 * np.sign(x), 0.0, 0.0), (0.0, -1e-4 * np.sign(x), 0.0)) for x in (-0.5, 0.5)]
     return resident_of([*specks, *parts], [grey(0.5), grey(0.0, 2.0), grey(0.0, 50.0)], sky=sky, device=device)
@@ -156,14 +156,14 @@ LIGHTS = {
 }
 
 
-def light_samples(resident: ResidentScene, place: Doubles) -> tuple[Doubles, Doubles, Density]:
+def light_samples(device_scene: DeviceScene, place: Doubles) -> tuple[Doubles, Doubles, Density]:
     """Directions and points (sample, 3) of light samples at `place`, and the density of light met from there."""
-    device, table = str(resident.device), build_light_table(resident)
-    inputs = [resident.data, table, wp.vec3(*place)]
+    device, table = str(device_scene.device), build_light_table(device_scene)
+    inputs = [device_scene.data, table, wp.vec3(*place)]
     drawn = results(light_kernel, SAMPLES, inputs, wp.vec3, 2, device).reshape(SAMPLES, 2, 3)
 
     def density(at: Doubles) -> Doubles:
-        inputs = [resident.data, table, wp.vec3(*place), column(at, wp.vec3, device)]
+        inputs = [device_scene.data, table, wp.vec3(*place), column(at, wp.vec3, device)]
         return results(light_density_kernel, len(at), inputs, float, device=device)
 
     return drawn[:, 0], drawn[:, 1], density
@@ -190,7 +190,7 @@ def test_samples_of_the_sky(device: str) -> None:
 def test_samples_of_the_specular_lobe(device: str, roughness: float, degrees: float) -> None:
     normal, side = np.array([0.48, -0.6, 0.64]), np.array([0.8, 0.0, -0.6])
     surface = Surface()
-    surface.normal = surface.geometric = wp.vec3(*normal)
+    surface.normal = surface.geometric_normal = wp.vec3(*normal)
     surface.f0, surface.roughness = wp.vec3(1.0, 1.0, 1.0), roughness
     view = wp.vec3(*(np.cos(np.radians(degrees)) * normal + np.sin(np.radians(degrees)) * side))
     directions = results(lobe_kernel, SAMPLES, [surface, view], wp.vec3, device=device)

@@ -28,9 +28,9 @@ COUNTS = {
 def test_a_closed_grey_box(device: str, albedo: float, method: Method) -> None:
     """Every wall emits Le and reflects ρ, so radiance is Le / (1 − ρ) all over."""
     emission = 3.0
-    resident = resident_of(box(), [grey(albedo, emission)], device=device)
+    device_scene = resident_of(box(), [grey(albedo, emission)], device=device)
     picture = render(
-        resident, look_at((0.2, 0.1, 0.3), (-0.3, -0.2, -0.4), yfov_degrees=80.0), SIZE, method=method, **COUNTS
+        device_scene, look_at((0.2, 0.1, 0.3), (-0.3, -0.2, -0.4), yfov_degrees=80.0), SIZE, method=method, **COUNTS
     )
     assert picture.mean() == pytest.approx(emission / (1.0 - albedo), rel=0.025)
 
@@ -46,8 +46,8 @@ def test_pbrts_sphere(device: str, lit: str, method: Method) -> None:
     material, lights = (grey(0.5, 0.5), []) if lit == "itself" else (grey(0.5), [bulb])
     ball = icosphere(4, 1.0)
     part = MeshPart(ball.vertices, ball.faces[:, ::-1])
-    resident = resident_of([part], [material], lights=lights, device=device)
+    device_scene = resident_of([part], [material], lights=lights, device=device)
     picture = render(
-        resident, look_at((0.1, 0.2, 0.3), (0.0, 0.0, -1.0), yfov_degrees=45.0), SIZE, method=method, **COUNTS
+        device_scene, look_at((0.1, 0.2, 0.3), (0.0, 0.0, -1.0), yfov_degrees=45.0), SIZE, method=method, **COUNTS
     )
     assert picture.mean() == pytest.approx(1.0, abs=0.025)

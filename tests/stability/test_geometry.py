@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scenes import box, grey, quad, resident_of, scene_of
 from stress import render
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.errors import SceneError
 from gpu.film.metrics import rel_mse
 from gpu.scene.assemble import MeshPart
@@ -33,7 +33,7 @@ def triangles(corners: object, material: int = 0) -> MeshPart:
     return MeshPart(positions, np.arange(len(positions)).reshape(-1, 3), material=material)
 
 
-def turned(part: MeshPart) -> MeshPart:
+def rotated(part: MeshPart) -> MeshPart:
     """The same part with its fronts behind."""
     return MeshPart(part.positions, part.triangles[:, ::-1], part.normals, material=part.material)
 
@@ -56,16 +56,16 @@ def test_slivers_hide_and_light_no_more_than_they_are(device: str, method: Metho
     widths = 10.0 ** rng.uniform(-7.0, -5.0, (100, 1))
     slivers = np.stack([a, b, (a + b) / 2.0 + widths * rng.uniform(-1.0, 1.0, (100, 3))], axis=1)
     parts = [triangles(slivers[:50]), triangles(slivers[50:], 1)]
-    resident = resident_of([*ROOM, *parts], MATERIALS, device=device)
-    assert len(resident.scene.triangles) > 14 + 50  # some are kept
-    with_them = render(resident, CAMERA, SIZE, method=method, samples=8)
+    device_scene = resident_of([*ROOM, *parts], MATERIALS, device=device)
+    assert len(device_scene.scene.triangles) > 14 + 50  # some are kept
+    with_them = render(device_scene, CAMERA, SIZE, method=method, samples=8)
     assert with_them.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.05)
 
 
 @METHODS
 @pytest.mark.parametrize("opposed", [False, True])
 def test_a_wall_that_is_there_twice_is_a_wall(device: str, opposed: bool, method: Method) -> None:
-    walls = [*box(), *(turned(part) if opposed else part for part in box())]
+    walls = [*box(), *(rotated(part) if opposed else part for part in box())]
     doubled = picture([*walls, LAMP], device, method)
     assert doubled.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.02)
 
@@ -89,15 +89,15 @@ def _normal(part: MeshPart) -> Doubles:
 
 @METHODS
 def test_walls_wound_the_wrong_way_are_opaque_and_reflect(device: str, method: Method) -> None:
-    inside_out = picture([*map(turned, box()), LAMP], device, method)
+    inside_out = picture([*map(rotated, box()), LAMP], device, method)
     assert inside_out.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.02)
 
 
 @METHODS
 @pytest.mark.parametrize("material", [0, 1], ids=["under the sky", "that shines"])
 def test_one_triangle(device: str, material: int, method: Method) -> None:
-    resident = resident_of([triangles([[-1, 0, 0], [1, 0, 0], [0, 1, 0]], material)], MATERIALS, device=device)
-    radiance = render(resident, resident.scene.cameras[0], SIZE, method=method, samples=8)
+    device_scene = resident_of([triangles([[-1, 0, 0], [1, 0, 0], [0, 1, 0]], material)], MATERIALS, device=device)
+    radiance = render(device_scene, device_scene.scene.cameras[0], SIZE, method=method, samples=8)
     assert radiance.max() > 0.0
 
 
@@ -116,8 +116,8 @@ def test_two_islands_far_apart(device: str, apart: float, method: Method) -> Non
 @METHODS
 def test_an_emitter_without_an_area_is_no_light(device: str, method: Method) -> None:
     spark = triangles(np.full((1, 3, 3), 0.1), 1)
-    resident = resident_of([*box(), spark], MATERIALS, device=device)
-    assert (render(resident, CAMERA, SIZE, method=method) == 0.0).all()
+    device_scene = resident_of([*box(), spark], MATERIALS, device=device)
+    assert (render(device_scene, CAMERA, SIZE, method=method) == 0.0).all()
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
@@ -147,6 +147,6 @@ def test_any_numbers_are_a_picture_or_an_error(
         scene = scene_of([part], MATERIALS)
     except SceneError:
         return
-    resident, few = ResidentScene(scene, device), {"samples": 2, "vpls": 200, "vpl_clusters": 20, "sp_clusters": 20}
+    device_scene, few = DeviceScene(scene, device), {"samples": 2, "vpls": 200, "vpl_clusters": 20, "sp_clusters": 20}
     for method in Method:
-        render(resident, scene.cameras[0], (12, 9), method=method, **few)
+        render(device_scene, scene.cameras[0], (12, 9), method=method, **few)

@@ -11,7 +11,7 @@ from scenes import box, quad
 from stress import render
 from trimesh.creation import icosphere
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.metrics import rel_mse
 from gpu.scene.camera import look_at
 from gpu.scene.types import Floats
@@ -23,7 +23,7 @@ TURN = [0.2, -0.33, 0.41, (1.0 - 0.2**2 - 0.33**2 - 0.41**2) ** 0.5]
 EXTENTS = st.floats(-1e6, 1e6)
 
 
-def room(folder: Path, device: str, scale: float, offset: Sequence[float]) -> ResidentScene:
+def room(folder: Path, device: str, scale: float, offset: Sequence[float]) -> DeviceScene:
     """A room of one unit with a lamp and a block, scaled and moved by its node, as is the camera in it."""
     file = GltfFile(folder)
     lamp = quad((-0.2, 0.48, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.3))
@@ -40,10 +40,10 @@ def room(folder: Path, device: str, scale: float, offset: Sequence[float]) -> Re
     inside = look_at((0.1, 0.05, 0.42), (-0.05, -0.1, -0.5), yfov_degrees=75.0)
     file.add("cameras", type="perspective", perspective={"yfov": 1.3, "aspectRatio": SIZE[0] / SIZE[1], "znear": 0.01})
     eye = file.add("nodes", camera=0, matrix=inside.to_world.T.ravel().tolist())
-    turned = file.mesh_node(*primitives, rotation=TURN, children=[eye])
-    root = file.add("nodes", children=[turned], scale=[scale] * 3, translation=list(offset))
+    rotated = file.mesh_node(*primitives, rotation=TURN, children=[eye])
+    root = file.add("nodes", children=[rotated], scale=[scale] * 3, translation=list(offset))
     file.add("scenes", nodes=[root])
-    return ResidentScene(file.load(), device)
+    return DeviceScene(file.load(), device)
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +54,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def plain(folder: Path, device: str) -> dict[Method, Floats]:
     """The pictures of the room as it is."""
-    resident = room(folder, device, 1.0, (0.0, 0.0, 0.0))
-    return {m: render(resident, resident.scene.cameras[0], SIZE, method=m, samples=4) for m in Method}
+    device_scene = room(folder, device, 1.0, (0.0, 0.0, 0.0))
+    return {m: render(device_scene, device_scene.scene.cameras[0], SIZE, method=m, samples=4) for m in Method}
 
 
 @settings(max_examples=8, deadline=None, derandomize=True)
@@ -71,9 +71,9 @@ def test_scale_and_place_change_nothing(
     extents: tuple[float, float, float],
 ) -> None:
     scale = 10.0**exponent
-    resident = room(folder, device, scale, [scale * extent for extent in extents])
+    device_scene = room(folder, device, scale, [scale * extent for extent in extents])
     for method, expected in plain.items():
-        picture = render(resident, resident.scene.cameras[0], SIZE, method=method, samples=4)
+        picture = render(device_scene, device_scene.scene.cameras[0], SIZE, method=method, samples=4)
         assert rel_mse(picture, expected) < 1e-6, method
 
 

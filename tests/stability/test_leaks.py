@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import triangle_normal
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Doubles, Integers
 
@@ -83,11 +83,11 @@ def soup(rng: np.random.Generator, count: int) -> MeshPart:
 
 def placed(part: MeshPart, scale: float, extents: float) -> MeshPart:
     """A part turned, scaled and moved."""
-    turned = Rotation.from_rotvec((0.3, -0.5, 0.7)).apply(part.positions)
-    return MeshPart((turned + extents * np.array([0.8, -0.6, 1.0])) * scale, part.triangles)
+    rotated = Rotation.from_rotvec((0.3, -0.5, 0.7)).apply(part.positions)
+    return MeshPart((rotated + extents * np.array([0.8, -0.6, 1.0])) * scale, part.triangles)
 
 
-def scene_at(parts: list[MeshPart], scale: float, extents: float, device: str) -> ResidentScene:
+def scene_at(parts: list[MeshPart], scale: float, extents: float, device: str) -> DeviceScene:
     return resident_of([placed(part, scale, extents) for part in parts], [grey(0.5)], device=device)
 
 
@@ -99,9 +99,9 @@ class Places:
         self.places = np.sort(rng.random((COUNT, 2)), axis=1)
         self.places[:, 1] -= self.places[:, 0]
 
-    def points(self, resident: ResidentScene) -> Doubles:
+    def points(self, device_scene: DeviceScene) -> Doubles:
         """Where they are, (point, 3)."""
-        corners = resident.scene.vertices.astype(np.float64)[resident.scene.triangles[self.faces]]
+        corners = device_scene.scene.vertices.astype(np.float64)[device_scene.scene.triangles[self.faces]]
         weights = np.append(self.places, 1.0 - self.places.sum(axis=1, keepdims=True), axis=1)
         return np.asarray(np.einsum("nk,nkc->nc", weights, corners))
 
@@ -117,13 +117,13 @@ def test_no_ray_meets_the_triangle_that_it_leaves_and_none_gets_out_of_a_closed_
     device: str, scale: float, extents: float
 ) -> None:
     rng = np.random.default_rng(1)
-    resident = scene_at([walls(0.5), soup(rng, 6 * OF_WALL)], scale, extents, device)
-    starts = Places(rng, rng.integers(0, len(resident.triangle_order), COUNT))
+    device_scene = scene_at([walls(0.5), soup(rng, 6 * OF_WALL)], scale, extents, device)
+    starts = Places(rng, rng.integers(0, len(device_scene.triangle_order), COUNT))
     in_wall = starts.faces < 6 * OF_WALL
     ends = np.where(in_wall, on_other_walls(rng, starts.faces), rng.integers(0, 6 * OF_WALL, COUNT))
-    targets = column(Places(rng, ends).points(resident), wp.vec3, device)
+    targets = column(Places(rng, ends).points(device_scene), wp.vec3, device)
     inputs = [column(starts.faces, wp.int32, device), column(starts.places, wp.vec2, device), targets]
-    met = results(leave_kernel, COUNT, [resident.data, *inputs], int, device=device)
+    met = results(leave_kernel, COUNT, [device_scene.data, *inputs], int, device=device)
     self_hits, leaks = np.count_nonzero(met == starts.faces), np.count_nonzero(met == int(NO_HIT))
     assert (self_hits, leaks) == (0, 0)
     assert np.count_nonzero(met >= 6 * OF_WALL) > COUNT / 20  # the room is not empty
@@ -135,11 +135,11 @@ def test_all_walls_of_a_room_see_each_other_and_none_sees_what_is_outside(
 ) -> None:
     rng = np.random.default_rng(2)
     room = 6 * OF_WALL
-    resident = scene_at([walls(0.3), walls(0.5)], scale, extents, device)
+    device_scene = scene_at([walls(0.3), walls(0.5)], scale, extents, device)
     starts = Places(rng, rng.integers(0, room, COUNT))
     for outside, seen in ((0, COUNT), (room, 0)):
         ends = Places(rng, outside + on_other_walls(rng, starts.faces))
         faces = column(np.stack([starts.faces, ends.faces], axis=1), wp.int32, device)
         places = column(np.stack([starts.places, ends.places], axis=1), wp.vec2, device)
-        connections = results(pair_kernel, COUNT, [resident.data, faces, places], int, device=device)
+        connections = results(pair_kernel, COUNT, [device_scene.data, faces, places], int, device=device)
         assert np.count_nonzero(connections) == seen

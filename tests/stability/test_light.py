@@ -13,7 +13,7 @@ from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
 from gpu.indirect.visibility import Visibility
 from gpu.lights.light_paths import allocate_vpls
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Floats, Light, LightKind, Material
 from gpu.settings import Component, Method
@@ -31,8 +31,8 @@ METHODS = pytest.mark.parametrize("method", list(Method))
 def lit(device: str, method: Method, power: float) -> Floats:
     """A room lit by a lamp and by a bulb of `power` times one."""
     bulb = Light("bulb", LightKind.POINT, (0.1 * power,) * 3, (0.3, 0.2, 0.1))
-    resident = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, power)], lights=[bulb], device=device)
-    return render(resident, CAMERA, SIZE, method=method, samples=4)
+    device_scene = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, power)], lights=[bulb], device=device)
+    return render(device_scene, CAMERA, SIZE, method=method, samples=4)
 
 
 @METHODS
@@ -46,9 +46,9 @@ def test_a_candle_beside_the_sun(device: str, method: Method) -> None:
     """24 orders of magnitude apart in one scene: the lamp of 10¹² is right, the other cannot be told."""
     materials = [grey(0.6), grey(0.0, 1e12), grey(0.0, 1e-12)]
     candle = quad((-0.4, -0.3, -0.4), (0.0, 0.0, 0.1), (0.1, 0.0, 0.0), 2)
-    resident = resident_of([*box(), LAMP, candle], materials, device=device)
+    device_scene = resident_of([*box(), LAMP, candle], materials, device=device)
     alone = resident_of([*box(), LAMP, candle], [grey(0.6), grey(0.0, 1.0), grey(0.0)], device=device)
-    both, one = (render(r, CAMERA, SIZE, method=method, samples=4) for r in (resident, alone))
+    both, one = (render(r, CAMERA, SIZE, method=method, samples=4) for r in (device_scene, alone))
     assert (both / 1e12).mean() == pytest.approx(one.mean(), rel=0.02)
 
 
@@ -57,8 +57,10 @@ def test_a_candle_beside_the_sun(device: str, method: Method) -> None:
 def test_walls_that_reflect_nothing_or_everything(
     device: str, colour: tuple[float, float, float, float], method: Method
 ) -> None:
-    resident = resident_of([*box(), LAMP], [Material(base_color=colour, specular=0.0), grey(0.0, 1.0)], device=device)
-    picture = render(resident, CAMERA, SIZE, method=method, component=Component.INDIRECT, samples=4, bounces=16)
+    device_scene = resident_of(
+        [*box(), LAMP], [Material(base_color=colour, specular=0.0), grey(0.0, 1.0)], device=device
+    )
+    picture = render(device_scene, CAMERA, SIZE, method=method, component=Component.INDIRECT, samples=4, bounces=16)
     dark = [number for number, value in enumerate(colour[:3]) if value == 0.0]
     assert not picture[..., dark].any()
     assert all(picture[..., number].mean() > 0.0 for number in range(3) if number not in dark)
@@ -68,8 +70,8 @@ def test_walls_that_reflect_nothing_or_everything(
 def test_a_light_in_the_plane_of_a_wall_and_one_on_its_corner(device: str, method: Method) -> None:
     lights = [Light("in", LightKind.POINT, (1.0,) * 3, (0.0, -0.5, 0.0)),
               Light("corner", LightKind.POINT, (1.0,) * 3, (0.5, 0.5, 0.5))]  # fmt: skip
-    resident = resident_of(box(), [grey(0.5)], lights=lights, device=device)
-    assert render(resident, CAMERA, SIZE, method=method, samples=4).max() < 1e6
+    device_scene = resident_of(box(), [grey(0.5)], lights=lights, device=device)
+    assert render(device_scene, CAMERA, SIZE, method=method, samples=4).max() < 1e6
 
 
 @METHODS
@@ -77,30 +79,30 @@ def test_a_light_in_the_plane_of_a_wall_and_one_on_its_corner(device: str, metho
                                     {"sp_clusters": 1}, {"vpls": 1, "vpl_clusters": 50}])  # fmt: skip
 def test_more_clusters_than_points_and_one_of_all(device: str, counts: dict[str, int], method: Method) -> None:
     """Also tests/gpu/test_renderer.py, which has all of these at once."""
-    resident = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, 1.0)], device=device)
-    assert render(resident, CAMERA, SIZE, method=method, **counts).mean() > 0.0
+    device_scene = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, 1.0)], device=device)
+    assert render(device_scene, CAMERA, SIZE, method=method, **counts).mean() > 0.0
 
 
 @METHODS
 def test_one_shading_point(device: str, method: Method) -> None:
-    resident = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, 1.0)], device=device)
-    assert render(resident, CAMERA, (1, 1), method=method).mean() > 0.0
+    device_scene = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, 1.0)], device=device)
+    assert render(device_scene, CAMERA, (1, 1), method=method).mean() > 0.0
     speck = resident_of([quad((0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.0, 0.01, 0.0)), LAMP],
                         [grey(0.6), grey(0.0, 1.0)], device=device)  # fmt: skip
     render(speck, look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), (9, 9), method=method)
 
 
 @pytest.fixture(scope="module")
-def floor(device: str) -> View:
+def floor(device: str) -> ViewState:
     """A floor of albedo 0.6 seen from above, two dozen SPs."""
-    resident = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(0.6)], device=device)
-    view = View(resident, (6, 4), lambertian=True)
+    device_scene = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(0.6)], device=device)
+    view = ViewState(device_scene, (6, 4), lambertian=True)
     view.look(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
     view.find_shading_points()
     return view
 
 
-def singles_at(view: View, height: float, normal: float, area: float) -> VplClusters:
+def singles_at(view: ViewState, height: float, normal: float, area: float) -> VplClusters:
     """A VPL of flux 1 W and an `area` at `height` over each SP, that faces up (1) or down (−1)."""
     count = view.pixels
     vpls: VplClusters = allocate(VplClusters, count, view.device)
@@ -114,12 +116,14 @@ def singles_at(view: View, height: float, normal: float, area: float) -> VplClus
     disks["area"] = area
     vpls.disks = wp.array(disks, dtype=Disk, device=view.device)
     vpls.starts = wp.array(np.arange(count + 1), dtype=int, device=view.device)
-    return unclustered(view.resident, vpls)
+    return unclustered(view.device_scene, vpls)
 
 
 @pytest.mark.parametrize("area", [0.0, 1e-4])
 @pytest.mark.parametrize(("height", "normal"), [(0.0, 1.0), (0.0, -1.0), (1e-6, 1.0), (1e-6, -1.0)])
-def test_vpls_on_shading_points_and_a_millionth_above(floor: View, height: float, normal: float, area: float) -> None:
+def test_vpls_on_shading_points_and_a_millionth_above(
+    floor: ViewState, height: float, normal: float, area: float
+) -> None:
     """Gathered exactly and through clusters: finite, nothing from one's own plane, and no more than a disk sends."""
     vpls = singles_at(floor, height, normal, area)
     gather(floor.scene, floor.gbuffer, floor.shading_points, vpls, 0, vpls.count, floor.indirect)

@@ -14,13 +14,13 @@ import warp as wp
 from scipy import ndimage, stats
 
 from gpu.core.device import CORES
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.direct.path_tracing import path_kernel
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.scene import load_scene
 from gpu.scene.types import Doubles, Integers
 from gpu.settings import Component
-from gpu.vpl.light_sets import lighting_of
+from gpu.vpl.light_sets import light_sets_of
 
 SIGNIFICANCE, SHARE = 0.01, 0.9975
 # Mitsuba's floor under the variance of a sample, where too few of them met what is rare.
@@ -32,21 +32,21 @@ SCENES = ["conference", "cornell-box", "living-room", "sponza", "staircase", "ve
 ROWS, NEIGHBOURS = 8, 9
 
 
-def rows_of(resident: ResidentScene, size: tuple[int, int], rows: Integers, component: Component, samples: int,
+def rows_of(device_scene: DeviceScene, size: tuple[int, int], rows: Integers, component: Component, samples: int,
             seed: int) -> Doubles:  # fmt: skip
     """Some rows, (row, width, 3), of the picture of the scene's camera in the reference's size."""
     width, height = size
-    mean = wp.zeros(width * height, dtype=wp.vec3, device=resident.device)
-    scene, table = resident.view(lambertian=True), lighting_of(resident).table
-    camera = wp.array([camera_data(resident.scene.cameras[0], resident.scene.placement, width / height)],
-                      dtype=CameraData, device=resident.device)  # fmt: skip
+    mean = wp.zeros(width * height, dtype=wp.vec3, device=device_scene.device)
+    scene, table = device_scene.view(lambertian=True), light_sets_of(device_scene).table
+    camera = wp.array([camera_data(device_scene.scene.cameras[0], device_scene.scene.placement, width / height)],
+                      dtype=CameraData, device=device_scene.device)  # fmt: skip
     inputs = [scene, table, camera, width, height, True, component is Component.FULL, 4, 0, samples, seed, mean]
 
     def trace(row: int) -> None:
-        wp.launch(path_kernel, dim=width, inputs=[row * width, *inputs], device=resident.device)
+        wp.launch(path_kernel, dim=width, inputs=[row * width, *inputs], device=device_scene.device)
 
-    path_kernel.module.load(resident.device, block_dim=256 if resident.device.is_cuda else 1)
-    with ThreadPoolExecutor(1 if resident.device.is_cuda else CORES) as pool:
+    path_kernel.module.load(device_scene.device, block_dim=256 if device_scene.device.is_cuda else 1)
+    with ThreadPoolExecutor(1 if device_scene.device.is_cuda else CORES) as pool:
         list(pool.map(trace, rows.tolist()))
     return np.asarray(mean.numpy(), np.float64).reshape(height, width, 3)[rows]
 
@@ -74,14 +74,16 @@ def test_pixels_agree_with_the_reference(shared: Path, device: str, name: str, c
     rows = np.arange(height // (2 * ROWS), height, height // ROWS)
     # Few, so that their noise exceeds the reference's, of which only the mean is known; more where nothing else helps.
     samples = 16 if (name, component) == ("veach-bidir", Component.FULL) else 4
-    resident = scene_on(shared / "scenes" / f"{name}.glb", device)
-    pictures = np.stack([rows_of(resident, (width, height), rows, component, samples, seed) for seed in range(SEEDS)])
+    device_scene = scene_on(shared / "scenes" / f"{name}.glb", device)
+    pictures = np.stack(
+        [rows_of(device_scene, (width, height), rows, component, samples, seed) for seed in range(SEEDS)]
+    )
     assert passing_share(pictures, samples, reference[rows]) >= SHARE
     # As much noise as there is, a fifth too much light would be seen.
     assert passing_share(1.2 * pictures, samples, reference[rows]) < SHARE
 
 
 @lru_cache(maxsize=1)
-def scene_on(path: Path, device: str) -> ResidentScene:
+def scene_on(path: Path, device: str) -> DeviceScene:
     """The scene in a file, loaded once."""
-    return ResidentScene(load_scene(str(path)), device)
+    return DeviceScene(load_scene(str(path)), device)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import box, quad, scene_of
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
@@ -37,7 +37,7 @@ def test_the_same_seed_gives_the_same_bits(device: str, scene: Scene, method: Me
     settings = RenderSettings(method=method, **counts, seed=5, skip=Skips(unchanged_camera=False))
     pictures = set()
     for _ in range(TIMES):
-        renderer = Renderer(ResidentScene(scene, device), SIZE, settings)
+        renderer = Renderer(DeviceScene(scene, device), SIZE, settings)
         # On CUDA a stage's second run is captured as a graph, and the third replays it.
         for _ in range(3 if device != "cpu" and method is Method.FUZZY_VPL else 1):
             frame = renderer.render(CAMERA)

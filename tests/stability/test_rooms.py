@@ -5,7 +5,7 @@ import pytest
 from scenes import grey, quad, resident_of
 from stress import render
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
 from gpu.settings import Method
@@ -26,7 +26,7 @@ def slab(low: tuple[float, float, float], high: tuple[float, float, float], *, i
     return parts
 
 
-def rooms(device: str, *, closed: bool) -> ResidentScene:
+def rooms(device: str, *, closed: bool) -> DeviceScene:
     """Two rooms of 4 × 3 × 4 metres, a wall of a centimetre between them, a lamp in the one at x < 0."""
     parts = slab((-4.0, 0.0, -2.0), (4.0, 3.0, 2.0), inside=True)
     parts = parts if closed else parts[:-1]
@@ -37,9 +37,9 @@ def rooms(device: str, *, closed: bool) -> ResidentScene:
 
 @pytest.mark.parametrize("method", list(Method))
 def test_seen_from_inside(device: str, method: Method) -> None:
-    resident = rooms(device, closed=True)
+    device_scene = rooms(device, closed=True)
     cameras = [look_at((side * 3.8, 1.5, 0.3), (0.0, 1.2, 0.0), yfov_degrees=80.0) for side in (-1.0, 1.0)]
-    lit, dark = (render(resident, camera, SIZE, method=method, samples=4).mean() for camera in cameras)
+    lit, dark = (render(device_scene, camera, SIZE, method=method, samples=4).mean() for camera in cameras)
     assert lit > 0.1
     assert dark < 1e-3 * lit
 
@@ -52,8 +52,8 @@ def test_seen_from_inside(device: str, method: Method) -> None:
 def test_seen_both_at_once_from_above(device: str, method: Method, sp_clusters: int, share: float) -> None:
     """Without a ceiling, so that shading points on both sides of the wall may share clusters."""
     above = look_at((0.0, 9.0, 0.0), (0.0, 0.0, 0.0), yfov_degrees=36.0)
-    resident = rooms(device, closed=False)
-    picture = render(resident, above, SIZE, method=method, samples=4, sp_clusters=sp_clusters)
+    device_scene = rooms(device, closed=False)
+    picture = render(device_scene, above, SIZE, method=method, samples=4, sp_clusters=sp_clusters)
     lit, dark = picture[:, : SIZE[0] // 2 - 1].mean(), picture[:, SIZE[0] // 2 + 1 :].mean()
     assert lit > 0.1
     assert dark < (share if method is Method.FUZZY_VPL else 1e-3) * lit

@@ -10,7 +10,7 @@ from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
 from gpu.indirect.visibility import Visibility
 from gpu.lights.light_paths import Vpls, allocate_vpls
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats
 from gpu.sp.sp_clusters import allocate_sp_clusters
@@ -21,17 +21,17 @@ COUNT = 100_000
 
 
 @pytest.fixture(scope="module")
-def view(device: str) -> View:
+def view(device: str) -> ViewState:
     """A floor seen from above, two dozen SPs."""
-    resident = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(0.6)], device=device)
-    view = View(resident, (6, 4), lambertian=True)
+    device_scene = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(0.6)], device=device)
+    view = ViewState(device_scene, (6, 4), lambertian=True)
     view.look(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
     view.find_shading_points()
     return view
 
 
 @pytest.fixture(scope="module")
-def vpls(view: View) -> Vpls:
+def vpls(view: ViewState) -> Vpls:
     """VPLs at random places over the floor, facing down."""
     rng = np.random.default_rng(1)
     vpls = allocate_vpls(COUNT, view.device)
@@ -42,12 +42,12 @@ def vpls(view: View) -> Vpls:
 
 
 @pytest.fixture(scope="module")
-def cluster(view: View, vpls: Vpls) -> VplClusters:
+def cluster(view: ViewState, vpls: Vpls) -> VplClusters:
     """All of them as one cluster."""
-    return cluster_vpls(view.resident, vpls, 1, 0)
+    return cluster_vpls(view.device_scene, vpls, 1, 0)
 
 
-def expected(view: View, cluster: VplClusters, weight: Doubles | float = 1.0) -> Doubles:
+def expected(view: ViewState, cluster: VplClusters, weight: Doubles | float = 1.0) -> Doubles:
     """The irradiance of each pixel in float64, each VPL with a `weight` (vpl,) of its own."""
     members = cluster.members
     place = view.gbuffer.position.numpy().astype(np.float64)
@@ -67,8 +67,8 @@ def test_the_flux_of_a_cluster(vpls: Vpls, cluster: VplClusters) -> None:
     assert error(cluster.disks.numpy()["flux"], vpls.flux.numpy().sum(axis=0, dtype=np.float64)[None]) < 1e-6
 
 
-def test_rays_to_every_vpl(view: View, cluster: VplClusters) -> None:
-    singles = unclustered(view.resident, cluster)
+def test_rays_to_every_vpl(view: ViewState, cluster: VplClusters) -> None:
+    singles = unclustered(view.device_scene, cluster)
     for run in (COUNT, 7):
         for begin in range(0, COUNT, run):
             gather(
@@ -77,16 +77,18 @@ def test_rays_to_every_vpl(view: View, cluster: VplClusters) -> None:
         assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-6
 
 
-def test_the_members_of_a_cluster_that_is_near(view: View, cluster: VplClusters) -> None:
+def test_the_members_of_a_cluster_that_is_near(view: ViewState, cluster: VplClusters) -> None:
     gather(view.scene, view.gbuffer, view.shading_points, cluster, 0, 1, view.indirect)
     # Twigs stand for those of them that are farther away.
     assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-4
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
-def test_clusters_of_shading_points_that_see_different_vpls(view: View, cluster: VplClusters, share: float) -> None:
+def test_clusters_of_shading_points_that_see_different_vpls(
+    view: ViewState, cluster: VplClusters, share: float
+) -> None:
     """Every SP has `share` of a cluster that sees all and the rest of one that sees every other VPL."""
-    singles, sps = unclustered(view.resident, cluster), view.shading_points
+    singles, sps = unclustered(view.device_scene, cluster), view.shading_points
     visibility = Visibility(2, COUNT, view.device)
     words = np.full((2, COUNT // 32), 0xFFFFFFFF, np.uint32)
     words[1] = 0x55555555

@@ -7,7 +7,7 @@ from scenes import box, column, grey, quad, resident_of
 from gpu.adaptive.error_model import Estimate
 from gpu.adaptive.error_probes import Probes, product_kernel
 from gpu.core.device import launch
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.metrics import mse
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
@@ -19,7 +19,7 @@ CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 CHOICE = {"component": Component.INDIRECT, "near_field": False, "vpls": 2000, "skip": {"unchanged_camera": False}}
 
 
-def room_on(device: str) -> ResidentScene:
+def room_on(device: str) -> DeviceScene:
     """A closed box with a lamp below its ceiling and a block on its floor."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)

@@ -9,7 +9,7 @@ from scenes import box, grey, quad, resident_of
 from gpu.adaptive.error_model import Estimate
 from gpu.adaptive.error_probes import Probes
 from gpu.adaptive.probe_gather import ProbeLight
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import FrameStats
 from gpu.methods.targeted import TargetedVpl
@@ -23,7 +23,7 @@ INDIRECT = {"component": Component.INDIRECT, "vpls": 2000, "skip": {"unchanged_c
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     """A closed box with a lamp below its ceiling."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
@@ -49,7 +49,7 @@ def gathering(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 
 def test_another_try_knows_what_probes_of_the_one_before_did(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gathered = gathering(monkeypatch)
     told = telling(monkeypatch, 1.03e-3)
@@ -64,7 +64,7 @@ def test_another_try_knows_what_probes_of_the_one_before_did(
     assert len(gathered) == 2
 
 
-def test_probes_know_nothing_of_a_try_that_failed(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_probes_know_nothing_of_a_try_that_failed(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise RuntimeError("no memory")
 
@@ -89,14 +89,14 @@ def test_probes_know_nothing_of_a_try_that_failed(room: ResidentScene, monkeypat
 
 
 def test_a_frame_with_too_large_an_error_is_tried_some_times_more(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told = telling(monkeypatch, 1.03e-3)
-    tried, added = [], FrameStats.after
+    tried, kahan_add = [], FrameStats.after
 
     def after(better: FrameStats, before: FrameStats) -> FrameStats:
         tried.append([stats.counts["sp_clusters"] * stats.counts["vpl_clusters"] for stats in (before, better)])
-        return added(better, before)
+        return kahan_add(better, before)
 
     monkeypatch.setattr(FrameStats, "after", after)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=1e-3))
@@ -122,8 +122,10 @@ def test_a_frame_with_too_large_an_error_is_tried_some_times_more(
 
 
 def test_times_of_tries_are_added() -> None:
-    first = FrameStats({"shade": 1.0, "near": 0.5}, {"vpls": 1}, {"far_pairs": 1}, {"tries": 1.0})
-    second = FrameStats({"shade": 2.0, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 1.0})
+    first = FrameStats({"shade": 1.0, "near": 0.5}, {"vpls": 1}, {"far_field_sums": 1}, {"tries": 1.0})
+    second = FrameStats({"shade": 2.0, "probe": 3.0}, {"vpls": 2}, {"far_field_sums": 2}, {"tries": 1.0})
     both = second.after(first)
-    assert both == FrameStats({"shade": 3.0, "near": 0.5, "probe": 3.0}, {"vpls": 2}, {"far_pairs": 2}, {"tries": 2.0})
+    assert both == FrameStats(
+        {"shade": 3.0, "near": 0.5, "probe": 3.0}, {"vpls": 2}, {"far_field_sums": 2}, {"tries": 2.0}
+    )
     assert second.after(both).estimates == {"tries": 3.0}

@@ -4,7 +4,7 @@ import warp as wp
 from numpy.typing import NDArray
 from scenes import column, results
 
-from gpu.clustering.cluster_bounds import PER_RUN, Runs, allocate_runs, bound_runs, nearest_in_runs
+from gpu.clustering.cluster_bounds import PER_RUN, ClusterRunBounds, allocate_runs, bound_runs, nearest_in_runs
 from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives
 from gpu.clustering.nearest import nearest_of_all
 
@@ -12,7 +12,7 @@ CPU = wp.get_device("cpu")
 
 
 @wp.kernel
-def runs_kernel(first: int, clusters: Representatives, runs: Runs, position: wp.array[wp.vec3],
+def runs_kernel(first: int, clusters: Representatives, runs: ClusterRunBounds, position: wp.array[wp.vec3],
                 normal: wp.array[wp.vec3], guess: wp.array[int], found: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: its nearest cluster."""
     point = first + wp.tid()

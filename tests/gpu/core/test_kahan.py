@@ -2,7 +2,7 @@ import numpy as np
 import warp as wp
 from scenes import column, results
 
-from gpu.core.kahan import Sum, added
+from gpu.core.kahan import Sum, kahan_add
 
 
 @wp.kernel
@@ -10,7 +10,7 @@ def sum_kernel(first: int, terms: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> 
     """One thread: all terms."""
     total = Sum()
     for place in range(terms.shape[0]):
-        total = added(total, terms[place])
+        total = kahan_add(total, terms[place])
     out[first + wp.tid()] = total.total
 
 

@@ -2,14 +2,14 @@ import numpy as np
 import warp as wp
 from scenes import column, results
 
-from gpu.core.morton import EMPTY_KEY, order_key
+from gpu.core.morton import EMPTY_KEY, morton_key
 
 
 @wp.kernel
 def key_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], keys: wp.array[int]) -> None:
     """One thread a point: its key."""
     index = first + wp.tid()
-    keys[index] = order_key(position[index], normal[index])
+    keys[index] = morton_key(position[index], normal[index])
 
 
 def test_like_normals_lie_together_and_neighbours_are_near() -> None:

@@ -60,7 +60,7 @@ def test_what_was_forked_takes_what_the_stage_that_joins_it_takes_longer() -> No
         stages.fork("third", "beside", beside)
         stages.run("second", lambda: ran.append(3))
         stages.fork("third", "beside, too", beside)
-        stages.run("third", lambda: ran.append(4), joins=True)
+        stages.run("third", lambda: ran.append(4), waits_for_fork=True)
         stages.run("fourth", lambda: ran.append(5))
     assert ran == [1, 2, 3, 2, 4, 5] * 2
     times = stages.milliseconds()
@@ -88,7 +88,7 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
         stages.fork("four", "two", lambda: turn(two, one), repeats=repeats)
         stages.fork("four", "two more", lambda: turn(two, None), repeats=repeats)
         stages.run("three", lambda: turn(three, one), repeats=repeats)
-        stages.run("four", lambda: turn(three, two), repeats=repeats, joins=True)
+        stages.run("four", lambda: turn(three, two), repeats=repeats, waits_for_fork=True)
         wp.synchronize_device(device)
         expected = [20 * frame, 20 * frame + 40, 20 * frame + 60]
         assert [int(values.numpy()[-1]) for values in (one, two, three)] == expected
@@ -111,7 +111,7 @@ def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_tak
         stages.start_frame()
         stages.run("first", lambda: turn(1))
         stages.fork("second", "beside", lambda: turn(beside), way=beside)
-        stages.run("second", work, joins=True)
+        stages.run("second", work, waits_for_fork=True)
         wp.synchronize_device(device)
         return stages.milliseconds()["second"]
 
@@ -135,7 +135,7 @@ def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
             launch(turn_kernel, size, [values[size]], device)
 
         stages.start_frame()
-        stages.variant = size
+        stages.graph_key = size
         stages.run("turn", work)
         wp.synchronize_device(device)
         stages.milliseconds()

@@ -3,12 +3,12 @@ import pytest
 import warp as wp
 from devices import DEVICES, NEEDS_CUDA
 
-from gpu.core.staging import Mirror
+from gpu.core.staging import StagingBuffer
 
 
 @pytest.mark.parametrize("device", DEVICES)
 def test_values_go_to_the_device_and_back(device: str) -> None:
-    mirror = Mirror(wp.zeros((2, 3), dtype=int, device=device))
+    mirror = StagingBuffer(wp.zeros((2, 3), dtype=int, device=device))
     assert (mirror.host == 0).all()
     mirror.host[:] = np.arange(6).reshape(2, 3)
     mirror.upload()
@@ -22,7 +22,7 @@ def test_values_go_to_the_device_and_back(device: str) -> None:
 
 @NEEDS_CUDA
 def test_captured_copies_take_the_values_of_each_replay() -> None:
-    mirror = Mirror(wp.zeros(1, dtype=int, device="cuda:0"))
+    mirror = StagingBuffer(wp.zeros(1, dtype=int, device="cuda:0"))
     with wp.ScopedCapture("cuda:0") as capture:
         mirror.upload()
         mirror.array += 1

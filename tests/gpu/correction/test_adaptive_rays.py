@@ -62,7 +62,9 @@ class Bright:
     def shared(self, pixels: Ints, lacking: Doubles, told: Doubles) -> Doubles:
         """What SPs at `pixels` lack as those of them around each tell it, (place, 3); told, lacking (pixel, 3)."""
         gbuffer, (width, height), brightness = self.view.gbuffer, self.fuzzy.size, told.mean(axis=1)
-        position, normal, geometric = (getattr(gbuffer, name).numpy() for name in ("position", "normal", "geometric"))
+        position, normal, geometric_normal = (
+            getattr(gbuffer, name).numpy() for name in ("position", "normal", "geometric_normal")
+        )
         means = []
         for pixel in pixels:
             row, column = divmod(pixel, width)
@@ -71,31 +73,35 @@ class Bright:
                 other = (row + down) * width + column + across
                 if not (0 <= row + down < height and 0 <= column + across < width and other in pixels):
                     continue
-                off = geometric[pixel] @ (position[other] - position[pixel])
+                off = geometric_normal[pixel] @ (position[other] - position[pixel])
                 limit = float(PLANE_TOLERANCE) * gbuffer.spacing.numpy()[pixel] * 2
-                kinship = max(normal[pixel] @ normal[other], 0.0) ** float(NORMAL_POWER) * np.exp(-((off / limit) ** 2))
+                edge_stopping_weight = max(normal[pixel] @ normal[other], 0.0) ** float(NORMAL_POWER) * np.exp(
+                    -((off / limit) ** 2)
+                )
                 unlike = abs(brightness[other] - brightness[pixel]) / (float(GUIDE_TOLERANCE) * brightness[pixel])
-                weights[other] = BINOMIAL[abs(across)] * BINOMIAL[abs(down)] * kinship * np.exp(-unlike)
+                weights[other] = BINOMIAL[abs(across)] * BINOMIAL[abs(down)] * edge_stopping_weight * np.exp(-unlike)
             means.append(weights @ lacking / weights.sum())
         return np.array(means)
 
 
-def picture_of(*, far_pairs: bool) -> Pipeline:
+def picture_of(*, far_field_sums: bool) -> Pipeline:
     """Every VPL a cluster of its own: then light of members and of clusters is the same."""
-    resident, camera, _ = slats()
-    return Pipeline(resident, camera, SIZE, sp_clusters=80, vpls=250, vpl_clusters=1000, far_pairs=far_pairs)
+    device_scene, camera, _ = slats()
+    return Pipeline(
+        device_scene, camera, SIZE, sp_clusters=80, vpls=250, vpl_clusters=1000, far_field_sums=far_field_sums
+    )
 
 
 @pytest.fixture(scope="module")
 def bright() -> Bright:
-    return Bright(picture_of(far_pairs=True), SIZE[0] * SIZE[1])
+    return Bright(picture_of(far_field_sums=True), SIZE[0] * SIZE[1])
 
 
-@pytest.mark.parametrize("far_pairs", [False, True])
-def test_the_mean_of_what_rays_find_is_the_light(far_pairs: bool) -> None:
-    bright = Bright(picture_of(far_pairs=far_pairs), SIZE[0] * SIZE[1])
+@pytest.mark.parametrize("far_field_sums", [False, True])
+def test_the_mean_of_what_rays_find_is_the_light(far_field_sums: bool) -> None:
+    bright = Bright(picture_of(far_field_sums=far_field_sums), SIZE[0] * SIZE[1])
     fuzzy = bright.fuzzy
-    assert (fuzzy.view.indirect.open_far.numpy() > 0.0).any() == far_pairs
+    assert (fuzzy.view.indirect.unoccluded_far.numpy() > 0.0).any() == far_field_sums
     share = float(TRUST)
     rays = (fuzzy.unhidden().mean(axis=2) * (fuzzy.seen() - share * fuzzy.shares())).sum(axis=1)
     expected = np.zeros(fuzzy.view.pixels)
@@ -107,7 +113,7 @@ def test_the_mean_of_what_rays_find_is_the_light(far_pairs: bool) -> None:
     found = np.array(samples)
     assert len(pixels) > 50
     off, error = found.mean(axis=0) - expected[pixels], found.std(axis=0, ddof=1) / np.sqrt(SEEDS)
-    assert 0.6 < np.mean((off / error) ** 2) < (2.0 if far_pairs else 1.5)
+    assert 0.6 < np.mean((off / error) ** 2) < (2.0 if far_field_sums else 1.5)
     whole = found.sum(axis=1).std(ddof=1) / np.sqrt(SEEDS)
     assert abs(off.sum()) < 4.0 * whole
     assert whole < 0.01 * expected[pixels].sum()
@@ -127,12 +133,12 @@ def test_steps_that_are_even_leave_less_noise_than_rays_at_random(bright: Bright
 
 
 def test_those_that_may_be_brightest_have_rays() -> None:
-    bright = Bright(picture_of(far_pairs=True), SIZE[0] * SIZE[1], 1.0)
+    bright = Bright(picture_of(far_field_sums=True), SIZE[0] * SIZE[1], 1.0)
     fuzzy, view = bright.fuzzy, bright.view
     reflected = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
     wp.launch(reflectance_kernel, view.pixels, [view.gbuffer, reflected], device=view.device)
     count = fuzzy.sp_count
-    most = (view.indirect.open_near.numpy() + view.indirect.open_far.numpy())[:count]
+    most = (view.indirect.unoccluded_near.numpy() + view.indirect.unoccluded_far.numpy())[:count]
     most = most * reflected.numpy()[fuzzy.pixels].mean(axis=1)
     chosen = np.isin(fuzzy.pixels, bright.trace())
     least = float(LEAST_BRIGHT) * np.sort(bright.picture.samples.numpy())[int(SAMPLES) - 1 - BRIGHTER]

@@ -5,7 +5,7 @@ from scenes import column, slats
 
 from gpu.correction.brightness import MeanBrightness
 from gpu.correction.outlier_shading import CONFIRMED, PARTS, Refinement
-from gpu.correction.outliers import WorstPoints
+from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.scene.types import Doubles
@@ -15,19 +15,19 @@ SEEDS = 200
 
 @pytest.fixture(scope="module")
 def fuzzy() -> Pipeline:
-    resident, camera, size = slats((48, 36))
-    return Pipeline(resident, camera, size, sp_clusters=80)
+    device_scene, camera, size = slats((48, 36))
+    return Pipeline(device_scene, camera, size, sp_clusters=80)
 
 
-def refine(fuzzy: Pipeline, points: ListedPoints, seeds: int = 1, believed: float | None = None) -> Doubles:
+def refine(fuzzy: Pipeline, points: ListedPoints, seeds: int = 1, cluster_visibility: float | None = None) -> Doubles:
     """Irradiance after refining `points` by each seed, (seed, pixel, 3); believed: before, all over."""
     view, irradiance = fuzzy.view, fuzzy.view.indirect.irradiance
     refinement = Refinement(points.capacity, fuzzy.lights.count, view.device)
     found = []
     for seed in range(seeds):
         fuzzy.shade()
-        if believed is not None:
-            irradiance.fill_(believed)
+        if cluster_visibility is not None:
+            irradiance.fill_(cluster_visibility)
         view.seed.fill_(seed)
         refinement.run(view.scene, view.gbuffer, points, fuzzy.lights, view.seed, irradiance)
         found.append(fuzzy.irradiance())
@@ -38,10 +38,10 @@ def refine(fuzzy: Pipeline, points: ListedPoints, seeds: int = 1, believed: floa
 @pytest.mark.parametrize("vpls", [250, 1500])  # fewer groups than parts, and more
 def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
     # Every VPL a cluster of its own: then light of members and of clusters is the same.
-    points = Pipeline(fuzzy.resident, fuzzy.camera, (16, 12), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
+    points = Pipeline(fuzzy.device_scene, fuzzy.camera, (16, 12), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
     assert (points.lights.groups > PARTS) == (vpls == 1500)
     exact = points.exact()[points.pixels]
-    found = refine(points, points.view.shading_points, SEEDS, believed=1e6)[:, points.pixels]
+    found = refine(points, points.view.shading_points, SEEDS, cluster_visibility=1e6)[:, points.pixels]
     whole = found.sum(axis=1)
     error = whole.std(axis=0, ddof=1) / np.sqrt(SEEDS)
     assert (np.abs(whole.mean(axis=0) - exact.sum(axis=0)) < 4.0 * error).all()
@@ -53,20 +53,20 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
 
 def test_rays_to_members_of_clusters_come_near_the_light_of_all_members(fuzzy: Pipeline) -> None:
     exact = fuzzy.of_members()
-    mean = refine(fuzzy, fuzzy.view.shading_points, 50, believed=1e6).mean(axis=0)
+    mean = refine(fuzzy, fuzzy.view.shading_points, 50, cluster_visibility=1e6).mean(axis=0)
     assert mean.mean() == pytest.approx(exact.mean(), rel=0.02)
     assert relative_error(mean, exact) < 0.3 * relative_error(fuzzy.irradiance(), exact)
 
 
 def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuzzy: Pipeline) -> None:
-    many = Pipeline(fuzzy.resident, fuzzy.camera, fuzzy.size, sp_clusters=80, vpls=4000, vpl_clusters=800)
+    many = Pipeline(fuzzy.device_scene, fuzzy.camera, fuzzy.size, sp_clusters=80, vpls=4000, vpl_clusters=800)
     view, before, exact = many.view, many.irradiance(), many.of_members()
     correction = Correction(view.pixels, view.device)
     many.correct(correction, 0)
     irradiance = view.indirect.irradiance
     none = view.history.frames
     shared = view.smoothing.share(view.gbuffer, view.shading_points, irradiance, correction.own, none)
-    points = WorstPoints(view.pixels, 400, 0.25, view.device)
+    points = OutlierPoints(view.pixels, 400, 0.25, view.device)
     mean = MeanBrightness(view.device)
     mean.find(view.gbuffer, view.shading_points, irradiance)
     points.find(view.shading_points, view.gbuffer, many.clustering.need, irradiance, correction.own, shared, mean)
@@ -87,13 +87,13 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
 
 
 def test_only_much_less_light_is_taken_for_more_than_chance(fuzzy: Pipeline) -> None:
-    said = refine(fuzzy, fuzzy.view.shading_points, believed=1e6)[0]
+    said = refine(fuzzy, fuzzy.view.shading_points, cluster_visibility=1e6)[0]
     assert (said[fuzzy.pixels] < 1e5).all()
-    believed = float(2.0 * np.median(said))
-    after = refine(fuzzy, fuzzy.view.shading_points, believed=believed)[0]
-    less = said.mean(axis=1) < float(CONFIRMED) * believed
+    cluster_visibility = float(2.0 * np.median(said))
+    after = refine(fuzzy, fuzzy.view.shading_points, cluster_visibility=cluster_visibility)[0]
+    less = said.mean(axis=1) < float(CONFIRMED) * cluster_visibility
     assert 0.2 < less.mean() < 0.8
-    assert np.allclose(after, np.where(less[:, None], said, believed))
+    assert np.allclose(after, np.where(less[:, None], said, cluster_visibility))
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(fuzzy: Pipeline) -> None:
@@ -103,6 +103,6 @@ def test_the_same_seed_gives_the_same_bits_and_another_other_rays(fuzzy: Pipelin
 
 
 def test_nobody_to_refine_changes_nothing(fuzzy: Pipeline) -> None:
-    points = WorstPoints(fuzzy.view.pixels, 10, 0.25, fuzzy.view.device)
+    points = OutlierPoints(fuzzy.view.pixels, 10, 0.25, fuzzy.view.device)
     points.count = column([0], int)
     assert np.array_equal(refine(fuzzy, points)[0], fuzzy.irradiance())

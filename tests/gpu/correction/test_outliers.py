@@ -5,10 +5,10 @@ from scenes import column
 
 from gpu.core.device import allocate
 from gpu.correction.brightness import MeanBrightness
-from gpu.correction.outliers import WorstPoints
+from gpu.correction.outliers import OutlierPoints
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ListedPoints, ShadingPoints
-from gpu.sp.seeding import UNSERVED_NEED
+from gpu.sp.seeding import UNSERVED_DEFICIT
 
 CPU = wp.get_device("cpu")
 PIXELS = 400
@@ -28,14 +28,14 @@ def by_pixel(values: np.ndarray) -> wp.array:
     return column(np.repeat(values[::-1, None], 3, axis=1), wp.vec3)
 
 
-def worst(capacity: int, low: np.ndarray, high: np.ndarray, *, need: dict[int, int] | None = None,
+def worst(capacity: int, low: np.ndarray, high: np.ndarray, *, deficit: dict[int, int] | None = None,
           albedo: np.ndarray | None = None, among: int | None = None) -> list[int]:  # fmt: skip
     """The SPs that are listed, in the list's order, where their own rays say `low` and their neighbours' `high`.
 
     among: how many may be in a first list, of which those are.
     """
     needs = np.zeros(PIXELS)
-    for sp, value in (need or {}).items():
+    for sp, value in (deficit or {}).items():
         needs[sp] = value
     gbuffer: GBuffer = allocate(GBuffer, PIXELS, CPU)
     gbuffer.albedo = by_pixel(np.full(PIXELS, np.pi) if albedo is None else albedo * np.pi)
@@ -46,7 +46,7 @@ def worst(capacity: int, low: np.ndarray, high: np.ndarray, *, need: dict[int, i
     light = [by_pixel(irradiance), by_pixel(low - irradiance), by_pixel(high - irradiance)]
     listed: ListedPoints = sps
     for count in (capacity,) if among is None else (among, capacity):
-        points = WorstPoints(listed.capacity, count, 0.25, CPU)
+        points = OutlierPoints(listed.capacity, count, 0.25, CPU)
         points.find(listed, gbuffer, column(needs, wp.int32), *light, mean)
         listed = points
     count = points.count.numpy()[0]
@@ -89,7 +89,7 @@ def test_a_list_may_hold_every_sp() -> None:
 def test_sps_without_a_cluster_come_before_all_others() -> None:
     low, high = np.ones(PIXELS), np.ones(PIXELS)
     high[:30] = 1000.0
-    assert worst(2, low, high, need={250: int(UNSERVED_NEED), 90: int(UNSERVED_NEED), 5: 255}) == [90, 250]
+    assert worst(2, low, high, deficit={250: int(UNSERVED_DEFICIT), 90: int(UNSERVED_DEFICIT), 5: 255}) == [90, 250]
 
 
 @pytest.mark.parametrize("lows", [(-100.0, 0.0), (0.0, -100.0)])
@@ -118,7 +118,7 @@ def test_the_worst_of_a_list_of_suspects_are_suspects() -> None:
     low, high = np.ones(PIXELS), np.ones(PIXELS)
     disputed = np.arange(10, 110, 10)
     high[disputed] = 2.0 ** np.arange(1, 11)
-    assert worst(3, low, high, among=5, need={200: int(UNSERVED_NEED)}) == [90, 100, 200]
+    assert worst(3, low, high, among=5, deficit={200: int(UNSERVED_DEFICIT)}) == [90, 100, 200]
     assert worst(8, low, high, among=2) == [90, 100]
     assert worst(PIXELS, low, high, among=PIXELS) == disputed.tolist()
 

@@ -5,7 +5,7 @@ import pytest
 from pipeline import Pipeline, relative_error
 from scenes import box, column, grey, quad, resident_of, slats
 
-from gpu.correction.outliers import WorstPoints
+from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import PASS_SEED, RUN, Correction, correction_kernel
 from gpu.indirect.irradiance import CHECKS
 from gpu.scene.camera import look_at
@@ -15,11 +15,11 @@ SEEDS = 400
 SIZE = (16, 12)
 
 
-def point_lights(fuzziness: int = 6, *, far_pairs: bool = False) -> Pipeline:
+def point_lights(fuzziness: int = 6, *, far_field_sums: bool = False) -> Pipeline:
     """Every VPL a cluster of its own: then light of members and of clusters is the same."""
-    resident, camera, _ = slats()
-    counts = {"sp_clusters": 80 if far_pairs else 30, "vpls": 250, "vpl_clusters": 1000}
-    return Pipeline(resident, camera, SIZE, fuzziness=fuzziness, far_pairs=far_pairs, **counts)
+    device_scene, camera, _ = slats()
+    counts = {"sp_clusters": 80 if far_field_sums else 30, "vpls": 250, "vpl_clusters": 1000}
+    return Pipeline(device_scene, camera, SIZE, fuzziness=fuzziness, far_field_sums=far_field_sums, **counts)
 
 
 def corrections(fuzzy: Pipeline, seeds: int) -> Doubles:
@@ -36,8 +36,8 @@ def corrections(fuzzy: Pipeline, seeds: int) -> Doubles:
 
 @pytest.fixture(scope="module")
 def clustered() -> Pipeline:
-    resident, camera, _ = slats()
-    return Pipeline(resident, camera, (24, 18), sp_clusters=60)
+    device_scene, camera, _ = slats()
+    return Pipeline(device_scene, camera, (24, 18), sp_clusters=60)
 
 
 def variance_of(fuzzy: Pipeline) -> Doubles:
@@ -48,17 +48,17 @@ def variance_of(fuzzy: Pipeline) -> Doubles:
     return np.maximum(square - (amount * wrong).sum(axis=1) ** 2, 0.0) / CHECKS
 
 
-@pytest.mark.parametrize("far_pairs", [False, True])
-@pytest.mark.parametrize("beliefs", ["traced", "nonsense", "nothing", "everything"])
-def test_the_mean_of_corrections_is_what_clusters_are_wrong_by(beliefs: str, far_pairs: bool) -> None:
-    fuzzy = point_lights(far_pairs=far_pairs)
+@pytest.mark.parametrize("far_field_sums", [False, True])
+@pytest.mark.parametrize("beliefs", ["traced", "nonsense", "nothing", "all_emitters"])
+def test_the_mean_of_corrections_is_what_clusters_are_wrong_by(beliefs: str, far_field_sums: bool) -> None:
+    fuzzy = point_lights(far_field_sums=far_field_sums)
     shape = (fuzzy.clustering.count, fuzzy.lights.count)
     if beliefs == "nonsense":
         fuzzy.believe(np.random.default_rng(0).integers(0, 2, shape))
     elif beliefs != "traced":
-        fuzzy.believe(np.full(shape, int(beliefs == "everything")))
+        fuzzy.believe(np.full(shape, int(beliefs == "all_emitters")))
     wrong = (fuzzy.unhidden().mean(axis=2) * (fuzzy.seen() - fuzzy.shares())).sum(axis=1)
-    if not far_pairs:
+    if not far_field_sums:
         assert wrong == pytest.approx((fuzzy.exact() - fuzzy.irradiance())[fuzzy.pixels].mean(axis=1), abs=1e-4)
     found = corrections(fuzzy, SEEDS)[:, fuzzy.pixels].mean(axis=2)
     off = found.mean(axis=0) - wrong
@@ -70,16 +70,16 @@ def test_the_mean_of_corrections_is_what_clusters_are_wrong_by(beliefs: str, far
     exact = error <= 1e-6 * error.max()
     assert np.abs(off[exact]).max(initial=0.0) < 1e-3 * error.max()
     # Far targets are drawn by what representatives know of them, which is near what SPs would know.
-    assert 0.7 < np.mean((off[~exact] / error[~exact]) ** 2) < (1.8 if far_pairs else 1.4)
-    assert (fuzzy.view.indirect.far.numpy() > 0.0).any() == far_pairs
+    assert 0.7 < np.mean((off[~exact] / error[~exact]) ** 2) < (1.8 if far_field_sums else 1.4)
+    assert (fuzzy.view.indirect.far.numpy() > 0.0).any() == far_field_sums
 
 
 def test_rays_of_neighbours_take_other_parts_of_their_light() -> None:
     """So that less is left of their noise together than of as many rays at random."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
-    resident = resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
+    device_scene = resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
     camera = look_at((0.0, 0.0, 0.45), (0.0, -0.2, -0.5))
-    room = Pipeline(resident, camera, SIZE, sp_clusters=100, vpls=250, vpl_clusters=1000, far_pairs=True)
+    room = Pipeline(device_scene, camera, SIZE, sp_clusters=100, vpls=250, vpl_clusters=1000, far_field_sums=True)
     # All is seen, which clusters believe of one half of the lights.
     shape = room.clustering.count, room.lights.count
     room.believe(np.broadcast_to(np.arange(shape[1]) < shape[1] // 2, shape))
@@ -108,9 +108,9 @@ def test_pictures_of_vpl_clusters_come_near_those_of_all_their_members(clustered
 
 def test_a_correction_has_less_noise_than_the_light_it_corrects() -> None:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
-    resident = resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
+    device_scene = resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
     camera = look_at((0.0, 0.0, 0.45), (0.0, -0.2, -0.5))
-    room = Pipeline(resident, camera, (24, 18), sp_clusters=100)
+    room = Pipeline(device_scene, camera, (24, 18), sp_clusters=100)
     noise = corrections(room, 100).std(axis=0)[room.pixels]
     room.believe(np.zeros((room.clustering.count, room.lights.count)))
     assert (noise**2).mean() < 0.3 * (corrections(room, 100).std(axis=0)[room.pixels] ** 2).mean()
@@ -131,7 +131,7 @@ def test_several_passes_give_the_mean_of_as_many_corrections(clustered: Pipeline
 def test_a_second_look_at_some_takes_as_many_rays_into_their_mean_and_leaves_the_others(clustered: Pipeline) -> None:
     view, correction = clustered.view, Correction(clustered.view.pixels, clustered.view.device)
     sps, some = view.shading_points, np.arange(5, clustered.sp_count, 7)
-    points = WorstPoints(view.pixels, view.pixels, 0.25, view.device)
+    points = OutlierPoints(view.pixels, view.pixels, 0.25, view.device)
     points.numbers, points.pixels = column(some, int), column(sps.pixels.numpy()[some], int)
     points.count, points.capacity = column([len(some)], int), len(some)
     clustered.correct(correction, 3, range(2))

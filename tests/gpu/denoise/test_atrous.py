@@ -4,7 +4,7 @@ import warp as wp
 from numpy.typing import NDArray
 from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
-from gpu.denoise.atrous import UNEVEN_REACH, USUAL_REACH, Smoothing
+from gpu.denoise.atrous import MAX_STEP, MAX_STEP_ON_DETAIL, Smoothing
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
 
@@ -24,7 +24,7 @@ def shared(
     guide: NDArray,
     stride: int = 1,
     frames: NDArray | int = 0,
-    reach: int = USUAL_REACH,
+    reach: int = MAX_STEP,
 ) -> tuple[NDArray, NDArray]:
     """`light` (height, width) of so many `frames` shared between SPs by a `guide`, and which pixels have SPs."""
     sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
@@ -108,7 +108,7 @@ def test_light_of_some_frames_is_shared_nearer_where_a_surface_is_uneven(frames:
     for column in range(edge, WIDTH, 2):
         light = np.zeros((HEIGHT, WIDTH))
         light[12, column] = 1.0
-        result, sps = shared(uneven, light, np.ones((HEIGHT, WIDTH)), 2, frames, UNEVEN_REACH)
+        result, sps = shared(uneven, light, np.ones((HEIGHT, WIDTH)), 2, frames, MAX_STEP_ON_DETAIL)
         assert sps[12, edge - 1 : edge + 2].tolist() == [True, True, False]
         taken.append(result[12, edge] > 0.0)
     assert taken == [place <= steps for place in range(len(taken))]

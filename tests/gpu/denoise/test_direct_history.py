@@ -8,11 +8,11 @@ import pytest
 import warp as wp
 from scenes import box, column, grey, quad, resident_of
 
-from gpu.denoise.direct_history import SoftHistory
+from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.reprojection import MOST_FRAMES
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Material
@@ -27,7 +27,7 @@ def pose(step: float) -> Camera:
     return look_at((0.003 * step, 0.0, 0.45), (-0.006 * step, -0.1, -0.5), yfov_degrees=75.0)
 
 
-def room_of(material: Material) -> ResidentScene:
+def room_of(material: Material) -> DeviceScene:
     """A closed box with a lamp below its ceiling and a block, which throws a soft shadow, on its floor."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 0)
@@ -35,16 +35,16 @@ def room_of(material: Material) -> ResidentScene:
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     return room_of(grey(0.7))
 
 
 class Seen:
     """Frames of a view that find the soft light they are told to, and what their history makes of it."""
 
-    def __init__(self, resident: ResidentScene, **choice: Any) -> None:
-        self.view = View(resident, SIZE, lambertian=choice.get("lambertian", True))
-        self.history = SoftHistory(SIZE, self.view.device)
+    def __init__(self, device_scene: DeviceScene, **choice: Any) -> None:
+        self.view = ViewState(device_scene, SIZE, lambertian=choice.get("lambertian", True))
+        self.history = DirectHistory(SIZE, self.view.device)
 
     def frame(self, camera: Camera, light: Doubles, *, begins: bool = False) -> Doubles:
         view = self.view
@@ -59,7 +59,7 @@ class Seen:
         return np.asarray(self.history.frames.numpy())
 
 
-def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene) -> None:
+def test_light_of_a_place_is_found_where_it_is_seen_next(room: DeviceScene) -> None:
     seen = Seen(room)
     seen.view.look(pose(0))
     seen.view.find_shading_points()
@@ -77,7 +77,7 @@ def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene) ->
     assert light[fresh] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: ResidentScene) -> None:
+def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: DeviceScene) -> None:
     seen, random = Seen(room), np.random.default_rng(1)
     for number in range(24):
         light = seen.frame(pose(0.5 * number), random.exponential(size=(PIXELS, 3)), begins=number == 0)
@@ -99,7 +99,7 @@ def test_what_narrow_lobes_reflect_is_forgotten_sooner(roughness: float, most: i
     assert light.max() == pytest.approx(0.0 if most == 1 else np.prod([1 - 1 / min(n + 1, most) for n in range(1, 10)]))
 
 
-def test_what_was_hidden_has_no_history(room: ResidentScene) -> None:
+def test_what_was_hidden_has_no_history(room: DeviceScene) -> None:
     """A thin post hides other walls as the camera moves aside."""
     post = quad((-0.02, -0.5, 0.2), (0.04, 0.0, 0.0), (0.0, 1.0, 0.0), 0)
     seen = Seen(resident_of([*box(), post], [grey(0.7)]))
@@ -115,7 +115,7 @@ def test_what_was_hidden_has_no_history(room: ResidentScene) -> None:
     assert (seen.frames() > 1).mean() > 0.8
 
 
-def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
+def test_what_is_not_finite_is_not_handed_on(room: DeviceScene) -> None:
     seen, light = Seen(room), np.ones((PIXELS, 3))
     light[PIXELS // 2 + SIZE[0] // 2] = np.nan
     light[PIXELS // 3] = np.inf
@@ -125,7 +125,7 @@ def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
     assert np.isin(seen.frames(), [1, 2]).all()
 
 
-def renderer_of(room: ResidentScene, **changes: Any) -> Renderer:
+def renderer_of(room: DeviceScene, **changes: Any) -> Renderer:
     settings = {"component": Component.DIRECT, "samples": 1, **changes}
     return Renderer(room, SIZE, RenderSettings(**settings))
 
@@ -135,7 +135,7 @@ def walk(renderer: Renderer, first: int, last: int) -> list[Doubles]:
     return [frame.radiance().astype(float) for frame in frames]
 
 
-def test_a_walk_has_less_noise_and_as_much_light(room: ResidentScene) -> None:
+def test_a_walk_has_less_noise_and_as_much_light(room: DeviceScene) -> None:
     truth = renderer_of(room, samples=256, smooth=False).render(pose(9.5)).radiance().astype(float)
 
     def error(**changes: Any) -> float:
@@ -143,10 +143,10 @@ def test_a_walk_has_less_noise_and_as_much_light(room: ResidentScene) -> None:
         assert last.mean() == pytest.approx(truth.mean(), rel=0.01)
         return float(np.mean((last - truth) ** 2))
 
-    assert error() < 0.6 * error(skip=Skips(kept_light=False))
+    assert error() < 0.6 * error(skip=Skips(temporal_reuse=False))
 
 
-def test_each_frame_of_a_walk_has_samples_of_its_own(room: ResidentScene) -> None:
+def test_each_frame_of_a_walk_has_samples_of_its_own(room: DeviceScene) -> None:
     renderer = renderer_of(room)
     moments = []
     for number in range(3):
@@ -156,16 +156,16 @@ def test_each_frame_of_a_walk_has_samples_of_its_own(room: ResidentScene) -> Non
 
 
 @pytest.mark.parametrize(
-    "changes", [{"skip": Skips(kept_light=False)}, {"smooth": False}, {"method": Method.EXACT_VPL}]
+    "changes", [{"skip": Skips(temporal_reuse=False)}, {"smooth": False}, {"method": Method.EXACT_VPL}]
 )
-def test_frames_that_keep_nothing_are_those_of_no_walk(room: ResidentScene, changes: dict[str, Any]) -> None:
+def test_frames_that_keep_nothing_are_those_of_no_walk(room: DeviceScene, changes: dict[str, Any]) -> None:
     alone = renderer_of(room, **changes).render(pose(1)).radiance()
     renderer = renderer_of(room, **changes)
     assert np.array_equal(walk(renderer, 0, 3)[-1], alone)
-    assert not renderer._view.soft_history.frames.numpy().any()
+    assert not renderer._view.direct_history.frames.numpy().any()
 
 
-def test_a_jump_and_a_rest_begin_anew(room: ResidentScene) -> None:
+def test_a_jump_and_a_rest_begin_anew(room: DeviceScene) -> None:
     alone = renderer_of(room).render(pose(0)).radiance()
     renderer = renderer_of(room)
     walk(renderer, 4, 6)

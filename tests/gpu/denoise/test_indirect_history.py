@@ -7,11 +7,11 @@ import pytest
 import warp as wp
 from scenes import box, grey, quad, resident_of
 
-from gpu.denoise.indirect_history import SETTLED_FRAMES, History
+from gpu.denoise.indirect_history import SETTLED_FRAMES, IndirectHistory
 from gpu.denoise.reprojection import MOST_FRAMES
 from gpu.device_scene.data import NO_HIT
-from gpu.device_scene.upload import ResidentScene
-from gpu.methods.view_state import View
+from gpu.device_scene.upload import DeviceScene
+from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at, turned
 from gpu.scene.types import Camera, Doubles
@@ -22,7 +22,7 @@ QUALITY = {"sp_clusters": 100, "vpls": 2000, "vpl_clusters": 200, "component": C
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     """A closed box with a lamp below its ceiling and a block on its floor."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
@@ -37,9 +37,9 @@ def pose(step: float) -> Camera:
 class Seen:
     """Frames of a view that find the light they are told to, and what their history makes of it."""
 
-    def __init__(self, resident: ResidentScene, size: tuple[int, int] = SIZE, stride: int = 1) -> None:
-        self.view = View(resident, size, lambertian=True, stride=stride)
-        self.history = History(size, self.view.device)
+    def __init__(self, device_scene: DeviceScene, size: tuple[int, int] = SIZE, stride: int = 1) -> None:
+        self.view = ViewState(device_scene, size, lambertian=True, stride=stride)
+        self.history = IndirectHistory(size, self.view.device)
 
     def look(self, camera: Camera) -> None:
         self.view.look(camera)
@@ -80,7 +80,7 @@ class Seen:
 
 
 @pytest.mark.parametrize("stride", [1, 2])
-def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene, stride: int) -> None:
+def test_light_of_a_place_is_found_where_it_is_seen_next(room: DeviceScene, stride: int) -> None:
     """Light is linear over the place, so interpolation between pixels of a plane is right."""
     seen = Seen(room, stride=stride)
     seen.look(pose(0))
@@ -98,7 +98,7 @@ def test_light_of_a_place_is_found_where_it_is_seen_next(room: ResidentScene, st
     assert light[fresh] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_mean_forgets_what_is_older_than_the_most_frames(room: ResidentScene) -> None:
+def test_a_mean_forgets_what_is_older_than_the_most_frames(room: DeviceScene) -> None:
     seen = Seen(room)
     ones = np.ones((SIZE[0] * SIZE[1], 3))
     seen.frame(pose(0), ones, begins=True)
@@ -111,7 +111,7 @@ def test_a_mean_forgets_what_is_older_than_the_most_frames(room: ResidentScene) 
     assert expected < 0.02
 
 
-def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: ResidentScene) -> None:
+def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: DeviceScene) -> None:
     seen, random = Seen(room), np.random.default_rng(1)
     for number in range(24):
         noisy = random.exponential(size=(SIZE[0] * SIZE[1], 3))
@@ -123,7 +123,7 @@ def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: ResidentScene
     assert light[old].std() < 0.4
 
 
-def test_light_that_is_well_known_on_even_surfaces_stays_as_it_is_in_two_frames_of_three(room: ResidentScene) -> None:
+def test_light_that_is_well_known_on_even_surfaces_stays_as_it_is_in_two_frames_of_three(room: DeviceScene) -> None:
     seen, ones = Seen(room, stride=2), np.ones((SIZE[0] * SIZE[1], 3))
     for number in range(int(SETTLED_FRAMES) + 1):
         assert not seen.settled().any()
@@ -152,7 +152,7 @@ def test_light_that_is_well_known_on_even_surfaces_stays_as_it_is_in_two_frames_
     assert not seen.settled().any()
 
 
-def test_what_lies_between_light_and_dark_is_not_settled(room: ResidentScene) -> None:
+def test_what_lies_between_light_and_dark_is_not_settled(room: DeviceScene) -> None:
     """Beside a contact what is handed on is too bright, and only rays find the dark."""
     seen = Seen(room, stride=2)
     column = np.arange(SIZE[0] * SIZE[1]) % SIZE[0]
@@ -169,7 +169,7 @@ def test_what_lies_between_light_and_dark_is_not_settled(room: ResidentScene) ->
     assert min(often[4:6]) == 0  # of 28 and 30, one was between them
 
 
-def test_what_was_hidden_or_outside_has_no_history(room: ResidentScene) -> None:
+def test_what_was_hidden_or_outside_has_no_history(room: DeviceScene) -> None:
     """A thin post hides other walls as the camera moves aside."""
     post = quad((-0.02, -0.5, 0.2), (0.04, 0.0, 0.0), (0.0, 1.0, 0.0), 0)
     seen = Seen(resident_of([*box(), post], [grey(0.7)]))
@@ -188,7 +188,7 @@ def test_what_was_hidden_or_outside_has_no_history(room: ResidentScene) -> None:
     assert (~fresh & seen.listed).sum() > 0.8 * seen.listed.sum()
 
 
-def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
+def test_what_is_not_finite_is_not_handed_on(room: DeviceScene) -> None:
     seen, light = Seen(room), np.ones((SIZE[0] * SIZE[1], 3))
     light[SIZE[0] * SIZE[1] // 2 + SIZE[0] // 2] = np.nan
     light[SIZE[0] * SIZE[1] // 3] = np.inf
@@ -197,12 +197,12 @@ def test_what_is_not_finite_is_not_handed_on(room: ResidentScene) -> None:
         assert np.isfinite(found[seen.listed]).all()
 
 
-def walk(room: ResidentScene, frames: int, **changes: object) -> tuple[list[Doubles], Renderer]:
+def walk(room: DeviceScene, frames: int, **changes: object) -> tuple[list[Doubles], Renderer]:
     renderer = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
     return [renderer.render(pose(number), walks=True).radiance().astype(float) for number in range(frames)], renderer
 
 
-def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: ResidentScene) -> None:
+def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: DeviceScene) -> None:
     """Pixels are as small as where light is interpolated: a frame hands on light with less blur than it has noise."""
     size, last = (192, 144), 16
 
@@ -221,16 +221,16 @@ def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: ResidentSce
         error = pictures(**changes)[-2:] - truth
         return float(np.abs(error[1] - error[0]).mean()), float(np.mean(error[1] ** 2))
 
-    (flicker, mse), (usual_flicker, usual_mse) = errors(), errors(skip=Skips(kept_light=False))
+    (flicker, mse), (usual_flicker, usual_mse) = errors(), errors(skip=Skips(temporal_reuse=False))
     assert flicker < 0.9 * usual_flicker
     assert flicker < 0.0028 * float(truth.mean())
     assert mse < 1.1 * usual_mse
 
 
-def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy(room: ResidentScene) -> None:
+def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy(room: DeviceScene) -> None:
     def change(*, kept: bool) -> tuple[float, float, int]:
-        """Between frames half a pixel apart, the mean of the last one, and how many rays found light in it."""
-        pictures, renderer = walk(room, 20, skip=Skips(kept_light=kept))
+        """Interpolated frames half a pixel apart, the mean of the last one, and how many rays found light in it."""
+        pictures, renderer = walk(room, 20, skip=Skips(temporal_reuse=kept))
         found = renderer.render(pose(20), walks=True).stats.counts["near"]
         return float(np.abs(pictures[-1] - pictures[-2]).mean()), float(pictures[-1].mean()), found
 
@@ -240,20 +240,20 @@ def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy
     assert energy == pytest.approx(mean, rel=0.02)
 
 
-def test_statistics_tell_what_earlier_frames_know(room: ResidentScene) -> None:
+def test_statistics_tell_what_earlier_frames_know(room: DeviceScene) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY))
     first, second = (renderer.render(pose(number), walks=True).stats for number in range(2))
-    assert first.skips["kept_light"] == 0
-    assert 0.9 * second.counts["shaded"] < second.skips["kept_light"] <= second.counts["shaded"]
+    assert first.skips["temporal_reuse"] == 0
+    assert 0.9 * second.counts["shaded"] < second.skips["temporal_reuse"] <= second.counts["shaded"]
     still = renderer.render(pose(3)).stats
-    assert still.skips["kept_light"] == 0
-    for changes in ({"skip": Skips(kept_light=False)}, {"smooth": False}):
+    assert still.skips["temporal_reuse"] == 0
+    for changes in ({"skip": Skips(temporal_reuse=False)}, {"smooth": False}):
         other = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **changes}))
-        assert [other.render(pose(number), walks=True).stats.skips["kept_light"] for number in range(2)] == [0, 0]
+        assert [other.render(pose(number), walks=True).stats.skips["temporal_reuse"] for number in range(2)] == [0, 0]
 
 
-def test_light_is_remembered_where_clusters_are_not_kept(room: ResidentScene) -> None:
+def test_light_is_remembered_where_clusters_are_not_kept(room: DeviceScene) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=Skips(kept_clusters=False)))
     first, second = (renderer.render(pose(number), walks=True).stats.skips for number in range(2))
-    assert first["kept_light"] == 0 < second["kept_light"]
+    assert first["temporal_reuse"] == 0 < second["temporal_reuse"]
     assert second["kept_clusters"] == 0

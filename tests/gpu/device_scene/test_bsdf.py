@@ -44,7 +44,7 @@ def uniform_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[wp
 
 def surface_of(diffuse: float, f0: float, roughness: float) -> Surface:
     surface = Surface()
-    surface.normal = surface.geometric = wp.vec3(*NORMAL)
+    surface.normal = surface.geometric_normal = wp.vec3(*NORMAL)
     surface.diffuse, surface.f0 = wp.vec3(diffuse, diffuse, diffuse), wp.vec3(f0, f0, f0)
     surface.roughness = roughness
     return surface
@@ -69,7 +69,7 @@ def test_without_a_specular_lobe_it_is_lamberts_law() -> None:
 def test_light_from_behind_either_normal_is_not_reflected() -> None:
     surface = surface_of(0.6, 0.04, 0.3)
     assert not value(surface, at_angle(30.0), at_angle(95.0)).any()
-    surface.geometric = wp.vec3(*at_angle(40.0, (-1.0, 0.0, 0.0)))
+    surface.geometric_normal = wp.vec3(*at_angle(40.0, (-1.0, 0.0, 0.0)))
     assert value(surface, at_angle(0.0), at_angle(45.0)).any()
     assert not value(surface, at_angle(0.0), at_angle(55.0)).any()
 

@@ -6,7 +6,7 @@ import warp as wp
 from devices import DEVICES, NEEDS_CUDA
 
 from gpu.core.device import launch
-from gpu.device_scene.bvh import Bvh, met
+from gpu.device_scene.bvh import Bvh, intersect
 from gpu.device_scene.bvh_build import build
 from gpu.scene.types import Doubles, Ints
 
@@ -20,9 +20,9 @@ def met_kernel(first: int, bvh: Bvh, origins: wp.array[wp.vec3], directions: wp.
                blocked: wp.array[int]) -> None:  # fmt: skip
     """What each ray meets first, and whether it meets anything."""
     index = first + wp.tid()
-    nearest[index] = met(bvh, origins[index], directions[index], lengths[index], False)
+    nearest[index] = intersect(bvh, origins[index], directions[index], lengths[index], False)
     faces[index] = wp.cast(nearest[index][3], int)
-    any_one = met(bvh, origins[index], directions[index], lengths[index], True)
+    any_one = intersect(bvh, origins[index], directions[index], lengths[index], True)
     blocked[index] = int(wp.cast(any_one[3], int) >= 0)
 
 

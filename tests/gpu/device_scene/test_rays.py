@@ -8,7 +8,7 @@ from scenes import box, column, grey, quad, resident_of, results
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, occluded, offset_origin
 from gpu.device_scene.surface import triangle_normal
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import AlphaMode, Doubles, Material, Texture, TextureSlot
 
@@ -54,54 +54,54 @@ def soup(rng: np.random.Generator, centre: Doubles, size: float, count: int = 30
 def test_no_ray_meets_the_triangle_that_it_leaves() -> None:
     rng = np.random.default_rng(1)
     parts = [soup(rng, np.zeros(3), 1.0), soup(rng, np.full(3, 0.45), 0.01), soup(rng, np.zeros(3), 1e-4)]
-    resident = resident_of(parts, [grey(0.5)])
-    count, faces = 20_000, len(resident.triangle_order)
+    device_scene = resident_of(parts, [grey(0.5)])
+    count, faces = 20_000, len(device_scene.triangle_order)
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     places = np.sort(rng.random((count, 2)), axis=1)
     places[:, 1] -= places[:, 0]
     left = rng.integers(0, faces, count)
     inputs = [column(left, wp.int32), column(places, wp.vec2), column(directions, wp.vec3)]
-    met = results(leave_kernel, count, [resident.data, *inputs], int)
-    assert (met != left).all()
-    assert (met != int(NO_HIT)).sum() > 0
+    intersect = results(leave_kernel, count, [device_scene.data, *inputs], int)
+    assert (intersect != left).all()
+    assert (intersect != int(NO_HIT)).sum() > 0
 
 
 def test_points_see_each_other_both_ways_unless_something_is_between() -> None:
     half = [0.25, 0.0, 0.0]
     parts = [*box(), quad([-0.5, 0.0, -0.5], half, [0.0, 0.0, 1.0]), quad([0.25, 0.0, -0.5], [0.0, 0.0, 1.0], half)]
-    resident = resident_of(parts, [grey(0.5)])
+    device_scene = resident_of(parts, [grey(0.5)])
     rng = np.random.default_rng(2)
     floor, ceiling = rng.random((2, 2000, 3)) - 0.5
     floor[:, 1], ceiling[:, 1] = -0.5, 0.5
     ends = column(floor, wp.vec3), column(ceiling, wp.vec3)
     up, down = wp.vec3(0.0, 1.0, 0.0), wp.vec3(0.0, -1.0, 0.0)
-    there = results(connected_kernel, 2000, [resident.data, *ends, up, down], int)
-    back = results(connected_kernel, 2000, [resident.data, *ends[::-1], down, up], int)
+    there = results(connected_kernel, 2000, [device_scene.data, *ends, up, down], int)
+    back = results(connected_kernel, 2000, [device_scene.data, *ends[::-1], down, up], int)
     middle = (floor[:, 0] + ceiling[:, 0]) / 2.0
     assert np.array_equal(there, back)
     assert np.array_equal(there == 1, np.abs(middle) < 0.25)
 
 
 def test_a_point_is_connected_with_itself_and_its_nearest_neighbours() -> None:
-    resident = resident_of(box(), [grey(0.5)])
+    device_scene = resident_of(box(), [grey(0.5)])
     p = np.tile([[0.1, -0.5, 0.2]], (3, 1))
     q = p + np.array([[0.0, 0.0, 0.0], [1e-7, 0.0, 0.0], [1e-3, 0.0, 0.0]])
     up = wp.vec3(0.0, 1.0, 0.0)
-    seen = results(connected_kernel, 3, [resident.data, column(p, wp.vec3), column(q, wp.vec3), up, up], int)
+    seen = results(connected_kernel, 3, [device_scene.data, column(p, wp.vec3), column(q, wp.vec3), up, up], int)
     assert (seen == 1).all()
 
 
 def test_nothing_is_seen_through_the_back_of_ones_own_surface() -> None:
-    resident = resident_of([quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])], [grey(0.5)])
+    device_scene = resident_of([quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])], [grey(0.5)])
     p, q = column([[0.1, 0.0, 0.1]], wp.vec3), column([[0.2, -0.3, 0.1]], wp.vec3)
     up, down, nowhere = wp.vec3(0.0, 1.0, 0.0), wp.vec3(0.0, -1.0, 0.0), wp.vec3(0.0, 0.0, 0.0)
     for p_normal, q_normal, seen in ((up, up, 0), (down, up, 1), (down, down, 0), (up, nowhere, 0), (down, nowhere, 1)):
         for ends, normals in (((p, q), (p_normal, q_normal)), ((q, p), (q_normal, p_normal))):
-            assert results(connected_kernel, 1, [resident.data, *ends, *normals], int)[0] == seen
+            assert results(connected_kernel, 1, [device_scene.data, *ends, *normals], int)[0] == seen
 
 
-def masked_layers(**material: Any) -> ResidentScene:
+def masked_layers(**material: Any) -> DeviceScene:
     """Five sheets facing +Z, at z = −0.5 … 0.5, whose texture is clear on the left and solid on the right."""
     pixels = np.full((1, 2, 4), 255, np.uint8)
     pixels[0, 0, 3] = 0
@@ -110,16 +110,16 @@ def masked_layers(**material: Any) -> ResidentScene:
     return resident_of(sheets, [sheet], textures=[Texture("mask", pixels, srgb=True, nearest=True)])
 
 
-def shoot(resident: ResidentScene, scene: SceneData, x: float) -> Doubles:
+def shoot(device_scene: DeviceScene, scene: SceneData, x: float) -> Doubles:
     origins = column([[x, 0.1, 2.0]], wp.vec3)
     return results(shoot_kernel, 1, [scene, origins, wp.vec3(0.0, 0.0, -1.0)], wp.vec3)[0]
 
 
 def test_light_passes_where_a_mask_is_clear_through_all_layers() -> None:
-    resident = masked_layers()
-    assert resident.data.opaque_count == 0
-    assert shoot(resident, resident.data, -0.2).tolist() == [int(NO_HIT), 10.0, 0.0]
-    face, distance, dark = shoot(resident, resident.data, 0.2)
+    device_scene = masked_layers()
+    assert device_scene.data.opaque_count == 0
+    assert shoot(device_scene, device_scene.data, -0.2).tolist() == [int(NO_HIT), 10.0, 0.0]
+    face, distance, dark = shoot(device_scene, device_scene.data, 0.2)
     assert distance == pytest.approx(1.5, abs=1e-5)
     assert int(face) in (8, 9)
     assert dark == 1.0
@@ -132,19 +132,19 @@ def test_the_first_solid_surface_behind_a_mask_is_hit() -> None:
         quad([-0.5, -0.5, -0.5], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 1),
     ]
     clear = Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0))
-    resident = resident_of(parts, [clear, grey(0.5)], textures=[Texture("mask", pixels, srgb=True)])
-    face, distance, dark = shoot(resident, resident.data, 0.2)
-    assert int(face) < resident.data.opaque_count
+    device_scene = resident_of(parts, [clear, grey(0.5)], textures=[Texture("mask", pixels, srgb=True)])
+    face, distance, dark = shoot(device_scene, device_scene.data, 0.2)
+    assert int(face) < device_scene.data.opaque_count
     assert distance == pytest.approx(2.5, abs=1e-5)
     assert dark == 1.0
 
 
 def test_the_cutoff_and_the_factor_count() -> None:
     for cutoff, alpha, dark in ((0.4, 0.5, 1.0), (0.6, 0.5, 0.0)):
-        resident = masked_layers(alpha_cutoff=cutoff, base_color=(1.0, 1.0, 1.0, alpha))
-        assert shoot(resident, resident.data, 0.2)[2] == dark
+        device_scene = masked_layers(alpha_cutoff=cutoff, base_color=(1.0, 1.0, 1.0, alpha))
+        assert shoot(device_scene, device_scene.data, 0.2)[2] == dark
 
 
 def test_a_lambertian_view_takes_masks_as_solid() -> None:
-    resident = masked_layers()
-    assert shoot(resident, resident.view(lambertian=True), -0.2)[2] == 1.0
+    device_scene = masked_layers()
+    assert shoot(device_scene, device_scene.view(lambertian=True), -0.2)[2] == 1.0

@@ -8,7 +8,7 @@ from scenes import column, grey, quad, resident_of, results
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.surface import surface_at
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Doubles, Material, Texture, TextureSlot
 
@@ -24,7 +24,7 @@ def surface_kernel(first: int, scene: SceneData, origins: wp.array[wp.vec3], dir
     hit = closest_hit(scene, origins[index], directions[index], 10.0)
     surface = surface_at(scene, hit, directions[index])
     out[8 * index] = surface.position
-    out[8 * index + 1] = surface.geometric
+    out[8 * index + 1] = surface.geometric_normal
     out[8 * index + 2] = surface.normal
     out[8 * index + 3] = surface.albedo
     out[8 * index + 4] = surface.diffuse
@@ -33,15 +33,15 @@ def surface_kernel(first: int, scene: SceneData, origins: wp.array[wp.vec3], dir
     out[8 * index + 7] = wp.vec3(surface.roughness, 0.0, 0.0)
 
 
-def seen(resident: ResidentScene, origin: Any, direction: Any, *, lambertian: bool = False) -> Doubles:
+def seen(device_scene: DeviceScene, origin: Any, direction: Any, *, lambertian: bool = False) -> Doubles:
     """The surface that one ray hits, (8, 3)."""
-    scene = resident.view(lambertian=lambertian)
+    scene = device_scene.view(lambertian=lambertian)
     unit = np.asarray(direction, float) / np.linalg.norm(direction)
     inputs = [scene, column([origin], wp.vec3), column([unit], wp.vec3)]
     return results(surface_kernel, 1, inputs, wp.vec3, width=8)
 
 
-def wall(material: Material, **rest: Any) -> ResidentScene:
+def wall(material: Material, **rest: Any) -> DeviceScene:
     """A unit square in the plane z = 0 that faces +Z, u to the right, v upwards."""
     return resident_of([quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])], [material], **rest)
 
@@ -51,9 +51,9 @@ def textured(colour: tuple[int, int, int], srgb: bool = False) -> Texture:
 
 
 def test_both_sides_reflect_and_only_the_front_emits() -> None:
-    resident = wall(grey(0.4, emission=3.0))
-    front = seen(resident, [0.1, 0.2, 1.0], [0, 0, -1])
-    back = seen(resident, [0.1, 0.2, -1.0], [0, 0, 1])
+    device_scene = wall(grey(0.4, emission=3.0))
+    front = seen(device_scene, [0.1, 0.2, 1.0], [0, 0, -1])
+    back = seen(device_scene, [0.1, 0.2, -1.0], [0, 0, 1])
     assert np.allclose(front[POSITION], [0.1, 0.2, 0.0], atol=1e-6)
     assert np.allclose(front[[GEOMETRIC, NORMAL]], [0, 0, 1])
     assert np.allclose(back[[GEOMETRIC, NORMAL]], [0, 0, -1])
@@ -62,7 +62,7 @@ def test_both_sides_reflect_and_only_the_front_emits() -> None:
     assert np.allclose([front[ALBEDO], back[ALBEDO]], 0.4)
 
 
-def bent_wall() -> ResidentScene:
+def bent_wall() -> DeviceScene:
     """That square with vertex normals that lean 45° to the left on the left and to the right on the right."""
     part = quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])
     normals = np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, 1], [-1, 0, 1]]) * SQRT_HALF
@@ -86,8 +86,8 @@ def test_a_normal_that_faces_away_is_tilted_to_the_horizon() -> None:
 
 
 def test_lambertian_views_take_geometric_normals_and_the_whole_base_colour() -> None:
-    resident = wall(Material(base_color=(0.9, 0.5, 0.1, 1.0), metallic=1.0, roughness=0.2))
-    surface = seen(resident, [0.0, 0.1, 1.0], [0, 0, -1], lambertian=True)
+    device_scene = wall(Material(base_color=(0.9, 0.5, 0.1, 1.0), metallic=1.0, roughness=0.2))
+    surface = seen(device_scene, [0.0, 0.1, 1.0], [0, 0, -1], lambertian=True)
     assert np.allclose(surface[[ALBEDO, DIFFUSE]], [0.9, 0.5, 0.1])
     assert np.allclose(surface[F0], 0.0)
     flat = seen(bent_wall(), [0.4, 0.1, 1.0], [0, 0, -1], lambertian=True)
@@ -126,8 +126,8 @@ def test_emission_is_textured_and_unlit_surfaces_show_their_colour() -> None:
 def test_vertex_colours_tint_the_base_colour() -> None:
     part = quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])
     colours = np.array([[1.0, 0, 0, 1], [0, 1, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1]])
-    resident = resident_of([MeshPart(part.positions, part.triangles, colors=colours)], [grey(0.8)])
-    surface = seen(resident, [0.25, 0.1, 1.0], [0, 0, -1])
+    device_scene = resident_of([MeshPart(part.positions, part.triangles, colors=colours)], [grey(0.8)])
+    surface = seen(device_scene, [0.25, 0.1, 1.0], [0, 0, -1])
     assert np.allclose(surface[ALBEDO], [0.2, 0.6, 0.0], atol=1e-5)
 
 
@@ -139,9 +139,9 @@ def test_red_of_a_normal_map_follows_u_and_green_goes_up_in_the_image(mirrored: 
         towards_z = part.triangles if mirrored else part.triangles[:, ::-1]
         part = MeshPart(part.positions, towards_z, uvs=part.uvs)
         material = Material(normal_slot=TextureSlot(0))
-        resident = resident_of([part], [material], textures=[textured(colour)])
+        device_scene = resident_of([part], [material], textures=[textured(colour)])
         for side in (1.0, -1.0):
-            surface = seen(resident, [0.1, 0.2, side], [0, 0, -side])
+            surface = seen(device_scene, [0.1, 0.2, side], [0, 0, -side])
             assert np.allclose(surface[NORMAL] * side, lean, atol=0.03), (colour, side)
 
 

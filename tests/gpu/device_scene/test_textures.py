@@ -79,22 +79,22 @@ def test_wrap_modes_filters_and_decoding(number: int) -> None:
     textures = [Texture(str(k), noise(3 + k, 5), srgb, s, t, near) for k, (s, t, near, srgb) in enumerate(SAMPLERS)]
     materials = [Material(base_color_slot=TextureSlot(k, 0, TRANSFORM)) for k in range(len(textures))]
     parts = [quad([0, 0, 0], [1, 0, 0], [0, 1, 0], k) for k in range(len(textures))]
-    resident = resident_of(parts, materials, textures=textures)
+    device_scene = resident_of(parts, materials, textures=textures)
     # Multiples of 1/1024, which float32 transforms without rounding, off the texels' borders.
     uv = (np.random.default_rng(number).integers(-3000, 3000, (400, 2)) * 2 + 1) / 1024.0
     rows = np.array(TRANSFORM).reshape(2, 3)
     expected = twin(textures[number], uv @ rows[:, :2].T + rows[:, 2])
-    got = results(sample_kernel, len(uv), [resident.data, number, column(uv, wp.vec2)], wp.vec4)
+    got = results(sample_kernel, len(uv), [device_scene.data, number, column(uv, wp.vec2)], wp.vec4)
     assert np.allclose(got, expected, atol=2e-4)
 
 
 def test_huge_coordinates_stay_in_the_image() -> None:
     parts = [quad([0, 0, 0], [1, 0, 0], [0, 1, 0], k) for k in range(3)]
     textures = [Texture(wrap.name, noise(4, 4), True, wrap, wrap) for wrap in Wrap]
-    resident = resident_of(parts, [Material(base_color_slot=TextureSlot(k)) for k in range(3)], textures=textures)
+    device_scene = resident_of(parts, [Material(base_color_slot=TextureSlot(k)) for k in range(3)], textures=textures)
     uv = np.array([[1e9, -1e9], [-3e18, 3e18], [1e30, 1e30]])
     for number in range(3):
-        got = results(sample_kernel, 3, [resident.data, number, column(uv, wp.vec2)], wp.vec4)
+        got = results(sample_kernel, 3, [device_scene.data, number, column(uv, wp.vec2)], wp.vec4)
         assert np.isfinite(got).all()
         assert (got >= 0.0).all()
         assert (got <= 1.0).all()
@@ -107,9 +107,9 @@ def test_the_slot_chooses_its_uv_set_and_row_0_is_v_0() -> None:
     second = np.array([[0, 0.25], [0, 0.25], [0, 0.75], [0, 0.75]])
     part = type(part)(part.positions, part.triangles, uvs=(np.full((4, 2), 0.5), second))
     material = Material(base_color=(1.0, 1.0, 1.0, 0.5), base_color_slot=TextureSlot(0, 1))
-    resident = resident_of([part], [material], textures=[Texture("two", pixels, srgb=True, nearest=True)])
+    device_scene = resident_of([part], [material], textures=[Texture("two", pixels, srgb=True, nearest=True)])
     places = column([[0.99, 0.005], [0.005, 0.005]], wp.vec2)  # near the triangle's first and last corner
-    colours = results(slot_kernel, 2, [resident.data, places], wp.vec4)
+    colours = results(slot_kernel, 2, [device_scene.data, places], wp.vec4)
     assert np.allclose(colours, [[1, 0, 0, 1], [0, 1, 0, 64 / 255]], atol=1e-6)
-    alphas = results(alpha_kernel, 2, [resident.data, places], float)
+    alphas = results(alpha_kernel, 2, [device_scene.data, places], float)
     assert np.allclose(alphas, [0.5, 0.5 * 64 / 255], atol=1e-6)

@@ -7,9 +7,9 @@ from scenes import box, camera_of, grey, quad, rectangle_over, resident_of, resu
 
 from gpu.core.device import allocate
 from gpu.device_scene.bsdf import reflected
-from gpu.device_scene.features import MAX_VISITED
+from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.surface import Surface
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import add_soft_light, trace_direct_light
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights.build import build_light_table
@@ -22,16 +22,16 @@ UP = (0.0, 1.0, 0.0)
 
 
 def direct(
-    resident: ResidentScene, camera: Camera, samples: int = 1, seed: int = 0, frame: int = 0, **view: Any
+    device_scene: DeviceScene, camera: Camera, samples: int = 1, seed: int = 0, frame: int = 0, **view: Any
 ) -> Doubles:
     """What `camera` sees of direct light, (height, width, 3)."""
-    scene = resident.view(lambertian=view.get("lambertian", False))
-    gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], resident.device)
-    trace_primary_rays(resident, scene, camera_of(resident, camera, SIZE), SIZE, gbuffer)
+    scene = device_scene.view(lambertian=view.get("lambertian", False))
+    gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
+    trace_primary_rays(device_scene, scene, camera_of(device_scene, camera, SIZE), SIZE, gbuffer)
     out = wp.full(SIZE[0] * SIZE[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
-    table, moment = build_light_table(resident), wp.full(1, frame, dtype=int, device="cpu")
-    trace_direct_light(resident, scene, table, gbuffer, SIZE, samples, moment, seed, out, soft)
+    table, moment = build_light_table(device_scene), wp.full(1, frame, dtype=int, device="cpu")
+    trace_direct_light(device_scene, scene, table, gbuffer, SIZE, samples, moment, seed, out, soft)
     add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64).reshape(SIZE[1], SIZE[0], 3)
 
@@ -52,36 +52,38 @@ SUN = Light("sun", LightKind.DIRECTIONAL, (3.0, 2.0, 1.0), direction=(0.6, -0.8,
 
 def test_the_sun_is_exact_and_its_shadow_hard() -> None:
     blocker = quad([0.1, 0.4, -0.1], [0.0, 0.0, 0.2], [0.2, 0.0, 0.0])  # its shadow moves by 0.3 along x
-    resident = resident_of([floor(), blocker], [grey(0.5)], lights=[SUN])
+    device_scene = resident_of([floor(), blocker], [grey(0.5)], lights=[SUN])
     lift = np.array([0.0, 0.2, 0.0])  # to the world's floor from unit space's
-    assert np.allclose(resident.scene.placement.centre, lift)
-    lit = direct(resident, down_at(0.2, 0.3, 0.05))
+    assert np.allclose(device_scene.scene.placement.centre, lift)
+    lit = direct(device_scene, down_at(0.2, 0.3, 0.05))
     assert np.allclose(lit, 0.5 / np.pi * 0.8 * np.array(SUN.intensity), rtol=1e-4)
-    edge = direct(resident, Camera("down", look_at((0.4, 0.3, 0.0), (0.4, 0.0, 0.0)).to_world, 0.16, orthographic=True))
+    edge = direct(
+        device_scene, Camera("down", look_at((0.4, 0.3, 0.0), (0.4, 0.0, 0.0)).to_world, 0.16, orthographic=True)
+    )
     dark = edge.max(axis=2) == 0.0
     assert np.isin(edge[..., 0], [0.0, edge.max()]).mean() > 0.99
     assert dark.mean() == pytest.approx(0.04 / 0.1024, abs=0.03)
 
 
 def test_a_floor_is_lit_on_the_side_that_is_seen_alone() -> None:
-    resident = resident_of([floor()], [grey(0.5)], lights=[SUN])
-    below = direct(resident, look_at((0.0, -0.3, 0.0), (0.0, 0.0, 0.0)))
+    device_scene = resident_of([floor()], [grey(0.5)], lights=[SUN])
+    below = direct(device_scene, look_at((0.0, -0.3, 0.0), (0.0, 0.0, 0.0)))
     assert not below.any()
 
 
 @pytest.mark.parametrize("samples", [1, 3, 4])
 def test_an_area_light_has_its_mean_at_any_number_of_samples(samples: int) -> None:
     lamp = quad([-0.2, 0.4, -0.1], [0.4, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
-    resident = resident_of([floor(), lamp], [grey(0.5), grey(0.0, emission=2.0)])
-    picture = direct(resident, down_at(0.0, 0.0), samples)
+    device_scene = resident_of([floor(), lamp], [grey(0.5), grey(0.0, emission=2.0)])
+    picture = direct(device_scene, down_at(0.0, 0.0), samples)
     assert np.allclose(picture.mean(axis=(0, 1)), 0.5 * 2.0 * rectangle_over(0.2, 0.1, 0.4), rtol=0.01)
 
 
 def test_half_an_area_light_hidden_halves_its_light() -> None:
     lamp = quad([-0.2, 0.4, -0.1], [0.4, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
     blocker = quad([0.0, 0.35, -0.5], [0.5, 0.0, 0.0], [0.0, 0.0, 1.0])
-    resident = resident_of([floor(), lamp, blocker], [grey(0.5), grey(0.0, emission=2.0)])
-    pictures = [direct(resident, down_at(0.0, 0.0), 4, seed).mean(axis=(0, 1)) for seed in range(4)]
+    device_scene = resident_of([floor(), lamp, blocker], [grey(0.5), grey(0.0, emission=2.0)])
+    pictures = [direct(device_scene, down_at(0.0, 0.0), 4, seed).mean(axis=(0, 1)) for seed in range(4)]
     assert np.allclose(np.mean(pictures, axis=0), 0.5 * rectangle_over(0.2, 0.1, 0.4), rtol=0.02)
     assert not np.array_equal(pictures[0], pictures[1])
 
@@ -89,8 +91,8 @@ def test_half_an_area_light_hidden_halves_its_light() -> None:
 def test_noise_falls_with_samples_and_averages_out_among_neighbours() -> None:
     lamp = quad([-0.2, 0.3, -0.2], [0.4, 0.0, 0.0], [0.0, 0.0, 0.4], 1)
     blocker = quad([0.0, 0.15, -0.5], [0.1, 0.0, 0.0], [0.0, 0.0, 1.0])
-    resident = resident_of([floor(), lamp, blocker], [grey(0.5), grey(0.0, emission=2.0)])
-    one, four = (direct(resident, down_at(0.0, 0.0), samples)[..., 0] for samples in (1, 4))
+    device_scene = resident_of([floor(), lamp, blocker], [grey(0.5), grey(0.0, emission=2.0)])
+    one, four = (direct(device_scene, down_at(0.0, 0.0), samples)[..., 0] for samples in (1, 4))
     assert four.var() < one.var() / 4.0
     blocks = one.reshape(8, 4, 8, 4).mean(axis=(1, 3))
     assert blocks.var() < one.var() / 16.0 / 2.0  # white noise would give a sixteenth
@@ -99,9 +101,12 @@ def test_noise_falls_with_samples_and_averages_out_among_neighbours() -> None:
 def test_frames_complement_each_other() -> None:
     lamp = quad([-0.2, 0.3, -0.2], [0.4, 0.0, 0.0], [0.0, 0.0, 0.4], 1)
     blocker = quad([0.0, 0.15, -0.5], [0.1, 0.0, 0.0], [0.0, 0.0, 1.0])
-    resident, camera = resident_of([floor(), lamp, blocker], [grey(0.5), grey(0.0, emission=2.0)]), down_at(0.0, 0.0)
-    together = np.mean([direct(resident, camera, frame=frame) for frame in range(16)], axis=0)
-    independent = np.mean([direct(resident, camera, seed=seed) for seed in range(16)], axis=0)
+    device_scene, camera = (
+        resident_of([floor(), lamp, blocker], [grey(0.5), grey(0.0, emission=2.0)]),
+        down_at(0.0, 0.0),
+    )
+    together = np.mean([direct(device_scene, camera, frame=frame) for frame in range(16)], axis=0)
+    independent = np.mean([direct(device_scene, camera, seed=seed) for seed in range(16)], axis=0)
     assert together.mean() == pytest.approx(independent.mean(), rel=0.01)
     assert together.var() < independent.var() / 2.0
 
@@ -110,7 +115,7 @@ def test_many_punctual_lights_have_the_mean_of_few() -> None:
     lights = [Light(str(k), LightKind.POINT, (1.0 + k, 2.0, 1.0), position=(0.1 * k - 0.4, 0.3, 0.1)) for k in range(9)]
     camera = down_at(0.0, 0.0)
     many = direct(resident_of([floor()], [grey(0.5)], lights=lights), camera, 4)
-    assert len(lights) > MAX_VISITED
+    assert len(lights) > MAX_ENUMERATED
     halves = [direct(resident_of([floor()], [grey(0.5)], lights=half), camera) for half in (lights[:4], lights[4:])]
     assert all(half.std(axis=(0, 1)).max() < 1e-2 * half.mean() for half in halves)
     assert np.allclose(many.mean(axis=(0, 1)), np.sum(halves, axis=0).mean(axis=(0, 1)), rtol=0.01)
@@ -134,13 +139,13 @@ def highlight_kernel(first: int, surface: Surface, view: wp.vec3, corner: wp.vec
 def test_highlights_of_area_lights_have_their_integral(roughness: float) -> None:
     material = Material(base_color=(0.2, 0.2, 0.2, 1.0), metallic=0.0, roughness=roughness, specular=1.0)
     corner, edge_u, edge_v = np.array([0.1, 0.25, -0.1]), np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.0, 0.2])
-    resident = resident_of([floor(), quad(corner, edge_u, edge_v, 1)], [material, grey(0.0, emission=1.0)])
+    device_scene = resident_of([floor(), quad(corner, edge_u, edge_v, 1)], [material, grey(0.0, emission=1.0)])
     eye, place = np.array([-0.2, 0.25, 0.0]), np.zeros(3)
     view = (eye - place) / np.linalg.norm(eye - place)
     base = look_at(eye, place)
-    picture = direct(resident, Camera("spot", base.to_world, 1e-4, orthographic=True), 64)
+    picture = direct(device_scene, Camera("spot", base.to_world, 1e-4, orthographic=True), 64)
     surface = Surface()
-    surface.normal = surface.geometric = wp.vec3(*UP)
+    surface.normal = surface.geometric_normal = wp.vec3(*UP)
     surface.diffuse, surface.f0, surface.roughness = wp.vec3(0.2, 0.2, 0.2), wp.vec3(0.04, 0.04, 0.04), roughness
     vectors = [wp.vec3(*v) for v in (view, corner, edge_u, edge_v)]
     expected = results(highlight_kernel, int(GRID) ** 2, [surface, *vectors], wp.vec3).sum(axis=0)
@@ -149,11 +154,11 @@ def test_highlights_of_area_lights_have_their_integral(roughness: float) -> None
 
 
 def test_emitters_and_the_sky_are_shown() -> None:
-    resident = resident_of(
+    device_scene = resident_of(
         [quad([-1, -1, 0], [1, 0, 0], [0, 2, 0], 0)], [grey(0.0, emission=5.0)], sky=Sky((1.0, 2.0, 3.0))
     )
     camera = look_at((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), yfov_degrees=10.0, aspect=1.0)
-    picture = direct(resident, camera)
+    picture = direct(device_scene, camera)
     assert np.allclose(picture[:, :16], 5.0)
     assert np.allclose(picture[15, 31], np.array([1.0, 2.0, 3.0]) / 2.0, rtol=0.02)
 
@@ -161,22 +166,22 @@ def test_emitters_and_the_sky_are_shown() -> None:
 def test_a_flat_lamp_does_not_light_itself() -> None:
     lamp = Material(base_color=(0.9, 0.9, 0.9, 1.0), emission=(2.0, 2.0, 2.0), roughness=0.3)
     for edge_u, edge_v in (([0.7, 0.1, 0.2], [0.1, 0.3, -0.9]), ([0.3, 0.7, 0.0], [0.0, 0.1, 0.6])):
-        resident = resident_of([quad([-0.3, 0.1, 0.2], edge_u, edge_v)], [lamp])
-        centre = np.array(resident.scene.placement.centre)
+        device_scene = resident_of([quad([-0.3, 0.1, 0.2], edge_u, edge_v)], [lamp])
+        centre = np.array(device_scene.scene.placement.centre)
         eye = centre + 0.3 * np.cross(edge_u, edge_v)
-        picture = direct(resident, look_at(eye, centre, yfov_degrees=30.0), 4)
+        picture = direct(device_scene, look_at(eye, centre, yfov_degrees=30.0), 4)
         assert np.allclose(picture, 2.0, rtol=1e-3)
 
 
 def test_a_closed_box_without_a_lamp_is_black() -> None:
-    resident = resident_of(box(), [grey(0.5)], sky=Sky((1.0, 1.0, 1.0)))
-    assert not direct(resident, look_at((0.0, 0.0, 0.0), (0.3, 0.2, 0.1)), 4).any()
+    device_scene = resident_of(box(), [grey(0.5)], sky=Sky((1.0, 1.0, 1.0)))
+    assert not direct(device_scene, look_at((0.0, 0.0, 0.0), (0.3, 0.2, 0.1)), 4).any()
 
 
 def test_lambertian_views_have_no_highlight() -> None:
     material = Material(base_color=(0.5, 0.5, 0.5, 1.0), metallic=0.0, roughness=0.2)
-    resident = resident_of([floor()], [material], lights=[SUN])
+    device_scene = resident_of([floor()], [material], lights=[SUN])
     camera = look_at((0.3, 0.4, 0.0), (0.0, 0.0, 0.0), yfov_degrees=1.0)
     expected = 0.5 / np.pi * 0.8 * np.array(SUN.intensity)
-    assert np.allclose(direct(resident, camera, lambertian=True), expected, rtol=1e-4)
-    assert (direct(resident, camera)[16, 16] > 1.5 * expected).all()
+    assert np.allclose(direct(device_scene, camera, lambertian=True), expected, rtol=1e-4)
+    assert (direct(device_scene, camera)[16, 16] > 1.5 * expected).all()

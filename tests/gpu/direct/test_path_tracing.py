@@ -7,7 +7,7 @@ import warp as wp
 from scenes import box, camera_of, grey, quad, resident_of
 
 from gpu.core.device import allocate
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import add_soft_light, trace_direct_light
 from gpu.direct.path_tracing import trace_paths
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
@@ -23,7 +23,7 @@ BULB = Light("bulb", LightKind.POINT, (1.0, 2.0, 4.0), position=(0.1, 0.0, -0.2)
 
 
 def paths(
-    resident: ResidentScene,
+    device_scene: DeviceScene,
     camera: Camera = INSIDE,
     component: Component = Component.FULL,
     bounces: int = 4,
@@ -32,12 +32,12 @@ def paths(
     **options: Any,
 ) -> Doubles:
     """The path-traced picture (height, width, 3), its samples traced in `runs`."""
-    scene = resident.view(lambertian=options.get("lambertian", False))
+    scene = device_scene.view(lambertian=options.get("lambertian", False))
     mean = wp.full(size[0] * size[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
-    table, data = build_light_table(resident), camera_of(resident, camera, size)
+    table, data = build_light_table(device_scene), camera_of(device_scene, camera, size)
     first = 0
     for samples in runs:
-        trace_paths(resident, scene, table, data, size, component, bounces, first, samples,
+        trace_paths(device_scene, scene, table, data, size, component, bounces, first, samples,
                     options.get("seed", 0), mean)  # fmt: skip
         first += samples
     return np.asarray(mean.numpy(), np.float64).reshape(size[1], size[0], 3)
@@ -45,80 +45,80 @@ def paths(
 
 @pytest.mark.parametrize(("albedo", "bounces"), [(0.5, 16), (0.8, 3)])
 def test_a_furnace_has_the_radiance_of_its_series(albedo: float, bounces: int) -> None:
-    resident = resident_of(box(), [grey(albedo, emission=1.0)])
+    device_scene = resident_of(box(), [grey(albedo, emission=1.0)])
     expected = sum(albedo**k for k in range(bounces + 2))
-    assert paths(resident, bounces=bounces, runs=(32,)).mean() == pytest.approx(expected, rel=0.01)
+    assert paths(device_scene, bounces=bounces, runs=(32,)).mean() == pytest.approx(expected, rel=0.01)
     series = {
         Component.DIRECT: 1.0 + albedo,
         Component.INDIRECT: sum(albedo**k for k in range(2, bounces + 2)),
     }
     for component, value in series.items():
-        assert paths(resident, component=component, bounces=bounces, runs=(32,)).mean() == pytest.approx(
+        assert paths(device_scene, component=component, bounces=bounces, runs=(32,)).mean() == pytest.approx(
             value, rel=0.02
         )
 
 
 def test_a_bulb_in_a_grey_box_lights_all_of_it_as_its_flux_says() -> None:
-    resident = resident_of(box(), [grey(0.5)], lights=[BULB])
+    device_scene = resident_of(box(), [grey(0.5)], lights=[BULB])
     views = [look_at((0, 0, 0), target, (0.0, 0.3, 1.0), 90.0, 1.0) for axis in np.eye(3) for target in (axis, -axis)]
     # Rays of a 90° view from the middle cover a wall evenly, so the mean picture is the mean radiance of the walls.
-    pictures = [paths(resident, view, Component.INDIRECT, 2, (64,)).mean(axis=(0, 1)) for view in views]
+    pictures = [paths(device_scene, view, Component.INDIRECT, 2, (64,)).mean(axis=(0, 1)) for view in views]
     flux = 4.0 * np.pi * np.array(BULB.intensity)
     assert np.allclose(np.mean(pictures, axis=0), flux * (0.25 + 0.125) / (6.0 * np.pi), rtol=0.03)
 
 
 def test_full_is_direct_and_indirect() -> None:
     lamp = quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
-    resident = resident_of([*box(), lamp], [grey(0.6), grey(0.0, emission=5.0)])
-    full, direct, indirect = (paths(resident, component=component) for component in Component)
+    device_scene = resident_of([*box(), lamp], [grey(0.6), grey(0.0, emission=5.0)])
+    full, direct, indirect = (paths(device_scene, component=component) for component in Component)
     assert np.allclose(full, direct + indirect, rtol=1e-4, atol=1e-6)
     assert (indirect > 0.0).mean() > 0.9
 
 
 def test_direct_light_is_that_of_the_other_methods() -> None:
     lamp = quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
-    resident = resident_of([*box(), lamp], [grey(0.6), grey(0.0, emission=5.0)], lights=[BULB])
-    gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], resident.device)
-    trace_primary_rays(resident, resident.data, camera_of(resident, INSIDE, SIZE), SIZE, gbuffer)
+    device_scene = resident_of([*box(), lamp], [grey(0.6), grey(0.0, emission=5.0)], lights=[BULB])
+    gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
+    trace_primary_rays(device_scene, device_scene.data, camera_of(device_scene, INSIDE, SIZE), SIZE, gbuffer)
     out = wp.zeros(SIZE[0] * SIZE[1], dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
-    table, moment = build_light_table(resident), wp.zeros(1, dtype=int, device="cpu")
-    trace_direct_light(resident, resident.data, table, gbuffer, SIZE, 64, moment, 0, out, soft)
+    table, moment = build_light_table(device_scene), wp.zeros(1, dtype=int, device="cpu")
+    trace_direct_light(device_scene, device_scene.data, table, gbuffer, SIZE, 64, moment, 0, out, soft)
     add_soft_light(gbuffer, soft, out)
     expected = out.numpy().reshape(SIZE[1], SIZE[0], 3)
-    picture = paths(resident, component=Component.DIRECT, runs=(64,))
+    picture = paths(device_scene, component=Component.DIRECT, runs=(64,))
     assert np.allclose(picture, expected, rtol=0.05)
     assert np.allclose(picture.mean(axis=(0, 1)), expected.mean(axis=(0, 1)), rtol=2e-3)
 
 
 def test_runs_continue_each_other() -> None:
-    resident = resident_of(box(), [grey(0.7)], lights=[BULB])
-    whole, parts = paths(resident, runs=(12,)), paths(resident, runs=(5, 4, 3))
+    device_scene = resident_of(box(), [grey(0.7)], lights=[BULB])
+    whole, parts = paths(device_scene, runs=(12,)), paths(device_scene, runs=(5, 4, 3))
     assert np.allclose(whole, parts, rtol=1e-4)
-    assert np.array_equal(whole, paths(resident, runs=(12,)))
-    assert not np.allclose(whole, paths(resident, runs=(12,), seed=1), rtol=1e-4)
+    assert np.array_equal(whole, paths(device_scene, runs=(12,)))
+    assert not np.allclose(whole, paths(device_scene, runs=(12,), seed=1), rtol=1e-4)
 
 
 def test_the_sky_is_met_and_shown() -> None:
-    resident = resident_of(
+    device_scene = resident_of(
         [quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])], [grey(0.5)], sky=Sky((1.0, 2.0, 3.0))
     )
-    picture = paths(resident, look_at((0.0, 0.1, 0.0), (0.0, 0.0, 1e-3), yfov_degrees=20.0), runs=(64,))
+    picture = paths(device_scene, look_at((0.0, 0.1, 0.0), (0.0, 0.0, 1e-3), yfov_degrees=20.0), runs=(64,))
     # Irradiance from above is 5π/6; a flat floor sees nothing else.
     assert np.allclose(picture.mean(axis=(0, 1)), 0.5 * np.array([1.0, 2.0, 3.0]) * 5.0 / 6.0, rtol=0.02)
-    above = paths(resident, look_at((0.0, 0.1, 0.0), (0.0, 1.0, 1e-3), yfov_degrees=1.0))
+    above = paths(device_scene, look_at((0.0, 0.1, 0.0), (0.0, 1.0, 1e-3), yfov_degrees=1.0))
     assert np.allclose(above, [1.0, 2.0, 3.0], rtol=0.01)
 
 
 def test_the_cornell_box_agrees_with_its_reference(shared: Path) -> None:
     reference = np.load(shared / "references" / "cornell-box.npz")
     full, direct = (reference[name].astype(np.float64) for name in ("full", "direct"))
-    resident = ResidentScene(load_scene(str(shared / "scenes" / "cornell-box.glb")), "cpu")
-    camera = resident.scene.cameras[0]
+    device_scene = DeviceScene(load_scene(str(shared / "scenes" / "cornell-box.glb")), "cpu")
+    camera = device_scene.scene.cameras[0]
     # Every third pixel of the reference in both directions has its centre on one of these.
     for component, reference_light in ((Component.DIRECT, direct), (Component.INDIRECT, full - direct)):
         expected = reference_light[1::3, 1::3]
-        picture = paths(resident, camera, component, 4, (16,), (256, 256), lambertian=True)
+        picture = paths(device_scene, camera, component, 4, (16,), (256, 256), lambertian=True)
         assert np.allclose(picture.mean(axis=(0, 1)), expected.mean(axis=(0, 1)), rtol=0.01)
         ours, theirs = (image.reshape(32, 8, 32, 8, 3).mean(axis=(1, 3)) for image in (picture, expected))
         error = np.mean((ours - theirs) ** 2 / (theirs**2 + 0.01 * theirs.mean() ** 2))

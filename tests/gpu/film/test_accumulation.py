@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 from scenes import box, grey, quad, resident_of
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import trace_direct_light
 from gpu.film.accumulation import Accumulation, pixel_place
 from gpu.methods.passes import SHARPER_SAMPLES, SMOOTHED_FRAMES
@@ -43,13 +43,13 @@ def test_the_mean_is_that_of_all_frames_and_keeps_its_precision() -> None:
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
     return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
 
 
-def averaged(room: ResidentScene, frames: int, **settings: object) -> Floats:
+def averaged(room: DeviceScene, frames: int, **settings: object) -> Floats:
     renderer = Renderer(room, SIZE, RenderSettings(**{**QUALITY, **settings}))
     accumulation = Accumulation(SIZE[0] * SIZE[1], CPU)
     for _ in range(frames):
@@ -63,7 +63,7 @@ def error(picture: Floats, reference: Floats) -> float:
 
 
 @pytest.mark.parametrize("method", list(Method))
-def test_the_first_frame_is_the_single_frame(room: ResidentScene, method: Method) -> None:
+def test_the_first_frame_is_the_single_frame(room: DeviceScene, method: Method) -> None:
     single = Renderer(room, SIZE, RenderSettings(**QUALITY, method=method)).render(CAMERA).radiance()
     assert averaged(room, 1, method=method).tobytes() == single.tobytes()
 
@@ -76,14 +76,14 @@ def test_the_first_frame_is_the_single_frame(room: ResidentScene, method: Method
     ],
 )
 def test_frames_converge_to_the_reference_spread_over_the_pixels(
-    room: ResidentScene, component: Component, reference: dict[str, Any]
+    room: DeviceScene, component: Component, reference: dict[str, Any]
 ) -> None:
     exact = averaged(room, 48, component=component, lambertian=True, **reference)
     few, many = (averaged(room, frames, component=component, lambertian=True) for frames in (1, 32))
     assert error(many, exact) < 0.3 * error(few, exact)
 
 
-def test_every_frame_has_its_own_rays(room: ResidentScene) -> None:
+def test_every_frame_has_its_own_rays(room: DeviceScene) -> None:
     one, two = (averaged(room, frames, component=Component.INDIRECT) for frames in (1, 2))
     second = 2.0 * two - one
     centre = Renderer(room, SIZE, RenderSettings(**QUALITY, component=Component.INDIRECT, seed=5)).render(CAMERA)
@@ -92,13 +92,13 @@ def test_every_frame_has_its_own_rays(room: ResidentScene) -> None:
     assert np.abs(second - one)[floor].mean() > 0.3 * noise > 0.0
 
 
-def test_the_ablation_without_vpl_clusters_accumulates_too(room: ResidentScene) -> None:
+def test_the_ablation_without_vpl_clusters_accumulates_too(room: DeviceScene) -> None:
     assert np.isfinite(averaged(room, 3, clustering=Clustering.SPS)).all()
 
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
 def test_the_first_frames_light_outlives_what_lighting_keeps(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, method: Method
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch, method: Method
 ) -> None:
     monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", QUALITY["vpls"])
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=31, method=method))
@@ -111,7 +111,7 @@ def test_the_first_frames_light_outlives_what_lighting_keeps(
 
 
 def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_other(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[tuple[int, int, int]] = []
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scenes import results
 from walls import HEIGHT, WIDTH, wall
 
-from gpu.gbuffer.edge_stopping import NORMAL_POWER, kinship
+from gpu.gbuffer.edge_stopping import NORMAL_POWER, edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer
 
 PIXEL = 5 * WIDTH + 10
@@ -17,7 +17,7 @@ def kinship_kernel(first: int, gbuffer: GBuffer, pixel: int, step: int, toleranc
                    out: wp.array[float]) -> None:  # fmt: skip
     """One thread a pixel: its share in `pixel`."""
     other = first + wp.tid()
-    out[other] = kinship(gbuffer, pixel, other, step, tolerance)
+    out[other] = edge_stopping_weight(gbuffer, pixel, other, step, tolerance)
 
 
 def shares(gbuffer: GBuffer, step: int = 1) -> NDArray:

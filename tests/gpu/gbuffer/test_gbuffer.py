@@ -4,7 +4,7 @@ from scenes import box, camera_of, grey, quad, resident_of
 
 from gpu.core.device import allocate
 from gpu.device_scene.data import NO_HIT
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Sky
@@ -12,12 +12,12 @@ from gpu.scene.types import Camera, Doubles, Sky
 SIZE = (24, 16)
 
 
-def look(resident: ResidentScene, camera: Camera) -> dict[str, Doubles]:
+def look(device_scene: DeviceScene, camera: Camera) -> dict[str, Doubles]:
     """The G-buffer's arrays, each (height, width, …)."""
     width, height = SIZE
-    gbuffer = allocate(GBuffer, width * height, resident.device)
-    data = camera_of(resident, camera, SIZE)
-    trace_primary_rays(resident, resident.data, data, SIZE, gbuffer)
+    gbuffer = allocate(GBuffer, width * height, device_scene.device)
+    data = camera_of(device_scene, camera, SIZE)
+    trace_primary_rays(device_scene, device_scene.data, data, SIZE, gbuffer)
     arrays = {name: getattr(gbuffer, name).numpy() for name in GBuffer.vars}
     return {name: array.reshape(height, width, *array.shape[1:]) for name, array in arrays.items()}
 
@@ -29,46 +29,46 @@ def pixel_grid() -> Doubles:
     return np.stack(np.meshgrid(x, y), axis=-1)
 
 
-def in_camera(camera: Camera, resident: ResidentScene, positions: Doubles) -> Doubles:
+def in_camera(camera: Camera, device_scene: DeviceScene, positions: Doubles) -> Doubles:
     """Unit-space positions in the camera's own axes, world units."""
-    placement = resident.scene.placement
+    placement = device_scene.scene.placement
     world = positions / placement.scale + placement.centre
     return np.asarray((world - camera.to_world[:3, 3]) @ camera.to_world[:3, :3])
 
 
 def test_pixels_look_through_their_centres() -> None:
-    resident = resident_of([*box(half=3.0)], [grey(0.5)])
+    device_scene = resident_of([*box(half=3.0)], [grey(0.5)])
     camera = look_at((0.5, -0.7, 1.1), (1.0, 2.0, -2.0), yfov_degrees=70.0)
-    seen = look(resident, camera)
+    seen = look(device_scene, camera)
     assert (seen["face"] != int(NO_HIT)).all()
-    own = in_camera(camera, resident, seen["position"])
+    own = in_camera(camera, device_scene, seen["position"])
     assert (own[..., 2] < 0.0).all()
     plane = own[..., :2] / -own[..., 2:]
     half = camera.half_height * np.array([SIZE[0] / SIZE[1], 1.0])
     assert np.allclose(plane, pixel_grid() * half, atol=2e-4)
-    distance = np.linalg.norm(own, axis=-1) * resident.scene.placement.scale
+    distance = np.linalg.norm(own, axis=-1) * device_scene.scene.placement.scale
     assert np.allclose(seen["spacing"], distance * 2.0 * camera.half_height / SIZE[1], rtol=1e-3)
-    towards = camera.to_world[:3, 3] - (seen["position"] / resident.scene.placement.scale)
+    towards = camera.to_world[:3, 3] - (seen["position"] / device_scene.scene.placement.scale)
     assert np.allclose(seen["view"], towards / np.linalg.norm(towards, axis=-1, keepdims=True), atol=1e-4)
 
 
 def test_orthographic_pixels_are_parallel() -> None:
-    resident = resident_of([*box(half=3.0)], [grey(0.5)])
+    device_scene = resident_of([*box(half=3.0)], [grey(0.5)])
     base = look_at((0.2, 0.1, 2.0), (0.2, 0.1, 0.0))
     camera = Camera("plan", base.to_world, 1.5, orthographic=True)
-    seen = look(resident, camera)
-    own = in_camera(camera, resident, seen["position"])
+    seen = look(device_scene, camera)
+    own = in_camera(camera, device_scene, seen["position"])
     assert np.allclose(own[..., :2], pixel_grid() * [1.5 * SIZE[0] / SIZE[1], 1.5], atol=1e-4)
     assert np.allclose(own[..., 2], -5.0, atol=1e-4)
     assert np.allclose(seen["view"], [0, 0, 1])
-    assert np.allclose(seen["spacing"], 3.0 / SIZE[1] * resident.scene.placement.scale)
+    assert np.allclose(seen["spacing"], 3.0 / SIZE[1] * device_scene.scene.placement.scale)
 
 
 def test_pixels_beside_the_scene_show_the_sky() -> None:
-    resident = resident_of(
+    device_scene = resident_of(
         [quad([-1, -1, 0], [1, 0, 0], [0, 2, 0])], [grey(0.5, emission=2.0)], sky=Sky((1.0, 2.0, 4.0))
     )
-    seen = look(resident, look_at((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), yfov_degrees=30.0))
+    seen = look(device_scene, look_at((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), yfov_degrees=30.0))
     left, right = seen["face"][8, 10], seen["face"][8, 14]
     assert left >= 0
     assert right == int(NO_HIT)
@@ -81,20 +81,20 @@ def test_pixels_beside_the_scene_show_the_sky() -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_surfaces_face_the_camera_and_pass_on_all_their_light(side: float) -> None:
-    resident = resident_of([quad([-1, -1, 0], [2, 0, 0], [0, 2, 0])], [grey(0.3)])
-    seen = look(resident, look_at((0.0, 0.0, 0.5 * side), (0.0, 0.0, 0.0)))
-    assert np.allclose(seen["geometric"], [0, 0, side])
+    device_scene = resident_of([quad([-1, -1, 0], [2, 0, 0], [0, 2, 0])], [grey(0.3)])
+    seen = look(device_scene, look_at((0.0, 0.0, 0.5 * side), (0.0, 0.0, 0.0)))
+    assert np.allclose(seen["geometric_normal"], [0, 0, side])
     assert np.allclose(seen["throughput"], 1.0)
     assert np.allclose(seen["albedo"], 0.3)
     assert np.allclose(seen["shown"], 0.0)
 
 
 def test_a_second_picture_forgets_the_first() -> None:
-    resident = resident_of([quad([-1, -1, 0], [2, 0, 0], [0, 2, 0])], [grey(0.3, emission=1.0)])
-    gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], resident.device)
+    device_scene = resident_of([quad([-1, -1, 0], [2, 0, 0], [0, 2, 0])], [grey(0.3, emission=1.0)])
+    gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
     for target, expected in (((0.0, 0.0, 0.0), 1.0), ((0.0, 0.0, 5.0), 0.0)):
         camera = look_at((0.0, 0.0, 0.5), target)
-        data = camera_of(resident, camera, SIZE)
-        trace_primary_rays(resident, resident.data, data, SIZE, gbuffer)
+        data = camera_of(device_scene, camera, SIZE)
+        trace_primary_rays(device_scene, device_scene.data, data, SIZE, gbuffer)
         assert np.allclose(gbuffer.shown.numpy(), expected)
         assert ((gbuffer.face.numpy() != int(NO_HIT)) == (expected > 0.0)).all()

@@ -6,12 +6,19 @@ from pipeline import Pipeline
 from scenes import column, results, slats, traced_vpls
 
 from gpu.core.color import brightness
-from gpu.device_scene.upload import ResidentScene
-from gpu.indirect.far_field import NEAR_SPACINGS, PARTS, Slope, doubt, with_disk, with_twigs
+from gpu.device_scene.upload import DeviceScene
+from gpu.indirect.far_field import (
+    NEAR_SPACINGS,
+    PARTS,
+    IrradianceGradient,
+    visibility_weight,
+    with_disk,
+    with_subclusters,
+)
 from gpu.scene.types import Doubles
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.disk_light import disk_at
-from gpu.vpl.form_factor import disk_irradiance, is_unfolded
+from gpu.vpl.form_factor import disk_irradiance, is_opened
 from gpu.vpl.vpl_clusters import VplClusters
 
 
@@ -22,21 +29,21 @@ def slope_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.ve
     index = first + wp.tid()
     point = index // vpls.count
     disk = disk_at(vpls.disks, index % vpls.count)
-    slope = Slope()
-    if is_unfolded(position[point], disk):
-        slope = with_twigs(slope, position[point], normal[point], vpls, index % vpls.count, 0, 1)
+    slope = IrradianceGradient()
+    if is_opened(position[point], disk):
+        slope = with_subclusters(slope, position[point], normal[point], vpls, index % vpls.count, 0, 1)
     else:
         slope = with_disk(slope, position[point], normal[point], disk)
     out[3 * index] = slope.light
-    out[3 * index + 1] = slope.moved
-    out[3 * index + 2] = slope.turned
+    out[3 * index + 1] = slope.position_gradient
+    out[3 * index + 2] = slope.normal_gradient
 
 
 @wp.kernel
 def unfolded_kernel(first: int, position: wp.array[wp.vec3], vpls: VplClusters, out: wp.array[int]) -> None:
     """One thread a point at a cluster: whether its one disk is too coarse there."""
     index = first + wp.tid()
-    out[index] = int(is_unfolded(position[index // vpls.count], disk_at(vpls.disks, index % vpls.count)))
+    out[index] = int(is_opened(position[index // vpls.count], disk_at(vpls.disks, index % vpls.count)))
 
 
 @wp.kernel
@@ -50,14 +57,14 @@ def brightness_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[
 
 @wp.kernel
 def doubt_kernel(first: int, share: wp.array[float], out: wp.array[float]) -> None:
-    """One thread a share: the doubt about it."""
-    out[first + wp.tid()] = doubt(share[first + wp.tid()])
+    """One thread a share: the visibility_weight about it."""
+    out[first + wp.tid()] = visibility_weight(share[first + wp.tid()])
 
 
 @pytest.fixture(scope="module")
 def fuzzy() -> Pipeline:
-    resident, camera, size = slats((48, 36))
-    return Pipeline(resident, camera, size, sp_clusters=300, vpl_clusters=150, far_pairs=True)
+    device_scene, camera, size = slats((48, 36))
+    return Pipeline(device_scene, camera, size, sp_clusters=300, vpl_clusters=150, far_field_sums=True)
 
 
 def slopes(fuzzy: Pipeline) -> Doubles:
@@ -76,7 +83,7 @@ def near_bits(fuzzy: Pipeline) -> Doubles:
 def test_near_clusters_are_those_within_some_spacings(fuzzy: Pipeline) -> None:
     clusters, disks = fuzzy.clustering.clusters, fuzzy.lights.disks.numpy()
     way = disks["position"][None] - clusters.position.numpy()[:, None]
-    close = np.linalg.norm(way, axis=2) - disks["reach"] < float(NEAR_SPACINGS) * clusters.spacing.numpy()[:, None]
+    close = np.linalg.norm(way, axis=2) - disks["radius"] < float(NEAR_SPACINGS) * clusters.spacing.numpy()[:, None]
     used = clusters.used.numpy() == 1
     near, lit = near_bits(fuzzy)[used] > 0.0, slopes(fuzzy)[used, :, 0].sum(axis=2) > 0.0
     assert not (near & ~close[used]).any()
@@ -89,7 +96,7 @@ def test_far_light_is_the_sum_of_what_is_seen_and_not_near(fuzzy: Pipeline) -> N
     seen = fuzzy.beliefs() * (1.0 - near_bits(fuzzy))
     expected = np.einsum("rv,rvkc->rkc", seen, slopes(fuzzy))[used]
     assert expected[:, 0].max() > 0.0
-    for place, told in enumerate((far.light, far.moved, far.turned)):
+    for place, told in enumerate((far.light, far.position_gradient, far.normal_gradient)):
         scale = np.abs(expected[:, place]).max()
         assert np.allclose(told.numpy()[used], expected[:, place], rtol=1e-4, atol=1e-5 * scale)
 
@@ -99,12 +106,15 @@ def test_masses_are_the_far_light_of_groups_and_parts_in_doubt_and_were_none_hid
     doubts = results(doubt_kernel, 2, [column([0.0, 1.0], float)], float)
     amount = slopes(fuzzy)[:, :, 0].mean(axis=2) * (1.0 - near_bits(fuzzy))
     in_doubt = amount * doubts[fuzzy.beliefs().astype(int)]
-    for light, mass, totals in ((in_doubt, far.mass, far.totals), (amount, far.open_mass, far.open_totals)):
+    for light, importance, importance_cdf in (
+        (in_doubt, far.importance, far.importance_cdf),
+        (amount, far.unoccluded_importance, far.unoccluded_cdf),
+    ):
         groups = np.add.reduceat(light, lights.per_group * np.arange(lights.groups), axis=1)[used]
         assert groups.max() > 0.0
-        assert np.allclose(mass.numpy()[: lights.groups, used].T, groups, rtol=1e-3, atol=1e-6 * groups.max())
-        assert totals.shape[0] == PARTS
-        sums = totals.numpy()[:, used]
+        assert np.allclose(importance.numpy()[: lights.groups, used].T, groups, rtol=1e-3, atol=1e-6 * groups.max())
+        assert importance_cdf.shape[0] == PARTS
+        sums = importance_cdf.numpy()[:, used]
         assert (np.diff(sums, axis=0) >= 0.0).all()
         assert np.allclose(sums[-1], groups.sum(axis=1), rtol=1e-3)
         assert np.allclose(sums[0], groups[:, 0], rtol=1e-3)
@@ -126,16 +136,23 @@ def test_gradients_are_those_of_finite_differences(fuzzy: Pipeline) -> None:
     facing = (way * normal[:, None]).sum(axis=2)
     leaving = -(way * disks["normal"][None]).sum(axis=2)
     # Where cosines are means over a disk or cone, the gradient is that of its middle alone.
-    plain = (facing > disks["reach"] + 0.15 * distance) & (leaving > (disks["turn"] + 0.15) * distance) & ~coarse
+    plain = (facing > disks["radius"] + 0.15 * distance) & (leaving > (disks["turn"] + 0.15) * distance) & ~coarse
     plain &= near_bits(fuzzy) == 0.0
     assert plain.sum() > 1000
     slope = slopes(fuzzy)
     step = 1e-3
     for axis in np.eye(3):
-        moved = (light(place + step * axis, normal) - light(place - step * axis, normal)) / (2.0 * step)
-        turned = (light(place, normal + step * axis) - light(place, normal - step * axis)) / (2.0 * step)
-        assert np.allclose(slope[plain, 1] @ axis, moved[plain], rtol=0.02, atol=2e-3 * np.abs(moved[plain]).max())
-        assert np.allclose(slope[plain, 2] @ axis, turned[plain], rtol=0.02, atol=2e-3 * np.abs(turned[plain]).max())
+        position_gradient = (light(place + step * axis, normal) - light(place - step * axis, normal)) / (2.0 * step)
+        normal_gradient = (light(place, normal + step * axis) - light(place, normal - step * axis)) / (2.0 * step)
+        assert np.allclose(
+            slope[plain, 1] @ axis,
+            position_gradient[plain],
+            rtol=0.02,
+            atol=2e-3 * np.abs(position_gradient[plain]).max(),
+        )
+        assert np.allclose(
+            slope[plain, 2] @ axis, normal_gradient[plain], rtol=0.02, atol=2e-3 * np.abs(normal_gradient[plain]).max()
+        )
 
 
 def test_clusters_that_are_coarse_there_count_by_their_twigs(fuzzy: Pipeline) -> None:
@@ -151,10 +168,10 @@ def test_clusters_that_are_coarse_there_count_by_their_twigs(fuzzy: Pipeline) ->
 
 @NEEDS_CUDA
 def test_lanes_change_nothing_but_the_order_of_sums(fuzzy: Pipeline) -> None:
-    resident = ResidentScene(fuzzy.resident.scene, wp.get_device("cuda:0"))
-    alone = Pipeline(resident, fuzzy.camera, fuzzy.size, sp_clusters=300, vpl_clusters=150, far_pairs=True)
+    device_scene = DeviceScene(fuzzy.device_scene.scene, wp.get_device("cuda:0"))
+    alone = Pipeline(device_scene, fuzzy.camera, fuzzy.size, sp_clusters=300, vpl_clusters=150, far_field_sums=True)
     used = alone.clustering.clusters.used.numpy() == 1
-    names = ("light", "moved", "turned", "mass", "totals")
+    names = ("light", "position_gradient", "normal_gradient", "importance", "importance_cdf")
     near, before = near_bits(alone), {name: getattr(alone.far.data, name).numpy() for name in names}
     alone.far.run(alone.clustering.clusters, alone.visibility.words, alone.lights, few=True)
     assert (near_bits(alone) == near)[used].all()
@@ -164,10 +181,10 @@ def test_lanes_change_nothing_but_the_order_of_sums(fuzzy: Pipeline) -> None:
 
 
 def test_switched_off_all_clusters_are_near(fuzzy: Pipeline) -> None:
-    whole = Pipeline(fuzzy.resident, fuzzy.camera, (24, 18), sp_clusters=60)
+    whole = Pipeline(fuzzy.device_scene, fuzzy.camera, (24, 18), sp_clusters=60)
     used = whole.clustering.clusters.used.numpy() == 1
     assert near_bits(whole)[used].all()
-    for name in ("light", "moved", "turned", "mass", "totals"):
+    for name in ("light", "position_gradient", "normal_gradient", "importance", "importance_cdf"):
         assert not getattr(whole.far.data, name).numpy().any()
 
 
@@ -178,9 +195,9 @@ def test_the_same_clusters_give_the_same_bits(fuzzy: Pipeline) -> None:
 
 
 def test_lights_with_fewer_clusters_leave_no_bits_behind_the_last(fuzzy: Pipeline) -> None:
-    whole = Pipeline(fuzzy.resident, fuzzy.camera, (24, 18), sp_clusters=60, vpls=400, vpl_clusters=150)
+    whole = Pipeline(fuzzy.device_scene, fuzzy.camera, (24, 18), sp_clusters=60, vpls=400, vpl_clusters=150)
     assert whole.lights.count > 100
-    few = cluster_vpls(fuzzy.resident, traced_vpls(fuzzy.resident, whole.view.scene, 400, 3), 50, 1)
+    few = cluster_vpls(fuzzy.device_scene, traced_vpls(fuzzy.device_scene, whole.view.scene, 400, 3), 50, 1)
     whole.far.run(whole.clustering.clusters, whole.visibility.words, few, few=False)
     used = whole.clustering.clusters.used.numpy() == 1
     near = np.unpackbits(whole.far.data.near.numpy()[used].view(np.uint8), axis=1, bitorder="little")

@@ -12,8 +12,8 @@ SEEDS = 300
 
 @pytest.fixture(scope="module")
 def fuzzy() -> Pipeline:
-    resident, camera, size = slats((24, 18))
-    return Pipeline(resident, camera, size, sp_clusters=60)
+    device_scene, camera, size = slats((24, 18))
+    return Pipeline(device_scene, camera, size, sp_clusters=60)
 
 
 def drawn(fuzzy: Pipeline) -> Doubles:
@@ -55,7 +55,7 @@ def test_irradiance_is_the_weighted_sum_over_the_clusters_of_an_sp(fuzzy: Pipeli
 
 
 def in_doubt(fuzzy: Pipeline) -> Doubles:
-    """Light of each VPL cluster at each SP times the doubt about its visibility, (sp, VPL cluster)."""
+    """Light of each VPL cluster at each SP times the visibility_weight about its visibility, (sp, VPL cluster)."""
     return fuzzy.unhidden().mean(axis=2) * fuzzy.doubts()
 
 
@@ -71,7 +71,7 @@ def test_targets_are_drawn_in_proportion_to_their_light_in_doubt(fuzzy: Pipeline
     assert targets.shape[1] == CHECKS > 1
     assert ((targets >= 0) == (doubted.sum(axis=1) > 0.0)).all()
     assert abs(deviations_of_chi_squared(targets.reshape(-1, fuzzy.sp_count), doubted)) < 4.0
-    # The test is sharp enough to tell other weights: those without the doubt.
+    # The test is sharp enough to tell other weights: those without the visibility_weight.
     wrong = fuzzy.unhidden().mean(axis=2)
     assert deviations_of_chi_squared(targets.reshape(-1, fuzzy.sp_count), wrong) > 10.0
 
@@ -87,7 +87,7 @@ def test_checks_of_an_sp_are_drawn_independently(fuzzy: Pipeline) -> None:
 
 
 def test_gather_and_shade_agree_when_every_sp_is_a_cluster_of_its_own(fuzzy: Pipeline) -> None:
-    own = Pipeline(fuzzy.resident, fuzzy.camera, fuzzy.size, sp_clusters=60, fuzziness=1)
+    own = Pipeline(fuzzy.device_scene, fuzzy.camera, fuzzy.size, sp_clusters=60, fuzziness=1)
     exact = own.exact()
     assert relative_error(own.irradiance(), exact) > 1e-3
     own.know_the_truth()
@@ -103,8 +103,8 @@ def test_runs_of_vpl_clusters_add_up(fuzzy: Pipeline) -> None:
 
 
 def test_far_light_of_representatives_is_near_that_of_each_pair(fuzzy: Pipeline) -> None:
-    summed = Pipeline(fuzzy.resident, fuzzy.camera, (48, 36), sp_clusters=400, far_pairs=True)
-    one_by_one = Pipeline(fuzzy.resident, fuzzy.camera, (48, 36), sp_clusters=400)
+    summed = Pipeline(fuzzy.device_scene, fuzzy.camera, (48, 36), sp_clusters=400, far_field_sums=True)
+    one_by_one = Pipeline(fuzzy.device_scene, fuzzy.camera, (48, 36), sp_clusters=400)
     near = summed.view.indirect.pairs.numpy().sum()
     assert 0 < near < 0.3 * one_by_one.view.indirect.pairs.numpy().sum()
     assert one_by_one.view.indirect.pairs.numpy().sum() == summed.sp_count * summed.lights.count

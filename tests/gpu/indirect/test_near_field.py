@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad, resident_of
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Floats, Light, LightKind
@@ -15,26 +15,26 @@ FEW = {"sp_clusters": 400, "vpls": 1000, "vpl_clusters": 60}
 CORNER = look_at((0.3, -0.1, 0.3), (-0.5, -0.5, -0.5), yfov_degrees=30.0)
 
 
-def picture(resident: ResidentScene, camera: Camera = CORNER, **settings: object) -> Floats:
+def picture(device_scene: DeviceScene, camera: Camera = CORNER, **settings: object) -> Floats:
     """Linear radiance of indirect light, in a corner if no camera says otherwise."""
     chosen = RenderSettings(**{**FEW, "component": Component.INDIRECT, "lambertian": True, "bounces": 2, **settings})
-    return Renderer(resident, SIZE, chosen).render(camera).radiance()
+    return Renderer(device_scene, SIZE, chosen).render(camera).radiance()
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
 
 
 @pytest.fixture(scope="module")
-def truth(room: ResidentScene) -> float:
+def truth(room: DeviceScene) -> float:
     """The mean of the path-traced picture of the corner."""
     return float(picture(room, method=Method.PATH, samples=128).mean())
 
 
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
-def test_a_corner_gets_the_light_back_that_few_vpls_lose(room: ResidentScene, truth: float, method: Method) -> None:
+def test_a_corner_gets_the_light_back_that_few_vpls_lose(room: DeviceScene, truth: float, method: Method) -> None:
     without, restored = (
         np.mean([picture(room, method=method, near_field=near, seed=seed).mean() for seed in range(8)]) / truth
         for near in (False, True)
@@ -43,7 +43,7 @@ def test_a_corner_gets_the_light_back_that_few_vpls_lose(room: ResidentScene, tr
     assert restored == pytest.approx(1.0, abs=0.03)
 
 
-def test_close_to_a_corner_what_comes_back_is_what_was_lost(room: ResidentScene) -> None:
+def test_close_to_a_corner_what_comes_back_is_what_was_lost(room: DeviceScene) -> None:
     camera = look_at((-0.2, -0.2, -0.2), (-0.5, -0.5, -0.5), yfov_degrees=20.0)
     truth = picture(room, camera, method=Method.PATH, samples=128).mean()
     # So many seeds as a few VPLs in a corner need for a mean that is good to 1.5 %.
@@ -55,16 +55,16 @@ def test_close_to_a_corner_what_comes_back_is_what_was_lost(room: ResidentScene)
     assert restored == pytest.approx(1.0, abs=0.025)
 
 
-def test_the_same_seed_gives_the_same_bits_and_another_other_rays(room: ResidentScene) -> None:
-    def added(seed: int) -> Floats:
+def test_the_same_seed_gives_the_same_bits_and_another_other_rays(room: DeviceScene) -> None:
+    def kahan_add(seed: int) -> Floats:
         return picture(room, seed=seed) - picture(room, seed=seed, near_field=False)
 
-    assert added(0).tobytes() == added(0).tobytes() != added(1).tobytes()
-    assert added(0).min() >= 0.0 < added(0).max()
+    assert kahan_add(0).tobytes() == kahan_add(0).tobytes() != kahan_add(1).tobytes()
+    assert kahan_add(0).min() >= 0.0 < kahan_add(0).max()
 
 
 @pytest.mark.parametrize("clustering", list(Clustering))
-def test_every_ablation_counts_the_points_that_found_light(room: ResidentScene, clustering: Clustering) -> None:
+def test_every_ablation_counts_the_points_that_found_light(room: DeviceScene, clustering: Clustering) -> None:
     def counts(**settings: object) -> dict[str, int]:
         chosen = RenderSettings(**{**FEW, "clustering": clustering, **settings})
         return Renderer(room, SIZE, chosen).render(look_at((0.3, -0.1, 0.3), (-0.5, -0.5, -0.5))).stats.counts
@@ -75,7 +75,7 @@ def test_every_ablation_counts_the_points_that_found_light(room: ResidentScene, 
     assert counts(near_field=False)["near"] == counts(component=Component.DIRECT)["near"] == 0
 
 
-def test_less_is_given_back_in_the_middle_of_a_floor_than_in_its_corner(room: ResidentScene) -> None:
+def test_less_is_given_back_in_the_middle_of_a_floor_than_in_its_corner(room: DeviceScene) -> None:
     def gained(eye: tuple[float, float, float], target: tuple[float, float, float]) -> float:
         settings = RenderSettings(**FEW, component=Component.INDIRECT, lambertian=True, bounces=2)
         camera = look_at(eye, target, yfov_degrees=8.0)
@@ -96,9 +96,9 @@ def test_a_wall_between_keeps_light_from_crossing() -> None:
     # Not where cells of the search begin, which would not cross it anyway.
     left = quad((0.099, -0.5, -0.5), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
     right = quad((0.101, -0.5, -0.5), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    resident = resident_of([*box(), lamp, left, right], [grey(0.7), grey(0.0, 5.0)])
+    device_scene = resident_of([*box(), lamp, left, right], [grey(0.7), grey(0.0, 5.0)])
     camera = look_at((0.3, -0.2, -0.2), (0.1, -0.5, -0.5), yfov_degrees=40.0)
-    assert (Renderer(resident, SIZE, RenderSettings(**FEW)).render(camera).radiance() == 0.0).all()
+    assert (Renderer(device_scene, SIZE, RenderSettings(**FEW)).render(camera).radiance() == 0.0).all()
 
 
 def test_nothing_lit_stays_black() -> None:

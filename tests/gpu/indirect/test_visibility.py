@@ -7,9 +7,9 @@ from scenes import results, slats, traced_vpls
 from gpu.core.color import brightness
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connected_solid
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.settings import EVERY_SKIP, Skips, Weighting
 from gpu.sp.sp_clusters import SpClustering
 from gpu.vpl.build import cluster_vpls
@@ -39,19 +39,19 @@ def light_kernel(first: int, p: wp.array[wp.vec3], p_normal: wp.array[wp.vec3], 
 
 
 @pytest.fixture(scope="module")
-def traced() -> tuple[ResidentScene, View, SpClustering, VplClusters]:
-    resident, camera, size = slats()
-    view = View(resident, size, lambertian=True)
+def traced() -> tuple[DeviceScene, ViewState, SpClustering, VplClusters]:
+    device_scene, camera, size = slats()
+    view = ViewState(device_scene, size, lambertian=True)
     view.look(camera)
     view.find_shading_points()
     clustering = SpClustering(view.shading_points, 90, 6, Weighting.DISTANCE)
     clustering.run(view.gbuffer, 0)
-    vpls = traced_vpls(resident, view.scene, 3000, 3)
-    return resident, view, clustering, cluster_vpls(resident, vpls, 150, 0)
+    vpls = traced_vpls(device_scene, view.scene, 3000, 3)
+    return device_scene, view, clustering, cluster_vpls(device_scene, vpls, 150, 0)
 
 
 def bits_of(
-    traced: tuple[ResidentScene, View, SpClustering, VplClusters], skip: Skips = EVERY_SKIP
+    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters], skip: Skips = EVERY_SKIP
 ) -> tuple[NDArray, Visibility]:
     """What the stage says of each pair, (sp cluster, vpl cluster)."""
     _, view, clustering, vpls = traced
@@ -61,37 +61,37 @@ def bits_of(
     return np.unpackbits(bytes_, axis=1, bitorder="little")[:, : vpls.count], stage
 
 
-def exact_bits(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:
+def exact_bits(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> NDArray:
     """A ray for every pair."""
     _, view, clustering, vpls = traced
     clusters = clustering.clusters
     pairs = clustering.count * vpls.count
-    seen = results(pair_kernel, pairs, [view.scene, clusters.position, clusters.geometric, vpls], wp.int32)
+    seen = results(pair_kernel, pairs, [view.scene, clusters.position, clusters.geometric_normal, vpls], wp.int32)
     return seen.reshape(clustering.count, vpls.count) * clusters.used.numpy()[:, None]
 
 
-def facing(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:
+def facing(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> NDArray:
     """Whether each pair can exchange light by its normals: points of one plane cannot, though nothing is between."""
     _, _, clustering, vpls = traced
     way = vpls.disks.numpy()["position"][None] - clustering.clusters.position.numpy()[:, None]
-    here = (way * clustering.clusters.geometric.numpy()[:, None]).sum(axis=2)
+    here = (way * clustering.clusters.geometric_normal.numpy()[:, None]).sum(axis=2)
     return (here > 1e-5) & (-(way * vpls.disks.numpy()["normal"][None]).sum(axis=2) > 1e-5)
 
 
-def light(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> NDArray:
+def light(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> NDArray:
     """What each VPL cluster sends each representative if nothing is between them."""
     _, _, clustering, vpls = traced
     clusters = clustering.clusters
-    inputs = [clusters.position, clusters.geometric, vpls]
+    inputs = [clusters.position, clusters.geometric_normal, vpls]
     return results(light_kernel, clustering.count * vpls.count, inputs, float).reshape(clustering.count, vpls.count)
 
 
-def vpl_count(traced: tuple[ResidentScene, View, SpClustering, VplClusters]) -> int:
+def vpl_count(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> int:
     return int(traced[3].count)
 
 
 def test_most_answers_are_exact_and_those_shared_are_of_weak_pairs(
-    traced: tuple[ResidentScene, View, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
 ) -> None:
     bits, stage = bits_of(traced)
     exact = exact_bits(traced)
@@ -112,18 +112,20 @@ def test_most_answers_are_exact_and_those_shared_are_of_weak_pairs(
 
 
 def test_without_sharing_every_answer_is_exact(
-    traced: tuple[ResidentScene, View, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
 ) -> None:
-    bits, stage = bits_of(traced, Skips(weak_pairs=False))
+    bits, stage = bits_of(traced, Skips(shared_weak_rays=False))
     pairs = facing(traced)
     assert pairs.sum() > 1000
     assert np.array_equal(bits[pairs], exact_bits(traced)[pairs])
     assert stage.shared.numpy().sum() == 0
 
 
-@pytest.mark.parametrize("skip", [EVERY_SKIP, Skips(weak_pairs=False), Skips(weak_pairs=False, facing_away=False)])
+@pytest.mark.parametrize(
+    "skip", [EVERY_SKIP, Skips(shared_weak_rays=False), Skips(shared_weak_rays=False, facing_away=False)]
+)
 def test_runs_of_representatives_give_what_all_at_once_give(
-    traced: tuple[ResidentScene, View, SpClustering, VplClusters], skip: Skips, monkeypatch: pytest.MonkeyPatch
+    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters], skip: Skips, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bits, stage = bits_of(traced, skip)
     monkeypatch.setattr("gpu.indirect.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two fifths at a time
@@ -135,7 +137,7 @@ def test_runs_of_representatives_give_what_all_at_once_give(
 
 
 def test_more_rays_than_threads_are_all_traced(
-    traced: tuple[ResidentScene, View, SpClustering, VplClusters], monkeypatch: pytest.MonkeyPatch
+    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bits, stage = bits_of(traced)
     for blocks in ("MOST_BLOCKS", "FEW_BLOCKS"):
@@ -147,7 +149,7 @@ def test_more_rays_than_threads_are_all_traced(
 
 
 def test_a_stage_for_more_vpl_clusters_than_there_are_sees_none_beyond(
-    traced: tuple[ResidentScene, View, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
 ) -> None:
     _, view, clustering, vpls = traced
     stage = Visibility(clustering.count, vpls.count + 200, view.device)
@@ -160,13 +162,13 @@ def test_a_stage_for_more_vpl_clusters_than_there_are_sees_none_beyond(
 
 
 def test_pairs_that_face_away_exchange_hardly_any_light_whatever_a_ray_would_find(
-    traced: tuple[ResidentScene, View, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
 ) -> None:
-    bits, stage = bits_of(traced, Skips(weak_pairs=False))
-    other, everything = bits_of(traced, Skips(weak_pairs=False, facing_away=False))
+    bits, stage = bits_of(traced, Skips(shared_weak_rays=False))
+    other, all_emitters = bits_of(traced, Skips(shared_weak_rays=False, facing_away=False))
     used = traced[2].clusters.used.numpy().sum()
-    assert everything.rays.numpy().sum() == used * vpl_count(traced)
-    assert stage.rays.numpy().sum() < 0.8 * everything.rays.numpy().sum()
+    assert all_emitters.rays.numpy().sum() == used * vpl_count(traced)
+    assert stage.rays.numpy().sum() < 0.8 * all_emitters.rays.numpy().sum()
     changed = bits != other
     assert (other >= bits).all()
     # But for what a disk sends over a horizon that its representative is behind.

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad, resident_of, traced_vpls
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, trace_light_paths
 from gpu.scene.types import Light, LightKind, Material
@@ -11,8 +11,8 @@ PATHS = 8192
 BULB = Light("bulb", LightKind.POINT, (1.0, 2.0, 4.0), position=(0.1, 0.0, -0.2))
 
 
-def paths_in(resident: ResidentScene, bounces: int, seed: int = 0, paths: int = PATHS) -> Vpls:
-    return trace_light_paths(resident, resident.data, build_light_table(resident), paths, bounces, seed)
+def paths_in(device_scene: DeviceScene, bounces: int, seed: int = 0, paths: int = PATHS) -> Vpls:
+    return trace_light_paths(device_scene, device_scene.data, build_light_table(device_scene), paths, bounces, seed)
 
 
 @pytest.mark.parametrize("bounces", [1, 2, 4])
@@ -32,8 +32,8 @@ def test_a_lamp_in_a_box_gives_the_same_series() -> None:
 
 
 def test_vpls_lie_on_surfaces_and_face_the_side_that_was_lit() -> None:
-    resident = resident_of(box(), [grey(0.8)], lights=[BULB])
-    vpls = paths_in(resident, 4)
+    device_scene = resident_of(box(), [grey(0.8)], lights=[BULB])
+    vpls = paths_in(device_scene, 4)
     position, normal = vpls.position.numpy(), vpls.normal.numpy()
     assert np.allclose(np.abs(position).max(axis=1), 0.5, atol=1e-5)
     assert np.allclose(np.sum(position * normal, axis=1), -0.5, atol=1e-5)
@@ -48,16 +48,16 @@ def test_a_sheet_is_lit_on_the_side_of_the_light() -> None:
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
-    resident = resident_of(box(), [grey(0.7)], lights=[BULB])
-    first, again, other = (paths_in(resident, 3, seed) for seed in (5, 5, 6))
+    device_scene = resident_of(box(), [grey(0.7)], lights=[BULB])
+    first, again, other = (paths_in(device_scene, 3, seed) for seed in (5, 5, 6))
     for name in ("position", "normal", "flux"):
         assert np.array_equal(getattr(first, name).numpy(), getattr(again, name).numpy())
     assert not np.array_equal(first.position.numpy()[:100], other.position.numpy()[:100])
 
 
 def test_about_as_many_as_wanted_each_with_flux_and_near_the_next() -> None:
-    resident = resident_of(box(), [grey(0.7)], lights=[BULB])
-    vpls = traced_vpls(resident, resident.data, 20_000, 4)
+    device_scene = resident_of(box(), [grey(0.7)], lights=[BULB])
+    vpls = traced_vpls(device_scene, device_scene.data, 20_000, 4)
     assert vpls.count == pytest.approx(20_000, rel=0.05)
     position, flux = vpls.position.numpy(), vpls.flux.numpy()
     assert (flux.sum(axis=1) > 0.0).all()
@@ -68,5 +68,8 @@ def test_about_as_many_as_wanted_each_with_flux_and_near_the_next() -> None:
 
 def test_no_light_and_black_walls_leave_no_vpl() -> None:
     dark = Light("dark", LightKind.POINT, (0.0, 0.0, 0.0))
-    for resident in (resident_of(box(), [grey(0.7)], lights=[dark]), resident_of(box(), [grey(0.0)], lights=[BULB])):
-        assert traced_vpls(resident, resident.data, 1000, 4).count == 0
+    for device_scene in (
+        resident_of(box(), [grey(0.7)], lights=[dark]),
+        resident_of(box(), [grey(0.0)], lights=[BULB]),
+    ):
+        assert traced_vpls(device_scene, device_scene.data, 1000, 4).count == 0

@@ -10,7 +10,7 @@ from scenes import grey, quad, rectangle_over, resident_of, results
 from gpu.core.constants import PI
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import closest_hit
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_sampling import light_met, sample_light
 from gpu.lights.light_table import LightTable
@@ -27,7 +27,7 @@ def irradiance_kernel(first: int, scene: SceneData, table: LightTable, position:
                       out: wp.array[wp.vec3]) -> None:  # fmt: skip
     index = first + wp.tid()
     pick = sobol_pair(index, 0, 3)
-    sample = sample_light(scene, table, table.everything, position, pick.a, sobol_pair(index, 1, 3))
+    sample = sample_light(scene, table, table.all_emitters, position, pick.a, sobol_pair(index, 1, 3))
     out[index] = sample.irradiance * wp.max(wp.dot(sample.direction, normal), 0.0)
 
 
@@ -38,7 +38,7 @@ def met_kernel(first: int, scene: SceneData, table: LightTable, position: wp.vec
     place = sobol_pair(index, 0, 4)
     direction = cone_direction(wp.vec3(0.0, 1.0, 0.0), -1.0, place.x, place.y)
     hit = closest_hit(scene, position, direction, 10.0)
-    met = light_met(scene, table, table.everything, position, direction, hit)
+    met = light_met(scene, table, table.all_emitters, position, direction, hit)
     out[index] = met.density * 4.0 * PI
 
 
@@ -48,39 +48,39 @@ def agreement_kernel(first: int, scene: SceneData, table: LightTable, position: 
     """(density · solid angle, irradiance over it, radiance) of one light sample and of the ray along it."""
     index = first + wp.tid()
     pick = sobol_pair(index, 0, 5)
-    sample = sample_light(scene, table, table.everything, position, pick.a, sobol_pair(index, 1, 5))
+    sample = sample_light(scene, table, table.all_emitters, position, pick.a, sobol_pair(index, 1, 5))
     hit = closest_hit(scene, position, sample.direction, 10.0)
-    met = light_met(scene, table, table.everything, position, sample.direction, hit)
+    met = light_met(scene, table, table.all_emitters, position, sample.direction, hit)
     out[index] = wp.vec3(met.density * sample.solid_angle, sample.irradiance[0] / sample.solid_angle, met.radiance[0])
 
 
-def irradiance(resident: ResidentScene, position: Any, normal: Any = (0.0, 1.0, 0.0)) -> Doubles:
-    inputs = [resident.data, build_light_table(resident), wp.vec3(*position), wp.vec3(*normal)]
+def irradiance(device_scene: DeviceScene, position: Any, normal: Any = (0.0, 1.0, 0.0)) -> Doubles:
+    inputs = [device_scene.data, build_light_table(device_scene), wp.vec3(*position), wp.vec3(*normal)]
     return np.asarray(results(irradiance_kernel, COUNT, inputs, wp.vec3).mean(axis=0))
 
 
 @pytest.mark.parametrize("height", [0.02, 0.2, 0.8])
 def test_a_rectangle_overhead(height: float) -> None:
     lamp = quad([-0.2, height, -0.1], [0.4, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
-    resident = resident_of([FLOOR, lamp], [grey(0.5), grey(0.0, emission=2.0)])
+    device_scene = resident_of([FLOOR, lamp], [grey(0.5), grey(0.0, emission=2.0)])
     middle = -height / 2.0  # the scene is centred: its floor is half the height below
-    got = irradiance(resident, (0.0, middle, 0.0))
+    got = irradiance(device_scene, (0.0, middle, 0.0))
     assert np.allclose(got, np.pi * 2.0 * rectangle_over(0.2, 0.1, height), rtol=0.01)
 
 
 def test_a_lamp_lights_nothing_behind_it() -> None:
     lamp = quad([-0.2, 0.5, -0.1], [0.0, 0.0, 0.2], [0.4, 0.0, 0.0], 1)
-    resident = resident_of([FLOOR, lamp], [grey(0.5), grey(0.0, emission=2.0)])
-    assert np.allclose(irradiance(resident, (0.0, -0.25, 0.0)), 0.0)
+    device_scene = resident_of([FLOOR, lamp], [grey(0.5), grey(0.0, emission=2.0)])
+    assert np.allclose(irradiance(device_scene, (0.0, -0.25, 0.0)), 0.0)
 
 
 def test_punctual_lights() -> None:
     point = Light("point", LightKind.POINT, (1.0, 2.0, 3.0), position=(0.3, 0.4, 0.0))
-    resident = resident_of([FLOOR], [grey(0.5)], lights=[point])
-    assert np.allclose(irradiance(resident, (0.0, 0.0, 0.0)), np.array([1, 2, 3]) * 0.8 / 0.25, rtol=1e-4)
+    device_scene = resident_of([FLOOR], [grey(0.5)], lights=[point])
+    assert np.allclose(irradiance(device_scene, (0.0, 0.0, 0.0)), np.array([1, 2, 3]) * 0.8 / 0.25, rtol=1e-4)
     sun = Light("sun", LightKind.DIRECTIONAL, (1.0, 2.0, 3.0), direction=(0.6, -0.8, 0.0))
-    resident = resident_of([FLOOR], [grey(0.5)], lights=[sun])
-    assert np.allclose(irradiance(resident, (0.1, 0.0, 0.2)), np.array([1, 2, 3]) * 0.8, rtol=1e-4)
+    device_scene = resident_of([FLOOR], [grey(0.5)], lights=[sun])
+    assert np.allclose(irradiance(device_scene, (0.1, 0.0, 0.2)), np.array([1, 2, 3]) * 0.8, rtol=1e-4)
 
 
 @pytest.mark.parametrize(("cosine", "share"), [(0.95, 1.0), (0.75, 0.25), (0.5, 0.0)])
@@ -88,19 +88,19 @@ def test_a_spot_fades_from_its_inner_to_its_outer_cone(cosine: float, share: flo
     sine = (1.0 - cosine**2) ** 0.5
     spot = Light("spot", LightKind.SPOT, (2.0, 2.0, 2.0), position=(-sine * 0.4, cosine * 0.4, 0.0),
                  direction=(0.0, -1.0, 0.0), cos_inner=0.9, cos_outer=0.6)  # fmt: skip
-    resident = resident_of([FLOOR], [grey(0.5)], lights=[spot])
-    assert np.allclose(irradiance(resident, (0.0, 0.0, 0.0)), 2.0 * share * cosine / 0.16, rtol=1e-3)
+    device_scene = resident_of([FLOOR], [grey(0.5)], lights=[spot])
+    assert np.allclose(irradiance(device_scene, (0.0, 0.0, 0.0)), 2.0 * share * cosine / 0.16, rtol=1e-3)
 
 
 def test_the_sky_is_brightest_above() -> None:
-    resident = resident_of([FLOOR], [grey(0.5)], sky=Sky((1.0, 2.0, 3.0)))
+    device_scene = resident_of([FLOOR], [grey(0.5)], sky=Sky((1.0, 2.0, 3.0)))
     sky = np.array([1.0, 2.0, 3.0])
-    assert np.allclose(irradiance(resident, (0, 0, 0)), sky * np.pi * 5.0 / 6.0, rtol=0.01)
-    assert np.allclose(irradiance(resident, (0, 0, 0), (0, -1, 0)), sky * np.pi / 6.0, rtol=0.02)
-    assert np.allclose(irradiance(resident, (0, 0, 0), (1, 0, 0)), sky * np.pi / 2.0, rtol=0.02)
+    assert np.allclose(irradiance(device_scene, (0, 0, 0)), sky * np.pi * 5.0 / 6.0, rtol=0.01)
+    assert np.allclose(irradiance(device_scene, (0, 0, 0), (0, -1, 0)), sky * np.pi / 6.0, rtol=0.02)
+    assert np.allclose(irradiance(device_scene, (0, 0, 0), (1, 0, 0)), sky * np.pi / 2.0, rtol=0.02)
 
 
-def lamps(**rest: Any) -> ResidentScene:
+def lamps(**rest: Any) -> DeviceScene:
     """A near lamp, sampled by solid angle, and a far one, sampled by area, both facing down."""
     near = quad([-0.5, 0.1, -0.3], [0.6, 0.0, 0.0], [0.0, 0.0, 0.6], 1)
     far = quad([0.3, 0.9, 0.2], [0.1, 0.0, 0.0], [0.0, 0.0, 0.1], 2)
@@ -108,14 +108,14 @@ def lamps(**rest: Any) -> ResidentScene:
 
 
 def test_the_density_of_met_light_integrates_to_one() -> None:
-    resident = lamps()
-    inputs = [resident.data, build_light_table(resident), wp.vec3(0.1, -0.44, 0.1)]
+    device_scene = lamps()
+    inputs = [device_scene.data, build_light_table(device_scene), wp.vec3(0.1, -0.44, 0.1)]
     assert results(met_kernel, 1 << 17, inputs, float).mean() == pytest.approx(1.0, rel=0.03)
 
 
 def test_sampling_and_meeting_the_same_light_agree() -> None:
-    resident = lamps(sky=Sky((0.5, 0.5, 0.5)))
-    inputs = [resident.data, build_light_table(resident), wp.vec3(0.1, -0.44, 0.1)]
+    device_scene = lamps(sky=Sky((0.5, 0.5, 0.5)))
+    inputs = [device_scene.data, build_light_table(device_scene), wp.vec3(0.1, -0.44, 0.1)]
     product, sampled, met = results(agreement_kernel, COUNT, inputs, wp.vec3).T
     # A sample that something hides meets another light, or none.
     same = np.isclose(sampled, met, rtol=1e-3)

@@ -5,10 +5,10 @@ from scenes import box, grey, quad, resident_of, results
 from scipy import stats
 
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.features import MAX_VISITED
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.features import MAX_ENUMERATED
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_table import NOT_AN_EMITTER, LightTable, Shares, choose_emitter, emit, emitter_of, share_of
+from gpu.lights.light_table import NOT_AN_EMITTER, LightTable, PowerCdf, choose_emitter, emit, emitter_of, share_of
 from gpu.sampling.sobol import hashed, sobol_pair
 from gpu.scene.types import Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
 
@@ -20,14 +20,14 @@ SUN = Light("sun", LightKind.DIRECTIONAL, (2.0, 1.0, 0.5), direction=(0.6, -0.8,
 
 
 @wp.kernel
-def choose_kernel(first: int, shares: Shares, out: wp.array[wp.vec2]) -> None:
+def choose_kernel(first: int, shares: PowerCdf, out: wp.array[wp.vec2]) -> None:
     index = first + wp.tid()
     choice = choose_emitter(shares, hashed(wp.uint32(index)))
     out[index] = wp.vec2(float(choice.index), choice.probability)
 
 
 @wp.kernel
-def share_kernel(first: int, shares: Shares, out: wp.array[float]) -> None:
+def share_kernel(first: int, shares: PowerCdf, out: wp.array[float]) -> None:
     index = first + wp.tid()
     out[index] = share_of(shares, index)
 
@@ -50,57 +50,57 @@ def emit_kernel(first: int, scene: SceneData, table: LightTable, out: wp.array[w
     out[4 * index + 3] = particle.flux
 
 
-def lamp_room(**rest: object) -> ResidentScene:
+def lamp_room(**rest: object) -> DeviceScene:
     """A box of half a unit about the origin, with a lamp of radiance 3 and a fifth by a fifth under its ceiling."""
     lamp = quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
     return resident_of([*box(), lamp], [grey(0.5), grey(0.0, emission=3.0)], **rest)
 
 
-def particles(resident: ResidentScene) -> Doubles:
+def particles(device_scene: DeviceScene) -> Doubles:
     """(particle, 4, 3): origin, normal, direction, flux."""
-    table = build_light_table(resident)
-    return results(emit_kernel, COUNT, [resident.data, table], wp.vec3, width=4).reshape(-1, 4, 3)
+    table = build_light_table(device_scene)
+    return results(emit_kernel, COUNT, [device_scene.data, table], wp.vec3, width=4).reshape(-1, 4, 3)
 
 
 def test_emitters_are_chosen_in_proportion_to_power() -> None:
-    resident = lamp_room(lights=[POINT, SPOT, SUN], sky=Sky((0.1, 0.2, 0.3)))
-    table = build_light_table(resident)
-    assert table.everything.count == 2 + 1 + 3
+    device_scene = lamp_room(lights=[POINT, SPOT, SUN], sky=Sky((0.1, 0.2, 0.3)))
+    table = build_light_table(device_scene)
+    assert table.all_emitters.count == 2 + 1 + 3
     radius = table.radius
     assert radius == pytest.approx(0.75**0.5)
     lamp = np.pi * 3.0 * 0.04 / 2.0
     powers = [lamp, lamp, 0.2 * 2.0 * (np.pi * radius) ** 2, 2.0 * 4.0 * np.pi, 3.0 * 2.0 * np.pi * 0.4,
               3.5 / 3.0 * np.pi * radius**2]  # fmt: skip
-    chosen = results(choose_kernel, COUNT, [table.everything], wp.vec2)
+    chosen = results(choose_kernel, COUNT, [table.all_emitters], wp.vec2)
     counts = np.bincount(chosen[:, 0].astype(int), minlength=6)
     expected = np.array(powers) / np.sum(powers)
     assert stats.chisquare(counts, expected * COUNT).pvalue > 1e-3
     assert np.allclose(chosen[:, 1], expected[chosen[:, 0].astype(int)], rtol=1e-4)
-    assert results(share_kernel, 6, [table.everything], float).sum() == pytest.approx(1.0, abs=1e-6)
+    assert results(share_kernel, 6, [table.all_emitters], float).sum() == pytest.approx(1.0, abs=1e-6)
 
 
 def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
-    few = build_light_table(lamp_room(lights=[POINT] * MAX_VISITED))
-    assert (few.visited_count, few.sampled.count, few.count) == (MAX_VISITED, 2, 2 + MAX_VISITED)
-    many = build_light_table(lamp_room(lights=[POINT] * (MAX_VISITED + 1)))
-    assert (many.visited_count, many.sampled.count) == (0, 2 + MAX_VISITED + 1)
+    few = build_light_table(lamp_room(lights=[POINT] * MAX_ENUMERATED))
+    assert (few.enumerated_count, few.sampled.count, few.count) == (MAX_ENUMERATED, 2, 2 + MAX_ENUMERATED)
+    many = build_light_table(lamp_room(lights=[POINT] * (MAX_ENUMERATED + 1)))
+    assert (many.enumerated_count, many.sampled.count) == (0, 2 + MAX_ENUMERATED + 1)
 
 
 def test_each_emissive_triangle_is_found_among_all() -> None:
-    resident = lamp_room()
-    emitters = results(emitter_kernel, 14, [build_light_table(resident)], int)
+    device_scene = lamp_room()
+    emitters = results(emitter_kernel, 14, [build_light_table(device_scene)], int)
     assert emitters[12:].tolist() == [0, 1]
     assert (emitters[:12] == int(NOT_AN_EMITTER)).all()
 
 
 def test_nothing_emits() -> None:
     table = build_light_table(resident_of([*box()], [grey(0.5)], sky=Sky((0.0, 0.0, 0.0))))
-    assert (table.count, table.everything.count, table.sampled.count) == (0, 0, 0)
+    assert (table.count, table.all_emitters.count, table.sampled.count) == (0, 0, 0)
 
 
 def test_unlit_materials_are_no_lights() -> None:
-    resident = resident_of(box(), [Material(emission=(1.0, 1.0, 1.0), unlit=True)], lights=[POINT])
-    assert build_light_table(resident).triangle_count == 0
+    device_scene = resident_of(box(), [Material(emission=(1.0, 1.0, 1.0), unlit=True)], lights=[POINT])
+    assert build_light_table(device_scene).triangle_count == 0
 
 
 @pytest.mark.parametrize("kind", ["lamp", "point", "spot", "sun", "sky", "all"])
@@ -116,15 +116,15 @@ def test_particles_carry_the_power_of_all_emitters(kind: str) -> None:
     }
     sources = {"point": POINT, "spot": SPOT, "sun": SUN}
     if kind == "all":
-        resident = lamp_room(lights=[*sources.values()], sky=Sky((0.1, 0.2, 0.3)))
+        device_scene = lamp_room(lights=[*sources.values()], sky=Sky((0.1, 0.2, 0.3)))
         expected = np.sum(list(power.values()), axis=0)
     elif kind == "lamp":
-        resident, expected = lamp_room(), power["lamp"]
+        device_scene, expected = lamp_room(), power["lamp"]
     else:
         lights = [sources[kind]] if kind in sources else []
         sky = Sky((0.1, 0.2, 0.3)) if kind == "sky" else None
-        resident, expected = resident_of(box(), [grey(0.5)], lights=lights, sky=sky), power[kind]
-    flux = particles(resident)[:, 3]
+        device_scene, expected = resident_of(box(), [grey(0.5)], lights=lights, sky=sky), power[kind]
+    flux = particles(device_scene)[:, 3]
     assert np.allclose(flux.mean(axis=0), expected, rtol=0.01)
 
 
@@ -146,26 +146,26 @@ def test_textured_emission_keeps_its_power() -> None:
     pixels = np.full((8, 8, 4), 255, np.uint8)
     pixels[:, :4, :3] = 0
     lamp = Material(emission=(2.0, 2.0, 2.0), emission_slot=TextureSlot(0))
-    resident = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
+    device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
                            textures=[Texture("half", pixels, srgb=True, nearest=True)])  # fmt: skip
-    assert np.allclose(particles(resident)[:, 3].mean(axis=0), np.pi, rtol=0.02)
+    assert np.allclose(particles(device_scene)[:, 3].mean(axis=0), np.pi, rtol=0.02)
 
 
 def test_a_dark_texel_does_not_end_a_particle_unchosen() -> None:
     pixels = np.zeros((64, 64, 4), np.uint8)
     pixels[3, 60] = 255  # one bright texel that the estimate of power misses
     lamp = Material(emission=(2.0, 2.0, 2.0), emission_slot=TextureSlot(0))
-    resident = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
+    device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
                            textures=[Texture("spark", pixels, srgb=True, nearest=True)])  # fmt: skip
-    table = build_light_table(resident)
+    table = build_light_table(device_scene)
     assert table.count == 2
-    assert (results(share_kernel, 2, [table.everything], float) > 0.1).all()
+    assert (results(share_kernel, 2, [table.all_emitters], float) > 0.1).all()
 
 
 def test_shares_hold_for_lights_of_no_power() -> None:
     dark = Light("dark", LightKind.POINT, (0.0, 0.0, 0.0))
-    resident = resident_of(box(), [grey(0.5)], lights=[POINT, dark])
-    table = build_light_table(resident)
-    chosen = results(choose_kernel, COUNT, [table.everything], wp.vec2)
+    device_scene = resident_of(box(), [grey(0.5)], lights=[POINT, dark])
+    table = build_light_table(device_scene)
+    chosen = results(choose_kernel, COUNT, [table.all_emitters], wp.vec2)
     assert (chosen[:, 0] == 0).all()
-    assert np.isfinite(particles(resident)).all()
+    assert np.isfinite(particles(device_scene)).all()

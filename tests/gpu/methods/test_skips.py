@@ -8,8 +8,8 @@ import pytest
 from devices import DEVICES
 from scenes import box, grey, quad, resident_of, scene_of
 
-from gpu.device_scene.features import EVERYTHING, MAX_VISITED, Needs, needs_of
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.features import EVERYTHING, MAX_ENUMERATED, SceneFeatures, scene_features
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.gbuffer import sparse_shading as interpolate
@@ -29,8 +29,8 @@ def without(*names: str) -> Skips:
     return Skips(**dict.fromkeys(names, False))
 
 
-def frame(resident: ResidentScene, skip: Skips = EVERY_SKIP, **settings: object) -> Frame:
-    return Renderer(resident, SIZE, RenderSettings(**{**QUALITY, "skip": skip, **settings})).render(CAMERA)
+def frame(device_scene: DeviceScene, skip: Skips = EVERY_SKIP, **settings: object) -> Frame:
+    return Renderer(device_scene, SIZE, RenderSettings(**{**QUALITY, "skip": skip, **settings})).render(CAMERA)
 
 
 def relative_error(x: Frame, r: Frame) -> float:
@@ -38,16 +38,16 @@ def relative_error(x: Frame, r: Frame) -> float:
     return float(np.mean((picture - reference) ** 2 / (reference**2 + 0.01 * reference.mean() ** 2)))
 
 
-def assert_same(x: Frame, r: Frame, resident: ResidentScene) -> None:
+def assert_same(x: Frame, r: Frame, device_scene: DeviceScene) -> None:
     """The same bits; CUDA's compiler fuses multiplications and additions otherwise in other kernels."""
-    if resident.device.is_cuda:
+    if device_scene.device.is_cuda:
         assert relative_error(x, r) < 1e-6
     else:
         assert x.radiance().tobytes() == r.radiance().tobytes()
 
 
 @pytest.fixture(scope="module", params=DEVICES)
-def room(request: pytest.FixtureRequest) -> ResidentScene:
+def room(request: pytest.FixtureRequest) -> DeviceScene:
     """A closed box with a lamp below its ceiling and a block on its floor, on each device in turn."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
@@ -55,12 +55,12 @@ def room(request: pytest.FixtureRequest) -> ResidentScene:
 
 
 @pytest.fixture(scope="module")
-def usual(room: ResidentScene) -> Frame:
+def usual(room: DeviceScene) -> Frame:
     return frame(room)
 
 
 @pytest.fixture(scope="module")
-def terrace() -> ResidentScene:
+def terrace() -> DeviceScene:
     """A floor, a wall and a screen between below a sky, which many pixels see."""
     floor = quad((-0.5, -0.2, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     wall = quad((-0.5, -0.2, -0.5), (1.0, 0.0, 0.0), (0.0, 0.3, 0.0))
@@ -68,15 +68,15 @@ def terrace() -> ResidentScene:
     return resident_of([floor, wall, screen], [grey(0.5)], sky=Sky((1.0, 2.0, 3.0)))
 
 
-def test_every_frame_tells_of_every_skip(room: ResidentScene, usual: Frame) -> None:
+def test_every_frame_tells_of_every_skip(room: DeviceScene, usual: Frame) -> None:
     path = frame(room, method=Method.PATH, samples=1)
     assert set(Skips.model_fields) <= set(usual.stats.skips) & set(path.stats.skips)
     assert not any(path.stats.skips.values())
 
 
 # The bounds are those of gpu.indirect.visibility, here as errors of the whole picture.
-@pytest.mark.parametrize(("name", "bound"), [("facing_away", 1e-4), ("weak_pairs", 1e-4)])
-def test_rays_for_more_pairs_change_little(room: ResidentScene, usual: Frame, name: str, bound: float) -> None:
+@pytest.mark.parametrize(("name", "bound"), [("facing_away", 1e-4), ("shared_weak_rays", 1e-4)])
+def test_rays_for_more_pairs_change_little(room: DeviceScene, usual: Frame, name: str, bound: float) -> None:
     other = frame(room, without(name))
     assert usual.stats.skips[name] > 0
     assert other.stats.skips[name] == 0
@@ -85,14 +85,14 @@ def test_rays_for_more_pairs_change_little(room: ResidentScene, usual: Frame, na
 
 
 @pytest.mark.parametrize("name", ["absent_alpha", "absent_textures", "absent_gloss", "absent_lights"])
-def test_kernels_that_know_of_what_is_absent_give_the_same_bits(room: ResidentScene, usual: Frame, name: str) -> None:
+def test_kernels_that_know_of_what_is_absent_give_the_same_bits(room: DeviceScene, usual: Frame, name: str) -> None:
     other = frame(room, without(name))
     assert usual.stats.skips[name] == (2 if name == "absent_lights" else 1)
     assert other.stats.skips == usual.stats.skips | {name: 0}
     assert_same(other, usual, room)
 
 
-def test_what_is_absent_depends_on_the_scene_and_the_light_that_is_wanted(terrace: ResidentScene) -> None:
+def test_what_is_absent_depends_on_the_scene_and_the_light_that_is_wanted(terrace: DeviceScene) -> None:
     skips = frame(terrace).stats.skips
     assert (skips["absent_lights"], skips["absent_gloss"], skips["absent_textures"]) == (2, 1, 1)
     skips = frame(terrace, component=Component.INDIRECT).stats.skips
@@ -101,8 +101,8 @@ def test_what_is_absent_depends_on_the_scene_and_the_light_that_is_wanted(terrac
 
 def test_without_soft_light_none_is_smoothed_and_the_bits_are_the_same() -> None:
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
-    resident = resident_of(box(), [grey(0.6)], lights=[bulb])
-    usual, other = frame(resident), frame(resident, without("absent_lights"))
+    device_scene = resident_of(box(), [grey(0.6)], lights=[bulb])
+    usual, other = frame(device_scene), frame(device_scene, without("absent_lights"))
     assert usual.stats.skips["absent_lights"] == 2
     assert (usual.radiance() > 0.0).all()
     assert usual.radiance().tobytes() == other.radiance().tobytes()
@@ -117,23 +117,23 @@ def test_a_scene_that_has_everything_skips_nothing_of_that() -> None:
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
-    assert needs_of(scene, lambertian=False) == EVERYTHING
-    assert needs_of(scene, lambertian=True) == replace(EVERYTHING, alpha=False, gloss=False)
+    assert scene_features(scene, lambertian=False) == EVERYTHING
+    assert scene_features(scene, lambertian=True) == replace(EVERYTHING, alpha=False, gloss=False)
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
-    assert needs_of(bare, lambertian=False) == Needs(*[False] * 7)
-    assert needs_of(bare, lambertian=False, skip=without(*Skips.model_fields)) == EVERYTHING
-    many = scene_of(box(), [grey(0.5)], [bulb] * (MAX_VISITED + 1))
-    assert needs_of(many, lambertian=False) == replace(Needs(*[False] * 7), lights=True, soft=True)
+    assert scene_features(bare, lambertian=False) == SceneFeatures(*[False] * 7)
+    assert scene_features(bare, lambertian=False, skip=without(*Skips.model_fields)) == EVERYTHING
+    many = scene_of(box(), [grey(0.5)], [bulb] * (MAX_ENUMERATED + 1))
+    assert scene_features(many, lambertian=False) == replace(SceneFeatures(*[False] * 7), lights=True, soft=True)
 
 
 @pytest.mark.parametrize("change", [{"specular": 0.0}, {"roughness": 0.5}, {"unlit": True}])
 def test_only_narrow_specular_lobes_are_gloss(change: dict[str, float]) -> None:
     glossy = Material(roughness=0.49)
-    assert needs_of(scene_of(box(), [glossy]), lambertian=False).gloss
-    assert not needs_of(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
+    assert scene_features(scene_of(box(), [glossy]), lambertian=False).gloss
+    assert not scene_features(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
 
 
-def test_pixels_that_see_nothing_are_left_alone(terrace: ResidentScene) -> None:
+def test_pixels_that_see_nothing_are_left_alone(terrace: DeviceScene) -> None:
     usual, other = frame(terrace), frame(terrace, without("empty_pixels"))
     exact = frame(terrace, method=Method.EXACT_VPL)
     empty = usual.stats.skips["empty_pixels"]
@@ -148,7 +148,7 @@ def test_pixels_that_see_nothing_are_left_alone(terrace: ResidentScene) -> None:
     assert relative_error(other, exact) < 2e-3
 
 
-def test_where_every_pixel_sees_something_there_are_no_empty_ones(room: ResidentScene, usual: Frame) -> None:
+def test_where_every_pixel_sees_something_there_are_no_empty_ones(room: DeviceScene, usual: Frame) -> None:
     assert usual.stats.skips["empty_pixels"] == 0
     assert_same(frame(room, without("empty_pixels")), usual, room)
 
@@ -159,7 +159,7 @@ def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interpolate, "LEAST_PIXELS", 0)
 
 
-def test_indirect_light_of_most_pixels_is_interpolated(room: ResidentScene, of_any_size: None) -> None:
+def test_indirect_light_of_most_pixels_is_interpolated(room: DeviceScene, of_any_size: None) -> None:
     usual, other = frame(room), frame(room, without("interpolated"))
     pixels = SIZE[0] * SIZE[1]
     assert usual.stats.skips["interpolated"] + usual.stats.counts["shaded"] == pixels
@@ -170,25 +170,25 @@ def test_indirect_light_of_most_pixels_is_interpolated(room: ResidentScene, of_a
     assert relative_error(usual, exact) < 1.5 * relative_error(other, exact) + 1e-3
 
 
-def test_empty_pixels_are_not_counted_as_interpolated(terrace: ResidentScene, of_any_size: None) -> None:
+def test_empty_pixels_are_not_counted_as_interpolated(terrace: DeviceScene, of_any_size: None) -> None:
     for skip in (EVERY_SKIP, without("interpolated"), without("empty_pixels")):
         stats = frame(terrace, skip).stats
         done = stats.counts["shaded"] + stats.skips["interpolated"] + stats.skips["empty_pixels"]
         assert done == SIZE[0] * SIZE[1]
 
 
-def test_far_vpl_clusters_are_not_shaded_one_by_one(room: ResidentScene, usual: Frame) -> None:
-    other = frame(room, without("far_pairs"))
+def test_far_vpl_clusters_are_not_shaded_one_by_one(room: DeviceScene, usual: Frame) -> None:
+    other = frame(room, without("far_field_sums"))
     pairs = usual.stats.counts["shaded"] * usual.stats.counts["vpl_clusters"]
-    assert 0.5 * pairs < usual.stats.skips["far_pairs"] < pairs
-    assert other.stats.skips["far_pairs"] == 0
+    assert 0.5 * pairs < usual.stats.skips["far_field_sums"] < pairs
+    assert other.stats.skips["far_field_sums"] == 0
     exact = frame(room, method=Method.EXACT_VPL)
     assert relative_error(usual, other) < 5e-3
     assert relative_error(usual, exact) < 1.5 * relative_error(other, exact) + 1e-3
 
 
 @pytest.mark.parametrize("method", list(Method))
-def test_an_unchanged_view_is_not_rendered_again(room: ResidentScene, method: Method) -> None:
+def test_an_unchanged_view_is_not_rendered_again(room: DeviceScene, method: Method) -> None:
     settings = RenderSettings(**QUALITY, method=method, samples=1)
     renderer = Renderer(room, SIZE, settings)
     first = renderer.render(CAMERA)
@@ -210,7 +210,7 @@ def test_an_unchanged_view_is_not_rendered_again(room: ResidentScene, method: Me
         assert other.radiance().tobytes() == bits
 
 
-def test_a_still_view_begins_with_the_frame_that_it_shows_and_goes_on_with_others(room: ResidentScene) -> None:
+def test_a_still_view_begins_with_the_frame_that_it_shows_and_goes_on_with_others(room: DeviceScene) -> None:
     def means(skip: Skips) -> list[tuple[int, bytes]]:
         renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=skip))
         renderer.render(CAMERA)
@@ -228,7 +228,7 @@ def test_a_still_view_begins_with_the_frame_that_it_shows_and_goes_on_with_other
     assert len({bits for _, bits in usual}) == 3
 
 
-def test_a_view_that_failed_is_rendered_again(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_view_that_failed_is_rendered_again(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object, **__: object) -> None:
         raise RuntimeError("no memory")
 
@@ -242,7 +242,7 @@ def test_a_view_that_failed_is_rendered_again(room: ResidentScene, monkeypatch: 
 
 
 @pytest.mark.parametrize("settings", [{}, {"clustering": Clustering.SPS}, {"method": Method.EXACT_VPL}])
-def test_unchanged_lights_are_kept(room: ResidentScene, settings: dict[str, Any]) -> None:
+def test_unchanged_lights_are_kept(room: DeviceScene, settings: dict[str, Any]) -> None:
     def frames(skip: Skips) -> list[Frame]:
         return [frame(room, skip, **settings, vpls=500), frame(room, skip, **settings, vpls=500)]
 
@@ -253,7 +253,7 @@ def test_unchanged_lights_are_kept(room: ResidentScene, settings: dict[str, Any]
     assert usual.radiance().tobytes() == always.radiance().tobytes()
 
 
-def test_a_set_that_a_renderer_holds_is_not_made_again(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_set_that_a_renderer_holds_is_not_made_again(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", 1)
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=3))
     Renderer(room, (8, 8), RenderSettings(**QUALITY, seed=4))
@@ -264,7 +264,7 @@ def test_a_set_that_a_renderer_holds_is_not_made_again(room: ResidentScene, monk
 
 @pytest.mark.parametrize("many", [True, False])
 def test_light_sets_of_a_still_view_serve_several_frames_where_they_are_large_and_are_kept_for_the_next(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, many: bool
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch, many: bool
 ) -> None:
     monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", QUALITY["vpls"] + (0 if many else 1))
 

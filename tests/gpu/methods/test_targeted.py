@@ -11,11 +11,11 @@ from scenes import box, grey, quad, resident_of
 from gpu.adaptive.governor import LEAST_AIM, MOST_AIM
 from gpu.adaptive.levels import ERROR_RANGE, LEAST_MEMBERS, MOST_MEMBERS, TIME_RANGE, Level
 from gpu.core.stages import Stages
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.targeted import KEPT_LIGHTS, TargetedVpl
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import ON_CPU
 from gpu.scene.camera import look_at
@@ -31,7 +31,7 @@ LEVELS: WeakKeyDictionary[Stages, list[Level]] = WeakKeyDictionary()
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     """A closed box with a lamp below its ceiling."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
@@ -69,7 +69,7 @@ def simulated_times(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("target", [10.0, 40.0])
 def test_the_first_picture_has_the_counts_that_meet_the_time(
-    room: ResidentScene, simulated_times: None, target: float
+    room: DeviceScene, simulated_times: None, target: float
 ) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
     for _ in range(2):
@@ -82,7 +82,7 @@ def test_the_first_picture_has_the_counts_that_meet_the_time(
 
 @pytest.mark.parametrize("walks", [False, True])
 def test_walks_aim_at_a_little_less_time_and_all_frames_at_a_little_more_error(
-    room: ResidentScene, simulated_times: None, walks: bool
+    room: DeviceScene, simulated_times: None, walks: bool
 ) -> None:
     for target, least, most in (
         ({"target_ms": 20.0}, *[19.6 if walks else 20.0] * 2),
@@ -95,7 +95,7 @@ def test_walks_aim_at_a_little_less_time_and_all_frames_at_a_little_more_error(
         assert least - 1e-9 < renderer._targeted._governor._target < most + 1e-9
 
 
-def test_what_the_host_takes_is_of_a_wanted_time(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_host_takes_is_of_a_wanted_time(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
     now, host = [0.0], 6.0
 
     def milliseconds(stages: Stages) -> dict[str, float]:
@@ -113,7 +113,7 @@ def test_what_the_host_takes_is_of_a_wanted_time(room: ResidentScene, monkeypatc
     assert stats.estimates["expected_ms"] == pytest.approx(20.0, rel=0.1)
 
 
-def test_vpls_follow_a_time_but_stay_for_an_error(room: ResidentScene, simulated_times: None) -> None:
+def test_vpls_follow_a_time_but_stay_for_an_error(room: DeviceScene, simulated_times: None) -> None:
     def counts(**choice: float) -> dict[str, int]:
         settings = RenderSettings.model_validate({**INDIRECT, "vpls": None, **choice})
         return [Renderer(room, SIZE, settings).render(CAMERA).stats.counts for _ in range(2)][-1]
@@ -126,7 +126,7 @@ def test_vpls_follow_a_time_but_stay_for_an_error(room: ResidentScene, simulated
         assert counts(target_error=target)["vpls"] == pytest.approx(ON_CPU.vpls, rel=0.1)
 
 
-def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room: ResidentScene) -> None:
+def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room: DeviceScene) -> None:
     def share(**target: float) -> float:
         targeted = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, **target}))._targeted
         assert targeted is not None
@@ -137,7 +137,7 @@ def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room:
     assert share(target_error=1e-3) == pytest.approx(ERROR_RANGE, rel=0.06)
 
 
-def test_wanted_vpls_bound_the_clusters_of_them(room: ResidentScene, simulated_times: None) -> None:
+def test_wanted_vpls_bound_the_clusters_of_them(room: DeviceScene, simulated_times: None) -> None:
     """Few of many members would be shaded member by member, and many of few members are VPLs."""
     for target in (5.0, 1e4):
         renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
@@ -145,7 +145,7 @@ def test_wanted_vpls_bound_the_clusters_of_them(room: ResidentScene, simulated_t
         assert LEAST_MEMBERS <= members <= MOST_MEMBERS
 
 
-def test_levels_come_and_go_without_a_trace_in_the_picture(room: ResidentScene, simulated_times: None) -> None:
+def test_levels_come_and_go_without_a_trace_in_the_picture(room: DeviceScene, simulated_times: None) -> None:
     """Counts shared among levels, graphs and arrays: a level met again gives the same bits, also when made anew."""
     targets = [6.0, 40.0]
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=40.0))
@@ -190,7 +190,7 @@ def test_captured_cuda_graphs_have_the_passes_of_each_frame(monkeypatch: pytest.
 
 
 def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It takes ten times as long; were that believed, the next frames would have far fewer clusters."""
     target, rate = 40.0, [RATE]
@@ -213,7 +213,7 @@ def test_what_a_walks_first_frame_of_a_level_takes_is_not_learnt(
     assert stats.estimates["expected_ms"] == pytest.approx(target, rel=0.1)
 
 
-def test_what_a_walks_first_picture_takes_is_not_learnt(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_walks_first_picture_takes_is_not_learnt(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its camera comes back from where frames that nobody sees had swayed it, so that much is new."""
     seen = [False]
 
@@ -222,28 +222,28 @@ def test_what_a_walks_first_picture_takes_is_not_learnt(room: ResidentScene, mon
 
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
-    look = View.look
+    look = ViewState.look
 
-    def looked(view: View, camera: Camera, *args: Any, **choices: Any) -> None:
+    def looked(view: ViewState, camera: Camera, *args: Any, **choices: Any) -> None:
         seen[0] = camera is CAMERA
         look(view, camera, *args, **choices)
 
-    monkeypatch.setattr(View, "look", looked)
+    monkeypatch.setattr(ViewState, "look", looked)
     counts = [renderer.render(CAMERA, walks=True).stats.counts["sp_clusters"]]
     counts.append(renderer.render(replace(CAMERA), walks=True).stats.counts["sp_clusters"])
     assert counts[0] == counts[1]
 
 
 def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
-    room: ResidentScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    seen, look = [], View.look
+    seen, look = [], ViewState.look
 
-    def looked(view: View, camera: Camera, *args: Any, **choices: Any) -> None:
+    def looked(view: ViewState, camera: Camera, *args: Any, **choices: Any) -> None:
         seen.append(camera.to_world.tobytes())
         look(view, camera, *args, **choices)
 
-    monkeypatch.setattr(View, "look", looked)
+    monkeypatch.setattr(ViewState, "look", looked)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     renderer.render(CAMERA)
     assert set(seen) == {CAMERA.to_world.tobytes()}
@@ -255,24 +255,24 @@ def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
 
 
 def test_a_walk_for_an_error_goes_on_with_what_its_first_picture_learnt(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its frames are as those of single pictures: none are rendered that nobody sees."""
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=4e-4))
     renderer.render(CAMERA)
-    seen, look = [], View.look
+    seen, look = [], ViewState.look
 
-    def looked(view: View, camera: Camera, *args: Any, **choices: Any) -> None:
+    def looked(view: ViewState, camera: Camera, *args: Any, **choices: Any) -> None:
         seen.append(camera)
         look(view, camera, *args, **choices)
 
-    monkeypatch.setattr(View, "look", looked)
+    monkeypatch.setattr(ViewState, "look", looked)
     stats = renderer.render(CAMERA, walks=True).stats
     assert len(seen) == stats.estimates["tries"]
     assert stats.estimates["expected_error"] > 0.0
 
 
-def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: ResidentScene, simulated_times: None) -> None:
+def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: DeviceScene, simulated_times: None) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
     first = renderer.render(CAMERA, accumulation).stats.counts
@@ -286,7 +286,7 @@ def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: ResidentScene
     assert counts[-1] < counts[0]
 
 
-def test_an_error_is_met_by_more_clusters_for_less_of_it(room: ResidentScene) -> None:
+def test_an_error_is_met_by_more_clusters_for_less_of_it(room: DeviceScene) -> None:
     def work(target: float) -> float:
         renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=target))
         stats = [renderer.render(CAMERA).stats for _ in range(10)][-1]
@@ -304,7 +304,7 @@ def test_a_scene_without_indirect_light_meets_any_error() -> None:
 
 
 @pytest.mark.parametrize("step", [1.2, 1.0 / 1.2])
-def test_a_walk_goes_on_where_its_counts_change(room: ResidentScene, simulated_times: None, step: float) -> None:
+def test_a_walk_goes_on_where_its_counts_change(room: DeviceScene, simulated_times: None, step: float) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     targeted = renderer._targeted
     assert targeted is not None
@@ -325,7 +325,7 @@ def test_a_walk_goes_on_where_its_counts_change(room: ResidentScene, simulated_t
 
 
 def test_lights_that_cannot_be_made_leave_those_that_there_are(
-    room: ResidentScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     targeted = renderer._targeted
@@ -347,7 +347,7 @@ def test_lights_that_cannot_be_made_leave_those_that_there_are(
     assert counts["vpl_clusters"] != level.vpl_clusters
 
 
-def test_more_sp_clusters_than_there_is_room_for_are_refused(room: ResidentScene) -> None:
+def test_more_sp_clusters_than_there_is_room_for_are_refused(room: DeviceScene) -> None:
     renderer = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, "target_ms": 20.0}))
     targeted = renderer._targeted
     assert targeted is not None
@@ -358,7 +358,7 @@ def test_more_sp_clusters_than_there_is_room_for_are_refused(room: ResidentScene
 
 
 def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nor do later frames of a still view: neither is of a wanted time."""
     now = [0.0]
@@ -383,17 +383,17 @@ def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
     assert max(known) == pytest.approx(6.0)
 
 
-def test_walks_for_an_error_keep_clusters_but_no_light(room: ResidentScene) -> None:
+def test_walks_for_an_error_keep_clusters_but_no_light(room: DeviceScene) -> None:
     for target, remembers in ({"target_error": 1e-3}, False), ({"target_ms": 1e4}, True):
         settings = RenderSettings.model_validate({**INDIRECT, **target})
         renderer = Renderer(room, SIZE, settings)
         skips = [renderer.render(CAMERA, walks=True).stats for _ in range(4)][-1].skips
         assert skips["kept_clusters"] > 0
         assert skips["unchanged_lights"] > 0
-        assert (skips["kept_light"] > 0) == remembers
+        assert (skips["temporal_reuse"] > 0) == remembers
 
 
-def test_counts_of_a_walk_follow_its_error(room: ResidentScene) -> None:
+def test_counts_of_a_walk_follow_its_error(room: DeviceScene) -> None:
     """What none meets ends at the most and at the fewest counts, and is told."""
     last = []
     for target in (2e-4, 2e-3):

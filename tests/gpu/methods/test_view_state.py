@@ -4,14 +4,14 @@ from scenes import box, column, grey, quad, resident_of
 
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 
 SIZE = (12, 8)
 
 
 def test_the_camera_looks_with_the_aspect_of_the_image() -> None:
-    view = View(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
+    view = ViewState(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
     view.look(look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0), yfov_degrees=90.0, aspect=5.0))
     data = dict(zip(CameraData.vars, view.camera.numpy()[0], strict=True))
     assert np.isclose(data["half_height"], 1.0)
@@ -19,7 +19,7 @@ def test_the_camera_looks_with_the_aspect_of_the_image() -> None:
 
 
 def test_another_camera_finds_other_shading_points() -> None:
-    view = View(resident_of([quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])], [grey(0.5)]), SIZE, lambertian=True)
+    view = ViewState(resident_of([quad([-0.5, -0.5, 0], [1, 0, 0], [0, 1, 0])], [grey(0.5)]), SIZE, lambertian=True)
     counts = []
     for target in ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.0, 0.0)):
         view.look(look_at((0.0, 0.0, 0.3), target, yfov_degrees=60.0))
@@ -32,13 +32,13 @@ def test_another_camera_finds_other_shading_points() -> None:
 
 
 def test_lambertian_views_see_the_scene_as_the_references_do() -> None:
-    resident = resident_of(box(), [grey(0.5)])
-    assert View(resident, SIZE, lambertian=True).scene.lambertian
-    assert not View(resident, SIZE, lambertian=False).scene.lambertian
+    device_scene = resident_of(box(), [grey(0.5)])
+    assert ViewState(device_scene, SIZE, lambertian=True).scene.lambertian
+    assert not ViewState(device_scene, SIZE, lambertian=False).scene.lambertian
 
 
 def test_indirect_light_is_added_to_what_is_there() -> None:
-    view = View(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
+    view = ViewState(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
     view.look(look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0)))
     view.find_shading_points()
     direct, irradiance = np.random.default_rng(0).uniform(size=(2, 96, 3)).astype(np.float32)
@@ -49,10 +49,10 @@ def test_indirect_light_is_added_to_what_is_there() -> None:
 
 
 def test_a_view_with_a_stride_shades_fewer_points() -> None:
-    resident = resident_of(box(), [grey(0.5)])
+    device_scene = resident_of(box(), [grey(0.5)])
     counts = []
     for stride in (1, 2):
-        view = View(resident, SIZE, lambertian=True, stride=stride)
+        view = ViewState(device_scene, SIZE, lambertian=True, stride=stride)
         view.look(look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0)))
         view.find_shading_points()
         counts.append(int(view.shading_points.count.numpy()[0]))
@@ -61,7 +61,7 @@ def test_a_view_with_a_stride_shades_fewer_points() -> None:
 
 
 def test_light_ended_where_a_frame_of_the_walk_or_of_the_still_view_saw_it_end() -> None:
-    view = View(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
+    view = ViewState(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
     one, other = (look_at((0.0, 0.0, 0.4), (x, 0.0, 0.0)) for x in (0.0, 0.01))
 
     def follows(*args: object, **options: bool) -> bool:

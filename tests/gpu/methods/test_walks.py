@@ -7,7 +7,7 @@ import pytest
 from scenes import slats
 from walking import SIZE, furnished, pose
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.renderer import Renderer
@@ -19,7 +19,7 @@ QUALITY = {"sp_clusters": 300, "vpls": 2000, "vpl_clusters": 100, "component": C
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     return furnished()
 
 
@@ -27,23 +27,25 @@ def settings(**changes: object) -> RenderSettings:
     return RenderSettings(**{**QUALITY, **changes})
 
 
-def alone(room: ResidentScene, camera: Camera, **changes: object) -> bytes:
+def alone(room: DeviceScene, camera: Camera, **changes: object) -> bytes:
     return Renderer(room, SIZE, settings(**changes)).render(camera).radiance().tobytes()
 
 
-def test_a_walk_counts_what_it_keeps(room: ResidentScene) -> None:
+def test_a_walk_counts_what_it_keeps(room: DeviceScene) -> None:
     renderer = Renderer(room, SIZE, settings())
     first, second = (renderer.render(pose(number), walks=True).stats for number in range(2))
     assert first.skips["kept_clusters"] == 0
     assert second.skips["kept_clusters"] > 0.45 * 300 * 100
     assert 0 < second.counts["rays"] < 0.3 * first.counts["rays"]
-    pairs = second.counts["rays"] + sum(second.skips[name] for name in ("kept_clusters", "facing_away", "weak_pairs"))
+    pairs = second.counts["rays"] + sum(
+        second.skips[name] for name in ("kept_clusters", "facing_away", "shared_weak_rays")
+    )
     assert pairs % 100 == 0
     assert 0.5 * 300 * 100 < pairs <= 300 * 100
     assert second.counts["unassigned"] == 0
 
 
-def test_the_same_walk_gives_the_same_bits_and_without_the_skip_those_of_single_pictures(room: ResidentScene) -> None:
+def test_the_same_walk_gives_the_same_bits_and_without_the_skip_those_of_single_pictures(room: DeviceScene) -> None:
     def walk(**changes: object) -> list[bytes]:
         renderer = Renderer(room, SIZE, settings(**changes))
         return [renderer.render(pose(number), walks=True).radiance().tobytes() for number in range(3)]
@@ -52,12 +54,12 @@ def test_the_same_walk_gives_the_same_bits_and_without_the_skip_those_of_single_
     kept = walk()
     assert kept == walk()
     assert [bits == single for bits, single in zip(kept, singles, strict=True)] == [True, False, False]
-    assert walk(skip=Skips(kept_clusters=False, kept_light=False)) == singles
+    assert walk(skip=Skips(kept_clusters=False, temporal_reuse=False)) == singles
     # Other lights might be other bits.
-    assert walk(skip=Skips(unchanged_lights=False, kept_light=False)) == singles
+    assert walk(skip=Skips(unchanged_lights=False, temporal_reuse=False)) == singles
 
 
-def test_a_picture_that_is_of_no_walk_depends_on_nothing_before(room: ResidentScene) -> None:
+def test_a_picture_that_is_of_no_walk_depends_on_nothing_before(room: DeviceScene) -> None:
     renderer = Renderer(room, SIZE, settings())
     for number in range(3):
         renderer.render(pose(number), walks=True)
@@ -69,7 +71,7 @@ def test_a_picture_that_is_of_no_walk_depends_on_nothing_before(room: ResidentSc
     assert renderer.render(pose(4)).radiance().tobytes() == alone(room, pose(4))
 
 
-def test_a_jump_begins_anew(room: ResidentScene) -> None:
+def test_a_jump_begins_anew(room: DeviceScene) -> None:
     renderer = Renderer(room, SIZE, settings())
     renderer.render(pose(0), walks=True)
     back = look_at((0.0, 0.0, -0.4), (0.0, 0.0, 0.5))
@@ -78,7 +80,7 @@ def test_a_jump_begins_anew(room: ResidentScene) -> None:
     assert frame.radiance().tobytes() == alone(room, back)
 
 
-def test_a_walk_begins_anew_after_frames_of_other_lights(room: ResidentScene) -> None:
+def test_a_walk_begins_anew_after_frames_of_other_lights(room: DeviceScene) -> None:
     renderer = Renderer(room, SIZE, settings())
     accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
     for _ in range(2):
@@ -89,7 +91,7 @@ def test_a_walk_begins_anew_after_frames_of_other_lights(room: ResidentScene) ->
 
 @pytest.mark.parametrize("clustering", [Clustering.BOTH, Clustering.SPS])
 def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
-    room: ResidentScene, monkeypatch: pytest.MonkeyPatch, clustering: Clustering
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch, clustering: Clustering
 ) -> None:
     """The first four are smoothed, and a light set serves four; without VPL clusters there is one for all."""
     monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", 0)
@@ -109,7 +111,7 @@ def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
     assert not any(kept(settings(clustering=clustering, skip=Skips(kept_clusters=False))))
 
 
-def test_a_walk_that_failed_begins_anew(room: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_walk_that_failed_begins_anew(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise RuntimeError("no memory")
 
@@ -130,16 +132,16 @@ def error(frame: Frame, reference: Doubles) -> float:
 @pytest.mark.parametrize(("of", "bound"), [("room", 1.1), ("slats", 1.6)])
 def test_after_a_long_walk_the_picture_is_about_as_good_as_that_of_a_new_renderer(of: str, bound: float) -> None:
     """Slats as thin as a pixel come and go with every step, so their clusters do."""
-    resident, camera, size = slats() if of == "slats" else (furnished(), pose(0), SIZE)
-    choice = settings(sp_clusters=150, vpl_clusters=300, near_field=False, skip=Skips(kept_light=False))
+    device_scene, camera, size = slats() if of == "slats" else (furnished(), pose(0), SIZE)
+    choice = settings(sp_clusters=150, vpl_clusters=300, near_field=False, skip=Skips(temporal_reuse=False))
 
     def at(number: int) -> Camera:
         to_world = camera.to_world.copy()
         to_world[:3, 3] += to_world[:3, 0] * 0.004 * (30 - abs(number - 30))
         return replace(camera, to_world=to_world)
 
-    walking, new = Renderer(resident, size, choice), Renderer(resident, size, choice)
-    exact = Renderer(resident, size, choice.model_copy(update={"method": Method.EXACT_VPL}))
+    walking, new = Renderer(device_scene, size, choice), Renderer(device_scene, size, choice)
+    exact = Renderer(device_scene, size, choice.model_copy(update={"method": Method.EXACT_VPL}))
     errors = []
     for number in range(60):
         frame = walking.render(at(number), walks=True)

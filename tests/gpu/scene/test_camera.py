@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gpu.errors import UserError
-from gpu.methods.view_overlap import seen_again
+from gpu.methods.view_overlap import view_overlap
 from gpu.scene.camera import CameraError, look_at
 
 
@@ -65,7 +65,7 @@ def test_a_view_is_seen_again_as_far_as_the_last_one_saw_it(orthographic: bool) 
     def again(eye: tuple[float, float, float], target: tuple[float, float, float], zoom: float = 1.0) -> float:
         view = look_at(eye, target, yfov_degrees=60.0)
         view = replace(view, half_height=camera.half_height * zoom, orthographic=orthographic)
-        return seen_again(view, camera, 1.5, 2.0)
+        return view_overlap(view, camera, 1.5, 2.0)
 
     assert again((1, 2, 3), (1, 2, -7)) == 1.0
     assert again((1, 2, 3), (1, 2, -7), zoom=0.5) == 1.0
@@ -80,5 +80,5 @@ def test_a_view_is_seen_again_as_far_as_the_last_one_saw_it(orthographic: bool) 
 def test_views_of_both_kinds_compare() -> None:
     camera = look_at((0, 0, 0), (0, 0, -1), yfov_degrees=90.0)
     plan = replace(camera, half_height=2.0, orthographic=True)
-    assert seen_again(camera, plan, 1.0, 2.0) == seen_again(plan, camera, 1.0, 2.0) == 1.0
-    assert seen_again(plan, camera, 1.0, 1.0) == pytest.approx(0.25, abs=0.05)
+    assert view_overlap(camera, plan, 1.0, 2.0) == view_overlap(plan, camera, 1.0, 2.0) == 1.0
+    assert view_overlap(plan, camera, 1.0, 1.0) == pytest.approx(0.25, abs=0.05)

@@ -11,25 +11,33 @@ from walking import SIZE, Walk, furnished, pose
 from gpu.clustering.grid import Representatives
 from gpu.core.device import duplicate
 from gpu.device_scene.data import NO_HIT
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, pixel_of
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import View
+from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at, turned
 from gpu.scene.types import Camera
 from gpu.sp.reuse import CROWDED, drop_kernel
-from gpu.sp.seeding import GOOD, LEAST_FREE, LEAST_GOOD, MOST_FREE, MOST_GOOD, MOST_NEW, WHOLE_NEED
+from gpu.sp.seeding import (
+    ACCEPTED_DISTANCE,
+    LEAST_FREE,
+    MAX_ACCEPTED_DISTANCE,
+    MIN_ACCEPTED_DISTANCE,
+    MOST_FREE,
+    MOST_NEW,
+    WHOLE_DEFICIT,
+)
 from gpu.sp.sp_clusters import SpClusters
 
 EYE = (0.0, 0.0, 0.45)
 
 
 @pytest.fixture(scope="module")
-def room() -> ResidentScene:
+def room() -> DeviceScene:
     return furnished()
 
 
-def test_a_walk_keeps_most_clusters_and_their_bits_are_those_of_a_full_trace(room: ResidentScene) -> None:
+def test_a_walk_keeps_most_clusters_and_their_bits_are_those_of_a_full_trace(room: DeviceScene) -> None:
     walk = Walk(room)
     walk.step(pose(0), begins=True)
     assert len(walk.fresh) == walk.used.sum()
@@ -39,17 +47,17 @@ def test_a_walk_keeps_most_clusters_and_their_bits_are_those_of_a_full_trace(roo
         walk.assert_served()
         assert 0 < len(walk.fresh) < 0.3 * walk.used.sum()
     assert (walk.kept & begun).sum() > 100
-    everything = duplicate(SpClusters, walk.clusters)
+    all_emitters = duplicate(SpClusters, walk.clusters)
     used = np.flatnonzero(walk.used)
-    everything.order = wp.array(np.append(used, np.flatnonzero(~walk.used)), dtype=int, device="cpu")
-    everything.fresh = wp.array([len(used)], dtype=int, device="cpu")
+    all_emitters.order = wp.array(np.append(used, np.flatnonzero(~walk.used)), dtype=int, device="cpu")
+    all_emitters.fresh = wp.array([len(used)], dtype=int, device="cpu")
     whole = Visibility(walk.count, walk.lights.count, walk.view.device)
-    whole.trace(walk.view.scene, everything, walk.lights)
+    whole.trace(walk.view.scene, all_emitters, walk.lights)
     assert np.array_equal(whole.words.numpy()[used], walk.visibility.words.numpy()[used])
     assert 0 < walk.visibility.rays.numpy().sum() < 0.3 * whole.rays.numpy().sum()
 
 
-def test_new_clusters_are_in_the_order_each_once(room: ResidentScene) -> None:
+def test_new_clusters_are_in_the_order_each_once(room: DeviceScene) -> None:
     walk = Walk(room)
     walk.step(pose(0), begins=True)
     before = walk.clusters.position.numpy().copy()
@@ -62,18 +70,18 @@ def test_new_clusters_are_in_the_order_each_once(room: ResidentScene) -> None:
     assert all(tuple(p) in pixels for p in walk.clusters.position.numpy()[walk.fresh])
 
 
-def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: ResidentScene) -> None:
+def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: DeviceScene) -> None:
     walk = Walk(room)
     walk.step(pose(0), begins=True)
     for _ in range(45):
         walk.step(pose(0))
-    good = walk.good
+    accepted_distance = walk.accepted_distance
     words, position = walk.visibility.words.numpy().copy(), walk.clusters.position.numpy().copy()
     kept = walk.used
     walk.step(pose(0))
     assert len(walk.fresh) == 0
     assert np.array_equal(walk.kept, kept)
-    assert walk.good == good
+    assert walk.accepted_distance == accepted_distance
     assert float(LEAST_FREE) * walk.count <= walk.count - kept.sum() <= float(MOST_FREE) * walk.count
     assert walk.visibility.rays.numpy().sum() == walk.visibility.shared.numpy().sum() == 0
     assert np.array_equal(walk.visibility.words.numpy(), words)
@@ -82,7 +90,7 @@ def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: ResidentScene) 
 
 @pytest.mark.parametrize("target", [(0.0, 0.0, 1.0), (0.5, 0.5, 0.3), (0.0, -0.5, 0.45001)])
 def test_a_view_of_something_else_is_served_by_new_clusters(
-    room: ResidentScene, target: tuple[float, float, float]
+    room: DeviceScene, target: tuple[float, float, float]
 ) -> None:
     walk = Walk(room)
     walk.step(pose(0), begins=True)
@@ -109,7 +117,7 @@ def test_what_is_hidden_now_is_dropped() -> None:
     wall = quad((-0.5, -0.5, -0.3), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     screen = quad((0.0, -0.5, 0.0), (0.2, 0.0, 0.0), (0.0, 1.0, 0.0))
     walk = Walk(resident_of([wall, screen], [grey(0.5)]))
-    unit = walk.resident.scene.placement
+    unit = walk.device_scene.scene.placement
 
     def behind(eye: Camera) -> np.ndarray:
         """Clusters of the wall that the screen's middle hides from there."""
@@ -140,19 +148,19 @@ def test_clusters_of_folds_as_narrow_as_a_pixel_are_kept() -> None:
     assert walk.kept.sum() > 0.9 * walk.used.sum()
 
 
-def test_a_walk_keeps_few_clusters_free_for_what_comes_into_view(room: ResidentScene) -> None:
+def test_a_walk_keeps_few_clusters_free_for_what_comes_into_view(room: DeviceScene) -> None:
     """With one distance for all scenes, either flat surfaces take all or many are in no use."""
     walk = Walk(room)
     goods, used = [], []
     for number in range(60):
         walk.step(pose(abs(number % 40 - 20)), begins=number == 0)
-        goods.append(walk.good)
+        goods.append(walk.accepted_distance)
         used.append(walk.used.mean())
-    assert goods[0] == pytest.approx(GOOD)
-    assert float(LEAST_GOOD) < min(goods) < max(goods) < float(MOST_GOOD)
+    assert goods[0] == pytest.approx(ACCEPTED_DISTANCE)
+    assert float(MIN_ACCEPTED_DISTANCE) < min(goods) < max(goods) < float(MAX_ACCEPTED_DISTANCE)
     assert 0.94 < np.mean(used[-15:]) < 0.99
-    need = walk.clustering.need.numpy()[: walk.view.pixels]
-    assert (need < WHOLE_NEED).mean() > 0.99
+    deficit = walk.clustering.deficit.numpy()[: walk.view.pixels]
+    assert (deficit < WHOLE_DEFICIT).mean() > 0.99
 
 
 def test_a_side_that_comes_into_view_has_clusters_of_its_own() -> None:
@@ -179,13 +187,13 @@ def test_a_side_that_comes_into_view_has_clusters_of_its_own() -> None:
     assert unlike < 6e-4 * seen
 
 
-def test_a_walk_that_begins_anew_forgets_the_distance_of_the_last(room: ResidentScene) -> None:
+def test_a_walk_that_begins_anew_forgets_the_distance_of_the_last(room: DeviceScene) -> None:
     walk = Walk(room)
     places = []
     for _ in range(2):
         for number in range(4):
             walk.step(pose(number), begins=number == 0)
-        assert walk.good != pytest.approx(GOOD)
+        assert walk.accepted_distance != pytest.approx(ACCEPTED_DISTANCE)
         places.append(walk.clusters.position.numpy()[walk.used])
     assert np.array_equal(*places)
 
@@ -204,13 +212,13 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     points = walk.clusters.position.numpy()[walk.used].astype(np.float64)
     distances = np.linalg.norm(points[:, None] - points[None], axis=2)
     np.fill_diagonal(distances, 1.0)
-    crowded = distances.min(axis=1) < 0.9 * CROWDED * walk.good * walk.spacing()[walk.used]
+    crowded = distances.min(axis=1) < 0.9 * CROWDED * walk.accepted_distance * walk.spacing()[walk.used]
     assert crowded.mean() < 0.05
     # Kept ones are no more than there were, on a third of each side: without thinning they would be packed there.
     inner = (np.abs(points[:, :2]) < 0.1).all(axis=1)
     assert inner.sum() < 0.35 * walk.count
-    need = walk.clustering.need.numpy()[: walk.view.pixels]
-    assert (need < WHOLE_NEED).mean() > 0.95
+    deficit = walk.clustering.deficit.numpy()[: walk.view.pixels]
+    assert (deficit < WHOLE_DEFICIT).mean() > 0.95
 
 
 @wp.kernel
@@ -223,8 +231,8 @@ def pixel_kernel(first: int, cameras: wp.array[CameraData], points: wp.array[wp.
 
 @pytest.mark.parametrize("orthographic", [False, True])
 @pytest.mark.parametrize("sample", [0, 3])
-def test_a_pixel_finds_its_own_sp(room: ResidentScene, orthographic: bool, sample: int) -> None:
-    view = View(room, SIZE, lambertian=True)
+def test_a_pixel_finds_its_own_sp(room: DeviceScene, orthographic: bool, sample: int) -> None:
+    view = ViewState(room, SIZE, lambertian=True)
     view.look(replace(pose(3), orthographic=orthographic, half_height=0.3), sample)
     view.find_shading_points()
     seen = view.gbuffer.face.numpy() != int(NO_HIT)
@@ -239,18 +247,30 @@ def test_a_pixel_finds_its_own_sp(room: ResidentScene, orthographic: bool, sampl
 
 
 @pytest.mark.parametrize(
-    ("wanted", "good", "stays"),
+    ("wanted", "accepted_distance", "stays"),
     [
-        *((100, GOOD, 70), (70, GOOD, 70), (69, GOOD, 65), (35, GOOD, 33), (1, GOOD, 1)),
-        *((100, float(MOST_GOOD), 70), (72, float(MOST_GOOD), 68), (70, float(MOST_GOOD), 66)),
+        *(
+            (100, ACCEPTED_DISTANCE, 70),
+            (70, ACCEPTED_DISTANCE, 70),
+            (69, ACCEPTED_DISTANCE, 65),
+            (35, ACCEPTED_DISTANCE, 33),
+            (1, ACCEPTED_DISTANCE, 1),
+        ),
+        *(
+            (100, float(MAX_ACCEPTED_DISTANCE), 70),
+            (72, float(MAX_ACCEPTED_DISTANCE), 68),
+            (70, float(MAX_ACCEPTED_DISTANCE), 66),
+        ),
     ],
 )
-def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(wanted: int, good: float, stays: int) -> None:
+def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(
+    wanted: int, accepted_distance: float, stays: int
+) -> None:
     spacing = np.where(np.arange(100) % 10 < 7, 1.0, 0.0)
     representatives = Representatives()
     representatives.spacing = column(spacing, float)
-    frees = column(np.cumsum(spacing == 0.0), wp.int32)
-    inputs = [0, column([wanted], wp.int32), frees, column([good], float), representatives]
+    unused_prefix = column(np.cumsum(spacing == 0.0), wp.int32)
+    inputs = [0, column([wanted], wp.int32), unused_prefix, column([accepted_distance], float), representatives]
     wp.launch(drop_kernel, 100, inputs, device="cpu")
     stay = representatives.spacing.numpy() > 0.0
     assert stay.sum() == stays
@@ -259,7 +279,7 @@ def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(wanted
 
 
 @pytest.mark.parametrize("count", [200, 120])
-def test_what_comes_into_view_as_clusters_fall_has_its_own(room: ResidentScene, count: int) -> None:
+def test_what_comes_into_view_as_clusters_fall_has_its_own(room: DeviceScene, count: int) -> None:
     """A camera turns to the right. Without room in that frame, what it turns to has the light of other surfaces."""
     walk = Walk(room, size=(96, 72))
     for number in range(12):
@@ -277,7 +297,7 @@ def test_what_comes_into_view_as_clusters_fall_has_its_own(room: ResidentScene, 
 
 
 @pytest.mark.parametrize("at_once", [False, True])
-def test_more_clusters_come_in_turn_or_at_once(room: ResidentScene, at_once: bool) -> None:
+def test_more_clusters_come_in_turn_or_at_once(room: DeviceScene, at_once: bool) -> None:
     walk = Walk(room, most=900)
     walk.step(pose(0.0), begins=True)
     walk.clustering.use(900, at_once=at_once)
@@ -288,7 +308,7 @@ def test_more_clusters_come_in_turn_or_at_once(room: ResidentScene, at_once: boo
 
 
 @pytest.mark.parametrize("count", [450, 200])
-def test_a_walk_goes_on_with_more_or_fewer_clusters(room: ResidentScene, count: int) -> None:
+def test_a_walk_goes_on_with_more_or_fewer_clusters(room: DeviceScene, count: int) -> None:
     walk = Walk(room, most=600)
     walk.step(pose(0.0), begins=True)
     walk.step(pose(0.0))

@@ -2,24 +2,24 @@ import numpy as np
 import pytest
 from scenes import box, grey, quad, resident_of, slats
 
-from gpu.device_scene.upload import ResidentScene
-from gpu.methods.view_state import View
+from gpu.device_scene.upload import DeviceScene
+from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera
 from gpu.settings import Weighting
-from gpu.sp.sp_clusters import UNASSIGNED_NEED, SpClustering
+from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering
 
 
-def clustered(count: int, fuzziness: int, weighting: Weighting = Weighting.DISTANCE) -> tuple[SpClustering, View]:
+def clustered(count: int, fuzziness: int, weighting: Weighting = Weighting.DISTANCE) -> tuple[SpClustering, ViewState]:
     """The slats' SPs in clusters."""
-    resident, camera, size = slats()
-    return clustering_of(resident, camera, size, count, fuzziness, weighting)
+    device_scene, camera, size = slats()
+    return clustering_of(device_scene, camera, size, count, fuzziness, weighting)
 
 
 def clustering_of(
-    resident: ResidentScene, camera: Camera, size: tuple[int, int], count: int, fuzziness: int, weighting: Weighting
-) -> tuple[SpClustering, View]:
-    view = View(resident, size, lambertian=True)
+    device_scene: DeviceScene, camera: Camera, size: tuple[int, int], count: int, fuzziness: int, weighting: Weighting
+) -> tuple[SpClustering, ViewState]:
+    view = ViewState(device_scene, size, lambertian=True)
     view.look(camera)
     view.find_shading_points()
     clustering = SpClustering(view.shading_points, count, fuzziness, weighting)
@@ -37,7 +37,7 @@ def test_every_sp_has_used_clusters_whose_weights_add_up_to_one(count: int, fuzz
     assert (weight >= 0.0).all()
     used = clustering.clusters.used.numpy()
     assert used[cluster[weight > 0.0]].all()
-    assert (clustering.need.numpy()[:sps] < int(UNASSIGNED_NEED)).all()
+    assert (clustering.deficit.numpy()[:sps] < int(UNASSIGNED_DEFICIT)).all()
 
 
 def test_weights_fall_with_distance_or_are_equal() -> None:
@@ -79,8 +79,8 @@ def test_surfaces_that_meet_at_a_corner_share_no_clusters() -> None:
     clustering, view = clustering_of(room, look_at((0.4, 0.4, 0.4), (-0.5, -0.5, -0.5), yfov_degrees=80.0), (40, 30),
                                      200, 6, Weighting.DISTANCE)  # fmt: skip
     normal = view.gbuffer.normal.numpy()[view.shading_points.pixels.numpy()]
-    members = clustering.clusters.geometric.numpy()[clustering.clusters.cluster.numpy()]
-    counts = (clustering.clusters.weight.numpy() > 0.0) & (clustering.need.numpy() == 0)
+    members = clustering.clusters.geometric_normal.numpy()[clustering.clusters.cluster.numpy()]
+    counts = (clustering.clusters.weight.numpy() > 0.0) & (clustering.deficit.numpy() == 0)
     assert counts.mean() > 0.5
     assert (normal[None] * members).sum(axis=2)[counts] == pytest.approx(1.0, abs=1e-5)
 
@@ -124,13 +124,13 @@ def test_the_same_seed_gives_the_same_bits() -> None:
 
 
 def test_a_view_of_nothing_has_no_clusters() -> None:
-    resident, camera, size = slats()
+    device_scene, camera, size = slats()
     away = camera.to_world.copy()
     away[:3, 3] = (0.0, 0.0, 50.0)
     away[:3, 2] *= -1.0
     away[:3, 0] *= -1.0
     outside = Camera("away", away, camera.half_height)
-    clustering, view = clustering_of(resident, outside, size, 50, 6, Weighting.DISTANCE)
+    clustering, view = clustering_of(device_scene, outside, size, 50, 6, Weighting.DISTANCE)
     assert view.shading_points.count.numpy()[0] == 0
     assert not clustering.clusters.used.numpy().any()
 
@@ -142,7 +142,7 @@ def test_room_for_more_clusters_changes_none(count: int) -> None:
     roomy.run(view.gbuffer, 0)
     assert roomy.count == count
     assert roomy.clusters.used.numpy().sum() == alone.clusters.used.numpy().sum() > 0
-    for name in ("position", "normal", "geometric", "spacing", "used"):
+    for name in ("position", "normal", "geometric_normal", "spacing", "used"):
         assert (
             getattr(roomy.clusters, name).numpy()[:count].tobytes() == getattr(alone.clusters, name).numpy().tobytes()
         )

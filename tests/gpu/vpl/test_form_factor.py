@@ -6,10 +6,17 @@ from scenes import box, column, grey, resident_of, results, square_of_vpls
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.lights.light_paths import Vpls, allocate_vpls
-from gpu.vpl.build import cluster_vpls, set_twigs
+from gpu.vpl.build import cluster_vpls, set_subclusters
 from gpu.vpl.disk_light import Disk, disk_at, disk_of
-from gpu.vpl.form_factor import TWIG_SHARE, UNFOLD_SHARE, disk_area, disk_irradiance, disk_transfer, unoccluded
-from gpu.vpl.vpl_clusters import PER_TWIG, VplClusters
+from gpu.vpl.form_factor import (
+    OPEN_SHARE,
+    OPEN_SUBCLUSTER_SHARE,
+    disk_area,
+    disk_irradiance,
+    disk_transfer,
+    unoccluded_irradiance,
+)
+from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters
 
 
 @wp.kernel
@@ -23,7 +30,7 @@ def disk_kernel(first: int, way: wp.array[wp.vec3], area: float, out: wp.array[f
 def unoccluded_kernel(first: int, vpls: VplClusters, out: wp.array[wp.vec3]) -> None:
     """One thread a cluster: its irradiance at the origin, which faces up."""
     cluster = first + wp.tid()
-    out[cluster] = unoccluded(wp.vec3(0.0, 0.0, 0.0), wp.vec3(0.0, 0.0, 1.0), vpls, cluster)
+    out[cluster] = unoccluded_irradiance(wp.vec3(0.0, 0.0, 0.0), wp.vec3(0.0, 0.0, 1.0), vpls, cluster)
 
 
 @pytest.mark.parametrize("height", [0.01, 0.3, 5.0])
@@ -45,17 +52,19 @@ def test_transfer_is_bounded_and_one_sided() -> None:
 
 
 @wp.kernel
-def disk_kernel_of(first: int, position: wp.vec3, normal: wp.vec3, area: float, cone: float,
+def disk_kernel_of(first: int, position: wp.vec3, normal: wp.vec3, area: float, normal_cone_cos: float,
                    out: wp.array[Disk]) -> None:  # fmt: skip
     """One thread: the disk of a cluster."""
-    out[first + wp.tid()] = disk_of(position, normal, wp.vec3(10.0, 8.0, 12.0), area, area / (2.0 * PI), cone)
+    out[first + wp.tid()] = disk_of(
+        position, normal, wp.vec3(10.0, 8.0, 12.0), area, area / (2.0 * PI), normal_cone_cos
+    )
 
 
 @wp.kernel
 def downward_kernel(first: int, vpls: VplClusters, out: wp.array[wp.vec3]) -> None:
     """One thread a cluster: its irradiance at the origin, which faces down."""
     cluster = first + wp.tid()
-    out[cluster] = unoccluded(wp.vec3(0.0, 0.0, 0.0), wp.vec3(0.0, -1.0, 0.0), vpls, cluster)
+    out[cluster] = unoccluded_irradiance(wp.vec3(0.0, 0.0, 0.0), wp.vec3(0.0, -1.0, 0.0), vpls, cluster)
 
 
 @wp.kernel
@@ -73,7 +82,7 @@ def tilted_kernel(first: int, vpls: VplClusters, normals: wp.array[wp.vec3], out
 
 
 def cluster_above(
-    height: float, area: float, cone: float = 1.0, normal: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    height: float, area: float, normal_cone_cos: float = 1.0, normal: tuple[float, float, float] = (0.0, 0.0, -1.0)
 ) -> VplClusters:
     """A cluster of four VPLs around (0, 0, height) that face down, of a cone of normals given by its cosine."""
     device = wp.get_device("cpu")
@@ -83,10 +92,12 @@ def cluster_above(
     members.flux = column([[k, 2.0, 3.0] for k in range(1, 5)], wp.vec3)
     clusters: VplClusters = allocate(VplClusters, 1, device)
     clusters.count, clusters.members = 1, members
-    launch(disk_kernel_of, 1, [wp.vec3(0.0, 0.0, height), wp.vec3(*normal), area, cone, clusters.disks], device)
-    clusters.cone, clusters.extent = column([cone], float), column([0.15], float)
+    launch(
+        disk_kernel_of, 1, [wp.vec3(0.0, 0.0, height), wp.vec3(*normal), area, normal_cone_cos, clusters.disks], device
+    )
+    clusters.normal_cone_cos, clusters.extent = column([normal_cone_cos], float), column([0.15], float)
     clusters.starts = column([0, 4], wp.int32)
-    set_twigs(clusters, clusters.starts.numpy(), device)
+    set_subclusters(clusters, clusters.starts.numpy(), device)
     return clusters
 
 
@@ -104,44 +115,49 @@ def test_near_by_its_members_count_one_by_one() -> None:
 
 
 def test_near_by_disks_are_those_of_twigs_and_then_of_members() -> None:
-    resident = resident_of(box(), [grey(0.5, 1.0)])
-    clusters = cluster_vpls(resident, square_of_vpls(400), 1, 0)
-    whole, twig = clusters.disks.numpy()[0], clusters.twigs.numpy()[9 // int(PER_TWIG)]
-    reaches = [disk["reach"] / np.sqrt(float(share)) for disk, share in ((whole, UNFOLD_SHARE), (twig, TWIG_SHARE))]
+    device_scene = resident_of(box(), [grey(0.5, 1.0)])
+    clusters = cluster_vpls(device_scene, square_of_vpls(400), 1, 0)
+    whole, subcluster = clusters.disks.numpy()[0], clusters.subclusters.numpy()[9 // int(PER_SUBCLUSTER)]
+    reaches = [
+        disk["radius"] / np.sqrt(float(share))
+        for disk, share in ((whole, OPEN_SHARE), (subcluster, OPEN_SUBCLUSTER_SHARE))
+    ]
     far, middle, near = 1.01 * reaches[0], 0.99 * reaches[0], 0.5 * reaches[1]
     points = [whole["position"] + [0.0, far, 0.0], whole["position"] + [0.0, middle, 0.0]]
-    points.append(twig["position"] + [0.0, near, 0.0])
+    points.append(subcluster["position"] + [0.0, near, 0.0])
     areas = results(area_kernel, 3, [clusters, column(points, wp.vec3)], float)
-    assert areas == pytest.approx([whole["area"], whole["area"] * int(PER_TWIG) / 400, whole["area"] / 400], rel=1e-4)
+    assert areas == pytest.approx(
+        [whole["area"], whole["area"] * int(PER_SUBCLUSTER) / 400, whole["area"] / 400], rel=1e-4
+    )
 
 
 def test_twigs_stand_for_their_members() -> None:
-    """From near the whole cluster, but not near any of its members, twigs make no difference."""
-    resident = resident_of(box(), [grey(0.5, 1.0)])
-    clusters = cluster_vpls(resident, square_of_vpls(4096, height=-0.4, seed=3), 1, 0)
+    """From near the whole cluster, but not near any of its members, subclusters make no difference."""
+    device_scene = resident_of(box(), [grey(0.5, 1.0)])
+    clusters = cluster_vpls(device_scene, square_of_vpls(4096, height=-0.4, seed=3), 1, 0)
     members = clusters.members
     way = members.position.numpy().astype(np.float64)
     squared, area = (way**2).sum(axis=1), clusters.disks.numpy()["area"][0] / 4096
-    share = np.maximum(-way[:, 1], 0.0) ** 2 / (squared * (np.pi * squared + int(PER_TWIG) * area))
+    share = np.maximum(-way[:, 1], 0.0) ** 2 / (squared * (np.pi * squared + int(PER_SUBCLUSTER) * area))
     expected = (members.flux.numpy() * share[:, None]).sum(axis=0)
     light = results(downward_kernel, 1, [clusters], wp.vec3).ravel()
     assert light == pytest.approx(expected, rel=2e-3)
 
 
-def mean_of_disk(height: float, area: float, tilt: float, samples: int = 200_000) -> float:
+def mean_of_disk(height: float, area: float, normal_cosine: float, samples: int = 200_000) -> float:
     """Mean of max(cosθ, 0)·d over an even disk at a height, for a receiver that is tilted from facing it."""
     rng = np.random.default_rng(0)
     radius, angle = np.sqrt(rng.uniform(0.0, area / np.pi, samples)), rng.uniform(0.0, 2.0 * np.pi, samples)
-    facing = height * np.cos(tilt) + radius * np.cos(angle) * np.sin(tilt)
+    facing = height * np.cos(normal_cosine) + radius * np.cos(angle) * np.sin(normal_cosine)
     return float(np.maximum(facing, 0.0).mean())
 
 
 @pytest.mark.parametrize("degrees", [0.0, 40.0, 75.0, 85.0, 90.0, 95.0, 120.0])
 def test_a_disk_on_the_horizon_lights_with_what_is_above_it(degrees: float) -> None:
-    height, area, tilt = 1.0, 0.3, np.radians(degrees)
-    normal = column([[np.sin(tilt), 0.0, np.cos(tilt)]], wp.vec3)
+    height, area, normal_cosine = 1.0, 0.3, np.radians(degrees)
+    normal = column([[np.sin(normal_cosine), 0.0, np.cos(normal_cosine)]], wp.vec3)
     light = results(tilted_kernel, 1, [cluster_above(height, area), normal], wp.vec3).reshape(3)
-    expected = mean_of_disk(height, area, tilt) * height / (height**2 * (np.pi * height**2 + area))
+    expected = mean_of_disk(height, area, normal_cosine) * height / (height**2 * (np.pi * height**2 + area))
     # An even spread stands for the disk's.
     assert light == pytest.approx(np.array([10.0, 8.0, 12.0]) * expected, rel=0.02, abs=0.002)
     assert (light[0] > 0.0) == (degrees <= 95.0)
@@ -149,9 +165,9 @@ def test_a_disk_on_the_horizon_lights_with_what_is_above_it(degrees: float) -> N
 
 def test_members_whose_normals_stray_light_what_their_cluster_faces_away_from() -> None:
     up = column([[0.0, 0.0, 1.0]], wp.vec3)
-    for turn, reaches in ((0.0, False), (0.3, False), (0.8, True)):
+    for tilt, reaches in ((0.0, False), (0.3, False), (0.8, True)):
         # It leans away from the origin, by 100° from the way there.
         away = np.radians(100.0)
-        cluster = cluster_above(1.0, 0.0, np.cos(turn), (np.sin(away), 0.0, -np.cos(away)))
+        cluster = cluster_above(1.0, 0.0, np.cos(tilt), (np.sin(away), 0.0, -np.cos(away)))
         light = results(tilted_kernel, 1, [cluster, up], wp.vec3)
         assert (light.sum() > 0.0) == reaches

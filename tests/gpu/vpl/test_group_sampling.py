@@ -4,23 +4,25 @@ import warp as wp
 from scenes import column, results
 
 from gpu.scene.types import Doubles
-from gpu.vpl.group_sampling import drawn_group, groups_a_part, row_of
+from gpu.vpl.group_sampling import groups_a_part, sample_group, upper_bound
 from gpu.vpl.vpl_clusters import VplClusters
 
 
 @wp.kernel
-def row_kernel(first: int, totals: wp.array2d[float], column: int, picks: wp.array[float], out: wp.array[int]) -> None:
+def row_kernel(
+    first: int, importance_cdf: wp.array2d[float], column: int, picks: wp.array[float], out: wp.array[int]
+) -> None:
     """One thread a pick: the row that it falls into."""
     index = first + wp.tid()
-    out[index] = row_of(totals, column, picks[index])
+    out[index] = upper_bound(importance_cdf, column, picks[index])
 
 
 @wp.kernel
-def group_kernel(first: int, vpls: VplClusters, mass: wp.array2d[float], totals: wp.array2d[float],
+def group_kernel(first: int, vpls: VplClusters, importance: wp.array2d[float], importance_cdf: wp.array2d[float],
                  picks: wp.array[float], out: wp.array[int]) -> None:  # fmt: skip
     """One thread a pick of column 0: the group that it falls into."""
     index = first + wp.tid()
-    out[index] = drawn_group(vpls, mass, totals, 0, picks[index])
+    out[index] = sample_group(vpls, importance, importance_cdf, 0, picks[index])
 
 
 @wp.kernel
@@ -40,9 +42,9 @@ def clusters_of(groups: int) -> VplClusters:
 
 
 def test_rows_are_found_by_their_running_totals_and_empty_ones_never() -> None:
-    totals = table(np.cumsum([[0.0, 9.0], [2.0, 9.0], [0.0, 9.0], [3.0, 9.0], [0.0, 9.0]], axis=0))
+    importance_cdf = table(np.cumsum([[0.0, 9.0], [2.0, 9.0], [0.0, 9.0], [3.0, 9.0], [0.0, 9.0]], axis=0))
     picks = [0.0, 1.9, 2.0, 4.9, 5.0, 7.0]
-    rows = results(row_kernel, len(picks), [totals, 0, column(picks, float)], wp.int32)
+    rows = results(row_kernel, len(picks), [importance_cdf, 0, column(picks, float)], wp.int32)
     assert rows.tolist() == [1, 1, 3, 3, 3, 3]
 
 
@@ -50,17 +52,17 @@ def test_rows_are_found_by_their_running_totals_and_empty_ones_never() -> None:
 def test_groups_are_found_in_their_parts(groups: int, parts: int) -> None:
     """Also where a pick is all there is, by rounding, and most parts are empty."""
     rng = np.random.default_rng(groups)
-    mass = rng.uniform(0.0, 1.0, (groups, 1)) * rng.integers(0, 2, (groups, 1))
-    mass[groups // 2] = 1.0
+    importance = rng.uniform(0.0, 1.0, (groups, 1)) * rng.integers(0, 2, (groups, 1))
+    importance[groups // 2] = 1.0
     (each,) = results(part_kernel, 1, [clusters_of(groups), parts], wp.int32).astype(int)
     assert each * parts >= groups > (each - 1) * parts
     padded = np.zeros(parts * each)
-    padded[:groups] = mass[:, 0]
-    totals = np.cumsum(padded.reshape(parts, each).sum(axis=1)).astype(np.float32)
-    ends = np.cumsum(mass[:, 0])
-    lit = np.flatnonzero(mass[:, 0] > 0.0)
-    picks = [*(ends[lit] - 0.5 * mass[lit, 0]), totals[-1], 1.1 * totals[-1]]
-    inputs = [clusters_of(groups), table(mass), table(totals[:, None]), column(picks, float)]
+    padded[:groups] = importance[:, 0]
+    importance_cdf = np.cumsum(padded.reshape(parts, each).sum(axis=1)).astype(np.float32)
+    ends = np.cumsum(importance[:, 0])
+    lit = np.flatnonzero(importance[:, 0] > 0.0)
+    picks = [*(ends[lit] - 0.5 * importance[lit, 0]), importance_cdf[-1], 1.1 * importance_cdf[-1]]
+    inputs = [clusters_of(groups), table(importance), table(importance_cdf[:, None]), column(picks, float)]
     found = results(group_kernel, len(picks), inputs, wp.int32)
     assert found[:-2].tolist() == lit.tolist()
     assert ((found[-2:] >= lit[-1]) & (found[-2:] < groups)).all()

@@ -5,12 +5,12 @@ from weakref import ref
 import pytest
 from scenes import box, grey, resident_of
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import paths_for
 from gpu.scene.types import Light, LightKind, Material
-from gpu.vpl.light_sets import Lighting, LightingChoice, lighting_of
+from gpu.vpl.light_sets import LightSetChoice, LightSets, light_sets_of
 
-CHOICE = LightingChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
+CHOICE = LightSetChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
 
 
 def silent(what: str, fraction: float) -> None:
@@ -18,94 +18,96 @@ def silent(what: str, fraction: float) -> None:
 
 
 @pytest.fixture
-def resident() -> ResidentScene:
+def device_scene() -> DeviceScene:
     return resident_of(box(), [grey(0.5, emission=1.0)])
 
 
-def test_all_renderers_of_a_scene_share_its_lighting(resident: ResidentScene) -> None:
-    assert lighting_of(resident) is lighting_of(resident)
-    assert lighting_of(resident).table.count > 0
+def test_all_renderers_of_a_scene_share_its_lighting(device_scene: DeviceScene) -> None:
+    assert light_sets_of(device_scene) is light_sets_of(device_scene)
+    assert light_sets_of(device_scene).table.count > 0
 
 
-def test_a_light_set_is_made_once_and_its_making_is_told(resident: ResidentScene) -> None:
-    lighting = Lighting(resident)
+def test_a_light_set_is_made_once_and_its_making_is_told(device_scene: DeviceScene) -> None:
+    light_sets = LightSets(device_scene)
     told: list[tuple[str, float]] = []
-    made = lighting.clusters(CHOICE, lambda what, fraction: told.append((what, fraction)))
+    made = light_sets.clusters(CHOICE, lambda what, fraction: told.append((what, fraction)))
     assert 0 < made.count <= CHOICE.vpl_clusters
     assert told[0][1] == 0.0
     assert told[-1][1] == 1.0
     told.clear()
-    assert lighting.clusters(replace(CHOICE), lambda what, fraction: told.append((what, fraction))) is made
+    assert light_sets.clusters(replace(CHOICE), lambda what, fraction: told.append((what, fraction))) is made
     assert told == []
 
 
 def test_sets_that_differ_by_their_seed_need_one_pilot(
-    resident: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls: list[object] = []
     monkeypatch.setattr("gpu.vpl.light_sets.paths_for", lambda *args: calls.append(args) or paths_for(*args))
-    lighting = Lighting(resident)
+    light_sets = LightSets(device_scene)
     for choice in (CHOICE, replace(CHOICE, seed=1), replace(CHOICE, vpls=500)):
-        assert lighting.clusters(choice, silent).members.count == pytest.approx(choice.vpls, rel=0.1)
+        assert light_sets.clusters(choice, silent).members.count == pytest.approx(choice.vpls, rel=0.1)
     assert len(calls) == 2
 
 
-def test_a_set_is_renewed_in_its_own_arrays(resident: ResidentScene) -> None:
-    lighting = Lighting(resident)
-    assert not lighting.holds(CHOICE)
-    lighting.renew(CHOICE, silent)
-    assert lighting.holds(CHOICE)
-    made = lighting.clusters(CHOICE, silent)
+def test_a_set_is_renewed_in_its_own_arrays(device_scene: DeviceScene) -> None:
+    light_sets = LightSets(device_scene)
+    assert not light_sets.holds(CHOICE)
+    light_sets.renew(CHOICE, silent)
+    assert light_sets.holds(CHOICE)
+    made = light_sets.clusters(CHOICE, silent)
     positions, fluxes = made.disks.numpy(), made.members.flux.numpy()
     made.disks.zero_()
     made.members.flux.zero_()
-    lighting.renew(CHOICE, silent)
-    assert lighting.clusters(CHOICE, silent) is made
+    light_sets.renew(CHOICE, silent)
+    assert light_sets.clusters(CHOICE, silent) is made
     assert made.disks.numpy().tobytes() == positions.tobytes()
     assert made.members.flux.numpy().tobytes() == fluxes.tobytes()
 
 
 @pytest.mark.parametrize("change", [{"vpls": 500}, {"vpl_clusters": 20}, {"bounces": 3}, {"seed": 1}])
-def test_another_choice_is_another_set(resident: ResidentScene, change: dict[str, int]) -> None:
-    lighting = Lighting(resident)
-    one, other = lighting.clusters(CHOICE, silent), lighting.clusters(replace(CHOICE, **change), silent)
+def test_another_choice_is_another_set(device_scene: DeviceScene, change: dict[str, int]) -> None:
+    light_sets = LightSets(device_scene)
+    one, other = light_sets.clusters(CHOICE, silent), light_sets.clusters(replace(CHOICE, **change), silent)
     assert one is not other
     assert one.disks.numpy().tobytes() != other.disks.numpy().tobytes()
 
 
 def test_unlit_surfaces_reflect_only_as_lambertian_ones() -> None:
     bulb = Light("bulb", LightKind.POINT, (1.0, 1.0, 1.0))
-    resident = resident_of(box(), [Material(base_color=(0.5, 0.5, 0.5, 1.0), unlit=True)], lights=[bulb])
-    lighting = Lighting(resident)
-    assert lighting.clusters(CHOICE, silent).count > 0
-    assert lighting.clusters(replace(CHOICE, lambertian=False), silent).count == 0
+    device_scene = resident_of(box(), [Material(base_color=(0.5, 0.5, 0.5, 1.0), unlit=True)], lights=[bulb])
+    light_sets = LightSets(device_scene)
+    assert light_sets.clusters(CHOICE, silent).count > 0
+    assert light_sets.clusters(replace(CHOICE, lambertian=False), silent).count == 0
 
 
 def test_few_sets_are_kept_and_the_longest_unused_goes_first(
-    resident: ResidentScene, monkeypatch: pytest.MonkeyPatch
+    device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", 4 * CHOICE.vpls)
-    lighting = Lighting(resident)
-    sets = [lighting.clusters(replace(CHOICE, seed=seed), silent) for seed in range(4)]
-    assert lighting.clusters(CHOICE, silent) is sets[0]
-    lighting.clusters(replace(CHOICE, seed=4), silent)
-    assert lighting.clusters(CHOICE, silent) is sets[0]
-    assert lighting.clusters(replace(CHOICE, seed=1), silent) is not sets[1]
-    assert lighting.clusters(replace(CHOICE, seed=3), silent) is sets[3]
+    light_sets = LightSets(device_scene)
+    sets = [light_sets.clusters(replace(CHOICE, seed=seed), silent) for seed in range(4)]
+    assert light_sets.clusters(CHOICE, silent) is sets[0]
+    light_sets.clusters(replace(CHOICE, seed=4), silent)
+    assert light_sets.clusters(CHOICE, silent) is sets[0]
+    assert light_sets.clusters(replace(CHOICE, seed=1), silent) is not sets[1]
+    assert light_sets.clusters(replace(CHOICE, seed=3), silent) is sets[3]
 
 
-def test_a_set_larger_than_what_is_kept_is_still_made(resident: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_set_larger_than_what_is_kept_is_still_made(
+    device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", 1)
-    assert Lighting(resident).clusters(CHOICE, silent).count > 0
+    assert LightSets(device_scene).clusters(CHOICE, silent).count > 0
 
 
 def test_a_scene_that_nobody_holds_is_freed_at_once_with_its_lighting() -> None:
-    resident = resident_of(box(), [grey(0.5, emission=1.0)])
-    lighting_of(resident).clusters(CHOICE, silent)
-    gone = ref(resident)
+    device_scene = resident_of(box(), [grey(0.5, emission=1.0)])
+    light_sets_of(device_scene).clusters(CHOICE, silent)
+    gone = ref(device_scene)
     gc.disable()
     try:
-        del resident
+        del device_scene
         assert gone() is None
     finally:
         gc.enable()

@@ -3,23 +3,23 @@ import pytest
 import warp as wp
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.scene.types import Doubles, Ints
 from gpu.vpl.build import cluster_vpls
-from gpu.vpl.light_sets import Lighting, LightingChoice
-from gpu.vpl.radiosity_cache import REACH, RadiosityMap, radiosity_map, vpl_around
+from gpu.vpl.light_sets import LightSetChoice, LightSets
+from gpu.vpl.radiosity_cache import REACH, RadiosityCache, radiosity_cache, vpl_around
 
 
 @wp.kernel
-def around_kernel(first: int, lit: RadiosityMap, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], scale: float,
+def around_kernel(first: int, lit: RadiosityCache, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], scale: float,
                   out: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: the VPL that answers for it."""
     point = first + wp.tid()
     out[point] = vpl_around(lit, position[point], normal[point], scale)
 
 
-def around(lit: RadiosityMap, points: Doubles, normals: Doubles, scale: float = 1e-3) -> Ints:
+def around(lit: RadiosityCache, points: Doubles, normals: Doubles, scale: float = 1e-3) -> Ints:
     """The VPLs that answer for points, (point,)."""
     inputs = [lit, column(points, wp.vec3), column(normals, wp.vec3), scale]
     return results(around_kernel, len(points), inputs, wp.int32).astype(np.int32)
@@ -34,26 +34,26 @@ def joined(*parts: Vpls) -> Vpls:
     return vpls
 
 
-def floors(heights: tuple[float, ...], half: float = 0.5) -> ResidentScene:
+def floors(heights: tuple[float, ...], half: float = 0.5) -> DeviceScene:
     """Floors that face up."""
     parts = [quad((-half, height, half), (2.0 * half, 0.0, 0.0), (0.0, 0.0, -2.0 * half)) for height in heights]
     return resident_of([*parts, *box(0)], [grey(0.5)])
 
 
-def mapped(resident: ResidentScene, vpls: Vpls) -> RadiosityMap:
-    return radiosity_map(resident, resident.data, cluster_vpls(resident, vpls, 60, 0))
+def mapped(device_scene: DeviceScene, vpls: Vpls) -> RadiosityCache:
+    return radiosity_cache(device_scene, device_scene.data, cluster_vpls(device_scene, vpls, 60, 0))
 
 
-def inner(lit: RadiosityMap, half: float = 0.2) -> Doubles:
+def inner(lit: RadiosityCache, half: float = 0.2) -> Doubles:
     """Which VPLs lie well inside a square."""
     return (np.abs(lit.position.numpy()[:, [0, 2]]) < half).all(axis=1)
 
 
 def test_the_map_knows_the_radiosity_of_an_evenly_lit_room() -> None:
     """Walls that emit M/π and reflect ρ have the reflected radiosity M·ρ/(1 − ρ), all over."""
-    resident = resident_of(box(), [grey(0.5, emission=1.0 / np.pi)])
-    choice = LightingChoice(vpls=20_000, vpl_clusters=200, bounces=16, seed=0, lambertian=True)
-    lit = Lighting(resident).radiosity(choice, lambda what, fraction: None)
+    device_scene = resident_of(box(), [grey(0.5, emission=1.0 / np.pi)])
+    choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=16, seed=0, lambertian=True)
+    lit = LightSets(device_scene).radiosity(choice, lambda what, fraction: None)
     area = np.pi * lit.radius.numpy() ** 2
     # By area: each VPL answers for about as much as its disk has.
     mean = (lit.radiosity.numpy() * area[:, None]).sum(axis=0) / area.sum()
@@ -62,13 +62,13 @@ def test_the_map_knows_the_radiosity_of_an_evenly_lit_room() -> None:
 
 def test_lighting_makes_a_map_once_and_keeps_it_with_its_vpls(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", 1000)
-    resident = resident_of(box(), [grey(0.5, emission=1.0)])
-    lighting = Lighting(resident)
-    choices = [LightingChoice(1000, 10, 2, seed, lambertian=True) for seed in range(2)]
-    made = lighting.radiosity(choices[0], lambda what, fraction: None)
-    assert lighting.radiosity(choices[0], lambda what, fraction: None) is made
-    lighting.radiosity(choices[1], lambda what, fraction: None)
-    again = lighting.radiosity(choices[0], lambda what, fraction: None)
+    device_scene = resident_of(box(), [grey(0.5, emission=1.0)])
+    light_sets = LightSets(device_scene)
+    choices = [LightSetChoice(1000, 10, 2, seed, lambertian=True) for seed in range(2)]
+    made = light_sets.radiosity(choices[0], lambda what, fraction: None)
+    assert light_sets.radiosity(choices[0], lambda what, fraction: None) is made
+    light_sets.radiosity(choices[1], lambda what, fraction: None)
+    again = light_sets.radiosity(choices[0], lambda what, fraction: None)
     assert again is not made
     assert again.radiosity.numpy().tobytes() == made.radiosity.numpy().tobytes()
 

@@ -4,15 +4,23 @@ import warp as wp
 from scenes import box, column, grey, resident_of, results, square_of_vpls
 
 from gpu.core.color import brightness
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.vpl.build import NEAREST_SHARE, cluster_vpls, unclustered
-from gpu.vpl.form_factor import disk_transfer, unoccluded
-from gpu.vpl.vpl_clusters import MOST_GROUPS, PER_TWIG, VplClusters, cluster_of, is_behind, most_groups, out_of_reach
+from gpu.vpl.form_factor import disk_transfer, unoccluded_irradiance
+from gpu.vpl.vpl_clusters import (
+    MOST_GROUPS,
+    PER_SUBCLUSTER,
+    VplClusters,
+    cluster_of,
+    is_behind,
+    most_groups,
+    out_of_reach,
+)
 
 
 @pytest.fixture(scope="module")
-def resident() -> ResidentScene:
+def device_scene() -> DeviceScene:
     return resident_of(box(), [grey(0.5, 1.0)])
 
 
@@ -52,7 +60,7 @@ def cluster_light_kernel(first: int, position: wp.array[wp.vec3], normal: wp.arr
     """One thread a point at a cluster: its light there, were nothing in between."""
     index = first + wp.tid()
     point = index // clusters.count
-    out[index] = brightness(unoccluded(position[point], normal[point], clusters, index % clusters.count))
+    out[index] = brightness(unoccluded_irradiance(position[point], normal[point], clusters, index % clusters.count))
 
 
 @wp.kernel
@@ -78,9 +86,9 @@ def strewn_vpls(count: int, tilt: float, seed: int) -> Vpls:
     return vpls
 
 
-def test_clusters_keep_all_flux_and_partition_the_vpls(resident: ResidentScene) -> None:
+def test_clusters_keep_all_flux_and_partition_the_vpls(device_scene: DeviceScene) -> None:
     vpls = square_of_vpls(4096)
-    clusters = cluster_vpls(resident, vpls, 40, 0)
+    clusters = cluster_vpls(device_scene, vpls, 40, 0)
     starts = clusters.starts.numpy()
     assert clusters.count <= 40
     assert (np.diff(starts) > 0).all()
@@ -96,20 +104,20 @@ def test_clusters_keep_all_flux_and_partition_the_vpls(resident: ResidentScene) 
         assert clusters.disks.numpy()["position"][c] in clusters.members.position.numpy()[starts[c] : starts[c + 1]]
 
 
-def test_disks_of_an_even_square_cover_its_area(resident: ResidentScene) -> None:
-    clusters = cluster_vpls(resident, square_of_vpls(10_000), 50, 0)
+def test_disks_of_an_even_square_cover_its_area(device_scene: DeviceScene) -> None:
+    clusters = cluster_vpls(device_scene, square_of_vpls(10_000), 50, 0)
     assert clusters.disks.numpy()["area"].sum() == pytest.approx(0.36, rel=0.15)
-    assert clusters.cone.numpy() == pytest.approx(1.0)
+    assert clusters.normal_cone_cos.numpy() == pytest.approx(1.0)
 
 
-def test_vpls_alone_have_the_area_up_to_their_neighbours(resident: ResidentScene) -> None:
+def test_vpls_alone_have_the_area_up_to_their_neighbours(device_scene: DeviceScene) -> None:
     """A disk of no area would light what is near without bound; what faces the other way is no neighbour."""
     up, down = square_of_vpls(400, seed=3), square_of_vpls(400, height=-1e-4, seed=4)
     vpls = allocate_vpls(800, wp.get_device("cpu"))
     for name, sign in (("position", 1.0), ("flux", 1.0), ("normal", -1.0)):
         one, other = getattr(up, name).numpy(), getattr(down, name).numpy()
         setattr(vpls, name, column(np.concatenate([one, sign * other]), wp.vec3))
-    clusters = cluster_vpls(resident, vpls, 500, 0)
+    clusters = cluster_vpls(device_scene, vpls, 500, 0)
     disks, counts = clusters.disks.numpy(), np.diff(clusters.starts.numpy())
     position, normal, area = disks["position"], disks["normal"], disks["area"]
     way = np.linalg.norm(position[:, None] - position[None], axis=2)
@@ -121,21 +129,21 @@ def test_vpls_alone_have_the_area_up_to_their_neighbours(resident: ResidentScene
     assert area.sum() == pytest.approx(0.72, rel=0.5)
 
 
-def test_a_cone_holds_the_normals_of_all_members(resident: ResidentScene) -> None:
+def test_a_cone_holds_the_normals_of_all_members(device_scene: DeviceScene) -> None:
     vpls = square_of_vpls(900)
     tilt = np.random.default_rng(3).uniform(-0.2, 0.2, (900, 3)) + np.array([0.0, 1.0, 0.0])
     vpls.normal = column(tilt / np.linalg.norm(tilt, axis=1, keepdims=True), wp.vec3)
-    clusters = cluster_vpls(resident, vpls, 12, 0)
+    clusters = cluster_vpls(device_scene, vpls, 12, 0)
     starts, normals = clusters.starts.numpy(), clusters.members.normal.numpy()
     for c in range(clusters.count):
         cosines = normals[starts[c] : starts[c + 1]] @ clusters.disks.numpy()["normal"][c]
-        assert clusters.cone.numpy()[c] == pytest.approx(min(cosines.min(), 1.0), abs=1e-6)
-    assert clusters.cone.numpy().min() < 0.99
+        assert clusters.normal_cone_cos.numpy()[c] == pytest.approx(min(cosines.min(), 1.0), abs=1e-6)
+    assert clusters.normal_cone_cos.numpy().min() < 0.99
 
 
-def test_unclustered_vpls_share_their_clusters_disk(resident: ResidentScene) -> None:
-    clusters = cluster_vpls(resident, square_of_vpls(900), 10, 0)
-    singles = unclustered(resident, clusters)
+def test_unclustered_vpls_share_their_clusters_disk(device_scene: DeviceScene) -> None:
+    clusters = cluster_vpls(device_scene, square_of_vpls(900), 10, 0)
+    singles = unclustered(device_scene, clusters)
     assert singles.count == 900
     assert singles.disks.numpy()["area"].sum() == pytest.approx(clusters.disks.numpy()["area"].sum(), rel=1e-4)
     assert singles.disks.numpy()["flux"].sum(axis=0) == pytest.approx(
@@ -144,15 +152,15 @@ def test_unclustered_vpls_share_their_clusters_disk(resident: ResidentScene) -> 
     assert singles.starts.numpy().tolist() == list(range(901))
 
 
-def test_more_clusters_than_vpls_and_none_at_all(resident: ResidentScene) -> None:
-    assert cluster_vpls(resident, square_of_vpls(9), 100, 0).count == 9
-    empty = cluster_vpls(resident, allocate_vpls(0, wp.get_device("cpu")), 100, 0)
-    for none in (empty, unclustered(resident, empty)):
+def test_more_clusters_than_vpls_and_none_at_all(device_scene: DeviceScene) -> None:
+    assert cluster_vpls(device_scene, square_of_vpls(9), 100, 0).count == 9
+    empty = cluster_vpls(device_scene, allocate_vpls(0, wp.get_device("cpu")), 100, 0)
+    for none in (empty, unclustered(device_scene, empty)):
         assert (none.count, type(none.count)) == (0, int)  # of the struct's own kind it could not be told as JSON
 
 
-def test_extents_reach_the_farthest_members(resident: ResidentScene) -> None:
-    clusters = cluster_vpls(resident, strewn_vpls(900, 0.1, 5), 30, 0)
+def test_extents_reach_the_farthest_members(device_scene: DeviceScene) -> None:
+    clusters = cluster_vpls(device_scene, strewn_vpls(900, 0.1, 5), 30, 0)
     starts, members = clusters.starts.numpy(), clusters.members.position.numpy()
     for c in range(clusters.count):
         distances = np.linalg.norm(members[starts[c] : starts[c + 1]] - clusters.disks.numpy()["position"][c], axis=1)
@@ -160,12 +168,12 @@ def test_extents_reach_the_farthest_members(resident: ResidentScene) -> None:
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
-def test_no_member_of_what_is_behind_a_surface_is_in_front_of_it(resident: ResidentScene, tilt: float) -> None:
+def test_no_member_of_what_is_behind_a_surface_is_in_front_of_it(device_scene: DeviceScene, tilt: float) -> None:
     rng = np.random.default_rng(9)
     normals = rng.normal(size=(400, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     points = rng.uniform(-0.6, 0.6, (400, 3))
-    clusters = cluster_vpls(resident, strewn_vpls(1000, tilt, 7), 200, 0)
+    clusters = cluster_vpls(device_scene, strewn_vpls(1000, tilt, 7), 200, 0)
     inputs = [column(points, wp.vec3), column(normals, wp.vec3), clusters]
     behind = results(behind_kernel, 400 * clusters.count, inputs, wp.int32).reshape(400, -1).astype(bool)
     way = clusters.members.position.numpy()[None] - points[:, None]
@@ -174,58 +182,58 @@ def test_no_member_of_what_is_behind_a_surface_is_in_front_of_it(resident: Resid
     assert behind.sum() > 0.85 * (height < 0.0).sum()
 
 
-def test_clusters_of_a_points_own_plane_are_behind_it(resident: ResidentScene) -> None:
-    clusters = cluster_vpls(resident, square_of_vpls(900), 30, 0)
+def test_clusters_of_a_points_own_plane_are_behind_it(device_scene: DeviceScene) -> None:
+    clusters = cluster_vpls(device_scene, square_of_vpls(900), 30, 0)
     points = clusters.members.position.numpy()[:50]
     inputs = [column(points, wp.vec3), column(np.tile([0.0, 1.0, 0.0], (50, 1)), wp.vec3), clusters]
     assert results(behind_kernel, 50 * clusters.count, inputs, wp.int32).all()
 
 
-def test_twigs_share_their_members_flux_and_their_clusters_area(resident: ResidentScene) -> None:
-    clusters = cluster_vpls(resident, strewn_vpls(900, 0.1, 4), 30, 0)
-    starts, twig_starts = clusters.starts.numpy(), clusters.twig_starts.numpy()
+def test_twigs_share_their_members_flux_and_their_clusters_area(device_scene: DeviceScene) -> None:
+    clusters = cluster_vpls(device_scene, strewn_vpls(900, 0.1, 4), 30, 0)
+    starts, subcluster_starts = clusters.starts.numpy(), clusters.subcluster_starts.numpy()
     flux, position = clusters.members.flux.numpy(), clusters.members.position.numpy()
-    twigs, disks, number = clusters.twigs.numpy(), clusters.disks.numpy(), int(PER_TWIG)
-    assert np.array_equal(np.diff(twig_starts), -(-np.diff(starts) // number))
+    subclusters, disks, number = clusters.subclusters.numpy(), clusters.disks.numpy(), int(PER_SUBCLUSTER)
+    assert np.array_equal(np.diff(subcluster_starts), -(-np.diff(starts) // number))
     for c in range(clusters.count):
-        own = twigs[twig_starts[c] : twig_starts[c + 1]]
+        own = subclusters[subcluster_starts[c] : subcluster_starts[c + 1]]
         assert own["area"].sum() == pytest.approx(disks["area"][c], rel=1e-4)
-        for k, twig in enumerate(own):
+        for k, subcluster in enumerate(own):
             members = slice(starts[c] + number * k, min(starts[c] + number * (k + 1), starts[c + 1]))
-            assert twig["flux"] == pytest.approx(flux[members].sum(axis=0), rel=1e-5)
+            assert subcluster["flux"] == pytest.approx(flux[members].sum(axis=0), rel=1e-5)
             middle = np.average(position[members], axis=0, weights=flux[members].sum(axis=1))
-            assert twig["position"] == pytest.approx(middle, abs=1e-5)
+            assert subcluster["position"] == pytest.approx(middle, abs=1e-5)
 
 
 @pytest.mark.parametrize("count", [1, 9, 4096, 4097, 70_000])
-def test_groups_stay_few(resident: ResidentScene, count: int) -> None:
+def test_groups_stay_few(device_scene: DeviceScene, count: int) -> None:
     vpls = square_of_vpls(max(count, 9))
-    singles = unclustered(resident, cluster_vpls(resident, vpls, 100, 0))
+    singles = unclustered(device_scene, cluster_vpls(device_scene, vpls, 100, 0))
     assert singles.groups * singles.per_group >= singles.count > (singles.groups - 1) * singles.per_group
     assert singles.groups <= MOST_GROUPS
     assert most_groups(singles.count) >= singles.groups
     assert singles.per_group in (8, 16, 32, 64, 128, 256)
 
 
-def test_every_member_is_found_in_its_cluster(resident: ResidentScene) -> None:
-    clusters = cluster_vpls(resident, strewn_vpls(900, 0.1, 6), 30, 0)
+def test_every_member_is_found_in_its_cluster(device_scene: DeviceScene) -> None:
+    clusters = cluster_vpls(device_scene, strewn_vpls(900, 0.1, 6), 30, 0)
     expected = np.repeat(np.arange(clusters.count), np.diff(clusters.starts.numpy()))
     assert np.array_equal(results(cluster_kernel, 900, [clusters], wp.int32), expected)
-    singles = unclustered(resident, clusters)
+    singles = unclustered(device_scene, clusters)
     assert np.array_equal(results(cluster_kernel, 900, [singles], wp.int32), np.arange(900))
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.1, 1.0])
 @pytest.mark.parametrize("single", [False, True])
-def test_nothing_that_lights_a_point_is_out_of_its_reach(resident: ResidentScene, tilt: float, single: bool) -> None:
+def test_nothing_that_lights_a_point_is_out_of_its_reach(device_scene: DeviceScene, tilt: float, single: bool) -> None:
     rng = np.random.default_rng(8)
     normals = rng.normal(size=(600, 3))
     # Some points lie among the VPLs, some far away.
     points = rng.uniform(-1.0, 1.0, (600, 3)) * rng.choice([0.5, 3.0], (600, 1))
     inputs = [column(points, wp.vec3), column(normals / np.linalg.norm(normals, axis=1, keepdims=True), wp.vec3)]
-    clusters = cluster_vpls(resident, strewn_vpls(1000, tilt, 7), 300, 0)
+    clusters = cluster_vpls(device_scene, strewn_vpls(1000, tilt, 7), 300, 0)
     if single:
-        clusters = unclustered(resident, clusters)
+        clusters = unclustered(device_scene, clusters)
     groups, per_group = clusters.groups, clusters.per_group
     culled = results(reach_kernel, 600 * groups, [*inputs, clusters], wp.int32).reshape(600, groups).astype(bool)
     light = results(light_kernel, 600 * 1000, [*inputs, clusters], float).reshape(600, 1000)

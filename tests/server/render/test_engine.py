@@ -67,7 +67,7 @@ async def result(engine: Engine, render: Render) -> Done:
 
 
 def check(scenario: Callable[[Engine], Awaitable[None]]) -> None:
-    """Runs a scenario with a ready engine."""
+    """ClusterRunBounds a scenario with a ready engine."""
 
     async def main() -> None:
         async with running() as engine:

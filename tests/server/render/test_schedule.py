@@ -1,6 +1,6 @@
 from collections import Counter
 
-from server.render.schedule import PATIENCE_SECONDS, Place, Schedule, Urgency
+from server.render.schedule import PATIENCE_SECONDS, QueueEntry, Schedule, Urgency
 
 MOVING, STILL, REFINING = Urgency
 
@@ -17,7 +17,7 @@ def scheduled(clock: Clock | None = None) -> Schedule:
     return Schedule(clock or Clock())
 
 
-def turn(schedule: Schedule) -> Place:
+def turn(schedule: Schedule) -> QueueEntry:
     place = schedule.next()
     assert place is not None
     return place

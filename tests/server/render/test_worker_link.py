@@ -20,11 +20,11 @@ STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
 
 
 def rogue(way: str) -> tuple[str, ...]:
-    return sys.executable, str(Path(__file__).with_name("rogue_worker.py")), way
+    return sys.executable, str(Path(__file__).parents[1] / "rogue_worker.py"), way
 
 
 def linked(command: tuple[str, ...], scenario: Callable[[Link], Awaitable[None]]) -> int | None:
-    """Runs a scenario with a worker; returns how that ended."""
+    """ClusterRunBounds a scenario with a worker; returns how that ended."""
 
     async def main() -> int | None:
         link = await Link.start(command)

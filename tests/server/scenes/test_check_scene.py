@@ -12,7 +12,7 @@ from glb_file import TRIANGLE, TRIANGLE_GLB, glb, triangle
 
 OUTSIDE = "a secret beside the folder"
 
-# Runs the check with every file that is opened written to stderr, once the modules are there.
+# ClusterRunBounds the check with every file that is opened written to stderr, once the modules are there.
 WATCHED = """
 import sys
 import server.check_scene as check_scene
@@ -49,7 +49,7 @@ def opened(source: Path) -> tuple[dict[str, Any], list[Path]]:
     """The answer, and the files that were opened for it outside Python's own folders."""
     done = subprocess.run([sys.executable, "-c", WATCHED], input=request(source), capture_output=True, timeout=60)
     own = [Path(path).resolve() for path in {*sysconfig.get_paths().values(), sys.base_prefix}]
-    own.append(Path(__file__).resolve().parents[2])
+    own.append(Path(__file__).resolve().parents[3])
     paths = [Path(line).resolve() for line in done.stderr.decode().splitlines() if line.startswith("/")]
     return json.loads(done.stdout), [path for path in paths if not any(path.is_relative_to(it) for it in own)]
 

@@ -21,7 +21,7 @@ MEASURED = """
 import gc, sys
 from pathlib import Path
 from gpu.renderer import Renderer
-from gpu.resident import ResidentScene
+from gpu.resident import DeviceScene
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
 from server.check_scene import measure
@@ -29,7 +29,7 @@ from server.residency import device_bytes
 
 def resident(name):
     scene = load_scene(name)
-    renderer = Renderer(ResidentScene(scene, "cpu"), (64, 36), RenderSettings())
+    renderer = Renderer(DeviceScene(scene, "cpu"), (64, 36), RenderSettings())
     renderer.render(scene.cameras[0])
     gc.collect()
     return scene, renderer, int(Path("/proc/self/statm").read_text().split()[1]) * 4096

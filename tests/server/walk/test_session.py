@@ -12,12 +12,12 @@ from server.walk.session import (
     MAX_SHRINKS,
     PATHS_A_FRAME,
     REST_SECONDS,
-    Order,
+    FrameRequest,
     Qualities,
     Session,
 )
 from server.wire.browser import LOSSLESS, WINDOW, Codec, Pose, Stream
-from server.wire.worker import Done, Placed, Render, SceneRef
+from server.wire.worker import CameraMatrix, Done, Render, SceneRef
 
 HALL, YARD = SceneRef("hall", "hall"), SceneRef("yard", "yard")
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -52,12 +52,12 @@ class Desk:
         self.session = Session(7, FULL, self.settings, now=self.clock, **self.options)
         self.session.show(HALL)
 
-    def take(self) -> tuple[Order, Render]:
+    def take(self) -> tuple[FrameRequest, Render]:
         taken = self.session.take()
         assert taken is not None
         return taken
 
-    def serve(self, samples: int | None = None) -> tuple[Order, Render]:
+    def serve(self, samples: int | None = None) -> tuple[FrameRequest, Render]:
         """One frame, rendered, shown and acknowledged; samples: that the worker has averaged, when not all."""
         order, job = self.take()
         have = order.samples if samples is None else samples
@@ -92,7 +92,9 @@ def test_the_newest_pose_is_rendered_once(desk: Desk) -> None:
         desk.session.pose(pose(number))
     order, job = desk.take()
     assert (order.frame, order.pose, order.samples) == (1, 3, None)
-    assert job == Render(7, HALL, Placed(pose(3).matrix, 1.0), FULL, RenderSettings(), "jpeg", walks=True, quality=80)
+    assert job == Render(
+        7, HALL, CameraMatrix(pose(3).matrix, 1.0), FULL, RenderSettings(), "jpeg", walks=True, quality=80
+    )
     assert desk.session.due is None
     assert desk.session.take() is None
 

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
@@ -51,7 +51,7 @@ def test_stages_without_a_slot_are_summed_in_the_last_one() -> None:
 
 
 def test_every_stage_of_a_frame_in_motion_but_its_end_has_a_slot() -> None:
-    resident = ResidentScene(load_scene("cornell-box"), "cpu")
+    resident = DeviceScene(load_scene("cornell-box"), "cpu")
     settings = RenderSettings(sp_clusters=16, vpl_clusters=8, vpls=64)
     stages = Renderer(resident, (16, 12), settings).render(resident.scene.cameras[0]).stats.stage_ms
     assert [*stages] == [*STAGES[:-1], "keep", "display"]

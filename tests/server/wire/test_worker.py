@@ -5,18 +5,18 @@ from pydantic import ValidationError
 
 from gpu.settings import Method, RenderSettings
 from server.wire.worker import (
+    CameraMatrix,
+    CameraSpec,
     Cause,
     Done,
     Failed,
     FromWorker,
     LookAt,
-    Placed,
     Render,
     SceneCamera,
     SceneRef,
     Start,
     ToWorker,
-    View,
     pack,
     read,
 )
@@ -30,10 +30,10 @@ SCENE = SceneRef("hall.glb", "/somewhere/hall.glb", 12)
         SceneCamera(2),
         SceneCamera("2"),
         LookAt((1.0, 2.0, 3.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 45.0),
-        Placed(tuple(float(number) for number in range(16)), 1.0),
+        CameraMatrix(tuple(float(number) for number in range(16)), 1.0),
     ],
 )
-def test_a_render_crosses_the_border_as_it_is(view: View) -> None:
+def test_a_render_crosses_the_border_as_it_is(view: CameraSpec) -> None:
     job = Render(3, SCENE, view, (64, 36), RenderSettings(method=Method.PATH, samples=9), "jpeg", request=5)
     assert read(io.BytesIO(pack(job))) == (job, b"")
 

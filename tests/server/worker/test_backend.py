@@ -14,7 +14,7 @@ import simplejpeg
 from harness import IDENTITY, run
 from PIL import Image
 
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
 from gpu.scene import load_scene
@@ -22,7 +22,7 @@ from gpu.scene.types import Floats
 from gpu.settings import RenderSettings
 from server.render.engine import WORKER
 from server.settings import ServerSettings
-from server.wire.worker import LookAt, Output, Placed, Render, SceneCamera, SceneRef, Start, View
+from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef, Start
 from server.worker.backend import GpuBackend, view_camera
 
 BOX, TWIN, THIRD = (SceneRef(name, "cornell-box") for name in ("box", "twin", "third"))
@@ -36,7 +36,7 @@ def silent(_: str, __: float) -> None:
 def job(
     viewer: int = 1,
     scene: SceneRef = BOX,
-    view: View = SceneCamera(0),  # noqa: B008
+    view: CameraSpec = SceneCamera(0),  # noqa: B008
     size: tuple[int, int] = (32, 18),
     settings: RenderSettings = SETTINGS,
     output: Output = "jpeg",
@@ -75,7 +75,7 @@ def test_a_picture_is_not_overwritten_by_the_next_one(backend: GpuBackend) -> No
     picture = backend.render(job(), silent)
     assert picture.pixels is not None
     before = picture.pixels.copy()
-    backend.render(job(view=Placed((*IDENTITY[:12], 0.0, 100.0, 0.0, 1.0), 1.0)), silent)
+    backend.render(job(view=CameraMatrix((*IDENTITY[:12], 0.0, 100.0, 0.0, 1.0), 1.0)), silent)
     np.testing.assert_array_equal(picture.pixels, before)
 
 
@@ -95,7 +95,7 @@ def linear(backend: GpuBackend, viewer: int, sample: int | None, **rest: Any) ->
 
 
 def test_only_a_walk_builds_on_the_frame_before(backend: GpuBackend) -> None:
-    views = [Placed((*IDENTITY[:12], 0.5 + 0.02 * number, 0.5, 3.0, 1.0), 0.7) for number in range(3)]
+    views = [CameraMatrix((*IDENTITY[:12], 0.5 + 0.02 * number, 0.5, 3.0, 1.0), 0.7) for number in range(3)]
     single = linear(backend, 1, None, view=views[2])[1]
     kept = []
     for view in views:
@@ -109,7 +109,7 @@ def test_only_a_walk_builds_on_the_frame_before(backend: GpuBackend) -> None:
 def test_frames_of_a_still_view_are_averaged_for_each_viewer(backend: GpuBackend) -> None:
     single = linear(backend, 1, None)[1]
     first = linear(backend, 1, 0)
-    other = linear(backend, 2, 0, view=Placed((*IDENTITY[:12], 0.5, 0.5, 3.0, 1.0), 0.7))
+    other = linear(backend, 2, 0, view=CameraMatrix((*IDENTITY[:12], 0.5, 0.5, 3.0, 1.0), 0.7))
     second = linear(backend, 1, 1)
     assert (first[0], second[0], other[0]) == (1, 2, 1)
     assert first[1].tobytes() == single.tobytes()
@@ -163,7 +163,7 @@ def test_too_little_memory_is_met_by_making_room_and_then_by_an_error(
 def test_a_scene_for_which_there_is_too_little_memory_is_refused(
     backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def none_left(*_: Any) -> ResidentScene:
+    def none_left(*_: Any) -> DeviceScene:
         raise RuntimeError("Failed to allocate 123 bytes on device 'cuda:0'")
 
     monkeypatch.setattr("server.worker.backend.ResidentScene", none_left)
@@ -227,7 +227,7 @@ def test_views_become_cameras() -> None:
     by_index, by_name = (view_camera(scene, SceneCamera(key), (40, 10)) for key in (0, scene.cameras[0].name))
     assert by_index.aspect == 4.0
     np.testing.assert_array_equal(by_index.to_world, by_name.to_world)
-    placed = view_camera(scene, Placed((*IDENTITY[:12], 1.0, 2.0, 3.0, 1.0), np.pi / 2), (10, 10))
+    placed = view_camera(scene, CameraMatrix((*IDENTITY[:12], 1.0, 2.0, 3.0, 1.0), np.pi / 2), (10, 10))
     np.testing.assert_array_equal(placed.to_world[:3, 3], (1.0, 2.0, 3.0))
     assert placed.half_height == pytest.approx(1.0)
     looking = view_camera(scene, LookAt((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 90.0), (10, 10))

@@ -4,7 +4,7 @@ import pytest
 import warp as wp
 
 import server.worker.renderer_pool
-from gpu.device_scene.upload import ResidentScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
 from server.wire.worker import SceneRef
@@ -16,15 +16,15 @@ Get = Callable[..., object]
 
 
 @pytest.fixture(scope="module")
-def resident(cpu: str) -> ResidentScene:
-    return ResidentScene(load_scene("cornell-box"), cpu)
+def resident(cpu: str) -> DeviceScene:
+    return DeviceScene(load_scene("cornell-box"), cpu)
 
 
 def silent(_: str, __: float) -> None:
     pass
 
 
-def test_a_renderer_is_kept_for_its_scene_size_and_settings(resident: ResidentScene) -> None:
+def test_a_renderer_is_kept_for_its_scene_size_and_settings(resident: DeviceScene) -> None:
     kept = Renderers(wp.get_device("cpu"))
     first = kept.get(BOX, resident, (8, 8), SETTINGS, silent)
     assert kept.get(BOX, resident, (8, 8), SETTINGS, silent) is first
@@ -38,7 +38,7 @@ def test_a_renderer_is_kept_for_its_scene_size_and_settings(resident: ResidentSc
     assert len(kept) == 0
 
 
-def test_the_one_used_longest_ago_makes_room(resident: ResidentScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_one_used_longest_ago_makes_room(resident: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
     clusters = 4 * BYTES_A_CLUSTER + 4 * 4 * BYTES_A_PAIR
     monkeypatch.setattr(server.worker.renderer_pool, "CPU_BYTES", 200 * BYTES_A_PIXEL + 3 * clusters)
     kept = Renderers(wp.get_device("cpu"))
@@ -54,7 +54,7 @@ def test_the_one_used_longest_ago_makes_room(resident: ResidentScene, monkeypatc
 
 @pytest.mark.parametrize(("clusters", "pairs"), [(3, 2), (2, 3)])
 def test_clusters_and_pairs_of_them_take_room_too(
-    resident: ResidentScene, monkeypatch: pytest.MonkeyPatch, clusters: int, pairs: int
+    resident: DeviceScene, monkeypatch: pytest.MonkeyPatch, clusters: int, pairs: int
 ) -> None:
     room = 3 * 64 * BYTES_A_PIXEL + clusters * 50 * BYTES_A_CLUSTER + pairs * 1000 * BYTES_A_PAIR
     monkeypatch.setattr(server.worker.renderer_pool, "CPU_BYTES", room)
