@@ -5,6 +5,8 @@ with place and direction, tells what its SPs get (G. Ward and P. Heckbert, Irrad
 clusters that are near a representative, in its spacings, are shaded SP by SP.
 """
 
+from copy import copy
+
 import warp as wp
 
 from gpu.core.color import brightness
@@ -263,14 +265,24 @@ class FarSums:
     """Sums the far light of `sp_count` representatives; arrays are allocated once. `data` is what kernels take."""
 
     def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool) -> None:
-        self.device, self._sp_count, self._enabled = device, sp_count, enabled
-        self.data: FarLight = allocate(FarLight, sp_count, device, PARTS)
-        self.data.importance = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
-        self.data.unoccluded_importance = wp.zeros((most_groups(vpl_count), sp_count), dtype=float, device=device)
-        words = max(1, -(-vpl_count // 32))
-        near = self.data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=device)
-        self.data.octets = wp.array(ptr=near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=device)
+        self.device, self._sp_count, self._vpl_count, self._enabled = device, sp_count, vpl_count, enabled
+        self.data = self._allocate()
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
+
+    def for_another_viewer(self) -> "FarSums":
+        """One with sums of its own; both share what a run only works with, so they run one after the other."""
+        other = copy(self)
+        other.data = self._allocate()
+        return other
+
+    def _allocate(self) -> FarLight:
+        sp_count, groups, words = self._sp_count, most_groups(self._vpl_count), max(1, -(-self._vpl_count // 32))
+        data: FarLight = allocate(FarLight, sp_count, self.device, PARTS)
+        data.importance = wp.zeros((groups, sp_count), dtype=float, device=self.device)
+        data.unoccluded_importance = wp.zeros((groups, sp_count), dtype=float, device=self.device)
+        data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=self.device)
+        data.octets = wp.array(ptr=data.near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=self.device)
+        return data
 
     def run(self, clusters: SpClusters, visibility: wp.array, vpls: VplClusters, *, few: bool) -> None:
         """Sum the light of `vpls` by the `visibility` bits of those of `clusters` that are new; others keep theirs.

@@ -3,6 +3,7 @@
 gpu.indirect.ray_plan tells which pairs have rays of their own.
 """
 
+from copy import copy
 from functools import cache
 
 import warp as wp
@@ -115,6 +116,12 @@ class Visibility:
         self.rays = wp.zeros(runs, dtype=int, device=device)
         self.shared = wp.zeros(runs, dtype=int, device=device)
         self.words = wp.zeros((sp_count, self._word_count), dtype=wp.uint32, device=device)
+
+    def for_another_viewer(self) -> "Visibility":
+        """One with bits of its own; both share what a trace only works with, so they trace one after the other."""
+        other = copy(self)
+        other.words = wp.zeros_like(self.words)
+        return other
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays.
