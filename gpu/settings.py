@@ -13,6 +13,11 @@ class Method(StrEnum):
     EXACT_VPL = "exact-vpl"
     PATH = "path"
 
+    @property
+    def refines_by_samples(self) -> bool:
+        """Whether a frame of many samples can be split into several of fewer, for the same time and quality."""
+        return self is Method.PATH
+
 
 class Component(StrEnum):
     """Which part of the light is in the picture."""

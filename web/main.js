@@ -60,7 +60,6 @@ const session = new Session(api, wanted, {
     standing.connection(state);
   },
   welcome(welcome) {
-    overlay.stages = welcome.stages;
     lens.limits = welcome.limits;
     panel.describe(welcome.settings_schema);
     offerScenes(welcome.scenes);

@@ -1,12 +1,13 @@
 /**
- * Version 1 of the walkthrough's wire protocol: JSON messages both ways, binary frames from the server.
- * `server/wire/browser.py` says what each field means and who sends what when.
+ * Version 2 of the walkthrough's wire protocol: JSON messages both ways, binary frames from the server.
+ * `server/wire/browser.py` says what each message means and who sends what when, `server/wire/frame_header.py` how a
+ * frame is laid out; a test holds this file against them.
  */
 
-export const PROTOCOL = 1;
-const HEADER_VERSION = 2;
-const HEADER_BYTES = 88;
-const STAGE_SLOTS = 12;
+export const PROTOCOL = 2;
+const HEADER_VERSION = 3;
+/** Of the header's fixed part; the stages' times follow. */
+const FIXED_BYTES = 38;
 /** By number in the header; what a browser makes of them is `image/NAME`. */
 const CODECS = new Map(/** @type {[number, Codec][]} */ ([[1, "jpeg"], [2, "png"]]));
 const PHASES = new Map(/** @type {[number, Phase][]} */ ([[0, "moving"], [1, "still"], [2, "final"]]));
@@ -42,7 +43,6 @@ export const LOSSLESS = 100;
  * @property {number} viewer
  * @property {SceneName[]} scenes
  * @property {import("./ui/schema.js").JsonSchema} settings_schema
- * @property {string[]} stages
  * @property {Codec[]} codecs
  * @property {Limits} limits
  */
@@ -75,7 +75,7 @@ export const LOSSLESS = 100;
  * @property {number} queueMs
  * @property {number} renderMs
  * @property {number} encodeMs
- * @property {number[]} stagesMs  in the order of `welcome.stages`
+ * @property {Readonly<Record<string, number>>} stagesMs  by name, in the order they ran
  * @property {Uint8Array<ArrayBuffer>} image
  */
 
@@ -86,19 +86,20 @@ export const LOSSLESS = 100;
  */
 export function parseFrame(message) {
   const view = new DataView(message);
-  if (message.byteLength < HEADER_BYTES || view.getUint8(0) !== HEADER_VERSION) {
+  if (message.byteLength < FIXED_BYTES || view.getUint8(0) !== HEADER_VERSION) {
     throw new Error(`not a frame of protocol ${PROTOCOL}: ${message.byteLength} bytes`);
   }
   const codec = CODECS.get(view.getUint8(1));
   if (!codec) throw new Error(`a frame has an unknown codec: ${view.getUint8(1)}`);
-  const phase = PHASES.get(view.getUint8(80));
-  if (!phase) throw new Error(`a frame has an unknown phase: ${view.getUint8(80)}`);
+  const phase = PHASES.get(view.getUint8(32));
+  if (!phase) throw new Error(`a frame has an unknown phase: ${view.getUint8(32)}`);
+  const start = view.getUint16(2, true);
   return {
     codec,
     phase,
-    quality: view.getUint8(81),
-    samples: view.getUint16(84, true),
-    targetSamples: view.getUint16(86, true),
+    quality: view.getUint8(33),
+    samples: view.getUint16(34, true),
+    targetSamples: view.getUint16(36, true),
     width: view.getUint16(4, true),
     height: view.getUint16(6, true),
     pose: view.getUint32(8, true),
@@ -107,8 +108,8 @@ export function parseFrame(message) {
     queueMs: view.getFloat32(20, true),
     renderMs: view.getFloat32(24, true),
     encodeMs: view.getFloat32(28, true),
-    stagesMs: Array.from({ length: STAGE_SLOTS }, (_, slot) => view.getFloat32(32 + 4 * slot, true)),
-    image: new Uint8Array(message, view.getUint16(2, true)),
+    stagesMs: JSON.parse(new TextDecoder().decode(new Uint8Array(message, FIXED_BYTES, start - FIXED_BYTES))),
+    image: new Uint8Array(message, start),
   };
 }
 

@@ -6,11 +6,12 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, StrictInt, Tag, field_validator
 
-from gpu.settings import Method, RenderSettings
+from gpu.settings import RenderSettings
 from server.wire.browser import Matrix, SceneId, Size, check_rigid
 from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef
 
-PATHS_AT_ONCE = 64  # of a pixel, in one frame of path tracing: so that the device is free for others in between
+# Samples a pixel of one frame of a method that refines by samples: more would keep the device from others for long.
+SAMPLES_A_FRAME = 64
 
 Vector = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 Degrees = Annotated[float, Field(gt=0.5, lt=178.0, description="vertical field of view [°]")]
@@ -72,7 +73,7 @@ class RenderRequest(Strict):
     settings: RenderSettings = Field(
         default=RenderSettings(),
         description="method and quality; `frames` are averaged (1 when not given), and so is path tracing of more than "
-        f"{PATHS_AT_ONCE} samples, which spreads both over the pixels",
+        f"{SAMPLES_A_FRAME} samples, which spreads both over the pixels",
     )
 
     def view(self) -> CameraSpec:
@@ -88,8 +89,8 @@ class RenderRequest(Strict):
     def frames(self) -> tuple[int, RenderSettings]:
         """How many frames the picture is the mean of, and the settings of each."""
         settings, frames = self.settings, self.settings.frames or 1
-        if settings.method is Method.PATH and settings.samples is not None:
-            pieces = ceil(settings.samples / PATHS_AT_ONCE)
+        if settings.method.refines_by_samples and settings.samples is not None:
+            pieces = ceil(settings.samples / SAMPLES_A_FRAME)
             settings = settings.model_copy(update={"samples": ceil(settings.samples / pieces)})
             frames *= pieces
         return frames, settings.model_copy(update={"frames": None})

@@ -75,7 +75,7 @@ def _environment() -> dict[str, str]:
 
 
 class Checker:
-    """ClusterRunBounds a few children at a time."""
+    """Runs a few children at a time."""
 
     def __init__(self, settings: ServerSettings, command: Sequence[str] = CHECK) -> None:
         self._limits = settings.scene_limits

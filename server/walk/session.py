@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 from time import monotonic
 
 from gpu.errors import UserError
-from gpu.settings import Method, RenderSettings
+from gpu.settings import RenderSettings
 from server.render.schedule import Urgency
 from server.walk.ack_window import Window
 from server.walk.resolution_scaler import Pace
-from server.wire.browser import LOSSLESS, Codec, Pose, Stream
+from server.wire.browser import Pose, Stream
+from server.wire.frame_header import LOSSLESS, Codec
 from server.wire.worker import CameraMatrix, Done, Render, SceneRef
 
 MAX_LOSSES = 3
@@ -23,8 +24,8 @@ REST_SECONDS = 0.15
 LONG_FRAME_MS, LONG_REST_SECONDS = 300.0, 0.6
 # Sides of still frames are halved so many times when the device has too little memory; then it is an error.
 MAX_SHRINKS = 2
-# Paths a pixel in each frame of a walk with the `path` method, which otherwise takes many at once.
-PATHS_A_FRAME = 4
+# Samples a pixel of each frame of a method that refines by samples: few, so that frames come soon.
+SAMPLES_A_FRAME = 4
 
 
 @dataclass(frozen=True)
@@ -171,8 +172,8 @@ class Session:
             self._settings,
             "jpeg",
         )
-        if self._settings.method is Method.PATH and self._settings.samples is None:
-            render = replace(render, settings=self._settings.model_copy(update={"samples": PATHS_A_FRAME}))
+        if self._settings.method.refines_by_samples and self._settings.samples is None:
+            render = replace(render, settings=self._settings.model_copy(update={"samples": SAMPLES_A_FRAME}))
         if urgency is Urgency.MOVING:
             self._fresh = False
             # A target is met by counts of clusters; fewer pixels would only let them grow.

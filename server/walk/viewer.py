@@ -22,11 +22,9 @@ from server.wire.browser import (
     Ack,
     Error,
     ErrorCode,
-    FrameHeader,
     Hello,
     Limits,
     Message,
-    Phase,
     Pose,
     SceneInfo,
     Settings,
@@ -34,8 +32,8 @@ from server.wire.browser import (
     Status,
     Welcome,
     parse_viewer_message,
-    stage_slots,
 )
+from server.wire.frame_header import FrameHeader, Phase
 from server.wire.worker import Done, Job, SceneRef
 
 STATUS_SECONDS = 0.1  # at least, between two words on what is going on
@@ -365,7 +363,7 @@ def _header(order: FrameRequest, done: Done) -> FrameHeader:
         queue_ms=order.queue_ms,
         render_ms=done.render_ms,
         encode_ms=done.encode_ms,
-        stages=stage_slots(done.stage_ms),
+        stage_ms=done.stage_ms,
         codec=order.codec,
         phase=phase,
         quality=order.quality,

@@ -1,4 +1,4 @@
-"""The walkthrough's wire protocol, version 1: `GET /api/v1/stream` upgraded to a WebSocket, no compression.
+"""The walkthrough's wire protocol, version 2: `GET /api/v1/stream` upgraded to a WebSocket, no compression.
 
 Text messages are JSON objects with a `type`; unknown types and unknown fields are refused. Binary messages go from the
 server to the viewer only: one frame each. All matrices are 16 numbers, column after column (glTF's order), camera to
@@ -6,7 +6,7 @@ world; cameras look along −Z with +Y up; lengths are the scene's own units, an
 
 A session
     viewer  hello {protocol, size, scene?, settings?, stream?, codecs?}
-    server  welcome {viewer, scenes, settings_schema, stages, codecs, limits}     at once
+    server  welcome {viewer, scenes, settings_schema, codecs, limits}            at once
             status {state, text, fraction}                   while the scene is read and built
             scene {id, name, cameras, bounds, ...}           when it is known; again after each change
     viewer  pose {id, matrix, yfov}
@@ -37,31 +37,10 @@ The server closes with 1002 (no valid hello first), 1008 (refused by policy), 10
 the server, or no answer to its pings), 1012 (server stops) or 1013 (too many viewers, or a viewer that acknowledged
 nothing for long: try again later). The page reconnects with backoff after all but 1002, 1008 and 1009.
 
-A frame, little-endian, 88 bytes and then the image
-    offset  type      field
-    0       u8        version of this layout: 2
-    1       u8        codec: 1 = JPEG, 2 = PNG
-    2       u16       header length in bytes, where the image starts (88 now; longer later)
-    4       u16       width [px]
-    6       u16       height [px]
-    8       u32       pose id
-    12      u32       frame id
-    16      u32       settings id, 0 before any settings message
-    20      f32       queue [ms]: from the server's reading of the newer of pose and settings to the start of the render
-    24      f32       render [ms]: wall time of all stages
-    28      f32       encode [ms]
-    32      f32 × 12  stages [ms], named by `welcome.stages` in this order (`STAGES` below); the last one is all others
-    80      u8        phase: 0 = moving, 1 = still, 2 = final: nothing follows before something changes
-    81      u8        quality of the image, 1 to 100; 100 = lossless
-    82      u16       0
-    84      u16       frames averaged in the image
-    86      u16       frames that the final image will average
+server.wire.frame_header has the layout of a frame.
 """
 
-import struct
-from collections.abc import Mapping
-from dataclasses import dataclass
-from enum import IntEnum, StrEnum
+from enum import StrEnum
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError, field_validator
@@ -69,13 +48,8 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, Val
 from gpu.errors import UserError
 from gpu.settings import RenderSettings
 
-PROTOCOL = 1
+PROTOCOL = 2
 WINDOW = 2
-# What ends a frame, and what only some frames do, is in the last.
-STAGES = (
-    *("gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright", "direct", "near"),
-    *("interpolate", "other"),
-)
 
 MAX_SIDE = 16_384
 Side = Annotated[int, Field(ge=1, le=MAX_SIDE)]
@@ -96,13 +70,6 @@ class Message(BaseModel):
 # --- viewer to server ------------------------------------------------------------------------------------------------
 
 
-class Codec(IntEnum):
-    """How a frame's image is encoded."""
-
-    JPEG = 1
-    PNG = 2
-
-
 CodecName = Literal["jpeg", "png"]
 
 
@@ -119,7 +86,7 @@ class Hello(Message):
     """The first message of a viewer."""
 
     type: Literal["hello"]
-    protocol: Literal[1]
+    protocol: Literal[2]
     size: Size = Field(description="of frames that do not move, width and height [px]")
     scene: SceneId | None = Field(None, description="scene id; None is the served scene")
     settings: RenderSettings = RenderSettings()
@@ -244,7 +211,6 @@ class Welcome(Message):
     viewer: int
     scenes: tuple[SceneName, ...]
     settings_schema: dict[str, Any] = Field(description="JSON schema of `settings`")
-    stages: tuple[str, ...] = STAGES
     codecs: tuple[CodecName, ...] = Field(description="that frames will come in, the usual one first")
     limits: Limits
 
@@ -264,71 +230,6 @@ class Error(Message):
     type: Literal["error"] = "error"
     code: ErrorCode
     message: str
-
-
-# --- frames ----------------------------------------------------------------------------------------------------------
-
-
-class Phase(IntEnum):
-    """What a frame shows: a pose on the move, a still view that gets sharper, or one that is as sharp as it gets."""
-
-    MOVING = 0
-    STILL = 1
-    FINAL = 2
-
-
-LOSSLESS = 100
-_header = struct.Struct("<BBHHHIIIfff12fBBHHH")
-HEADER_VERSION = 2
-HEADER_BYTES = _header.size
-
-
-@dataclass(frozen=True)
-class FrameHeader:
-    """The fixed header of a frame; times in milliseconds, `stages` in the order of STAGES."""
-
-    width: int
-    height: int
-    pose: int
-    frame: int
-    settings: int
-    queue_ms: float
-    render_ms: float
-    encode_ms: float
-    stages: tuple[float, ...]
-    codec: Codec = Codec.JPEG
-    phase: Phase = Phase.MOVING
-    quality: int = LOSSLESS
-    samples: int = 1
-    target_samples: int = 1
-
-    def pack(self) -> bytes:
-        """The 88 bytes that go before the image."""
-        return _header.pack(
-            *(HEADER_VERSION, self.codec, HEADER_BYTES, self.width, self.height),
-            *(self.pose, self.frame, self.settings),
-            *(self.queue_ms, self.render_ms, self.encode_ms, *self.stages),
-            *(self.phase, self.quality, 0, self.samples, self.target_samples),
-        )
-
-
-def unpack_frame(message: bytes) -> tuple[FrameHeader, bytes]:
-    """Header and image of a binary message; UserError when it is not a frame of this version."""
-    if len(message) < HEADER_BYTES or message[0] != HEADER_VERSION:
-        raise UserError(f"not a frame of protocol {PROTOCOL}: {len(message)} bytes starting with {message[:4].hex()}")
-    _, codec, start, width, height, pose, frame, settings, queue, render, encode, *rest = _header.unpack_from(message)
-    *stages, phase, quality, _, samples, target_samples = rest
-    header = FrameHeader(
-        *(width, height, pose, frame, settings, queue, render, encode, tuple(stages)),
-        *(Codec(codec), Phase(phase), quality, samples, target_samples),
-    )
-    return header, message[start:]
-
-
-def stage_slots(stage_ms: Mapping[str, float]) -> tuple[float, ...]:
-    """A renderer's named stage times in the header's order; stages without a slot are summed in the last one."""
-    named = [stage_ms.get(name, 0.0) for name in STAGES[:-1]]
-    return (*named, sum(ms for name, ms in stage_ms.items() if name not in STAGES[:-1]))
 
 
 # --- checks ----------------------------------------------------------------------------------------------------------

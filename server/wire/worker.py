@@ -27,6 +27,9 @@ MAX_TEXT_BYTES = 2**24  # of a message's JSON; the largest by far says what is i
 # "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed.
 Output = Literal["none", "jpeg", ".png", ".jpg", ".exr", ".npy"]
 Vector = tuple[float, float, float]
+Name = Annotated[str, Field(min_length=1, max_length=32)]
+Milliseconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+StageTimes = Annotated[dict[Name, Milliseconds], Field(max_length=64)]  # they must fit into a frame's header
 
 
 @dataclass(frozen=True)
@@ -169,7 +172,7 @@ class Free:
     """
 
     request: int
-    busy_ms: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+    busy_ms: Milliseconds
     holdings: Holdings
     kind: Literal["free"] = "free"
 
@@ -204,7 +207,7 @@ class Done:
     encode_ms: float
     samples: int
     target: int
-    stage_ms: dict[str, float]
+    stage_ms: StageTimes
     counts: dict[str, int]
     skips: dict[str, int]
     estimates: dict[str, float] = field(default_factory=dict)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from gpu.settings import RenderSettings
 from server.images import encode_image
-from server.wire.browser import STAGES, Codec, FrameHeader, Phase
+from server.wire.browser import PROTOCOL
+from server.wire.frame_header import Codec, FrameHeader, Phase
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 FRONT = {"name": "front", "matrix": IDENTITY, "yfov": 1.0, "aspect": 1.6, "orthographic": False}
@@ -20,6 +22,7 @@ SCENES = [
     {"id": "cornell-box", "name": "cornell-box", "builtin": True, "served": True},
     {"id": "hall.glb", "name": "hall", "builtin": False, "served": False},
 ]
+STAGES = {"gbuffer": 0.5, "cluster": 2.0, "shade": 1.0, "correct": 3.0, "direct": 1.5, "display": 0.2}
 
 
 class Stage:
@@ -70,8 +73,8 @@ class Stage:
         self.hear("hello")
         limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
         schema = RenderSettings.model_json_schema()
-        words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "stages": STAGES, "codecs": ["jpeg", "png"]}
-        self.say("welcome", protocol=1, limits=limits, **words)
+        words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png"]}
+        self.say("welcome", protocol=PROTOCOL, limits=limits, **words)
 
     def scene(self, id_: str = "cornell-box") -> None:
         """Has the page enter a scene; it answers with a pose."""
@@ -104,7 +107,7 @@ class Stage:
         samples: tuple[int, int] = (1, 1),
         codec: Codec = Codec.JPEG,
         frame: int | None = None,
-        stages: tuple[float, ...] = (0.5, 2.0, 0.0, 1.0, 3.0, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.2),
+        stages: Mapping[str, float] = STAGES,
     ) -> int:
         """Sends a frame of the newest pose and settings: a colour, or pixels (height, width, 3); returns its id."""
         pixels = np.empty((size[1], size[0], 3), np.uint8) if isinstance(picture, tuple) else picture
@@ -114,7 +117,7 @@ class Stage:
         poses, settings = self.all("pose"), self.all("settings")
         header = FrameHeader(
             *(pixels.shape[1], pixels.shape[0], poses[-1]["id"] if poses else 0, frame or self._frame),
-            *(settings[-1]["id"] if settings else 0, 0.4, sum(stages), 0.3, stages),
+            *(settings[-1]["id"] if settings else 0, 0.4, sum(stages.values()), 0.3, stages),
             *(codec, phase, 100 if codec is Codec.PNG else 85, *samples),
         )
         if codec is Codec.PNG:

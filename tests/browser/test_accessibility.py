@@ -7,7 +7,7 @@ from harness import Running
 from playwright.sync_api import Page, expect
 from staged import Stage
 
-from server.wire.browser import Phase
+from server.wire.frame_header import Phase
 
 AXE = Path(__file__).with_name("node_modules") / "axe-core" / "axe.min.js"
 RUN = """async () => {

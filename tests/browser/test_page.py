@@ -51,7 +51,7 @@ def test_the_overlay_has_figures(page: Page, gradients: Running) -> None:
     expect(page.locator("#latency")).to_have_text(NUMBER)
     page.keyboard.up("KeyW")
     stages = {row.split("\n")[0]: row.split("\n")[-1] for row in page.locator(".stage").all_inner_texts()}
-    assert {"gbuffer", "shade", "other"} <= stages.keys()
+    assert {"gbuffer", "shade", "extra"} <= stages.keys()
     assert stages["shade"] == "1.5"
     parts = page.locator("#parts div").all_inner_texts()
     assert [part.split()[0] for part in parts] == ["queue", "render", "encode", "network", "decode"]

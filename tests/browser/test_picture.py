@@ -9,7 +9,7 @@ from looking import hold, pixel, wait_for
 from playwright.sync_api import Locator, Page, expect
 from staged import Stage, visit
 
-from server.wire.browser import Codec, Phase
+from server.wire.frame_header import Codec, Phase
 
 NO_OFFSCREEN = "delete HTMLCanvasElement.prototype.transferControlToOffscreen"
 NO_MODULE_WORKERS = """window.Worker = class extends EventTarget {

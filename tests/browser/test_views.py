@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Page, expect
 from staged import Stage
 
-from server.wire.browser import Phase
+from server.wire.frame_header import Phase
 
 GAMEPAD = """() => {
     const button = () => ({ pressed: false, touched: false, value: 0 });

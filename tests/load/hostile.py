@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 
+from server.wire.browser import PROTOCOL
 from tests.load import probe
 from tests.load.checks import START_SECONDS, Outcome, Scale, crowd_of, goes_on
 from tests.load.crowd import ARRIVAL_SECONDS, wait_for, walking
@@ -167,7 +168,7 @@ async def _return(target: Target, plan: Plan, url: str | None) -> None:
 
 async def _stop_reading(socket: Socket, scale: Scale) -> None:
     """Say hello, walk a few steps, and read nothing from then on."""
-    await socket.send(json.dumps({"type": "hello", "protocol": 1, "size": scale.size}))
+    await socket.send(json.dumps({"type": "hello", "protocol": PROTOCOL, "size": scale.size}))
     while json.loads(await socket.recv())["type"] != "scene":
         pass
     socket.transport.pause_reading()
@@ -181,7 +182,7 @@ async def _knock(target: Target, stack: AsyncExitStack) -> tuple[bool, float]:
     began = perf_counter()
     try:
         socket = await stack.enter_async_context(target.socket())
-        await socket.send(json.dumps({"type": "hello", "protocol": 1, "size": [64, 36]}))
+        await socket.send(json.dumps({"type": "hello", "protocol": PROTOCOL, "size": [64, 36]}))
         welcome = json.loads(await socket.recv())["type"] == "welcome"
     except (InvalidStatus, ConnectionClosed):
         welcome = False
@@ -194,7 +195,7 @@ async def _send_many(socket: Socket, scale: Scale) -> tuple[int, float]:
     began, sent = perf_counter(), 0
     with suppress(ConnectionClosed, TimeoutError):
         async with asyncio.timeout(scale.flood_seconds):
-            await socket.send(json.dumps({"type": "hello", "protocol": 1, "size": scale.size}))
+            await socket.send(json.dumps({"type": "hello", "protocol": PROTOCOL, "size": scale.size}))
             while True:
                 due = int((perf_counter() - began) * FLOOD_RATE)
                 for _ in range(due - sent):

@@ -3,13 +3,13 @@ import math
 import numpy as np
 import pytest
 
-from server.wire.browser import STAGES, FrameHeader
+from server.wire.frame_header import FrameHeader
 from tests.load.figures import Level, bottleneck, crowd_row, fairness, jitter, slope, spread, table, viewer_row
 from tests.load.viewer import Log, Seen
 
 
 def seen(at: float, age: float | None, render: float = 5.0, decoded: float | None = None) -> Seen:
-    header = FrameHeader(64, 36, 1, 1, 0, 2.0, render, 1.0, (0.0,) * len(STAGES))
+    header = FrameHeader(64, 36, 1, 1, 0, 2.0, render, 1.0, {})
     return Seen(at, header, 1000, age, decoded, None if decoded is None else 2.0)
 
 

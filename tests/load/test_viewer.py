@@ -3,7 +3,8 @@ from time import perf_counter
 
 from harness import Running
 
-from server.wire.browser import Bounds, Phase
+from server.wire.browser import Bounds
+from server.wire.frame_header import Phase
 from tests.load.crowd import measure, plans, wait_for, walking
 from tests.load.paths import Recorded, Walk
 from tests.load.target import Target

@@ -11,7 +11,8 @@ from typing import Any
 import simplejpeg
 from websockets.exceptions import ConnectionClosed
 
-from server.wire.browser import Bounds, FrameHeader, unpack_frame
+from server.wire.browser import PROTOCOL, Bounds
+from server.wire.frame_header import FrameHeader, unpack_frame
 from tests.load.paths import CameraPath, PathMaker, View, Walk
 from tests.load.target import Socket
 
@@ -119,7 +120,9 @@ class Viewer:
     async def _listen(self) -> None:
         plan = self._plan
         scene = {} if plan.scene is None else {"scene": plan.scene}
-        await self._send("hello", protocol=1, size=plan.size, settings=plan.settings, stream=plan.stream, **scene)
+        await self._send(
+            "hello", protocol=PROTOCOL, size=plan.size, settings=plan.settings, stream=plan.stream, **scene
+        )
         while True:
             message = await self._socket.recv()
             now = self._now()

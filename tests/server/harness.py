@@ -18,11 +18,17 @@ from server.app import create_app, create_server
 from server.http.shutdown import Server
 from server.service import Service
 from server.settings import ServerSettings
-from server.wire.browser import FrameHeader, unpack_frame
+from server.wire.browser import PROTOCOL
+from server.wire.frame_header import FrameHeader, unpack_frame
 
 GRADIENT_WORKER = (sys.executable, str(Path(__file__).with_name("gradient_worker.py")))
 ANY_CHECK = (sys.executable, str(Path(__file__).with_name("any_check.py")))
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+
+
+def rogue(way: str) -> tuple[str, ...]:
+    """The command of a worker that misbehaves in this way."""
+    return sys.executable, str(Path(__file__).with_name("rogue_worker.py")), way
 
 
 class Walker:
@@ -38,7 +44,7 @@ class Walker:
 
     def hello(self, **fields: Any) -> dict[str, Any]:
         """Says hello and waits for the scene, which is returned."""
-        self.send("hello", **{"protocol": 1, "size": [64, 36]} | fields)
+        self.send("hello", **{"protocol": PROTOCOL, "size": [64, 36]} | fields)
         return self.word("scene")
 
     def pose(self, number: int, x: float | None = None) -> None:

@@ -1,7 +1,7 @@
 import pytest
 
 from server.metrics import Metrics
-from server.wire.browser import Phase
+from server.wire.frame_header import Phase
 
 
 def value(metrics: Metrics, name: str, **labels: str) -> float | None:

@@ -13,9 +13,6 @@ const NEGLIGIBLE = 0.05;
 const PHASES = { moving: "moving", still: "sharpening", final: "sharp" };
 
 export class Overlay {
-  /** Names of the frames' stages, from the server's welcome. @type {readonly string[]} */
-  stages = [];
-
   #statistics = new Statistics();
   /** Whether figures have changed since they were shown. */
   #fresh = false;
@@ -42,7 +39,7 @@ export class Overlay {
 
   /** @param {Frame} frame @param {string} method @param {import("../session.js").Seen} seen */
   frame(frame, method, seen) {
-    this.#statistics.add(frame, this.stages, seen, performance.now());
+    this.#statistics.add(frame, seen, performance.now());
     this.#fresh = true;
     const { width, height, phase, samples, targetSamples, codec, quality } = frame;
     this.#size.textContent = `${width} × ${height}`;
@@ -90,7 +87,8 @@ export class Overlay {
     }
     // A stage that turns up late still takes its place in the order of time.
     const order = stages.flatMap(([name]) => this.#rows.get(name)?.row ?? []);
-    if (order.some((row, index) => this.#list.children[index] !== row)) this.#list.replaceChildren(...order);
+    const same = order.length === this.#list.children.length && order.every((row, index) => this.#list.children[index] === row);
+    if (!same) this.#list.replaceChildren(...order);
   }
 
   /** @param {string} name */

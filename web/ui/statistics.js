@@ -15,6 +15,8 @@ const RATE_WINDOW = 2000;
 const STILL = 1000;
 /** Frames that the timeline goes back. */
 const HISTORY = 59;
+/** Stages that ran once and took less since, on average, are forgotten [ms]. */
+const FORGOTTEN = 0.02;
 
 /** @param {Frame} frame @param {number} ageMs @param {number} decodeMs @returns {Parts} the network's is what no one else claims */
 export function partsOf({ queueMs: queue, renderMs: render, encodeMs: encode }, ageMs, decodeMs) {
@@ -29,15 +31,15 @@ export class Statistics {
   parts = null;
   /** Of the last frames that showed a new pose, the oldest first. @type {Parts[]} */
   history = [];
-  /** Smoothed times of the renderer's stages [ms]. @type {Map<string, number>} */
+  /** Smoothed times of the renderer's stages [ms], in the order they run. @type {Map<string, number>} */
   stages = new Map();
   /** Times of the last frames [ms]. @type {number[]} */
   #times = [];
 
-  /** @param {Frame} frame @param {readonly string[]} stages names of `frame.stagesMs` @param {Seen} seen @param {number} now [ms] */
-  add(frame, stages, { ageMs, decodeMs }, now) {
+  /** @param {Frame} frame @param {Seen} seen @param {number} now [ms] */
+  add(frame, { ageMs, decodeMs }, now) {
     this.#times = [...this.#times.filter((time) => now - time < RATE_WINDOW), now];
-    stages.forEach((name, slot) => this.stages.set(name, smooth(this.stages.get(name), frame.stagesMs[slot] ?? 0)));
+    this.#addStages(frame.stagesMs);
     if (ageMs === null) return;
     const parts = partsOf(frame, ageMs, decodeMs);
     this.latency = smooth(this.latency ?? undefined, ageMs);
@@ -47,12 +49,31 @@ export class Statistics {
     for (const name of PARTS) this.parts[name] = smooth(before?.[name], parts[name]);
   }
 
+  /** @param {Readonly<Record<string, number>>} times [ms]; stages that did not run took none */
+  #addStages(times) {
+    const order = merged([...this.stages.keys()], Object.keys(times));
+    const smoothed = order.map((name) => /** @type {const} */ ([name, smooth(this.stages.get(name), times[name] ?? 0)]));
+    this.stages = new Map(smoothed.filter(([name, ms]) => name in times || ms >= FORGOTTEN));
+  }
+
   /** Frames a second; null while the picture is still. @param {number} now [ms] */
   rate(now) {
     const [first, last] = [this.#times[0], this.#times.at(-1)];
     if (first === undefined || last === undefined || now - last > STILL || last === first) return null;
     return (1000 * (this.#times.length - 1)) / (last - first);
   }
+}
+
+/**
+ * Known names and new ones, each of these after the one that it follows.
+ * @param {readonly string[]} known @param {readonly string[]} names in their order
+ */
+function merged(known, names) {
+  const order = [...known];
+  names.forEach((name, index) => {
+    if (!order.includes(name)) order.splice(order.indexOf(names[index - 1] ?? "") + 1, 0, name);
+  });
+  return order;
 }
 
 /** @param {number | undefined} before @param {number} now */

@@ -20,12 +20,14 @@ from harness import GRADIENT_WORKER, IDENTITY, Walker
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from server.wire.browser import PROTOCOL
+
 END_SECONDS = 10.0
 
 # That the host counts as one of a network is all that differs from listening on one.
 PROGRAM = f"""
 import sys
-from server import security
+from server.http import security
 from server.app import serve
 from server.settings import ServerSettings
 if "open" in sys.argv:
@@ -115,7 +117,7 @@ def test_neither_a_stalled_reader_nor_a_stuck_worker_holds_the_end_up(
 ) -> None:
     with service(tmp_path / "stderr") as (process, url), closing(raw_stream(url)) as reader:
         reader.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        send_text(reader, {"type": "hello", "protocol": 1, "size": [2048, 2048]})
+        send_text(reader, {"type": "hello", "protocol": PROTOCOL, "size": [2048, 2048]})
         assert reader.recv(1)  # and no more from here on
         for number in range(1, 4):
             time.sleep(0.2)

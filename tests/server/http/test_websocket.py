@@ -12,8 +12,9 @@ from websockets.sync.client import connect
 
 from server.http import websocket
 from server.walk import viewer
+from server.wire.browser import PROTOCOL
 
-HELLO = {"type": "hello", "protocol": 1, "size": [3840, 2160], "stream": {"motion_scale": 1.0}}
+HELLO = {"type": "hello", "protocol": PROTOCOL, "size": [3840, 2160], "stream": {"motion_scale": 1.0}}
 
 
 def deaf(running: Running) -> socket.socket:

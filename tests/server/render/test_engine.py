@@ -20,8 +20,7 @@ from gradient_worker import (
     SLOW_SEED,
     WRONG_SEED,
 )
-from harness import GRADIENT_WORKER
-from test_link import rogue
+from harness import GRADIENT_WORKER, rogue
 
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
@@ -67,7 +66,7 @@ async def result(engine: Engine, render: Render) -> Done:
 
 
 def check(scenario: Callable[[Engine], Awaitable[None]]) -> None:
-    """ClusterRunBounds a scenario with a ready engine."""
+    """Runs a scenario with a ready engine."""
 
     async def main() -> None:
         async with running() as engine:

@@ -5,10 +5,9 @@ import re
 import signal
 import sys
 from collections.abc import Awaitable, Callable
-from pathlib import Path
 
 import pytest
-from harness import GRADIENT_WORKER
+from harness import GRADIENT_WORKER, rogue
 
 from gpu.errors import UserError
 from server.render.engine import Engine
@@ -19,12 +18,8 @@ START = Start(SceneRef("cornell-box", "cornell-box"))
 STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
 
 
-def rogue(way: str) -> tuple[str, ...]:
-    return sys.executable, str(Path(__file__).parents[1] / "rogue_worker.py"), way
-
-
 def linked(command: tuple[str, ...], scenario: Callable[[Link], Awaitable[None]]) -> int | None:
-    """ClusterRunBounds a scenario with a worker; returns how that ended."""
+    """Runs a scenario with a worker; returns how that ended."""
 
     async def main() -> int | None:
         link = await Link.start(command)

@@ -12,11 +12,11 @@ from glb_file import TRIANGLE, TRIANGLE_GLB, glb, triangle
 
 OUTSIDE = "a secret beside the folder"
 
-# ClusterRunBounds the check with every file that is opened written to stderr, once the modules are there.
+# Runs the check with every file that is opened written to stderr, once the modules are there.
 WATCHED = """
 import sys
-import server.check_scene as check_scene
-from server.checker import CheckRequest
+import server.scenes.check_scene as check_scene
+from server.scenes.checker import CheckRequest
 import gpu.scene.gltf, gpu.scene.obj, gpu.scene.meshes
 request = CheckRequest.model_validate_json(sys.stdin.read())
 sys.addaudithook(lambda name, args: print(args[0], file=sys.stderr) if name == "open" else None)

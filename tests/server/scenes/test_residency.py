@@ -21,11 +21,11 @@ MEASURED = """
 import gc, sys
 from pathlib import Path
 from gpu.renderer import Renderer
-from gpu.resident import DeviceScene
+from gpu.device_scene.upload import DeviceScene
 from gpu.scene import load_scene
 from gpu.settings import RenderSettings
-from server.check_scene import measure
-from server.residency import device_bytes
+from server.scenes.check_scene import measure
+from server.scenes.residency import device_bytes
 
 def resident(name):
     scene = load_scene(name)

@@ -10,13 +10,14 @@ from server.walk.session import (
     LONG_REST_SECONDS,
     MAX_LOSSES,
     MAX_SHRINKS,
-    PATHS_A_FRAME,
     REST_SECONDS,
+    SAMPLES_A_FRAME,
     FrameRequest,
     Qualities,
     Session,
 )
-from server.wire.browser import LOSSLESS, WINDOW, Codec, Pose, Stream
+from server.wire.browser import WINDOW, Pose, Stream
+from server.wire.frame_header import LOSSLESS, Codec
 from server.wire.worker import CameraMatrix, Done, Render, SceneRef
 
 HALL, YARD = SceneRef("hall", "hall"), SceneRef("yard", "yard")
@@ -267,7 +268,7 @@ def test_one_frame_may_be_all_that_is_wanted() -> None:
 def test_a_walk_by_paths_takes_few_at_once() -> None:
     desk = Desk(settings=RenderSettings(method=Method.PATH))
     desk.session.pose(pose(1))
-    assert desk.take()[1].settings.samples == PATHS_A_FRAME
+    assert desk.take()[1].settings.samples == SAMPLES_A_FRAME
     desk.session.change(1, settings=RenderSettings(method=Method.PATH, samples=9))
     assert desk.take()[1].settings.samples == 9
 

@@ -54,6 +54,14 @@ def test_a_cut_message_is_the_end() -> None:
         read(io.BytesIO(pack(Start(SCENE), b"bytes")[:-1]))
 
 
+@pytest.mark.parametrize(
+    "stages", [{"a": float("nan")}, {"a": -1.0}, {"": 1.0}, {33 * "a": 1.0}, {str(number): 1.0 for number in range(65)}]
+)
+def test_stages_that_cannot_be_told_to_a_browser_are_refused(stages: dict[str, float]) -> None:
+    with pytest.raises(ValidationError, match="stage_ms"):
+        read(io.BytesIO(pack(Done(2, (1, 2), 3.0, 4.0, 1, 1, stages, {}, {}))))
+
+
 def test_what_is_not_a_message_is_refused() -> None:
     text = b'{"kind": "obey"}'
     with pytest.raises(ValidationError):

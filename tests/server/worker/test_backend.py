@@ -166,7 +166,7 @@ def test_a_scene_for_which_there_is_too_little_memory_is_refused(
     def none_left(*_: Any) -> DeviceScene:
         raise RuntimeError("Failed to allocate 123 bytes on device 'cuda:0'")
 
-    monkeypatch.setattr("server.worker.backend.ResidentScene", none_left)
+    monkeypatch.setattr("server.worker.backend.DeviceScene", none_left)
     backend.close(THIRD)
     with pytest.raises(OutOfMemoryError, match="too little memory for this scene"):
         backend.open(THIRD, silent)
@@ -248,6 +248,6 @@ def test_the_whole_way_from_a_pose_to_a_lit_frame(cpu: str) -> None:
         walker.send("pose", id=1, matrix=camera["matrix"], yfov=camera["yfov"])
         header, image = walker.frame(60)
         assert header.pose == 1
-        assert sum(header.stages) > 0.0
+        assert sum(header.stage_ms.values()) > 0.0
         # The same view by both ways, but for the loss of the JPEG.
         assert np.abs(simplejpeg.decode_jpeg(image).astype(int) - expected).mean() < 8.0
