@@ -6,10 +6,12 @@ of two above that. A search uses one cell size, that of its own point, so a repr
 level and the levels beside it. With equal spacings this is the paper's uniform grid. Cells are hashed.
 """
 
+from copy import copy
+
 import warp as wp
 
 from gpu.core.bucket_sort import Buckets
-from gpu.core.device import launch
+from gpu.core.device import allocate, launch
 from gpu.core.intrinsics import four_at
 from gpu.sampling.sobol import hashed
 
@@ -131,17 +133,24 @@ class Grid:
     """The grid over up to `capacity` representatives; `data` is what kernels take."""
 
     def __init__(self, capacity: int, device: wp.Device) -> None:
-        self.device = device
+        self.capacity, self.device = capacity, device
         entries = LEVELS_HELD * capacity
-        buckets = 1 << (entries - 1).bit_length()
-        self._buckets = Buckets(entries, buckets, device)
-        self.data = Representatives()
-        self.data.position = wp.zeros(capacity, dtype=wp.vec3, device=device)
-        self.data.normal = wp.zeros(capacity, dtype=wp.vec3, device=device)
-        self.data.spacing = wp.zeros(capacity, dtype=float, device=device)
-        self.data.level = wp.zeros(capacity, dtype=int, device=device)
-        self.data.entries = wp.zeros(2 * entries, dtype=wp.vec4, device=device)
-        self.data.starts, self.data.buckets = self._buckets.starts, buckets
+        self._buckets = Buckets(entries, 1 << (entries - 1).bit_length(), device)
+        self.data = self._allocate()
+
+    def with_own_data(self) -> "Grid":
+        """A grid over other representatives; both share what `build` only works with, so they build one by one."""
+        other = copy(self)
+        other._buckets = copy(self._buckets)
+        other._buckets.starts = wp.zeros_like(self._buckets.starts)
+        other.data = other._allocate()
+        return other
+
+    def _allocate(self) -> Representatives:
+        data: Representatives = allocate(Representatives, self.capacity, self.device)
+        data.entries = wp.zeros(2 * self._buckets.capacity, dtype=wp.vec4, device=self.device)
+        data.starts, data.buckets = self._buckets.starts, len(self._buckets.starts) - 1
+        return data
 
     def build(self) -> None:
         """Sort the representatives now in `data` into cells."""

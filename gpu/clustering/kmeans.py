@@ -6,6 +6,8 @@ bits; a cluster that lost its members starts again at a random point; distances 
 (gpu.clustering.grid).
 """
 
+from copy import copy
+
 import warp as wp
 
 from gpu.clustering.cluster_bounds import ClusterRunBounds, allocate_runs, bound_runs, nearest_in_runs
@@ -153,6 +155,12 @@ class KMeans:
         if exhaustive:
             self._runs = allocate_runs(most, device)
             self._owner = wp.zeros(capacity, dtype=int, device=device)
+
+    def over(self, grid: Grid, wanted: wp.array) -> "KMeans":
+        """K-means into `wanted` (1,) clusters of another grid; both share all else, so they run one after the other."""
+        other = copy(self)
+        other.grid, other.wanted = grid, wanted
+        return other
 
     def run(self, points: Points, iterations: int, seed: int) -> None:
         """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids."""

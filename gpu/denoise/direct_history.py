@@ -5,6 +5,8 @@ A pixel has one or two shadow rays a frame. Where a lamp is seen by few of them,
 and ragged edges which no smoothing of a single frame removes.
 """
 
+from copy import copy
+
 import warp as wp
 
 from gpu.core.device import launch
@@ -65,14 +67,22 @@ def take_kernel(first: int, gbuffer: GBuffer, past: PreviousFrameData, remembers
 
 
 class DirectHistory:
-    """What frames of a walk of `size` (width, height) found of soft light; arrays are allocated once."""
+    """What frames of a viewer's walk of `size` (width, height) found of soft light; arrays are allocated once."""
 
     def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
         self.device, self._size = device, size
-        pixels = size[0] * size[1]
-        self.frames = wp.zeros(pixels, dtype=int, device=device)
-        self._past_frames = wp.zeros(pixels, dtype=int, device=device)
-        self._past_light = wp.zeros(pixels, dtype=wp.vec3, device=device)
+        self.frames = wp.zeros(size[0] * size[1], dtype=int, device=device)
+        self._allocate_past()
+
+    def for_another_viewer(self) -> "DirectHistory":
+        """One with light of its own; both share what a frame only works with, so they run one after the other."""
+        other = copy(self)
+        other._allocate_past()
+        return other
+
+    def _allocate_past(self) -> None:
+        self._past_frames = wp.zeros(len(self.frames), dtype=int, device=self.device)
+        self._past_light = wp.zeros(len(self.frames), dtype=wp.vec3, device=self.device)
 
     def take(self, gbuffer: GBuffer, last: PreviousFrame, light: wp.array, *, remembers: bool) -> None:
         """Make of the soft `light` (pixel,) that this frame's rays found that of all frames' rays, and keep it.

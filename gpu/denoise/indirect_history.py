@@ -2,6 +2,8 @@
 (gpu.denoise.reprojection).
 """
 
+from copy import copy
+
 import warp as wp
 
 from gpu.core.color import brightness
@@ -139,7 +141,7 @@ def keep_kernel(first: int, listed: wp.array[int], frames: wp.array[int], light:
 
 
 class IndirectHistory:
-    """What a walk's frames of `size` (width, height) found; its arrays are allocated once.
+    """What frames of a viewer's walk of `size` (width, height) found; its arrays are allocated once.
 
     frames (pixel,): how many earlier frames each of the SPs has its light of; settled (pixel,): 1 where this is so well
     known that the SP sends no rays to correct it by, else 0; known (pixel,): once it is kept, 1 where frames are any, 0
@@ -157,6 +159,12 @@ class IndirectHistory:
         self._near = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._lacking = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._past: IndirectHistoryData = allocate(IndirectHistoryData, pixels, device)
+
+    def for_another_viewer(self) -> "IndirectHistory":
+        """One with light of its own; both share what a frame only works with, so they run one after the other."""
+        other = copy(self)
+        other._past = allocate(IndirectHistoryData, len(self.frames), self.device)
+        return other
 
     def forget(self) -> None:
         """Build on no frame before."""

@@ -102,19 +102,20 @@ def set_representative(
 
 @wp.kernel
 def extra_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int], totals: wp.array[int],
-                 spacing_scale: wp.array[float], base: wp.array[int], extra: wp.array[int],
+                 spacing_scale: wp.array[float], base: wp.array[int], wanted: wp.array[int],
                  representatives: Representatives, pixels: wp.array[int]) -> None:  # fmt: skip
-    """One thread one of `extra` (1,) clusters, which follow the `base` (1,) of k-means: takes its SP.
+    """One thread one of `wanted` (1,) clusters from `base` (1,) on, those before being of k-means: takes its SP.
 
     totals: the running sum of need; spacing_scale (1,): as in gpu.sp.reuse; pixels (cluster,): where the
     representatives are.
     """
     index = first + wp.tid()
-    if index >= extra[0]:
+    extra = wanted[0] - base[0]
+    if index >= extra:
         return
     cluster = base[0] + index
     representatives.spacing[cluster] = 0.0
-    sp = drawn_sp(totals, sp_count[0], index, extra[0])
+    sp = drawn_sp(totals, sp_count[0], index, extra)
     if sp >= 0:
         pixels[cluster] = sps[sp]
         spacing = gbuffer.spacing[sps[sp]] * wp.sqrt(float(sp_count[0])) * spacing_scale[0]

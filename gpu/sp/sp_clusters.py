@@ -5,27 +5,27 @@ the normal. SPs that are served badly or not at all get representatives of their
 back for them, spread in proportion to need. What is then still unserved takes the nearest cluster of all.
 """
 
+from copy import copy
 from functools import cache
 
 import warp as wp
 
-from gpu.clustering.grid import NORMAL_THRESHOLD, Representatives, level_of
+from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives, level_of
 from gpu.clustering.kmeans import KMeans
 from gpu.clustering.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
 from gpu.core.bucket_sort import Buckets
-from gpu.core.device import launch
+from gpu.core.device import duplicate, launch
 from gpu.core.morton import CELL_BITS, CELL_COUNT, EMPTY_KEY, morton_key
 from gpu.core.radix_sort import running_total
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.settings import Weighting
+from gpu.sp.kept_clusters import KeptClusters, extra_of
 from gpu.sp.reuse import drop, keep
 from gpu.sp.samples import SampledPoints
 from gpu.sp.seeding import (
-    ACCEPTED_DISTANCE,
     DEFICIT_IN_FRAME,
     DEFICIT_TO_FILL,
-    MOST_NEW,
     WHOLE_DEFICIT,
     DeficitScale,
     adapt_kernel,
@@ -36,9 +36,6 @@ from gpu.sp.seeding import (
 
 # Of k-means, which starts with points spread evenly over the picture: more make no picture better.
 ITERATIONS = 1
-SAMPLES_PER_CLUSTER = 4
-# Share of the clusters that is kept for SPs that k-means serves badly.
-EXTRA_SHARE = 0.25
 # No cluster is in use at all.
 UNASSIGNED_DEFICIT = wp.constant(2047)
 # Of all clusters, about so many where none is near.
@@ -102,12 +99,9 @@ def representative_kernel(first: int, gbuffer: GBuffer, representatives: Represe
     if cluster < base[0]:
         pixels[cluster] = sampled[medoids[cluster]]
     pixel = pixels[cluster]
-    out.spacing[cluster] = representatives.spacing[cluster]
     if pixel < 0:
         return
-    out.position[cluster] = gbuffer.position[pixel]
     out.geometric_normal[cluster] = gbuffer.geometric_normal[pixel]
-    out.normal[cluster] = gbuffer.normal[pixel]
     keys[cluster] = morton_key(gbuffer.position[pixel], gbuffer.geometric_normal[pixel])
 
 
@@ -182,15 +176,11 @@ def fuzzy_assign_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
     return kernel
 
 
-def extra_of(count: int) -> int:
-    """How many of `count` clusters are kept for SPs that k-means serves badly."""
-    return int(count * EXTRA_SHARE) if count > 1 else 0
-
-
 class SpClustering:
-    """Clusters a frame's SPs; `clusters` (SpClusters) and `deficit` (sp,) hold the result, arrays are allocated once.
+    """A viewer's SP clusters: `clusters` (SpClusters), and how badly they serve each SP, `deficit` (sp,).
 
-    They have room for `most` clusters, `count` of which there are to be: all, until `use` says otherwise.
+    There is room for `most` clusters; those of a frame, and as many as `use` said, are kept for its next one. The other
+    arrays are of the image's size and serve all viewers, whose frames come one after the other.
     """
 
     def __init__(self, sps: ShadingPoints, most: int, fuzziness: int, weighting: Weighting) -> None:
@@ -201,91 +191,88 @@ class SpClustering:
         self._deficits = wp.zeros(sps.capacity, dtype=int, device=device)
         extra = extra_of(self.most)
         base = self.most - extra
-        self._samples = SampledPoints(min(sps.capacity, SAMPLES_PER_CLUSTER * base), device)
+        self._samples = SampledPoints(base, sps.capacity, device)
         self._kmeans = KMeans(self._samples.capacity, base, device, extra=extra)
         self._pixels = wp.zeros(self.most, dtype=int, device=device)
         self._spacings = wp.zeros(self.most, dtype=float, device=device)
         self._crowded = wp.zeros(self.most, dtype=int, device=device)
-        self._serving = wp.zeros(self.most, dtype=int, device=device)
         self._unused = wp.zeros(self.most, dtype=int, device=device)
         self._unused_prefix = wp.zeros(self.most, dtype=int, device=device)
-        # What kernels know of `count`: that, how many are not of k-means, and the scale from pixels' spacings to
-        # clusters'.
-        self._wanted, self._extra = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
-        self._scale = wp.zeros(1, dtype=float, device=device)
-        self._accepted_distance, self._one = (wp.ones(1, dtype=float, device=device) for _ in range(2))
-        self._most_new, self._extent, self._none = (wp.zeros(1, dtype=int, device=device) for _ in range(3))
+        self._one, self._none = wp.ones(1, dtype=float, device=device), wp.zeros(1, dtype=int, device=device)
         self._order = Buckets(self.most, CELL_COUNT, device, shift=CELL_BITS)
-        self.clusters = allocate_sp_clusters(self.most, fuzziness, sps.capacity, device)
+        self.clusters = SpClusters()
+        self.clusters.used = wp.zeros(self.most, dtype=int, device=device)
         self.clusters.order, self.clusters.fresh = self._order.items, self._order.starts[CELL_COUNT:]
-        self.use(self.most)
+        self.clusters.cluster = wp.zeros((fuzziness, sps.capacity), dtype=int, device=device)
+        self.clusters.weight = wp.zeros((fuzziness, sps.capacity), dtype=float, device=device)
+        self._keep_in(self._kmeans.grid)
+
+    def for_another_viewer(self) -> "SpClustering":
+        """One with clusters of its own; both share what a frame only works with, so they run one after the other."""
+        other = copy(self)
+        other.clusters = duplicate(SpClusters, self.clusters)
+        other._keep_in(self._kmeans.grid.with_own_data())
+        return other
+
+    def _keep_in(self, grid: Grid) -> None:
+        kept = self._kept = KeptClusters(grid, self._sps.stride)
+        self._kmeans = self._kmeans.over(grid, kept.base)
+        self.clusters.position, self.clusters.normal = grid.data.position, grid.data.normal
+        self.clusters.spacing, self.clusters.geometric_normal = grid.data.spacing, kept.geometric_normal
+
+    @property
+    def count(self) -> int:
+        """How many clusters there are to be."""
+        return self._kept.count
 
     def use(self, count: int, *, at_once: bool = False) -> None:
         """Have so many clusters from the next frame on, but no more than there is room for.
 
         A walk goes on: evenly many of all stay where there are too many, and new ones come in turn, or `at_once`.
         """
-        self.count = min(count, self.most)
-        extra = extra_of(self.count)
-        base = self.count - extra
-        self._wanted.fill_(self.count)
-        self._extra.fill_(extra)
-        self._kmeans.wanted.fill_(base)
-        self._samples.wanted.fill_(min(self._samples.capacity, SAMPLES_PER_CLUSTER * base))
-        self._most_new.fill_(self.count if at_once else 1 + int(MOST_NEW * self.count))
-        self._scale.fill_(self._sps.stride * base**-0.5)
+        self._kept.use(count, at_once=at_once)
 
     def run(self, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of the SPs, then the F nearest clusters of every SP."""
-        sps, grid, device = self._sps, self._kmeans.grid, self.device
-        grid.data.spacing.zero_()
-        self._serving.zero_()
-        self._accepted_distance.fill_(ACCEPTED_DISTANCE)
-        wp.copy(self._most_new, self._wanted)
-        wp.copy(self._extent, self._wanted)
-        self._samples.draw(sps, gbuffer, self._scale, seed)
+        sps, kept = self._sps, self._kept
+        kept.forget()
+        self._samples.draw(sps, gbuffer, kept.base, kept.spacing_scale, seed)
         self._kmeans.run(self._samples.points, ITERATIONS, seed)
-        grid.build()
+        kept.grid.build()
         self._assign(gbuffer, DEFICIT_IN_FRAME, self._one, least_deficit=0)
         running_total(self.deficit, self._deficits)
-        inputs = [gbuffer, sps.pixels, sps.count, self._deficits, self._scale, self._kmeans.wanted, self._extra]
-        launch(extra_kernel, extra_of(self.most), [*inputs, grid.data, self._pixels], device)
-        self._finish(gbuffer, self._kmeans.wanted, least_deficit=1)
+        inputs = [gbuffer, sps.pixels, sps.count, self._deficits, kept.spacing_scale, kept.base, kept.wanted]
+        launch(extra_kernel, extra_of(self.most), [*inputs, kept.grid.data, self._pixels], self.device)
+        self._finish(gbuffer, kept.base, least_deficit=1)
 
     def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
-        """Keep the clusters of the run before as far as they are good in this view, and add those that it lacks.
+        """Keep the clusters of the frame before as far as they are good in this view, and add those that it lacks.
 
         camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
         """
-        sps, grid, device = self._sps, self._kmeans.grid, self.device
-        work = self._spacings, self._crowded, self._pixels
-        keep(camera, size, gbuffer, sps, self._scale, self._accepted_distance, grid.data, self._serving, *work)
-        drop(grid.data, self._wanted, self._accepted_distance, self._unused, self._unused_prefix)
-        grid.build()
-        self._assign(gbuffer, DEFICIT_TO_FILL, self._accepted_distance, least_deficit=0)
+        sps, kept, representatives = self._sps, self._kept, self._kept.grid.data
+        accepted, work = kept.accepted_distance, (self._spacings, self._crowded, self._pixels)
+        keep(camera, size, gbuffer, sps, kept.spacing_scale, accepted, representatives, kept.serving, *work)
+        drop(representatives, kept.wanted, accepted, self._unused, self._unused_prefix)
+        kept.grid.build()
+        self._assign(gbuffer, DEFICIT_TO_FILL, accepted, least_deficit=0)
         running_total(self.deficit, self._deficits)
-        counts = self._wanted, self._unused_prefix, self._accepted_distance, self._most_new
-        inputs = [gbuffer, sps.pixels, sps.count, self._deficits, self._scale, *counts]
-        launch(fill_kernel, self.most, [*inputs, grid.data, self._pixels, self._serving], device)
-        launch(adapt_kernel, 1, [sps.count, self._deficits, *counts, self._extent], device)
+        counts = kept.wanted, self._unused_prefix, accepted, kept.max_new
+        inputs = [gbuffer, sps.pixels, sps.count, self._deficits, kept.spacing_scale, *counts]
+        launch(fill_kernel, self.most, [*inputs, representatives, self._pixels, kept.serving], self.device)
+        launch(adapt_kernel, 1, [sps.count, self._deficits, *counts, kept.extent], self.device)
         self._finish(gbuffer, self._none, least_deficit=int(WHOLE_DEFICIT))
 
     def _finish(self, gbuffer: GBuffer, base: wp.array, *, least_deficit: int) -> None:
         """Serve the needy by the new clusters too, of which the first `base` (1,) are medoids, and order all."""
-        self._kmeans.grid.build()
+        self._kept.grid.build()
         self._assign(gbuffer, DEFICIT_IN_FRAME, self._one, least_deficit=least_deficit)
-        inputs = [gbuffer, self._kmeans.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
+        inputs = [gbuffer, self._kept.grid.data, self._pixels, base, self._kmeans.medoids, self._samples.pixels]
         launch(representative_kernel, self.most, [*inputs, self._order.keys, self.clusters], self.device)
         self._order.sort()
 
-    def _assign(
-        self, gbuffer: GBuffer, scale: DeficitScale, accepted_distance: wp.array, *, least_deficit: int
-    ) -> None:
-        sps, data = self._sps, self._kmeans.grid.data
-        inputs = [gbuffer, sps.pixels, sps.count, data, self._extent, self._scale, least_deficit]
-        launch(
-            self._kernel,
-            sps.capacity,
-            [*inputs, scale, accepted_distance, self.deficit, self._serving, self.clusters],
-            self.device,
-        )
+    def _assign(self, gbuffer: GBuffer, scale: DeficitScale, accepted: wp.array, *, least_deficit: int) -> None:
+        sps, kept = self._sps, self._kept
+        inputs = [gbuffer, sps.pixels, sps.count, kept.grid.data, kept.extent, kept.spacing_scale, least_deficit]
+        outputs = [scale, accepted, self.deficit, kept.serving, self.clusters]
+        launch(self._kernel, sps.capacity, [*inputs, *outputs], self.device)

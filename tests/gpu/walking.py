@@ -85,12 +85,12 @@ class Walk:
 
     def spacing(self) -> Doubles:
         """Of each cluster in this view."""
-        return np.asarray(self.clustering._kmeans.grid.data.spacing.numpy(), np.float64)
+        return np.asarray(self.clustering._kept.grid.data.spacing.numpy(), np.float64)
 
     @property
-    def good(self) -> float:
+    def accepted_distance(self) -> float:
         """The distance that is good enough."""
-        return float(self.clustering._good.numpy()[0])
+        return float(self.clustering._kept.accepted_distance.numpy()[0])
 
     def assert_served(self) -> None:
         """Every SP has clusters in use whose shares add up to 1."""
@@ -98,4 +98,4 @@ class Walk:
         cluster, weight = self.clusters.cluster.numpy()[:, :sps], self.clusters.weight.numpy()[:, :sps]
         assert weight.sum(axis=0) == pytest.approx(1.0, abs=1e-5)
         assert self.used[cluster[weight > 0.0]].all()
-        assert (self.clustering.need.numpy()[:sps] < int(UNASSIGNED_DEFICIT)).all()
+        assert (self.clustering.deficit.numpy()[:sps] < int(UNASSIGNED_DEFICIT)).all()

@@ -17,7 +17,7 @@ from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Floats, Light, LightKind, Material
 from gpu.settings import Component, Method
-from gpu.sp.sp_clusters import allocate_sp_clusters
+from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.build import unclustered
 from gpu.vpl.disk_light import Disk
 from gpu.vpl.vpl_clusters import VplClusters
@@ -130,7 +130,9 @@ def test_vpls_on_shading_points_and_a_millionth_above(
     exact = floor.indirect.irradiance.numpy()
     visibility = Visibility(1, vpls.count, floor.device)
     visibility.words.fill_(wp.uint32((1 << vpls.count) - 1))
-    clusters = allocate_sp_clusters(1, 1, floor.pixels, floor.device)
+    clusters: SpClusters = allocate(SpClusters, 1, floor.device)
+    clusters.cluster = wp.zeros((1, floor.pixels), dtype=int, device=floor.device)
+    clusters.weight = wp.zeros((1, floor.pixels), dtype=float, device=floor.device)
     clusters.weight.fill_(1.0)
     clusters.used.fill_(1)
     clusters.fresh.fill_(1)

@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 from scenes import column, grey, quad, resident_of
 
+from gpu.core.device import allocate
 from gpu.indirect.exact_gather import gather
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
@@ -13,7 +14,7 @@ from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats
-from gpu.sp.sp_clusters import allocate_sp_clusters
+from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.build import cluster_vpls, unclustered
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -93,7 +94,9 @@ def test_clusters_of_shading_points_that_see_different_vpls(
     words = np.full((2, COUNT // 32), 0xFFFFFFFF, np.uint32)
     words[1] = 0x55555555
     visibility.words.assign(words)
-    clusters = allocate_sp_clusters(2, 2, view.pixels, view.device)
+    clusters: SpClusters = allocate(SpClusters, 2, view.device)
+    clusters.cluster = wp.zeros((2, view.pixels), dtype=int, device=view.device)
+    clusters.weight = wp.zeros((2, view.pixels), dtype=float, device=view.device)
     clusters.cluster.assign(np.tile([[0], [1]], (1, view.pixels)).astype(np.int32))
     clusters.weight.assign(np.tile([[share], [1.0 - share]], (1, view.pixels)).astype(np.float32))
     clusters.used.fill_(1)

@@ -125,6 +125,16 @@ def test_what_is_not_finite_is_not_handed_on(room: DeviceScene) -> None:
     assert np.isin(seen.frames(), [1, 2]).all()
 
 
+def test_each_viewer_finds_its_own_light(room: DeviceScene) -> None:
+    seen = Seen(room)
+    own, other = seen.history, seen.history.for_another_viewer()
+    for number in range(3):
+        for seen.history, scale in ((own, 1.0), (other, 5.0)):
+            light = seen.frame(pose(0), np.full((PIXELS, 3), scale), begins=number == 0)
+            assert light == pytest.approx(scale, abs=1e-5)
+    assert seen.frames().min() == 3
+
+
 def renderer_of(room: DeviceScene, **changes: Any) -> Renderer:
     settings = {"component": Component.DIRECT, "samples": 1, **changes}
     return Renderer(room, SIZE, RenderSettings(**settings))

@@ -13,7 +13,7 @@ from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
-from gpu.scene.camera import look_at, turned
+from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera, Doubles
 from gpu.settings import Component, Method, RenderSettings, Skips
 
@@ -162,7 +162,7 @@ def test_what_lies_between_light_and_dark_is_not_settled(room: DeviceScene) -> N
         seen.view.seed.fill_(seed)
         for number in range(int(MOST_FRAMES)):
             seen.frame(pose(0), light, begins=number == 0)
-        seen.frame(turned(pose(0), 1.83), light)  # a pixel
+        seen.frame(rotated(pose(0), 1.83), light)  # a pixel
         settled |= seen.settled() & seen.listed
     often = [int(settled[column == at].sum()) for at in range(20, 40, 2)]
     assert np.median(often) > 8
@@ -238,6 +238,17 @@ def test_near_field_light_of_a_walk_has_fewer_rays_less_noise_and_as_much_energy
     assert 0.25 * all_rays < rays < 0.5 * all_rays
     assert kept < 0.8 * usual
     assert energy == pytest.approx(mean, rel=0.02)
+
+
+def test_each_viewer_finds_its_own_light(room: DeviceScene) -> None:
+    seen, ones = Seen(room), np.ones((SIZE[0] * SIZE[1], 3))
+    own, other = seen.history, seen.history.for_another_viewer()
+    for number in range(3):
+        for seen.history, scale in ((own, 1.0), (other, 5.0)):
+            light, near = seen.frame(pose(0), scale * ones, begins=number == 0)
+            assert light[seen.listed] == pytest.approx(scale, abs=1e-5)
+            assert near[seen.listed] == pytest.approx(2.0 * scale, abs=1e-5)
+    assert seen.frames()[seen.listed].min() == 2
 
 
 def test_statistics_tell_what_earlier_frames_know(room: DeviceScene) -> None:

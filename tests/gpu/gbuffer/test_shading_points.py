@@ -68,8 +68,8 @@ def test_samples_differ_by_seed() -> None:
     sps.find(gbuffer)
     drawn = []
     for seed in (0, 0, 1):
-        samples = SampledPoints(50, CPU)
-        samples.draw(sps, gbuffer, column([25**-0.5], float), seed)
+        samples = SampledPoints(13, 50, CPU)
+        samples.draw(sps, gbuffer, column([13], wp.int32), column([25**-0.5], float), seed)
         drawn.append(samples.pixels.numpy())
     assert np.array_equal(drawn[0], drawn[1])
     assert (drawn[0] != drawn[2]).sum() > 25
@@ -78,9 +78,9 @@ def test_samples_differ_by_seed() -> None:
 @pytest.mark.parametrize("listed", [0, 1, 10, 600])
 def test_samples_are_even_and_distinct(listed: int) -> None:
     valid = np.arange(600).reshape(20, 30) < listed
-    gbuffer, sps, samples = gbuffer_with(valid), ShadingPoints((30, 20), 1, CPU), SampledPoints(50, CPU)
+    gbuffer, sps, samples = gbuffer_with(valid), ShadingPoints((30, 20), 1, CPU), SampledPoints(13, 50, CPU)
     sps.find(gbuffer)
-    samples.draw(sps, gbuffer, column([25**-0.5], float), 0)
+    samples.draw(sps, gbuffer, column([13], wp.int32), column([25**-0.5], float), 0)
     count = samples.points.count.numpy()[0]
     assert count == min(50, listed)
     pixels = samples.pixels.numpy()[:count]

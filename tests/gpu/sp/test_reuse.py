@@ -15,7 +15,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, pixel_of
 from gpu.indirect.visibility import Visibility
 from gpu.methods.view_state import ViewState
-from gpu.scene.camera import look_at, turned
+from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
 from gpu.sp.reuse import CROWDED, drop_kernel
 from gpu.sp.seeding import (
@@ -178,7 +178,7 @@ def test_a_side_that_comes_into_view_has_clusters_of_its_own() -> None:
     for number in range(72):
         angle = 2.0 * np.pi * number / 96.0
         eye = (0.0, 0.0, 1.9 - 0.175 * (1.0 - np.cos(angle)))
-        walk.step(turned(look_at(eye, (0.0, 0.0, 0.0), yfov_degrees=40.0), 20.0 * np.sin(angle)), begins=number == 0)
+        walk.step(rotated(look_at(eye, (0.0, 0.0, 0.0), yfov_degrees=40.0), 20.0 * np.sin(angle)), begins=number == 0)
         count = int(walk.view.shading_points.count.numpy()[0])
         normals = walk.view.gbuffer.normal.numpy()[walk.view.shading_points.pixels.numpy()[:count]]
         nearest = walk.clusters.normal.numpy()[walk.clusters.cluster.numpy()[0, :count]]
@@ -283,12 +283,12 @@ def test_what_comes_into_view_as_clusters_fall_has_its_own(room: DeviceScene, co
     """A camera turns to the right. Without room in that frame, what it turns to has the light of other surfaces."""
     walk = Walk(room, size=(96, 72))
     for number in range(12):
-        walk.step(turned(pose(0.0), -0.05 * number), begins=number == 0)
+        walk.step(rotated(pose(0.0), -0.05 * number), begins=number == 0)
     walk.clustering.use(count)
-    walk.step(turned(pose(0.0), -9.0))
+    walk.step(rotated(pose(0.0), -9.0))
     assert walk.used.sum() <= count
     assert 0 < len(walk.fresh) <= 1 + int(float(MOST_NEW) * count)
-    assert np.flatnonzero(walk.used).max() < walk.clustering._extent.numpy()[0]
+    assert np.flatnonzero(walk.used).max() < walk.clustering._kept.extent.numpy()[0]
     sps = walk.view.shading_points.pixels.numpy()[: int(walk.view.shading_points.count.numpy()[0])]
     nearest = walk.clusters.cluster.numpy()[0, : len(sps)]
     ways = walk.view.gbuffer.position.numpy()[sps] - walk.clusters.position.numpy()[nearest]

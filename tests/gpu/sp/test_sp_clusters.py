@@ -4,7 +4,7 @@ from scenes import box, grey, quad, resident_of, slats
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.methods.view_state import ViewState
-from gpu.scene.camera import look_at
+from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
 from gpu.settings import Weighting
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering
@@ -148,3 +148,30 @@ def test_room_for_more_clusters_changes_none(count: int) -> None:
         )
     for name in ("cluster", "weight"):
         assert getattr(roomy.clusters, name).numpy().tobytes() == getattr(alone.clusters, name).numpy().tobytes()
+
+
+def test_each_viewer_has_the_clusters_it_gets_alone() -> None:
+    """Their frames come in turn, of different views and counts."""
+    device_scene, camera, size = slats()
+
+    def walk(viewers: int) -> list[tuple[bytes, ...]]:
+        view = ViewState(device_scene, size, lambertian=True)
+        first = SpClustering(view.shading_points, 90, 6, Weighting.DISTANCE)
+        others = [first.for_another_viewer() for _ in range(viewers - 1)]
+        seen = []
+        for number in range(3):
+            for other, clustering in enumerate([first, *others]):
+                clustering.use(90 - 30 * other)
+                view.look(rotated(camera, 3.0 * number - 20.0 * other))
+                view.find_shading_points()
+                if number:
+                    clustering.go_on(view.gbuffer, view.camera, size)
+                else:
+                    clustering.run(view.gbuffer, 0)
+                if other == 0:
+                    clusters = clustering.clusters
+                    arrays = clusters.cluster, clusters.weight, clusters.used, clustering.deficit
+                    seen.append(tuple(array.numpy().tobytes() for array in arrays))
+        return seen
+
+    assert walk(1) == walk(2) == walk(3)
