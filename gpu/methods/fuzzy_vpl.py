@@ -38,7 +38,7 @@ from gpu.methods.passes import (
 )
 from gpu.methods.view_state import ViewState
 from gpu.sample_counts import SampleCounts
-from gpu.settings import Clustering, Component, RenderSettings
+from gpu.settings import Clustering, Component, RenderSettings, Weighting
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering
 from gpu.vpl.build import unclustered
 from gpu.vpl.light_sets import LightSets, Progress
@@ -77,8 +77,9 @@ class FuzzyVpl:
         self._fixed = settings.clustering is Clustering.SPS
         # A wanted error is to follow from a frame's own counts: light of frames before knows little of them.
         self._shares_light = settings.target_error is None
-        sps, weighting = view.shading_points, settings.weighting
-        self._clustering = SpClustering(sps, most or sample_counts.sp_clusters, settings.fuzziness, weighting)
+        sps, by_distance = view.shading_points, settings.weighting is Weighting.DISTANCE
+        most = most or sample_counts.sp_clusters
+        self._clustering = SpClustering(sps, most, settings.fuzziness, by_distance=by_distance)
         self._passes = MOST_PASSES if settings.target_ms else 1
         self._correction = Correction(view.pixels, view.device, self._passes)
         # Irradiance as clusters tell it, while other stages correct it.

@@ -19,7 +19,6 @@ from gpu.core.morton import CELL_BITS, CELL_COUNT, EMPTY_KEY, morton_key
 from gpu.core.radix_sort import running_total
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.settings import Weighting
 from gpu.sp.kept_clusters import KeptClusters, extra_of
 from gpu.sp.reuse import drop, keep
 from gpu.sp.samples import SampledPoints
@@ -183,10 +182,10 @@ class SpClustering:
     arrays are of the image's size and serve all viewers, whose frames come one after the other.
     """
 
-    def __init__(self, sps: ShadingPoints, most: int, fuzziness: int, weighting: Weighting) -> None:
+    def __init__(self, sps: ShadingPoints, most: int, fuzziness: int, *, by_distance: bool) -> None:
         device = self.device = sps.device
         self._sps, self.most = sps, min(most, sps.capacity)
-        self._kernel = fuzzy_assign_kernel(fuzziness, weighting is Weighting.DISTANCE)
+        self._kernel = fuzzy_assign_kernel(fuzziness, by_distance)
         self.deficit = wp.zeros(sps.capacity, dtype=int, device=device)
         self._deficits = wp.zeros(sps.capacity, dtype=int, device=device)
         extra = extra_of(self.most)

@@ -22,7 +22,6 @@ from gpu.indirect.irradiance import allocate_indirect
 from gpu.indirect.visibility import Visibility
 from gpu.methods.view_state import ViewState
 from gpu.scene.types import Camera, Doubles, Ints
-from gpu.settings import Weighting
 from gpu.sp.sp_clusters import SpClustering, SpClusters
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.disk_light import disk_at
@@ -120,7 +119,7 @@ class Pipeline:
         view.look(self.camera)
         view.find_shading_points()
         device = view.device
-        self.clustering = SpClustering(view.shading_points, self.sp_clusters, self.fuzziness, Weighting.DISTANCE)
+        self.clustering = SpClustering(view.shading_points, self.sp_clusters, self.fuzziness, by_distance=True)
         self.clustering.run(view.gbuffer, 0)
         vpls = traced_vpls(self.device_scene, view.scene, self.vpls, 3)
         self.lights = cluster_vpls(self.device_scene, vpls, self.vpl_clusters, 0)

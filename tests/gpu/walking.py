@@ -11,7 +11,6 @@ from gpu.indirect.visibility import Visibility
 from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles
-from gpu.settings import Weighting
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering, SpClusters
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
@@ -46,7 +45,7 @@ class Walk:
 
     def __post_init__(self) -> None:
         self.view = ViewState(self.device_scene, self.size, lambertian=True)
-        self.clustering = SpClustering(self.view.shading_points, self.most, 6, Weighting.DISTANCE)
+        self.clustering = SpClustering(self.view.shading_points, self.most, 6, by_distance=True)
         self.clustering.use(self.count)
         vpls = traced_vpls(self.device_scene, self.view.scene, 2000, 3)
         self.lights = cluster_vpls(self.device_scene, vpls, 70, 0)

@@ -10,7 +10,7 @@ from gpu.device_scene.rays import connected_solid
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
 from gpu.methods.view_state import ViewState
-from gpu.settings import EVERY_SKIP, Skips, Weighting
+from gpu.settings import EVERY_SKIP, Skips
 from gpu.sp.sp_clusters import SpClustering
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.disk_light import disk_at
@@ -44,7 +44,7 @@ def traced() -> tuple[DeviceScene, ViewState, SpClustering, VplClusters]:
     view = ViewState(device_scene, size, lambertian=True)
     view.look(camera)
     view.find_shading_points()
-    clustering = SpClustering(view.shading_points, 90, 6, Weighting.DISTANCE)
+    clustering = SpClustering(view.shading_points, 90, 6, by_distance=True)
     clustering.run(view.gbuffer, 0)
     vpls = traced_vpls(device_scene, view.scene, 3000, 3)
     return device_scene, view, clustering, cluster_vpls(device_scene, vpls, 150, 0)

@@ -6,23 +6,22 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
-from gpu.settings import Weighting
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering
 
 
-def clustered(count: int, fuzziness: int, weighting: Weighting = Weighting.DISTANCE) -> tuple[SpClustering, ViewState]:
+def clustered(count: int, fuzziness: int, by_distance: bool = True) -> tuple[SpClustering, ViewState]:
     """The slats' SPs in clusters."""
     device_scene, camera, size = slats()
-    return clustering_of(device_scene, camera, size, count, fuzziness, weighting)
+    return clustering_of(device_scene, camera, size, count, fuzziness, by_distance)
 
 
 def clustering_of(
-    device_scene: DeviceScene, camera: Camera, size: tuple[int, int], count: int, fuzziness: int, weighting: Weighting
+    device_scene: DeviceScene, camera: Camera, size: tuple[int, int], count: int, fuzziness: int, by_distance: bool
 ) -> tuple[SpClustering, ViewState]:
     view = ViewState(device_scene, size, lambertian=True)
     view.look(camera)
     view.find_shading_points()
-    clustering = SpClustering(view.shading_points, count, fuzziness, weighting)
+    clustering = SpClustering(view.shading_points, count, fuzziness, by_distance=by_distance)
     clustering.run(view.gbuffer, 0)
     return clustering, view
 
@@ -45,18 +44,18 @@ def test_weights_fall_with_distance_or_are_equal() -> None:
     sps = view.shading_points.count.numpy()[0]
     weight = clustering.clusters.weight.numpy()[:, :sps]
     assert (np.diff(weight, axis=0) <= 1e-6).all()  # the nearest cluster comes first
-    equal = clustered(200, 4, Weighting.AVERAGE)[0].clusters.weight.numpy()[:, :sps]
+    equal = clustered(200, 4, by_distance=False)[0].clusters.weight.numpy()[:, :sps]
     full = (equal > 0.0).all(axis=0)
     assert full.mean() > 0.9
     assert equal[:, full] == pytest.approx(0.25)
 
 
-@pytest.mark.parametrize("weighting", list(Weighting))
+@pytest.mark.parametrize("by_distance", [False, True])
 @pytest.mark.parametrize("fuzziness", [1, 4, 6])
-def test_on_a_plane_it_is_algorithm_2(fuzziness: int, weighting: Weighting) -> None:
+def test_on_a_plane_it_is_algorithm_2(fuzziness: int, by_distance: bool) -> None:
     plane = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5)])
     above = Camera("plan", look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)).to_world, 0.5, orthographic=True)
-    clustering, view = clustering_of(plane, above, (40, 40), 80, fuzziness, weighting)
+    clustering, view = clustering_of(plane, above, (40, 40), 80, fuzziness, by_distance)
     sps, clusters = view.shading_points.pixels.numpy(), clustering.clusters
     own = np.flatnonzero(clusters.used.numpy()[:60])  # a quarter is kept back for SPs that these serve badly
     positions = view.gbuffer.position.numpy()[sps].astype(np.float64)
@@ -67,7 +66,7 @@ def test_on_a_plane_it_is_algorithm_2(fuzziness: int, weighting: Weighting) -> N
     # The 27 cells about an SP hold all that is nearer than a cell, which is a quarter here.
     sure = (nearest[:, -1] < 0.25) & (nearest[:, 0] < spacing)
     assert sure.mean() > 0.9
-    weights = 1.0 / np.maximum(nearest, 1e-3 * spacing) if weighting is Weighting.DISTANCE else np.ones_like(nearest)
+    weights = 1.0 / np.maximum(nearest, 1e-3 * spacing) if by_distance else np.ones_like(nearest)
     weights /= weights.sum(axis=1, keepdims=True)
     assert np.allclose(clusters.weight.numpy().T[sure], weights[sure], rtol=1e-3)
     taken = np.linalg.norm(positions[:, None] - clusters.position.numpy()[clusters.cluster.numpy().T], axis=2)
@@ -77,7 +76,7 @@ def test_on_a_plane_it_is_algorithm_2(fuzziness: int, weighting: Weighting) -> N
 def test_surfaces_that_meet_at_a_corner_share_no_clusters() -> None:
     room = resident_of(box(), [grey(0.5)])
     clustering, view = clustering_of(room, look_at((0.4, 0.4, 0.4), (-0.5, -0.5, -0.5), yfov_degrees=80.0), (40, 30),
-                                     200, 6, Weighting.DISTANCE)  # fmt: skip
+                                     200, 6, by_distance=True)  # fmt: skip
     normal = view.gbuffer.normal.numpy()[view.shading_points.pixels.numpy()]
     members = clustering.clusters.geometric_normal.numpy()[clustering.clusters.cluster.numpy()]
     counts = (clustering.clusters.weight.numpy() > 0.0) & (clustering.deficit.numpy() == 0)
@@ -88,7 +87,7 @@ def test_surfaces_that_meet_at_a_corner_share_no_clusters() -> None:
 def test_a_single_sp_is_a_cluster_of_its_own() -> None:
     speck = resident_of([quad((-0.5, -0.5, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], [grey(0.5)])
     far = look_at((0.0, 0.0, 21.0), (0.3, 0.3, 0.0), yfov_degrees=45.0)
-    clustering, view = clustering_of(speck, far, (9, 9), 30, 6, Weighting.DISTANCE)
+    clustering, view = clustering_of(speck, far, (9, 9), 30, 6, by_distance=True)
     assert view.shading_points.count.numpy()[0] == 1
     pixel = view.shading_points.pixels.numpy()[0]
     cluster, weight = clustering.clusters.cluster.numpy()[:, 0], clustering.clusters.weight.numpy()[:, 0]
@@ -130,7 +129,7 @@ def test_a_view_of_nothing_has_no_clusters() -> None:
     away[:3, 2] *= -1.0
     away[:3, 0] *= -1.0
     outside = Camera("away", away, camera.half_height)
-    clustering, view = clustering_of(device_scene, outside, size, 50, 6, Weighting.DISTANCE)
+    clustering, view = clustering_of(device_scene, outside, size, 50, 6, by_distance=True)
     assert view.shading_points.count.numpy()[0] == 0
     assert not clustering.clusters.used.numpy().any()
 
@@ -156,7 +155,7 @@ def test_each_viewer_has_the_clusters_it_gets_alone() -> None:
 
     def walk(viewers: int) -> list[tuple[bytes, ...]]:
         view = ViewState(device_scene, size, lambertian=True)
-        first = SpClustering(view.shading_points, 90, 6, Weighting.DISTANCE)
+        first = SpClustering(view.shading_points, 90, 6, by_distance=True)
         others = [first.for_another_viewer() for _ in range(viewers - 1)]
         seen = []
         for number in range(3):
