@@ -20,45 +20,20 @@ export const LOSSLESS = 100;
 /** @typedef {"jpeg" | "png"} Codec */
 /** @typedef {"moving" | "still" | "final"} Phase  on the move; at rest and getting sharper; as sharp as it gets */
 /** @typedef {[number, number]} Size  width and height [px] */
-/** @typedef {[number, number, number]} Vec3 */
-/** @typedef {Readonly<Record<string, unknown>>} RenderSettings  what differs from the defaults */
 
-/** @typedef {{motion_scale: number | null, lossless: boolean}} Stream  sides while moving, of `size`; null: by speed */
+/** @typedef {import("./messages.js").CameraInfo} CameraInfo */
+/** @typedef {import("./messages.js").Limits} Limits */
+/** @typedef {import("./messages.js").SceneInfo} SceneInfo */
+/** @typedef {import("./messages.js").SceneName} SceneName */
+/** @typedef {import("./messages.js").ServerError} ServerError */
+/** @typedef {import("./messages.js").ServerMessage} ServerMessage */
+/** @typedef {import("./messages.js").Status} Status */
+/** @typedef {import("./messages.js").Stream} Stream */
+/** @typedef {import("./messages.js").ViewerMessage} ViewerMessage */
+/** @typedef {import("./messages.js").Welcome} Welcome */
 
-/** @typedef {{size?: Size, scene?: string, settings?: RenderSettings, stream?: Stream}} Change */
+/** @typedef {{size?: Size, scene?: string, settings?: import("./messages.js").RenderSettings, stream?: Stream}} Change */
 /** @typedef {Change & {size: Size}} Wanted */
-/** @typedef {{type: "hello", protocol: number, codecs: readonly Codec[]} & Wanted} Hello */
-/** @typedef {{type: "pose", id: number, matrix: number[], yfov: number}} Pose  column-major, camera to world; [rad] */
-/** @typedef {{type: "settings", id: number} & Change} Settings */
-/** @typedef {{type: "ack", frame: number, age_ms?: number, decode_ms?: number}} Ack */
-/** @typedef {Hello | Pose | Settings | Ack} ViewerMessage */
-
-/** @typedef {{id: string, name: string, builtin: boolean, served: boolean}} SceneName */
-/** @typedef {{max_pixels: number, max_side: number, window: number, max_message_bytes: number}} Limits */
-/** @typedef {{name: string, matrix: number[], yfov: number, aspect: number, orthographic: boolean}} CameraInfo */
-/**
- * @typedef {object} Welcome
- * @property {"welcome"} type
- * @property {number} protocol
- * @property {number} viewer
- * @property {SceneName[]} scenes
- * @property {import("./ui/schema.js").JsonSchema} settings_schema
- * @property {Codec[]} codecs
- * @property {Limits} limits
- */
-/**
- * @typedef {object} SceneInfo
- * @property {"scene"} type
- * @property {string} id
- * @property {string} name
- * @property {CameraInfo[]} cameras
- * @property {{min: Vec3, max: Vec3}} bounds
- * @property {number} triangles
- * @property {string[]} notes
- */
-/** @typedef {{type: "status", state: "loading" | "ready" | "recovering" | "stopping", text: string, fraction: number}} Status */
-/** @typedef {{type: "error", code: string, message: string}} ServerError */
-/** @typedef {Welcome | SceneInfo | Status | ServerError} ServerMessage */
 
 /**
  * @typedef {object} Frame

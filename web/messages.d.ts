@@ -1,0 +1,141 @@
+// The messages of server/wire/browser.py, written by tests/browser/message_types.py: make changes there.
+
+/** The first message of a viewer. */
+export interface Hello {
+  type: "hello";
+  protocol: 2;
+  /** of frames that do not move, width and height [px] */
+  size: [number, number];
+  /** scene id; None is the served scene */
+  scene?: string | null;
+  settings?: RenderSettings;
+  stream?: Stream;
+  /** that the viewer decodes, the best first */
+  codecs?: readonly string[];
+}
+
+/** Method and quality of a render. A count that is None is chosen for the device (fewer on a CPU). */
+export type RenderSettings = Readonly<Record<string, unknown>>;
+
+/** How a viewer wants its frames sent. */
+export interface Stream {
+  /** side of frames while moving, as a share of `size`; None: by speed */
+  motion_scale?: number | null;
+  /** the final frame of a still view is lossless, if the viewer takes png */
+  lossless?: boolean;
+}
+
+/** Where the viewer stands now. */
+export interface Pose {
+  type: "pose";
+  id: number;
+  /** camera to world, column-major, rotation and translation only */
+  matrix: readonly number[];
+  /** vertical field of view [rad] */
+  yfov: number;
+}
+
+/** A change of scene, frame size or render settings; what is None stays. */
+export interface Settings {
+  type: "settings";
+  id: number;
+  scene?: string | null;
+  size?: [number, number] | null;
+  settings?: RenderSettings | null;
+  stream?: Stream | null;
+}
+
+/** The viewer has dealt with this frame and all before it. */
+export interface Ack {
+  type: "ack";
+  frame: number;
+  age_ms?: number | null;
+  decode_ms?: number | null;
+}
+
+/** The answer to hello. */
+export interface Welcome {
+  type: "welcome";
+  protocol: number;
+  viewer: number;
+  scenes: readonly SceneName[];
+  /** JSON schema of `settings` */
+  settings_schema: import("./ui/schema.js").JsonSchema;
+  /** that frames will come in, the usual one first */
+  codecs: readonly ("jpeg" | "png")[];
+  limits: Limits;
+}
+
+/** A scene that can be chosen. */
+export interface SceneName {
+  id: string;
+  name: string;
+  /** comes with the program; else a file of the scenes folder or the served file */
+  builtin: boolean;
+  /** the one shown when none is named */
+  served: boolean;
+}
+
+/** What the server takes. */
+export interface Limits {
+  /** width × height of a streamed frame */
+  max_pixels: number;
+  max_side: number;
+  /** frames that may be unacknowledged at first */
+  window: number;
+  max_message_bytes: number;
+}
+
+/** What is known of a scene once it has been read. */
+export interface SceneInfo {
+  type: "scene";
+  id: string;
+  name: string;
+  cameras: readonly CameraInfo[];
+  bounds: Bounds;
+  triangles: number;
+  /** what was added, ignored or changed in loading, a sentence each */
+  notes: readonly string[];
+}
+
+/** A camera of a scene. */
+export interface CameraInfo {
+  name: string;
+  /** camera to world, column-major */
+  matrix: readonly number[];
+  /** vertical field of view [rad]; of an orthographic camera one that shows as much */
+  yfov: number;
+  aspect: number;
+  orthographic: boolean;
+}
+
+/** The scene's axis-aligned box in world space. */
+export interface Bounds {
+  min: [number, number, number];
+  max: [number, number, number];
+}
+
+/** What the server is doing for this viewer. */
+export interface Status {
+  type: "status";
+  state: State;
+  text: string;
+  fraction: number;
+}
+
+/** What a viewer can expect now. */
+export type State = "loading" | "ready" | "recovering" | "stopping";
+
+/** Why something asked for does not happen. */
+export interface ServerError {
+  type: "error";
+  code: ErrorCode;
+  message: string;
+}
+
+/** What went wrong, for programs; the message says it for people. */
+export type ErrorCode = "bad-message" | "unknown-scene" | "limit" | "scene-failed" | "render-failed" | "memory";
+
+export type ViewerMessage = Hello | Pose | Settings | Ack;
+
+export type ServerMessage = Welcome | SceneInfo | Status | ServerError;
