@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import launch
+from gpu.core.search import upper_bound
 from gpu.sampling.sobol import TO_UNIT, hashed
 
 # Pixels on each side of a tile.
@@ -48,34 +49,19 @@ def place_kernel(first: int, width: int, height: int, frame: wp.array[int], unti
     probe = first + wp.tid()
     state = hashed(wp.uint32(probe) ^ hashed(~wp.uint32(frame[0])))
     step = (float(probe) + float(state) * TO_UNIT) / float(pixels.shape[0])
-    low = int(0)
-    high = until.shape[0] - 1
-    while low < high:
-        middle = (low + high) // 2
-        if until[middle] > step:
-            high = middle
-        else:
-            low = middle + 1
-    share = until[low]
-    if low > 0:
-        share -= until[low - 1]
-    tiles[probe] = low
-    pixels[probe] = pixel_of_probe(low, width, height, hashed(state))
-    counts[probe] = area_of(low, width, height) / share
+    tile = upper_bound(until, until.shape[0] - 1, step)
+    share = until[tile]
+    if tile > 0:
+        share -= until[tile - 1]
+    tiles[probe] = tile
+    pixels[probe] = pixel_of_probe(tile, width, height, hashed(state))
+    counts[probe] = area_of(tile, width, height) / share
 
 
 @wp.func
 def first_of(tiles: wp.array[int], tile: int) -> int:
     """The first probe of a tile, or, where it has none, of those that follow."""
-    low = int(0)
-    high = tiles.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if tiles[middle] < tile:
-            low = middle + 1
-        else:
-            high = middle
-    return low
+    return upper_bound(tiles, tiles.shape[0], tile - 1)
 
 
 @wp.kernel

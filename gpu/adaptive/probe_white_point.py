@@ -12,6 +12,7 @@ from warp.utils import array_sum
 from gpu.core.device import launch, launch_together
 from gpu.core.intrinsics import count_in
 from gpu.core.radix_sort import running_total
+from gpu.core.search import upper_bound
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.gbuffer.sparse_shading import irradiance_at
@@ -106,19 +107,12 @@ def quantile(totals: wp.array[int], share: float) -> float:
     """The value that this share of all is below, by running `totals` of bins, evenly within one; 0 in the first."""
     last = totals.shape[0] - 1
     rank = share * float(totals[last])
-    low = int(0)
-    high = int(last)
-    while low < high:
-        middle = (low + high) // 2
-        if float(totals[middle]) > rank:
-            high = middle
-        else:
-            low = middle + 1
-    if low == 0:
+    place = upper_bound(totals, last, int(rank))
+    if place == 0:
         return 0.0
-    before = totals[low - 1]
-    inside = (rank - float(before)) / float(wp.max(totals[low] - before, 1))
-    return least_of(low) + (least_of(low + 1) - least_of(low)) * inside
+    before = totals[place - 1]
+    inside = (rank - float(before)) / float(wp.max(totals[place] - before, 1))
+    return least_of(place) + (least_of(place + 1) - least_of(place)) * inside
 
 
 @wp.kernel

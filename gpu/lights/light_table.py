@@ -3,6 +3,7 @@
 import warp as wp
 
 from gpu.core.constants import PI
+from gpu.core.search import upper_bound
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.surface import emission_at, triangle_normal
 from gpu.sampling.sobol import TO_UNIT, Pair
@@ -101,17 +102,9 @@ def spot_falloff(light: LightData, direction: wp.vec3) -> float:
 @wp.func
 def choose_emitter(shares: PowerCdf, value: wp.uint32) -> EmitterChoice:
     """The emitter whose share of 2³² holds `value`."""
-    low = int(0)
-    high = shares.count - 1
-    while low < high:
-        middle = (low + high) // 2
-        if value < shares.cumulative[middle]:
-            high = middle
-        else:
-            low = middle + 1
     choice = EmitterChoice()
-    choice.index = low
-    choice.probability = share_of(shares, low)
+    choice.index = upper_bound(shares.cumulative, shares.count - 1, value)
+    choice.probability = share_of(shares, choice.index)
     return choice
 
 
@@ -144,16 +137,9 @@ def is_light(table: LightTable, emitter: int) -> bool:
 @wp.func
 def emitter_of(table: LightTable, face: int) -> int:
     """The emitter that triangle `face` is, or NOT_AN_EMITTER."""
-    low = int(0)
-    high = table.triangle_count
-    while low < high:
-        middle = (low + high) // 2
-        if table.faces[middle] < face:
-            low = middle + 1
-        else:
-            high = middle
-    if low < table.triangle_count and table.faces[low] == face:
-        return low
+    emitter = upper_bound(table.faces, table.triangle_count, face - 1)
+    if emitter < table.triangle_count and table.faces[emitter] == face:
+        return emitter
     return NOT_AN_EMITTER
 
 

@@ -8,6 +8,7 @@ kept from the frame before: an SP that needs one wholly counts as its share of a
 import warp as wp
 
 from gpu.clustering.grid import Representatives
+from gpu.core.search import upper_bound
 from gpu.gbuffer.gbuffer import GBuffer
 
 
@@ -74,20 +75,13 @@ def drawn_sp(totals: wp.array[int], count: int, index: int, number: int) -> int:
         return -1
     target = (wp.int64(2 * index + 1) * total) / wp.int64(2 * number)
     before = (wp.int64(2 * index - 1) * total) / wp.int64(2 * number)
-    low = int(0)
-    high = count - 1
-    while low < high:
-        middle = (low + high) // 2
-        if wp.int64(totals[middle]) > target:
-            high = middle
-        else:
-            low = middle + 1
+    sp = upper_bound(totals, count - 1, int(target))
     below = wp.int64(0)
-    if low > 0:
-        below = wp.int64(totals[low - 1])
+    if sp > 0:
+        below = wp.int64(totals[sp - 1])
     if index > 0 and before >= below:
         return -1
-    return low
+    return sp
 
 
 @wp.func

@@ -2,6 +2,8 @@
 
 import warp as wp
 
+from gpu.core.search import upper_bound
+from gpu.sampling.sobol import BELOW_ONE
 from gpu.vpl.vpl_clusters import VplClusters
 
 
@@ -12,21 +14,12 @@ def groups_a_part(vpls: VplClusters, parts: int) -> int:
 
 
 @wp.func
-def upper_bound(importance_cdf: wp.array2d[float], column: int, u: float) -> int:
+def part_of(importance_cdf: wp.array2d[float], column: int, u: float) -> int:
     """The first row whose running total, in a column of `importance_cdf`, is above `u`; else the last that adds to
     it.
     """
-    low = int(0)
-    high = importance_cdf.shape[0] - 1
-    whole = importance_cdf[high, column]
-    while low < high:
-        middle = (low + high) // 2
-        total = importance_cdf[middle, column]
-        if total > u or total >= whole:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+    last = importance_cdf.shape[0] - 1
+    return upper_bound(importance_cdf[:, column], last, wp.min(u, importance_cdf[last, column] * BELOW_ONE))
 
 
 @wp.func
@@ -38,7 +31,7 @@ def sample_group(
     mass (group, column): what each group sends; totals (part, column): the sum over the groups of a part and of those
     before it, more than 0 in the end.
     """
-    part = upper_bound(importance_cdf, column, u)
+    part = part_of(importance_cdf, column, u)
     if part > 0:
         u -= importance_cdf[part - 1, column]
     groups = groups_a_part(vpls, importance_cdf.shape[0])

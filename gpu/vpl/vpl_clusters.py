@@ -2,6 +2,7 @@
 
 import warp as wp
 
+from gpu.core.search import upper_bound
 from gpu.lights.light_paths import Vpls
 from gpu.vpl.disk_light import Disk, disk_at, disk_of
 
@@ -47,15 +48,7 @@ class VplClusters:
 @wp.func
 def cluster_of(clusters: VplClusters, member: int) -> int:
     """The cluster that a member belongs to."""
-    low = int(0)
-    high = clusters.count - 1
-    while low < high:
-        middle = (low + high + 1) // 2
-        if clusters.starts[middle] <= member:
-            low = middle
-        else:
-            high = middle - 1
-    return low
+    return upper_bound(clusters.starts, clusters.count, member) - 1
 
 
 @wp.func

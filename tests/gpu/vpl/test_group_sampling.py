@@ -4,7 +4,7 @@ import warp as wp
 from scenes import column, results
 
 from gpu.scene.types import Doubles
-from gpu.vpl.group_sampling import groups_a_part, sample_group, upper_bound
+from gpu.vpl.group_sampling import groups_a_part, part_of, sample_group
 from gpu.vpl.vpl_clusters import VplClusters
 
 
@@ -14,7 +14,7 @@ def row_kernel(
 ) -> None:
     """One thread a pick: the row that it falls into."""
     index = first + wp.tid()
-    out[index] = upper_bound(importance_cdf, column, picks[index])
+    out[index] = part_of(importance_cdf, column, picks[index])
 
 
 @wp.kernel
