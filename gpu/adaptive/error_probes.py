@@ -12,12 +12,11 @@ from warp.utils import array_sum
 from gpu.adaptive.error_model import Estimate
 from gpu.adaptive.probe_gather import RAYS, ProbeLight
 from gpu.adaptive.probe_placement import ProbePlaces
-from gpu.adaptive.probe_white_point import Picture, White, picture_of, radiance_at, white_of
+from gpu.adaptive.probe_white_point import Picture, White, radiance_at, white_of
 from gpu.core.device import launch
 from gpu.core.staging import StagingBuffer
-from gpu.device_scene.data import NO_HIT
+from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.gbuffer.gbuffer import reflectance
-from gpu.methods.view_state import ViewState
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Probes of a frame.
@@ -92,35 +91,34 @@ def estimate_kernel(first: int, sums: wp.array[wp.vec2], probes: int, lit: wp.ar
 
 
 class Probes:
-    """Probes of the frames of `view`; its arrays are allocated once."""
+    """Probes of pictures of `size` (width, height), of one viewer; its arrays are allocated once."""
 
-    def __init__(self, view: ViewState) -> None:
-        self._view = view
-        device = view.device
-        count = min(ON_CUDA if device.is_cuda else ON_CPU, view.pixels)
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
+        self._device = device
+        count = min(ON_CUDA if device.is_cuda else ON_CPU, size[0] * size[1])
         self._frame = wp.zeros(1, dtype=int, device=device)
-        self._places = ProbePlaces(view.size, count, device)
+        self._places = ProbePlaces(size, count, device)
         self._light = ProbeLight(count, device)
-        self._white = White(view.pixels, count, device)
+        self._white = White(size[0] * size[1], count, device)
         self._render, self._one, self._other = (wp.zeros(count, dtype=wp.vec3, device=device) for _ in range(3))
         self._products = wp.zeros(count, dtype=float, device=device)
         self._errors = wp.zeros(count, dtype=wp.vec2, device=device)
         self._sums = wp.zeros(1, dtype=wp.vec2, device=device)
         self._estimate = StagingBuffer(wp.zeros(1, dtype=wp.vec3, device=device))
 
-    def run(self, vpls: VplClusters, *, again: bool = False) -> None:
-        """Estimate the error of the view's indirect light of `vpls`, before it gets what is not theirs.
+    def run(self, scene: SceneData, picture: Picture, vpls: VplClusters, *, again: bool = False) -> None:
+        """Estimate the error of a picture's indirect light of `vpls`, before it gets what is not theirs.
 
         again: the last frame was of the same view and VPLs, so that what its probes know of these serves this one, too.
         The next frame's probes go to where these found errors.
         """
-        view, device, places, white, frame = self._view, self._view.device, self._places, self._white, self._frame
-        picture, radiance = picture_of(view), [self._render, self._one, self._other]
+        device, places, white, frame = self._device, self._places, self._white, self._frame
+        radiance = [self._render, self._one, self._other]
         count = len(self._products)
         if not again:
             launch(turn_kernel, 1, [frame], device)
             places.draw(frame)
-            self._light.gather(view.scene, view.gbuffer, places.pixels, frame, vpls)
+            self._light.gather(scene, picture.gbuffer, places.pixels, frame, vpls)
         launch(compare_kernel, count, [picture, places.pixels, self._light.arrived, *radiance], device)
         white.find(frame, picture, places.counts, *radiance)
         inputs = [white.quantiles, white.whole, places.counts, *radiance, self._products, self._errors]

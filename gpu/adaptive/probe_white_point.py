@@ -15,8 +15,8 @@ from gpu.core.radix_sort import running_total
 from gpu.core.search import upper_bound
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
+from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.sparse_shading import irradiance_at
-from gpu.methods.view_state import ViewState
 from gpu.sampling.sobol import hashed
 
 # Pixels whose radiance tells the picture's.
@@ -44,12 +44,11 @@ class Picture:
     irradiance: wp.array[wp.vec3]
 
 
-def picture_of(view: ViewState) -> Picture:
-    """The picture that a view's indirect light makes, without near-field light."""
+def picture_of(gbuffer: GBuffer, size: tuple[int, int], points: ShadingPoints, irradiance: wp.array) -> Picture:
+    """The picture of `size` (width, height) that the `irradiance` (pixel,) of `points` makes."""
     picture = Picture()
-    picture.gbuffer, (picture.width, picture.height) = view.gbuffer, view.size
-    picture.stride, picture.listed = view.shading_points.stride, view.shading_points.listed
-    picture.irradiance = view.indirect.irradiance
+    picture.gbuffer, (picture.width, picture.height) = gbuffer, size
+    picture.stride, picture.listed, picture.irradiance = points.stride, points.listed, irradiance
     return picture
 
 

@@ -1,9 +1,13 @@
 """A frame's stages: run by name, timed, and on CUDA replayed as graphs."""
 
 from collections.abc import Callable, Hashable
+from itertools import count
 from time import perf_counter
 
 import warp as wp
+
+# Of what captured graphs read the arrays of, for `Stages.forget`.
+new_number = count().__next__
 
 
 def _duration(work: Callable[[], None]) -> float:
@@ -24,7 +28,7 @@ class Stages:
     def __init__(self, device: wp.Device) -> None:
         self._device = device
         self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
-        self._graphs: dict[tuple[str, Hashable, Hashable], wp.Graph] = {}
+        self._graphs: dict[tuple[str, Hashable, tuple[int, ...]], wp.Graph] = {}
         self._loaded: set[tuple[str, Hashable, bool]] = set()
         self._order: list[str] = []
         self._seconds: dict[str, float] = {}
@@ -33,7 +37,7 @@ class Stages:
         self._forked: wp.Event | None = None
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
-        self.graph_key: Hashable = None
+        self.graph_key: tuple[int, ...] = ()
         self.steady = self.captured = False
 
     def start_frame(self) -> None:
@@ -44,9 +48,9 @@ class Stages:
         self._forked_seconds.clear()
         self.steady, self.captured = True, False
 
-    def forget(self, graph_key: Hashable) -> None:
-        """Free the graphs of a variant, whose arrays go too."""
-        self._graphs = {key: graph for key, graph in self._graphs.items() if key[2] != graph_key}
+    def forget(self, number: int) -> None:
+        """Free the graphs whose key has this number, since arrays that they read are freed, too."""
+        self._graphs = {key: graph for key, graph in self._graphs.items() if number not in key[2]}
 
     def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, way: Hashable = None,
             waits_for_fork: bool = False) -> None:  # fmt: skip
@@ -96,7 +100,7 @@ class Stages:
             self._launch(key, work)
             self._side.record_event(self._forked)
 
-    def follow(self, work: Callable[[], None]) -> None:
+    def run_untimed(self, work: Callable[[], None]) -> None:
         """Run `work`, which launches the same every frame of a variant, after the stages, in no stage's time."""
         if self._device.is_cuda:
             self._launch(("", None, True), work)

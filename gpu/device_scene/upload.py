@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import warp as wp
 
@@ -13,9 +11,6 @@ from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
 from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
 from gpu.settings import EVERY_SKIP, Skips
-
-if TYPE_CHECKING:
-    from gpu.vpl.light_sets import LightSets
 
 
 def _slot(slot: TextureSlot | None) -> SlotData:
@@ -73,14 +68,13 @@ class DeviceScene:
     """A scene's geometry, materials and textures on one device.
 
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, to the
-    scene's; `light_sets` keeps what gpu.vpl.light_sets makes of the scene. Raises DeviceError when `device` does not
+    scene's. Raises DeviceError when `device` does not
     exist.
     """
 
     def __init__(self, scene: Scene, device: str | None = None) -> None:
         self.scene = scene
         self.device = choose_device(device)
-        self.light_sets: LightSets | None = None
         masked = np.array([m.alpha_mode is not AlphaMode.OPAQUE for m in scene.materials])[scene.triangle_material]
         self.triangle_order: Ints = np.argsort(masked, kind="stable").astype(np.int32)
         triangles = np.ascontiguousarray(scene.triangles[self.triangle_order])

@@ -30,6 +30,8 @@ class FrameStats:
     counts: dict[str, int] = field(default_factory=dict)
     skips: dict[str, int] = field(default_factory=dict)
     estimates: dict[str, float] = field(default_factory=dict)
+    steady: bool = True
+    host_ms: float | None = None
 
     def after(self, before: "FrameStats") -> "FrameStats":
         """Those of another try, after the tries `before`, which are not shown."""

@@ -1,5 +1,6 @@
 """A frame's shading points, listed in an order that keeps neighbours together, and the sample that is clustered."""
 
+from copy import copy
 from typing import Protocol
 
 import numpy as np
@@ -113,6 +114,13 @@ class ShadingPoints:
         self._irradiance_edges = wp.zeros(self.capacity, dtype=wp.uint8, device=device)
         self._shaded = wp.zeros(self.capacity, dtype=int, device=device)
         self._totals = wp.zeros(self.capacity, dtype=int, device=device)
+
+    def for_another_viewer(self) -> "ShadingPoints":
+        """One that knows where light ended in frames of its own; all lists are shared, of whoever found SPs last."""
+        other = copy(self)
+        other.follows, other.before = wp.zeros_like(self.follows), wp.zeros_like(self.before)
+        other._irradiance_edges = wp.zeros_like(self._irradiance_edges)
+        return other
 
     def find(self, gbuffer: GBuffer) -> None:
         """List the pixels of `gbuffer` that are shaded; those that see nothing cost nothing from here on."""

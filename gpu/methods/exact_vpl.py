@@ -3,29 +3,18 @@
 With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it gathers VPL clusters instead.
 """
 
+from typing import Any
+
 from gpu.core.reduce import Counter
 from gpu.core.stages import Stages
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.exact_gather import gather
-from gpu.indirect.near_field import NearField
-from gpu.methods.passes import (
-    FrameStatistics,
-    add_indirect,
-    fork_direct,
-    fork_near,
-    fork_near_sharing,
-    frame_seed,
-    join_direct,
-    keeps_lights,
-    light_set_choice,
-    view_skips,
-)
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
+from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice
 from gpu.methods.view_state import ViewState
-from gpu.sample_counts import SampleCounts
-from gpu.settings import Component, Method, RenderSettings
+from gpu.settings import Clustering, Component
 from gpu.vpl.build import unclustered
-from gpu.vpl.light_sets import LightSets, Progress
-from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Rays a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
@@ -33,69 +22,75 @@ RAYS_PER_LAUNCH = 1 << 28
 RAYS_PER_CPU_LAUNCH = 1 << 22
 
 
-class ExactVpl:
+class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
-    def __init__(
-        self,
-        view: ViewState,
-        settings: RenderSettings,
-        sample_counts: SampleCounts,
-        light_sets: LightSets,
-        progress: Progress,
-    ) -> None:
-        self._view, self._settings, self._sample_counts, self._light_sets = view, settings, sample_counts, light_sets
-        self._first = self._vpls = self._light(0, progress)
-        self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
+    stage_names = ("light", "gbuffer", "gather", "direct", "near", "interpolate")
+    pixel_bytes, view_pixel_bytes = 400, 12
+
+    def __init__(self, setup: RenderSetup) -> None:
+        self._setup, self._gathers_clusters = setup, setup.settings.clustering is Clustering.VPLS
+        self._first = self._vpls = self._light(0)
+        self._has_indirect = setup.settings.component is not Component.DIRECT and self._vpls.count > 0
+        self._has_near = self._has_indirect and setup.settings.near_field
         # Captured graphs read it, so it must live as long as they do.
-        self._first_lit = self._lit(0, progress) if self._has_indirect else None
-        self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
-        self._counter = Counter(2, view.device)
+        self._first_cache = self._cache(0)
+        settings = setup.settings
+        self._frame = FrameArrays(setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip)
+        self._passes = Passes(setup, self._frame)
+        self._counter = Counter(2, setup.device)
 
-    def _light(self, sample: int, progress: Progress) -> VplClusters:
-        vpls = self._light_sets.clusters(light_set_choice(self._settings, self._sample_counts, sample), progress)
-        return unclustered(self._view.device_scene, vpls) if self._settings.method is Method.EXACT_VPL else vpls
+    def new_view(self) -> ViewState:
+        """One whose frames leave nothing to the next."""
+        return ViewState(self._setup.device_scene, self._setup.size)
 
-    def _lit(self, sample: int, progress: Progress) -> "RadiosityCache | None":
-        if not self._settings.near_field:
+    def _light(self, sample: int) -> VplClusters:
+        vpls = self._setup.light_sets.clusters(light_set_choice(self._setup, sample), self._setup.progress)
+        return vpls if self._gathers_clusters else unclustered(self._setup.device_scene, vpls)
+
+    def _cache(self, sample: int) -> Any:
+        if not self._has_near:
             return None
-        return self._light_sets.radiosity(light_set_choice(self._settings, self._sample_counts, sample), progress)
+        return self._setup.light_sets.radiosity(light_set_choice(self._setup, sample), self._setup.progress)
 
-    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
+    def render(self, view: ViewState, stages: Stages, sample: int) -> None:
         """Direct light, then all VPLs in runs."""
-        choice = light_set_choice(self._settings, self._sample_counts, sample)
-        self._kept = keeps_lights(self._light_sets, choice, self._settings, stages, progress, held=sample == 0)
-        self._vpls = self._light(sample, progress) if sample else self._first
-        self._view.seed.fill_(frame_seed(self._settings.seed, sample))
-        fork_direct(self._view, self._settings, self._sample_counts, self._light_sets.table, stages, sample)
+        frame, passes, points = self._frame, self._passes, self._frame.shading_points
+        kind = frame_kind(self._setup.settings, view, sample)
+        choice = light_set_choice(self._setup, sample)
+        self._kept = keeps_lights(self._setup, choice, stages, held=sample == 0)
+        self._vpls = self._light(sample) if sample else self._first
+        frame.seed.fill_(kind.seed)
+        passes.begin(view, points, kind, stages)
         if self._has_indirect:
-            lit = self._lit(sample, progress) if sample else self._first_lit
-            near = fork_near(self._view, self._near_field, self._vpls, lit, self._settings, stages, sample)
-            stages.run("gather", lambda: self._gather(progress), repeats=False)
-            guide = self._view.indirect.irradiance
-            fork_near_sharing(self._view, near, guide, self._settings, stages, sample)
-        join_direct(self._view, self._settings, stages, sample)
+            if self._has_near:
+                cache = self._cache(sample) if sample else self._first_cache
+                passes.begin_near(points, self._vpls, cache, kind, stages)
+            stages.run("gather", self._gather, repeats=False)
+            if self._has_near:
+                passes.share_near(points, frame.indirect.irradiance, kind, stages)
+        passes.end_direct(view, kind, stages)
         if self._has_indirect:
-            add_indirect(self._view, near, self._settings, stages, sample)
+            passes.end_indirect(view, points, kind, stages, near=self._has_near)
 
-    def _gather(self, progress: Progress) -> None:
-        view = self._view
-        rays = RAYS_PER_LAUNCH if view.device.is_cuda else RAYS_PER_CPU_LAUNCH
-        run = max(1, rays // view.pixels)
-        view.indirect.irradiance.zero_()
-        for begin in range(0, self._vpls.count, run):
-            end = min(begin + run, self._vpls.count)
-            gather(view.scene, view.gbuffer, view.shading_points, self._vpls, begin, end, view.indirect)
-            progress("gathering virtual point lights", end / self._vpls.count)
+    def _gather(self) -> None:
+        frame, count = self._frame, self._vpls.count
+        rays = RAYS_PER_LAUNCH if frame.device.is_cuda else RAYS_PER_CPU_LAUNCH
+        run = max(1, rays // frame.pixels)
+        frame.indirect.irradiance.zero_()
+        for begin in range(0, count, run):
+            end = min(begin + run, count)
+            gather(frame.scene, frame.gbuffer, frame.shading_points, self._vpls, begin, end, frame.indirect)
+            self._setup.progress("gathering virtual point lights", end / count)
 
-    def count(self) -> None:
+    def count(self, view: ViewState) -> None:
         """Count near-field finds and pixels that see nothing."""
-        self._counter.run([(self._near_field.found, 0)], [(self._view.gbuffer.face, int(NO_HIT))])
+        self._counter.run([(self._passes.near_field.found, 0)], [(self._frame.gbuffer.face, int(NO_HIT))])
 
-    def statistics(self) -> FrameStatistics:
+    def statistics(self, view: ViewState) -> FrameStatistics:
         """VPLs and VPL clusters that were gathered, each of them, and rays that found near-field light."""
         vpls = self._vpls.members.count if self._vpls.count else 0
         near, empty = self._counter.totals()
-        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._view.pixels}
-        skips = view_skips(self._view, self._settings, empty)
-        return counts | {"near": near, "unassigned": 0}, skips | {"unchanged_lights": vpls if self._kept else 0}
+        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._setup.pixels}
+        skips = {**self._passes.skips(empty), "unchanged_lights": vpls if self._kept else 0}
+        return counts | {"near": near, "unassigned": 0}, skips

@@ -1,304 +1,248 @@
 """`fuzzy-vpl`: clustered VPLs and SPs with fuzzy visibility, the 2022 paper's method."""
 
+from collections.abc import Callable
 from copy import copy
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
+from weakref import WeakSet
 
-import warp as wp
-
-from gpu.adaptive.error_probes import Probes
-from gpu.adaptive.levels import MOST_PASSES
-from gpu.core.reduce import Counter
-from gpu.core.stages import Stages
-from gpu.correction.adaptive_rays import BrightPoints
-from gpu.correction.outlier_shading import Refinement
-from gpu.correction.outliers import OutlierPoints
-from gpu.correction.visibility_correction import Correction
-from gpu.denoise.atrous import MAX_STEP_ON_DETAIL
-from gpu.device_scene.data import NO_HIT
+from gpu.core.stages import Stages, new_number
+from gpu.gbuffer.sparse_shading import stride_of
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
-from gpu.indirect.near_field import NearField
 from gpu.indirect.visibility import Visibility
-from gpu.methods.passes import (
-    FrameStatistics,
-    add_indirect,
-    fork_direct,
-    fork_near,
-    fork_near_sharing,
-    frame_number,
-    frame_seed,
-    is_sharper,
-    is_smoothed,
-    join_direct,
-    keeps_light,
-    keeps_lights,
-    light_set_choice,
-    remembers_light,
-    view_skips,
-)
-from gpu.methods.view_state import ViewState
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_correction import FuzzyCorrection
+from gpu.methods.fuzzy_statistics import NOTHING, FuzzyCounter
+from gpu.methods.fuzzy_view import FuzzyView, KeptLight
+from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
+from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, keeps_lights, light_set_choice
 from gpu.sample_counts import SampleCounts
-from gpu.settings import Clustering, Component, RenderSettings, Weighting
-from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering
+from gpu.settings import Clustering, Component, Weighting
+from gpu.sp.sp_clusters import SpClustering
 from gpu.vpl.build import unclustered
-from gpu.vpl.light_sets import LightSets, Progress
+from gpu.vpl.light_sets import LightSetChoice
+from gpu.vpl.vpl_clusters import VplClusters
 
-# SPs that may be far too bright, and those of them with many rays of their own, per SP cluster; what may be too bright
-# by less than this, relatively, is well served.
-SUSPECTED_SHARE = 2.0
-REFINED_SHARE = 0.75
-LEAST_DISPUTE = 0.25
-# SPs that may be brightest and so have more rays, per SP cluster.
-BRIGHT_SHARE = 4.0
 # Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
 # by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
 FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
-# Later frames of a still view correct so many times: what these rays find is most of their mean's noise.
-SHARPER_PASSES = 3
 
 
-class FuzzyVpl:
+@dataclass(frozen=True)
+class FuzzyOptions:
+    """What those who choose counts from frame to frame ask for (gpu.methods.targeted).
+
+    most_sp_clusters: there is room for, 0: as many as the sample counts say; passes: there may be of SPs' rays;
+    keeps_light: whether light of frames before is built on; inspect: what looks at the indirect light of a first frame
+    of a view, all of whose VPL clusters it gets, before near-field light is added.
+    """
+
+    most_sp_clusters: int = 0
+    passes: int = 1
+    keeps_light: bool = True
+    inspect: Callable[[FuzzyView, FrameArrays, VplClusters, Stages], None] | None = None
+
+
+class FuzzyVpl(RenderMethod[FuzzyView]):
     """The six steps of the 2022 paper, section 3.1; steps 1 and 2 happened when the light set was made."""
 
-    def __init__(
-        self,
-        view: ViewState,
-        settings: RenderSettings,
-        sample_counts: SampleCounts,
-        light_sets: LightSets,
-        progress: Progress,
-        most: int | None = None,
-    ) -> None:
-        """With as many SP clusters as `sample_counts` tells, or fewer (`use`); most: of those in any lights
-        (`relit`).
-        """
-        self._view, self._settings, self._light_sets = view, settings, light_sets
+    stage_names = ("light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright",
+                   "probe", "direct", "near", "interpolate", "keep")  # fmt: skip
+    pixel_bytes, view_pixel_bytes = 500, 100
+
+    def __init__(self, setup: RenderSetup, options: FuzzyOptions | None = None) -> None:
+        """With as many SP clusters as the sample counts tell, or fewer (`set_counts`)."""
+        settings = setup.settings
+        self._options = options or FuzzyOptions()
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
-        # A wanted error is to follow from a frame's own counts: light of frames before knows little of them.
-        self._shares_light = settings.target_error is None
-        sps, by_distance = view.shading_points, settings.weighting is Weighting.DISTANCE
-        most = most or sample_counts.sp_clusters
-        self._clustering = SpClustering(sps, most, settings.fuzziness, by_distance=by_distance)
-        self._passes = MOST_PASSES if settings.target_ms else 1
-        self._correction = Correction(view.pixels, view.device, self._passes)
-        # Irradiance as clusters tell it, while other stages correct it.
-        self._told = wp.zeros(view.pixels, dtype=wp.vec3, device=view.device)
-        self._near_field = NearField(view.pixels, view.side_smoothing, view.device)
-        self._counter = Counter(13, view.device)
-        self.probes = Probes(view) if settings.target_error else None
-        self._take_light(sample_counts, progress)
+        stride = stride_of(setup.pixels) if settings.skip.interpolated else 1
+        self._frame = FrameArrays(
+            setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip, stride=stride
+        )
+        self._passes = Passes(setup, self._frame)
+        self._most = self._options.most_sp_clusters or setup.sample_counts.sp_clusters
+        self._views: WeakSet[FuzzyView] = WeakSet()
+        self._counter = FuzzyCounter(setup.device)
+        self._use_light_set(setup, None)
 
-    def relit(self, sample_counts: SampleCounts, progress: Progress) -> "FuzzyVpl":
-        """The method with other lights, and as many SP clusters as `sample_counts` tells, or fewer.
+    def with_light_set(self, sample_counts: SampleCounts) -> "FuzzyVpl":
+        """The method with other lights, and as many SP clusters as `sample_counts` tell, or fewer.
 
         Both share these, and the arrays of the image's size: render with one after the other.
         """
         other = copy(self)
-        other._take_light(sample_counts, progress)
+        other._use_light_set(replace(self._setup, sample_counts=sample_counts), self._correction)
         return other
 
-    def _take_light(self, sample_counts: SampleCounts, progress: Progress) -> None:
-        settings, view = self._settings, self._view
-        self._sample_counts = sample_counts
-        vpls = self._light_sets.clusters(light_set_choice(settings, sample_counts), progress)
+    def _use_light_set(self, setup: RenderSetup, shared: FuzzyCorrection | None) -> None:
+        settings = setup.settings
+        self._setup, self.number = setup, new_number()
+        vpls = setup.light_sets.clusters(light_set_choice(setup), setup.progress)
         # Captured graphs read the arrays of this set, so it must live as long as they do.
-        self._first = unclustered(view.device_scene, vpls) if self._fixed else vpls
-        self._vpls = self._first
-        self._kept, self._refines = True, False
-        # The number in a still view of the frame that left clusters and bits of these lights.
-        self._begun: int | None = None
-        # Whether the last frame built on the light of those before.
-        self._remembers = False
-        # Whether the next frame is another try at the last one.
-        self._again = False
-        self._has_indirect = settings.component is not Component.DIRECT and self._vpls.count > 0
-        self._first_lit = None
-        if self._has_indirect and settings.near_field:
-            self._first_lit = self._light_sets.radiosity(light_set_choice(settings, sample_counts), progress)
-        most = self._vpls.count if self._fixed else sample_counts.vpl_clusters
-        sp_clusters = min(sample_counts.sp_clusters, self._clustering.most)
-        self._visibility = Visibility(sp_clusters, most, view.device, settings.skip)
-        self._far = FarSums(sp_clusters, most, view.device, enabled=settings.skip.far_field_sums)
-        suspects, worst = (int(sample_counts.sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
-        self._suspects = OutlierPoints(view.pixels, suspects, LEAST_DISPUTE, view.device)
-        self._worst = OutlierPoints(self._suspects.capacity, worst, LEAST_DISPUTE, view.device)
-        self._bright = BrightPoints(view.size, int(BRIGHT_SHARE * sample_counts.sp_clusters), view.device)
-        self._refinement = Refinement(self._worst.capacity, most, view.device)
+        self._vpls = self._first = unclustered(setup.device_scene, vpls) if self._fixed else vpls
+        self._has_indirect = settings.component is not Component.DIRECT and vpls.count > 0
+        self._has_near = self._has_indirect and settings.near_field
+        self._first_cache = self._cache(light_set_choice(setup))
+        self._keeps_lights = True
+        self._counts_in_use: tuple[int, float] | None = None
+        counts = setup.sample_counts
+        vpl_clusters = self._first.count if self._fixed else counts.vpl_clusters
+        self._room = min(counts.sp_clusters, self._most, setup.pixels), vpl_clusters
+        room = counts.sp_clusters, vpl_clusters
+        self._correction = FuzzyCorrection(self._frame, self._options.passes, *room, shared)
 
-    def use(self, sp_clusters: int, passes: float = 1.0, *, begins: bool, again: bool = False) -> None:
-        """Have so many SP clusters from the next frame on; begins: that builds on no clusters of frames before.
+    def new_view(self, kind: type[Any] = FuzzyView) -> Any:
+        """A walk, of a `kind` of FuzzyView, that has seen nothing yet."""
+        settings, points = self._setup.settings, self._frame.shading_points
+        by_distance = settings.weighting is Weighting.DISTANCE
+        clustering = partial(SpClustering, points, self._most, settings.fuzziness, by_distance=by_distance)
+        view = kind(self._frame, clustering, next(iter(self._views), None))
+        self._views.add(view)
+        return view
 
-        passes: in which an SP's rays correct its light, in the mean, where the settings want a time; again: the next
-        frame is another try at the last one. Raises ValueError where clusters are more than `sample_counts` told:
-        arrays have no room for them.
+    def kept_light(self, view: FuzzyView) -> KeptLight:
+        """What a view's representatives know of these lights."""
+        if self not in view.lights:
+            other = next((other.lights[self] for other in self._views if self in other.lights), None)
+            view.lights[self] = other.for_another_viewer() if other else self._new_light()
+        return view.lights[self]
+
+    def _new_light(self) -> KeptLight:
+        skip, device = self._setup.settings.skip, self._setup.device
+        far = FarSums(*self._room, device, enabled=skip.far_field_sums)
+        return KeptLight(Visibility(*self._room, device, skip), far)
+
+    def begin_anew(self, view: FuzzyView) -> None:
+        """Have the view's next frame build on no clusters of frames before."""
+        self.kept_light(view).last_sample = None
+
+    def set_counts(self, sp_clusters: int, passes: float) -> None:
+        """Have as many rays of single SPs as suit so many SP clusters, and `passes` of those of all in the mean.
+
+        Raises ValueError where clusters are more than the sample counts told: arrays have no room for them.
         """
-        if sp_clusters > self._sample_counts.sp_clusters:
-            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._sample_counts.sp_clusters}")
-        self._clustering.use(sp_clusters, at_once=self._settings.target_error is not None)
-        self._correction.use(passes)
-        self._suspects.limit(int(sp_clusters * SUSPECTED_SHARE))
-        self._worst.limit(int(sp_clusters * REFINED_SHARE))
-        self._bright.limit(int(sp_clusters * BRIGHT_SHARE))
-        if begins:
-            self._begun = None
-        self._again = again and not begins
+        most = self._setup.sample_counts.sp_clusters
+        if sp_clusters > most:
+            raise ValueError(f"{sp_clusters} SP clusters where there is room for {most}")
+        if self._counts_in_use != (sp_clusters, passes):
+            self._correction.use(sp_clusters, passes)
+            self._counts_in_use = sp_clusters, passes
 
-    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
-        """Direct light, then what VPLs send, which the next frame of a walk builds on."""
-        view, settings = self._view, self._settings
-        fork_direct(view, settings, self._sample_counts, self._light_sets.table, stages, sample)
-        near = self._find_indirect(stages, sample, progress) if self._has_indirect else None
-        join_direct(view, settings, stages, sample)
+    def render(self, view: FuzzyView, stages: Stages, sample: int) -> None:
+        """Direct light beside steps 3 to 6; then both are added, and the walk's next frame finds what it may keep."""
+        stages.graph_key = view.number, self.number
+        kind = frame_kind(self._setup.settings, view, sample)
+        self._passes.begin(view, view.points, kind, stages, view.histories)
         if self._has_indirect:
-            add_indirect(view, near, settings, stages, sample)
-        if keeps_light(settings, sample):
-            stages.run("keep", self._keep)
-            view.kept = True
+            self._find_indirect(view, kind, stages)
+            if self._options.inspect and kind.captured:
+                self._options.inspect(view, self._frame, self._vpls, stages)
+        self._passes.end_direct(view, kind, stages)
+        if self._has_indirect:
+            self._passes.end_indirect(view, view.points, kind, stages, near=self._has_near)
+        if kind.write_history:
+            stages.run("keep", partial(self._keep, view))
+            view.wrote_history = True
 
-    def _keep(self) -> None:
-        view = self._view
-        if self._has_indirect and self._shares_light:
-            view.history.keep(view.shading_points)
-        view.last.keep(view.gbuffer, view.camera)
+    def _find_indirect(self, view: FuzzyView, kind: FrameKind, stages: Stages) -> None:
+        """The 2022 paper's section 3.1, with near-field light and corrections by rays of single SPs beyond it."""
+        frame, settings, clustering, points = self._frame, self._setup.settings, view.clustering, view.points
+        history, captured = view.histories.indirect, kind.captured
+        # Steps 1 and 2: VPLs and their clusters, mostly kept from before.
+        (vpls, cache), kept = self._light_set(kind, stages), self.kept_light(view)
+        goes_on, reads = self._goes_on(view, kept, kind), self._options.keeps_light and kind.read_history
+        kept.last_sample, kept.reads_history = None, reads  # should this frame fail, it leaves nothing
+        kept.corrected = settings.correct and kind.denoise
+        frame.seed.fill_(kind.seed)
+        if kind.denoise:
+            find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
+            stages.run("history", find if reads else history.forget, repeats=captured, way=reads)
+        if self._has_near:
+            self._passes.begin_near(points, vpls, cache, kind, stages, history)
+
+        # Step 4: SPs, found by the primary rays (step 3), are clustered.
+        def cluster() -> None:
+            if goes_on:
+                clustering.go_on(frame.gbuffer, view.camera, frame.size)
+            else:
+                clustering.run(frame.gbuffer, frame_seed(settings.seed, kind.sample))
+
+        # Step 5: visibility between the clusters' representatives.
+        def trace() -> None:
+            kept.visibility.trace(frame.scene, clustering.clusters, vpls)
+
+        # Step 6: every SP is shaded by all VPL clusters.
+        def shade_points() -> None:
+            light = clustering.clusters, kept.visibility, vpls, kept.far.data
+            kept.far.run(clustering.clusters, kept.visibility.words, vpls, few=goes_on)
+            shade(settings.fuzziness, frame.gbuffer, points, *light, frame.seed, frame.indirect)
+            if kind.denoise:
+                self._correction.remember(view)
+
+        stages.run("cluster", cluster, repeats=captured, way=goes_on)
+        stages.run("visibility", trace, repeats=captured)
+        kept.last_sample = kind.sample
+        stages.run("shade", shade_points, repeats=captured, way=goes_on)
+        if self._has_near:
+            self._passes.share_near(points, self._correction.clustered_irradiance, kind, stages, history)
+        if settings.correct:
+            self._correction.run(view, kept, vpls, kind, stages)
+
+    def _light_set(self, kind: FrameKind, stages: Stages) -> tuple[VplClusters, Any]:
+        """The lights of this frame, and the radiosity around them (RadiosityCache) if near-field light is wanted."""
+        setup, number = self._setup, self._set_number(kind.sample)
+        choice = light_set_choice(setup, number)
+        self._keeps_lights = keeps_lights(setup, choice, stages, held=number == 0)
+        if number == 0:
+            self._vpls = self._first
+            return self._vpls, self._first_cache
+        self._vpls = setup.light_sets.clusters(choice, setup.progress)
+        return self._vpls, self._cache(choice)
+
+    def _cache(self, choice: LightSetChoice) -> Any:
+        return self._setup.light_sets.radiosity(choice, self._setup.progress) if self._has_near else None
 
     def _set_number(self, sample: int) -> int:
         """The number of the light set of frame `sample` of a still view."""
-        return 0 if self._fixed else sample // (FRAMES_A_SET if self._sample_counts.vpls >= MANY_VPLS else 1)
+        many = self._setup.sample_counts.vpls >= MANY_VPLS
+        return 0 if self._fixed else sample // (FRAMES_A_SET if many else 1)
 
-    def _goes_on(self, sample: int) -> bool:
+    def _goes_on(self, view: FuzzyView, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.
 
         Of a still view's frames the smoothed ones and every FRAMES_A_SET-th begin from nothing.
         """
+        sample, last = kind.sample, kept.last_sample
+        if not (self._keeps_lights and self._setup.settings.skip.kept_clusters):
+            return False
         if sample == 0:
-            return self._begun == 0 and self._view.walks
-        follows = self._view.rests and self._begun == sample - 1 and is_sharper(sample) and sample % FRAMES_A_SET != 0
+            return last == 0 and view.reuses_history
+        follows = view.is_still and last == sample - 1 and kind.refines and sample % FRAMES_A_SET != 0
         return follows and self._set_number(sample - 1) == self._set_number(sample)
 
-    def _find_indirect(self, stages: Stages, sample: int, progress: Progress) -> NearField | None:
-        """SP clusters, their visibility and indirect light, corrected by rays of the SPs; what is begun near field."""
-        view, settings, clustering, repeats = self._view, self._settings, self._clustering, sample == 0
-        number = self._set_number(sample)
-        choice, first = light_set_choice(settings, self._sample_counts, number), number == 0
-        self._kept = keeps_lights(self._light_sets, choice, settings, stages, progress, held=first)
-        self._vpls, lit = self._first, self._first_lit
-        if not first:
-            self._vpls = self._light_sets.clusters(choice, progress)
-            lit = self._light_sets.radiosity(choice, progress) if settings.near_field else None
-        goes_on = self._kept and settings.skip.kept_clusters and self._goes_on(sample)
-        again = self._again
-        self._begun, self._again = None, False  # should this frame fail, it leaves nothing
-        vpls, visibility = self._vpls, self._visibility
-        fuzziness, seed, history = settings.fuzziness, view.seed, view.history
-        sps, gbuffer, clusters, indirect = view.shading_points, view.gbuffer, clustering.clusters, view.indirect
+    def _keep(self, view: FuzzyView) -> None:
+        if self._has_indirect and self._options.keeps_light:
+            view.histories.indirect.keep(view.points)
+        view.histories.previous.keep(self._frame.gbuffer, view.camera)
 
-        correction, far, probes, smooth = self._correction, self._far, self.probes, is_smoothed(settings, sample)
-        self._refines = settings.correct and smooth
-        sharper = is_sharper(sample)
-        passes = SHARPER_PASSES if sharper else self._passes
-
-        def cluster() -> None:
-            if goes_on:
-                clustering.go_on(gbuffer, view.camera, view.size)
-            else:
-                clustering.run(gbuffer, frame_seed(settings.seed, sample))
-
-        def correct() -> None:
-            check = partial(correction.trace, view.scene, gbuffer)
-            by = clusters, visibility.words, vpls, far.data, indirect, history.settled, seed
-            check(sps, *by, range(passes), as_wanted=not sharper)
-            shared = correction.own
-            if smooth:
-                lacking = history.take_light(sps, indirect.irradiance, correction.own)
-                light = indirect.irradiance, lacking, history.frames
-                shared = view.smoothing.share(gbuffer, sps, *light, MAX_STEP_ON_DETAIL)
-                dispute = gbuffer, clustering.deficit, indirect.irradiance, correction.own, shared, view.brightness
-                self._suspects.find(sps, *dispute)
-                check(self._suspects, *by, range(passes, passes + 1))
-                self._worst.find(self._suspects, *dispute)
-            sps.add(shared, indirect.irradiance, bounded=smooth)
-
-        def refine() -> None:
-            self._refinement.run(view.scene, gbuffer, self._worst, vpls, seed, indirect.irradiance)
-
-        def bright_rays() -> None:
-            inputs = clusters, visibility.words, vpls, far.data, indirect, seed
-            self._bright.trace(view.scene, gbuffer, sps, *inputs, view.brightness)
-
-        def bright() -> None:
-            self._bright.take(gbuffer, vpls, self._told, history.frames, history.light, indirect.irradiance)
-
-        remembers = self._remembers = self._shares_light and remembers_light(view, sample)
-        seed.fill_(frame_seed(settings.seed, frame_number(view, sample)))
-        if smooth:
-            look_back = partial(history.find, gbuffer, sps, view.last, seed) if remembers else history.forget
-            stages.run("history", look_back, repeats=repeats, way=remembers)
-        near = fork_near(view, self._near_field, vpls, lit, settings, stages, sample)
-        stages.run("cluster", cluster, repeats=repeats, way=goes_on)
-        stages.run("visibility", lambda: visibility.trace(view.scene, clusters, vpls), repeats=repeats)
-        self._begun = sample
-
-        def light() -> None:
-            far.run(clusters, visibility.words, vpls, few=goes_on)
-            shade(fuzziness, gbuffer, sps, clusters, visibility, vpls, far.data, seed, indirect)
-            if smooth:
-                wp.copy(self._told, indirect.irradiance)
-                view.brightness.find(gbuffer, sps, indirect.irradiance)
-
-        stages.run("shade", light, repeats=repeats, way=goes_on)
-        fork_near_sharing(view, near, self._told, settings, stages, sample)
-        if self._refines:
-            stages.fork("bright", "rays", bright_rays, repeats=repeats)
-        if settings.correct:
-            stages.run("correct", correct, repeats=repeats)
-            if self._refines:
-                stages.run("refine", refine, repeats=repeats)
-                stages.run("bright", bright, repeats=repeats, waits_for_fork=True)
-        if probes and repeats:
-            stages.run("probe", lambda: probes.run(vpls, again=again), way=again)
-        return near
-
-    def count(self) -> None:
+    def count(self, view: FuzzyView) -> None:
         """Sum up what the stages left, and count the pixels that see nothing."""
-        view, visibility = self._view, self._visibility
-        arrays = [
-            (view.shading_points.count, 0),
-            (self._suspects.count, 0),
-            (self._worst.count, 0),
-            (self._bright.count, 0),
-            (visibility.rays, 0),
-            (visibility.shared, 0),
-            (self._clustering.clusters.used, 0),
-            (self._clustering.clusters.fresh, 0),
-            (view.indirect.pairs, 0),
-            (view.history.known, 0),
-            (self._near_field.found, 0),
-            (self._clustering.deficit, UNASSIGNED_DEFICIT),
-        ]
-        self._counter.run(arrays if self._has_indirect else [], [(view.gbuffer.face, int(NO_HIT))])
+        if self._has_indirect:
+            near = self._passes.near_field.found
+            self._counter.run(self._frame, view, self.kept_light(view), self._correction, near)
+        else:
+            self._counter.run_direct(self._frame)
 
-    def statistics(self) -> FrameStatistics:
+    def statistics(self, view: FuzzyView) -> FrameStatistics:
         """VPLs, clusters, SPs, those with more rays, rays of clusters, finds near field, and unserved SPs."""
-        view, vpls = self._view, self._vpls.members.count if self._vpls.count else 0
-        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._clustering.count}
-        totals = self._counter.totals()
+        vpls = self._vpls.members.count if self._vpls.count else 0
+        counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": view.clustering.count}
         if not self._has_indirect:
-            counts |= dict.fromkeys(("shaded", "suspected", "refined", "bright", "rays", "near", "unassigned"), 0)
-            return counts, view_skips(view, self._settings, totals[0])
-        shaded, suspected, refined, bright, rays, shared, used, fresh, close, known, near, needs, empty = totals
-        pairs = counts["vpl_clusters"] * fresh
-        unassigned = needs // UNASSIGNED_DEFICIT
-        skips = {
-            **view_skips(view, self._settings, empty),
-            "interpolated": view.pixels - shaded - empty,
-            "unchanged_lights": vpls if self._kept else 0,
-            "kept_clusters": counts["vpl_clusters"] * (used - fresh),
-            "temporal_reuse": known if self._remembers else 0,
-            "facing_away": pairs - rays - shared,
-            "shared_weak_rays": shared,
-            "far_field_sums": shaded * counts["vpl_clusters"] - close,
-        }
-        looked = {"suspected": suspected, "refined": refined, "bright": bright}
-        counts |= {"shaded": shaded} | (looked if self._refines else dict.fromkeys(looked, 0))
-        return counts | {"rays": rays, "near": near, "unassigned": unassigned}, skips
+            return counts | NOTHING, self._passes.skips(self._counter.empty())
+        totals, kept = self._counter.totals(), self.kept_light(view)
+        skips = self._passes.skips(totals.empty) | {"unchanged_lights": vpls if self._keeps_lights else 0}
+        skips |= totals.skips(self._setup.pixels, self._vpls.count, reads_history=kept.reads_history)
+        return counts | totals.counts(corrected=kept.corrected), skips

@@ -1,17 +1,23 @@
-"""What the methods share: their interface, and the first stages of a frame."""
+"""The stages that methods with a G-buffer share: its rays, direct light, near-field light, and what is added in the
+end.
+"""
 
-from typing import Protocol
+from dataclasses import dataclass
 
 import warp as wp
 
 from gpu.core.stages import Stages
+from gpu.denoise.direct_history import DirectHistory
+from gpu.denoise.indirect_history import IndirectHistory
+from gpu.denoise.reprojection import PreviousFrame
 from gpu.direct.direct_light import add_soft_light, trace_direct_light
+from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.near_field import NearField
-from gpu.lights.light_table import LightTable
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.method import RenderSetup
 from gpu.methods.view_state import ViewState
-from gpu.sample_counts import SampleCounts
-from gpu.settings import Component, Method, RenderSettings
-from gpu.vpl.light_sets import LightSetChoice, LightSets, Progress
+from gpu.settings import Component, RenderSettings
+from gpu.vpl.light_sets import LightSetChoice
 from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -19,26 +25,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 # that the mean forgets the blur.
 SMOOTHED_FRAMES = 4
 # Those have at least so many samples of direct light, whose noise would be most of the mean's.
-SHARPER_SAMPLES = 4
-
-# What a frame is made of and what it did not have to do: counts by name; see gpu.film.frame.FrameStats.
-FrameStatistics = tuple[dict[str, int], dict[str, int]]
-
-
-class RenderMethod(Protocol):
-    """What a renderer runs once a frame."""
-
-    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
-        """Fill the view's radiance for its camera.
-
-        sample: the frame's number among those of a still view; each has its own samples.
-        """
-
-    def count(self) -> None:
-        """Launch the sums that `statistics` reads."""
-
-    def statistics(self) -> FrameStatistics:
-        """Of the last frame, once it is ready and `count` has run."""
+REFINING_SAMPLES = 4
 
 
 def frame_seed(seed: int, number: int) -> int:
@@ -46,143 +33,173 @@ def frame_seed(seed: int, number: int) -> int:
     return (seed + 0x9E3779B9 * number) % 2**31
 
 
-def light_set_choice(settings: RenderSettings, sample_counts: SampleCounts, sample: int = 0) -> LightSetChoice:
-    """The light set that `settings` ask for in frame `sample` of a still view."""
-    seed = frame_seed(settings.seed, sample)
-    return LightSetChoice(sample_counts.vpls, sample_counts.vpl_clusters, settings.bounces, seed, settings.lambertian)
+@dataclass(frozen=True)
+class FrameKind:
+    """What is done in a frame.
+
+    sample: its number among those of a still view; index: that, or its number in a walk: frames with another have
+    samples of their own; seed: of these; refines: it is one of those that make a still view's mean sharp; denoise:
+    light is shared between neighbouring pixels; read_history, write_history: light of a walk's frames before is built
+    on, or left to the next. captured: its stages launch what those of other frames of this kind do.
+    """
+
+    sample: int
+    index: int
+    seed: int
+    refines: bool
+    denoise: bool
+    read_history: bool
+    write_history: bool
+
+    @property
+    def captured(self) -> bool:
+        """Whether its launches may be replayed: frames of a still view but the first have samples of their own."""
+        return self.sample == 0
 
 
-def keeps_lights(light_sets: LightSets, choice: LightSetChoice, settings: RenderSettings, stages: Stages,
-                 progress: Progress, *, held: bool) -> bool:  # fmt: skip
-    """Whether the light set of `choice` is kept from before; else, or where `settings` forbid that, it is made now.
+def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameKind:
+    """That of frame `sample` of a still view, or of a walk where it is 0."""
+    refines, index = sample >= SMOOTHED_FRAMES, sample or view.history_length
+    return FrameKind(
+        sample=sample,
+        index=index,
+        seed=frame_seed(settings.seed, index),
+        refines=refines,
+        denoise=settings.smooth and not refines,
+        read_history=sample == 0 and view.history_length > 0,
+        write_history=sample == 0 and settings.skip.temporal_reuse and settings.smooth,
+    )
+
+
+@dataclass(frozen=True)
+class Histories:
+    """What a walk keeps of its frames: direct and indirect light by surface, and where the last one saw which."""
+
+    direct: DirectHistory
+    indirect: IndirectHistory
+    previous: PreviousFrame
+
+
+def light_set_choice(setup: RenderSetup, number: int = 0) -> LightSetChoice:
+    """The light set number `number` of a still view."""
+    settings, counts = setup.settings, setup.sample_counts
+    seed = frame_seed(settings.seed, number)
+    return LightSetChoice(counts.vpls, counts.vpl_clusters, settings.bounces, seed, settings.lambertian)
+
+
+def keeps_lights(setup: RenderSetup, choice: LightSetChoice, stages: Stages, *, held: bool) -> bool:
+    """Whether the light set of `choice` is kept from before; else, or where settings forbid that, it is made now.
 
     held: the caller keeps it itself.
     """
-    kept = settings.skip.unchanged_lights and (held or light_sets.holds(choice))
+    kept = setup.settings.skip.unchanged_lights and (held or setup.light_sets.holds(choice))
     if not kept:
-        stages.run("light", lambda: light_sets.renew(choice, progress), repeats=False)
+        stages.run("light", lambda: setup.light_sets.retrace(choice, setup.progress), repeats=False)
     return kept
 
 
-def view_skips(view: ViewState, settings: RenderSettings, empty: int) -> dict[str, int]:
-    """What primary rays and direct light did not have to do; empty: pixels that see nothing."""
-    needs, direct = view.needs, settings.component is not Component.INDIRECT
-    return {
-        "empty_pixels": empty,
-        "absent_alpha": int(not needs.alpha),
-        "absent_textures": int(not needs.textures),
-        "absent_gloss": int(direct and not needs.gloss),
-        "absent_lights": needs.absent_lights if direct else 0,
-    }
-
-
-def is_sharper(sample: int) -> bool:
-    """Whether frame `sample` of a still view is of those that make its mean sharp: nothing smooths them."""
-    return sample >= SMOOTHED_FRAMES
-
-
-def is_smoothed(settings: RenderSettings, sample: int) -> bool:
-    """Whether frame `sample` of a still view shares light between neighbouring pixels."""
-    return settings.smooth and not is_sharper(sample)
-
-
-def keeps_light(settings: RenderSettings, sample: int) -> bool:
-    """Whether frame `sample` of a still view leaves its light to the next of a walk; those of `fuzzy-vpl` do."""
-    fuzzy = settings.method is Method.FUZZY_VPL
-    return fuzzy and settings.skip.temporal_reuse and settings.smooth and sample == 0
-
-
-def remembers_light(view: ViewState, sample: int) -> bool:
-    """Whether frame `sample` of a still view builds on the light that frames of a walk before it left."""
-    return view.step > 0 and sample == 0
-
-
-def frame_number(view: ViewState, sample: int) -> int:
-    """The number of frame `sample` among those of a still view or a walk that have samples of their own each."""
-    return sample or view.step
-
-
-def fork_direct(
-    view: ViewState,
-    settings: RenderSettings,
-    sample_counts: SampleCounts,
-    table: LightTable,
-    stages: Stages,
-    sample: int,
-) -> None:
-    """Trace the primary rays and begin with direct light, or with a black picture when only indirect is wanted.
-
-    `join_direct` ends what is begun: no stage between needs the picture.
+class Passes:
+    """Runs these stages on the arrays of one size. What is begun goes on beside the stages up to the one that ends
+    it.
     """
-    stages.run("gbuffer", view.find_shading_points)
-    if settings.component is Component.INDIRECT:
-        view.radiance.zero_()
-        return
-    gbuffer, seed = view.gbuffer, settings.seed
-    samples = max(sample_counts.samples, SHARPER_SAMPLES) if is_sharper(sample) else sample_counts.samples
-    keeps, remembers = keeps_light(settings, sample), remembers_light(view, sample)
-    view.moment.fill_(frame_number(view, sample))
 
-    def rays() -> None:
-        numbers, out = (samples, view.moment, seed), (view.radiance, view.soft)
-        trace_direct_light(view.device_scene, view.scene, table, gbuffer, view.size, *numbers, *out, view.needs)
-        if view.needs.soft and keeps:
-            view.direct_history.take(gbuffer, view.last, view.soft, remembers=remembers)
-        if view.needs.soft and is_smoothed(settings, sample):
-            view.side_smoothing.run(gbuffer, view.soft)
+    def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
+        self._setup, self._frame = setup, frame
+        self._settings = setup.settings
+        self.near_field = NearField(setup.pixels, frame.side_smoothing, setup.device)
 
-    stages.fork("direct", "rays", rays, repeats=sample == 0, way=remembers)
+    @property
+    def _has_direct(self) -> bool:
+        return self._settings.component is not Component.INDIRECT
 
+    def begin(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages,
+              histories: Histories | None = None) -> None:  # fmt: skip
+        """Trace the primary rays, list the shading `points`, and begin with direct light, if it is wanted."""
+        frame = self._frame
 
-def join_direct(view: ViewState, settings: RenderSettings, stages: Stages, sample: int) -> None:
-    """Have the direct light that `fork_direct` began in the picture, if it is wanted."""
-    if settings.component is Component.INDIRECT:
-        return
+        def gbuffer() -> None:
+            frame.trace_primary_rays(view.camera)
+            points.find(frame.gbuffer)
 
-    def soft() -> None:
-        if view.needs.soft:
-            add_soft_light(view.gbuffer, view.soft, view.radiance)
+        stages.run("gbuffer", gbuffer)
+        if not self._has_direct:
+            view.radiance.zero_()
+            return
+        counts = self._setup.sample_counts
+        samples = max(counts.samples, REFINING_SAMPLES) if kind.refines else counts.samples
+        frame.frame_index.fill_(kind.index)
+        table, area = self._setup.light_sets.table, frame.features.soft
 
-    stages.run("direct", soft, repeats=sample == 0, waits_for_fork=True)
+        def rays() -> None:
+            numbers, out = (samples, frame.frame_index, self._settings.seed), (view.radiance, frame.area_light)
+            trace_direct_light(
+                frame.device_scene, frame.scene, table, frame.gbuffer, frame.size, *numbers, *out, frame.features
+            )
+            if area and histories and kind.write_history:
+                history = histories.direct
+                history.take(frame.gbuffer, histories.previous, frame.area_light, remembers=kind.read_history)
+            if area and kind.denoise:
+                frame.side_smoothing.run(frame.gbuffer, frame.area_light)
 
+        stages.fork("direct", "rays", rays, repeats=kind.captured, way=kind.read_history)
 
-def fork_near(view: ViewState, near_field: NearField, vpls: VplClusters, lit: "RadiosityCache | None",
-              settings: RenderSettings, stages: Stages, sample: int) -> NearField | None:  # fmt: skip
-    """Begin to find by the map `lit` what `vpls` lack near field; these rays need no stage but the first.
+    def end_direct(self, view: ViewState, kind: FrameKind, stages: Stages) -> None:
+        """Have direct light in the picture, if it is wanted."""
+        frame = self._frame
 
-    Where light is shared, what earlier frames of a walk found joins in. Returns what `add_indirect` is to add, None
-    where there is no map.
-    """
-    if lit is None:
-        return None
-    smooth = is_smoothed(settings, sample)
+        def add() -> None:
+            if frame.features.soft:
+                add_soft_light(frame.gbuffer, frame.area_light, view.radiance)
 
-    def rays() -> None:
-        sps, frames = view.shading_points, view.history.frames
-        near_field.trace(view.scene, view.gbuffer, sps, vpls, lit, view.seed, frames)
-        if smooth:
-            view.history.take_near(sps, near_field.light)
+        if self._has_direct:
+            stages.run("direct", add, repeats=kind.captured, waits_for_fork=True)
 
-    stages.fork("near", "rays", rays, repeats=sample == 0)
-    return near_field
+    def begin_near(self, points: ShadingPoints, vpls: VplClusters, cache: RadiosityCache, kind: FrameKind,
+                   stages: Stages, history: IndirectHistory | None = None) -> None:  # fmt: skip
+        """Begin to find by the `cache` what `vpls` lack near field; these rays need no stage but the first.
 
+        Where light is shared, what earlier frames of a walk found joins in.
+        """
+        frame, near = self._frame, self.near_field
+        frames = history.frames if history and kind.denoise else self._frame.nothing
 
-def fork_near_sharing(view: ViewState, near_field: NearField | None, guide: wp.array, settings: RenderSettings,
-                      stages: Stages, sample: int) -> None:  # fmt: skip
-    """Begin to smooth what `near_field` of `fork_near` has found; guide (pixel,): irradiance that stays as it is."""
-    if near_field and is_smoothed(settings, sample):
-        args = view.gbuffer, view.shading_points, guide, view.history.frames
-        stages.fork("near", "sharing", lambda: near_field.share(*args), repeats=sample == 0)
+        def rays() -> None:
+            near.trace(frame.scene, frame.gbuffer, points, vpls, cache, frame.seed, frames)
+            if history and kind.denoise:
+                history.take_near(points, near.light)
 
+        stages.fork("near", "rays", rays, repeats=kind.captured)
 
-def add_indirect(view: ViewState, near_field: NearField | None, settings: RenderSettings, stages: Stages,
-                 sample: int) -> None:  # fmt: skip
-    """Add the indirect light to the picture; before, what `near_field` of `fork_near` has found."""
-    if near_field:
-        light, smooth = near_field.light, is_smoothed(settings, sample)
+    def share_near(self, points: ShadingPoints, guide: wp.array, kind: FrameKind, stages: Stages,
+                   history: IndirectHistory | None = None) -> None:  # fmt: skip
+        """Begin to smooth what `begin_near` has found; guide (pixel,): irradiance that stays as it is."""
+        frames = history.frames if history else self._frame.nothing
+        args = self._frame.gbuffer, points, guide, frames
+        if kind.denoise:
+            stages.fork("near", "sharing", lambda: self.near_field.share(*args), repeats=kind.captured)
 
-        def near() -> None:
-            view.shading_points.add(light, view.indirect.irradiance, bounded=smooth)
+    def end_indirect(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages, *,
+                     near: bool) -> None:  # fmt: skip
+        """Add the indirect light to the picture; before, near-field light, if `begin_near` was called for it."""
+        frame, irradiance = self._frame, self._frame.indirect.irradiance
 
-        stages.run("near", near, repeats=sample == 0, waits_for_fork=True)
-    stages.run("interpolate", view.add_indirect, repeats=sample == 0)
+        def add_near() -> None:
+            points.add(self.near_field.light, irradiance, bounded=kind.denoise)
+
+        def reflect() -> None:
+            points.reflect(frame.gbuffer, irradiance, frame.brightness.value, view.radiance)
+
+        if near:
+            stages.run("near", add_near, repeats=kind.captured, waits_for_fork=True)
+        stages.run("interpolate", reflect, repeats=kind.captured)
+
+    def skips(self, empty: int) -> dict[str, int]:
+        """What primary rays and direct light did not have to do; empty: pixels that see nothing."""
+        features, direct = self._frame.features, self._has_direct
+        return {
+            "empty_pixels": empty,
+            "absent_alpha": int(not features.alpha),
+            "absent_textures": int(not features.textures),
+            "absent_gloss": int(direct and not features.gloss),
+            "absent_lights": features.absent_lights if direct else 0,
+        }

@@ -2,47 +2,47 @@
 
 from gpu.core.stages import Stages
 from gpu.direct.path_tracing import trace_paths
-from gpu.methods.passes import FrameStatistics, frame_seed
+from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
+from gpu.methods.passes import frame_seed
 from gpu.methods.view_state import ViewState
-from gpu.sample_counts import SampleCounts
-from gpu.settings import RenderSettings
-from gpu.vpl.light_sets import LightSets, Progress
 
 # Paths a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
 PATHS_PER_LAUNCH = 1 << 25
 PATHS_PER_CPU_LAUNCH = 1 << 19
 
 
-class PathTracing:
+class PathTracing(RenderMethod[ViewState]):
     """Camera paths with direct light sampled at every bounce (Kajiya 1986), `samples` of them a pixel."""
 
-    def __init__(
-        self,
-        view: ViewState,
-        settings: RenderSettings,
-        sample_counts: SampleCounts,
-        light_sets: LightSets,
-        progress: Progress,
-    ) -> None:
-        self._view, self._settings, self._samples, self._table = view, settings, sample_counts.samples, light_sets.table
-        progress("path tracing needs no virtual point lights", 1.0)
+    stage_names = ("paths",)
+    pixel_bytes, view_pixel_bytes = 0, 12
 
-    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
+    def __init__(self, setup: RenderSetup) -> None:
+        self._setup, self._table = setup, setup.light_sets.table
+        self._scene = setup.device_scene.view(lambertian=setup.settings.lambertian)
+        setup.progress("path tracing needs no virtual point lights", 1.0)
+
+    def new_view(self) -> ViewState:
+        """One with a picture and nothing else."""
+        return ViewState(self._setup.device_scene, self._setup.size)
+
+    def render(self, view: ViewState, stages: Stages, sample: int) -> None:
         """Average all samples, some a launch."""
-        stages.run("paths", lambda: self._trace(frame_seed(self._settings.seed, sample), progress), repeats=False)
+        seed = frame_seed(self._setup.settings.seed, sample)
+        stages.run("paths", lambda: self._trace(view, seed), repeats=False)
 
-    def _trace(self, seed: int, progress: Progress) -> None:
-        view, settings = self._view, self._settings
-        paths = PATHS_PER_LAUNCH if view.device.is_cuda else PATHS_PER_CPU_LAUNCH
-        run = max(1, paths // view.pixels)
-        for first in range(0, self._samples, run):
-            samples = min(run, self._samples - first)
+    def _trace(self, view: ViewState, seed: int) -> None:
+        setup, settings, all_samples = self._setup, self._setup.settings, self._setup.sample_counts.samples
+        paths = PATHS_PER_LAUNCH if setup.device.is_cuda else PATHS_PER_CPU_LAUNCH
+        run = max(1, paths // setup.pixels)
+        for first in range(0, all_samples, run):
+            samples = min(run, all_samples - first)
             trace_paths(
-                view.device_scene,
-                view.scene,
+                setup.device_scene,
+                self._scene,
                 self._table,
                 view.camera,
-                view.size,
+                setup.size,
                 settings.component,
                 settings.bounces,
                 first,
@@ -50,11 +50,8 @@ class PathTracing:
                 seed,
                 view.radiance,
             )
-            progress("tracing paths", (first + samples) / self._samples)
+            setup.progress("tracing paths", (first + samples) / all_samples)
 
-    def count(self) -> None:
-        """Nothing is counted."""
-
-    def statistics(self) -> FrameStatistics:
+    def statistics(self, view: ViewState) -> FrameStatistics:
         """Camera paths a pixel; nothing is skipped in a reference."""
-        return {"samples": self._samples}, {}
+        return {"samples": self._setup.sample_counts.samples}, {}

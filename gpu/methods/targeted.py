@@ -1,20 +1,31 @@
-"""`fuzzy-vpl` for a wanted frame time or error: its counts of clusters are chosen from frame to frame
-(gpu.adaptive.governor).
+"""`fuzzy-vpl` for a wanted frame time or error: its counts of clusters are chosen from frame to frame.
+
+gpu.adaptive tells which; here light sets, arrays and graphs follow, and frames are rendered again where that is needed.
 """
 
-from dataclasses import replace
+from collections import deque
+from dataclasses import dataclass, field, replace
+from math import pi, sin
+from statistics import median
+from time import perf_counter
 from typing import Any
 
+from gpu.adaptive.error_probes import Probes
 from gpu.adaptive.governor import FARTHEST, WALKED, ErrorGovernor, Governor
 from gpu.adaptive.levels import ERROR_RANGE, MOST_PASSES, TIME_RANGE, Level, Levels, levels_of
+from gpu.adaptive.probe_white_point import picture_of
 from gpu.adaptive.time_model import TimeModel
 from gpu.core.stages import Stages
-from gpu.methods.fuzzy_vpl import FuzzyVpl
-from gpu.methods.passes import FrameStatistics
-from gpu.methods.view_state import ViewState
+from gpu.film.accumulation import Accumulation
+from gpu.film.frame import Frame
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_view import FuzzyView
+from gpu.methods.fuzzy_vpl import FuzzyOptions, FuzzyVpl
+from gpu.methods.method import FrameStatistics, RenderMethod, RenderOnce, RenderSetup
 from gpu.sample_counts import SampleCounts
-from gpu.settings import RenderSettings
-from gpu.vpl.light_sets import LightSets, Progress
+from gpu.scene.camera import rotated
+from gpu.scene.types import Camera
+from gpu.vpl.vpl_clusters import VplClusters
 
 # Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters (about 0.6 GB for a
 # GPU's default number, 1 to 2.5 GB for eight times that): a walk goes to and fro between some.
@@ -25,135 +36,236 @@ FIRST_OF_LIGHTS = 4
 WALK_AIM = 0.98
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 8
+# Frames that nobody sees, until the counts of the first picture meet its target.
+SETTLING_FRAMES = 32
+# In those of a walk the camera sways, so far to either side and so many frames to and fro: frames that see nothing new
+# would take less than others.
+SWAY_DEGREES, SWAY_FRAMES = 4.0, 16
+# Of a frame with a wanted error.
+MOST_TRIES = 8
+# What the host takes varies more than what a device does: so many frames tell what it takes.
+HOST_FRAMES = 15
 
 
-class TargetedVpl:
+@dataclass
+class Steering:
+    """What is learnt of one viewer's frames, apart for those of a walk and others where they are governed apart.
+
+    level: the last frame's; applied: whether its clustering knows of it; wants_retry: whether the next frame is another
+    try at the last one, is_retry: whether the last one was, of the same lights; unlike: how many frames from the last
+    one on are unlike those that follow in a walk; host_ms: what frames of a walk, and others, took beside
+    their stages, learning_ms: and learning of the last one.
+    """
+
+    level: Level
+    probes: Probes | None
+    governors: dict[bool, Governor[Any]] = field(default_factory=dict)
+    settled: set[bool] = field(default_factory=set)
+    applied: bool = False
+    wants_retry: bool = False
+    is_retry: bool = False
+    unlike: int = 0
+    host_ms: dict[bool, deque[float]] = field(
+        default_factory=lambda: {walks: deque([0.0], HOST_FRAMES) for walks in (False, True)}
+    )
+    learning_ms: float = 0.0
+
+
+class TargetedView(FuzzyView):
+    """A walk whose counts are chosen."""
+
+    steering: Steering
+
+
+class TargetedVpl(RenderMethod[TargetedView]):
     """`fuzzy-vpl` with the counts of clusters that meet `settings.target_ms` or `settings.target_error`.
 
     For a time, VPLs are in proportion to clusters of them; errors are of pictures whose VPLs stay. A new number of VPL
-    clusters needs a light set; those are kept by `light_sets`, and there are few such numbers. Later frames of a still
+    clusters needs a light set; those are kept with their scene, and there are few such numbers. Later frames of a still
     view have the counts of its first, since their times and errors are others. For a time, frames of a walk, which
     keep clusters, are governed apart from those that begin from nothing.
     """
 
-    def __init__(
-        self,
-        view: ViewState,
-        settings: RenderSettings,
-        sample_counts: SampleCounts,
-        light_sets: LightSets,
-        progress: Progress,
-    ) -> None:
-        self._settings, self._usual = settings, sample_counts
+    stage_names = FuzzyVpl.stage_names
+    pixel_bytes, view_pixel_bytes = FuzzyVpl.pixel_bytes, FuzzyVpl.view_pixel_bytes
+    cluster_bytes = FuzzyVpl.cluster_bytes
+
+    def __init__(self, setup: RenderSetup) -> None:
+        settings, usual = setup.settings, setup.sample_counts
+        self._setup, self._usual = setup, usual
         self._target = settings.target_error or settings.target_ms or 0.0
+        self._is_error = settings.target_error is not None
         # None: as many as clusters need.
-        self._vpls = sample_counts.vpls if settings.target_error else settings.vpls
-        below, passes = (ERROR_RANGE, 1) if settings.target_error else (TIME_RANGE, MOST_PASSES)
+        self._vpls = usual.vpls if self._is_error else settings.vpls
+        below, passes = (ERROR_RANGE, 1) if self._is_error else (TIME_RANGE, MOST_PASSES)
         if self._vpls is None:
-            levels = Levels(view.pixels, most=MOST_TIMES * sample_counts.vpl_clusters, below=below, passes=passes)
+            levels = Levels(setup.pixels, most=MOST_TIMES * usual.vpl_clusters, below=below, passes=passes)
         else:
-            levels = levels_of(view.pixels, self._vpls, below=below, passes=passes)
+            levels = levels_of(setup.pixels, self._vpls, below=below, passes=passes)
         self._levels = levels
-        self._level = levels.nearest(float(sample_counts.sp_clusters * sample_counts.vpl_clusters))
-        self._governors: dict[bool, Governor[Any]] = {}
-        # Whether the next frame is another try at the last one.
-        self._again = False
-        # How many frames from the last one on are unlike those that follow in a walk.
-        self._unlike = 0
-        self._view = view
-        most = max(map(levels.most, levels.vpl_clusters))
-        self._method = FuzzyVpl(view, settings, self._sample_counts(self._level), light_sets, progress, most)
-        self._method.use(self._level.sp_clusters, self._level.passes, begins=True)
-        self._kept = {self._level.vpl_clusters: self._method}  # in the order of their last use
+        self._first_level = levels.nearest(float(usual.sp_clusters * usual.vpl_clusters))
+        # A wanted error is to follow from a frame's own counts: light of frames before knows little of them.
+        options = FuzzyOptions(
+            most_sp_clusters=max(map(levels.most, levels.vpl_clusters)),
+            passes=passes,
+            keeps_light=not self._is_error,
+            inspect=self._inspect if self._is_error else None,
+        )
+        first = FuzzyVpl(replace(setup, sample_counts=self._counts(self._first_level)), options)
+        self._kept = {self._first_level.vpl_clusters: first}  # in the order of their last use
 
-    def governs_apart(self, *, walks: bool) -> bool:
+    def new_view(self) -> TargetedView:
+        """One of which nothing is known yet."""
+        view = self._method(self._first_level).new_view(TargetedView)
+        probes = Probes(view.size, view.device) if self._is_error else None
+        view.steering = Steering(self._first_level, probes)
+        return view
+
+    def _governs_apart(self, *, walks: bool) -> bool:
         """Whether frames are governed as those of a walk, apart from others: for an error all are alike."""
-        return walks and self._settings.target_error is None
+        return walks and not self._is_error
 
-    @property
-    def _governor(self) -> Governor[Any]:
+    def _governor(self, view: TargetedView) -> Governor[Any]:
         """That of a walk, or of frames that begin from nothing, whatever the last one was."""
-        apart = self.governs_apart(walks=self._view.walks)
-        if apart not in self._governors:
-            if self._settings.target_error:
-                self._governors[apart] = ErrorGovernor(self._levels, self._target, self._level)
+        governors, apart = view.steering.governors, self._governs_apart(walks=view.reuses_history)
+        if apart not in governors:
+            level = view.steering.level
+            if self._is_error:
+                governors[apart] = ErrorGovernor(self._levels, self._target, level)
             else:
                 aim, rise = (WALK_AIM, WALKED) if apart else (1.0, FARTHEST)
-                target = aim * self._target
-                self._governors[apart] = Governor(self._levels, TimeModel(), target, self._level, rise=rise)
-        return self._governors[apart]
+                governors[apart] = Governor(self._levels, TimeModel(), aim * self._target, level, rise=rise)
+        return governors[apart]
 
-    def render(self, stages: Stages, sample: int, progress: Progress) -> None:
+    def show(
+        self, once: RenderOnce, view: TargetedView, camera: Camera, accumulation: Accumulation | None, *, walks: bool
+    ) -> Frame:
+        """The frame at the level chosen for it, after frames that nobody sees until the first counts meet the target.
+
+        A frame with a wanted error that is seen to have too large a one is tried again, and the last try is shown.
+        """
+        steering, moves = view.steering, self._governs_apart(walks=walks)
+        settles = moves not in steering.settled
+        for number in range(SETTLING_FRAMES if settles else 0):
+            view.shown = None  # one more of the same
+            frame = once(_swayed(camera, number) if moves else camera, None)
+            self._setup.progress("choosing counts of clusters", number / SETTLING_FRAMES)
+            if self._learn(view, frame, shown=False):
+                break
+        steering.settled.add(moves)
+        frame = once(camera, accumulation)
+        # A camera that comes back from swaying sees more that is new than one that walks.
+        jumps = settles and moves
+        if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
+            return frame
+        self._learn(view, frame)
+        for tries in range(1, MOST_TRIES):
+            if not self._tries_again(view, tries):
+                break
+            if accumulation:
+                accumulation.restart()
+            view.shown = None
+            better = once(camera, accumulation)
+            self._learn(view, better)
+            frame = replace(better, stats=better.stats.after(frame.stats))
+        return frame
+
+    def render(self, view: TargetedView, stages: Stages, sample: int) -> None:
         """One frame at the level that was chosen for it."""
-        again, self._again = self._again, False
-        changes = sample == 0 and self._level != self._governor.level
-        self._unlike = max(self._unlike - 1, 0) if self._view.walks else 0
-        if changes:
-            level = self._governor.level
-            relights = level.vpl_clusters != self._level.vpl_clusters
+        steering = view.steering
+        walks, before = view.reuses_history, steering.level
+        steering.unlike = max(steering.unlike - 1, 0) if walks else 0
+        retries, steering.wants_retry, steering.is_retry = steering.wants_retry, False, False
+        if sample == 0 and before != self._governor(view).level:
+            level = self._governor(view).level
+            relights = level.vpl_clusters != before.vpl_clusters
             if relights:
-                self._relight(level, stages, progress)
-            self._method.use(level.sp_clusters, level.passes, begins=relights, again=again)
-            if self._view.walks and relights:
-                self._unlike = FIRST_OF_LIGHTS
-            elif self._view.walks and level.sp_clusters != self._level.sp_clusters:
-                self._unlike = max(self._unlike, 1)
-            self._level = level
-        stages.graph_key = self._level.vpl_clusters
-        self._method.render(stages, sample, progress)
+                self._method(level, stages).begin_anew(view)
+            steering.level, steering.applied, steering.is_retry = level, False, retries and not relights
+            if walks and relights:
+                steering.unlike = FIRST_OF_LIGHTS
+            elif walks and level.sp_clusters != before.sp_clusters:
+                steering.unlike = max(steering.unlike, 1)
+        method = self._method(steering.level, stages)
+        if not steering.applied:
+            view.clustering.use(steering.level.sp_clusters, at_once=self._is_error)
+            steering.applied = True
+        method.set_counts(steering.level.sp_clusters, steering.level.passes)
+        method.render(view, stages, sample)
 
-    def _relight(self, level: Level, stages: Stages, progress: Progress) -> None:
+    def _method(self, level: Level, stages: Stages | None = None) -> FuzzyVpl:
+        """The method with the lights of `level`, made when it is not kept; graphs of one that goes are freed."""
         number = level.vpl_clusters
-        if number in self._kept:
-            self._method = self._kept.pop(number)
-        else:
+        method = self._kept.pop(number, None)
+        if method is None:
+            other = next(reversed(self._kept.values()))
             if len(self._kept) == KEPT_LIGHTS:  # before the new one takes memory
-                oldest = next(iter(self._kept))
-                del self._kept[oldest]
-                stages.forget(oldest)
-            self._method = self._method.relit(self._sample_counts(level), progress)
-        self._kept[number] = self._method
+                oldest = self._kept.pop(next(iter(self._kept)))
+                if stages:
+                    stages.forget(oldest.number)
+            method = other.with_light_set(self._counts(level))
+        self._kept[number] = method
+        return method
 
-    def learn(self, times: dict[str, float], *, steady: bool, shown: bool) -> bool:
+    def _inspect(self, view: FuzzyView, frame: FrameArrays, vpls: VplClusters, stages: Stages) -> None:
+        """Estimate the error of a frame's indirect light."""
+        if isinstance(view, TargetedView) and (probes := view.steering.probes):
+            again = view.steering.is_retry
+            picture = picture_of(frame.gbuffer, frame.size, view.points, frame.indirect.irradiance)
+            stages.run("probe", lambda: probes.run(frame.scene, picture, vpls, again=again), way=again)
+
+    def _learn(self, view: TargetedView, frame: Frame, *, shown: bool = True) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
-        For a wanted time, times: what that took [ms], by parts; steady: without what only a first frame does; shown:
-        whether anybody sees it: else light sets are chosen anew. An error is told by the frame's probes.
+        An error is told by the frame's probes, a time by all that the host waits for, and learning of the last one.
+        shown: whether anybody sees it: else light sets are chosen anew.
 
         True when the level can stay: it meets the target, or comes as near to it as any does. The first frames of a
         level in a walk have more new clusters than those that follow, and take up to a fifth longer, with other lights
         three times as long: that tells nothing of them.
         """
-        if self._method.probes is not None:
-            return self._governor.learn(self._method.probes.estimate())
-        return self._unlike == 0 and steady and self._governor.learn(times, anew=not shown)
+        begun, steering = perf_counter(), view.steering
+        governor, host_ms = self._governor(view), steering.host_ms[view.walked]
+        if frame.stats.host_ms is not None:
+            host_ms.append(frame.stats.host_ms + steering.learning_ms)
+        if steering.probes:
+            stays = governor.learn(steering.probes.estimate())
+        else:
+            times = {**frame.stats.stage_ms, "host": median(host_ms)}
+            stays = steering.unlike == 0 and frame.stats.steady and governor.learn(times, anew=not shown)
+        steering.learning_ms = 1e3 * (perf_counter() - begun)
+        return stays
 
-    def tries_again(self, tries: int) -> bool:
+    def _tries_again(self, view: TargetedView, tries: int) -> bool:
         """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.
 
         tries: how many it had. The next frame has these counts then.
         """
-        governor = self._governor
-        self._again = isinstance(governor, ErrorGovernor) and governor.try_again(self._level, tries)
-        return self._again
+        governor, steering = self._governor(view), view.steering
+        steering.wants_retry = isinstance(governor, ErrorGovernor) and governor.try_again(steering.level, tries)
+        return steering.wants_retry
 
-    def count(self) -> None:
+    def count(self, view: TargetedView) -> None:
         """As `fuzzy-vpl` does."""
-        self._method.count()
+        self._method(view.steering.level).count(view)
 
-    def statistics(self) -> FrameStatistics:
+    def statistics(self, view: TargetedView) -> FrameStatistics:
         """Those of `fuzzy-vpl`."""
-        return self._method.statistics()
+        return self._method(view.steering.level).statistics(view)
 
-    def estimates(self) -> dict[str, float]:
+    def estimates(self, view: TargetedView) -> dict[str, float]:
         """The target, and what a frame of the chosen level is expected to give."""
-        kind = "error" if self._settings.target_error else "ms"
-        told = {"tries": 1.0} if self._settings.target_error else {"passes": self._level.passes}
-        expected = self._governor.expected
-        return {f"target_{kind}": self._target} | ({} if expected is None else {f"expected_{kind}": expected}) | told
+        kind, governor = "error" if self._is_error else "ms", self._governor(view)
+        told = {"tries": 1.0} if self._is_error else {"passes": view.steering.level.passes}
+        expected = {} if governor.expected is None else {f"expected_{kind}": governor.expected}
+        return {f"target_{kind}": self._target} | expected | told
 
-    def _sample_counts(self, level: Level) -> SampleCounts:
-        """That of `level` with the most SP clusters of its lights."""
+    def _counts(self, level: Level) -> SampleCounts:
+        """Those of `level` with the most SP clusters of its lights."""
         vpls = self._vpls or self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters
         most = self._levels.most(level.vpl_clusters)
         return replace(self._usual, sp_clusters=most, vpl_clusters=level.vpl_clusters, vpls=vpls)
+
+
+def _swayed(camera: Camera, number: int) -> Camera:
+    return rotated(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SWAY_FRAMES))

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from weakref import proxy
 
 from gpu.core.device import overwrite
 from gpu.device_scene.features import scene_features
@@ -34,8 +33,7 @@ class LightSets:
     """A scene's light sets by choice, and the table of its emitters."""
 
     def __init__(self, device_scene: DeviceScene) -> None:
-        # The scene owns its lighting; a strong reference back would keep both from being freed.
-        self._device_scene: DeviceScene = proxy(device_scene)
+        self._device_scene = device_scene
         self._sets: dict[LightSetChoice, VplClusters] = {}
         self._radiosity: dict[LightSetChoice, RadiosityCache] = {}
         # Light paths of sets that differ by their seed.
@@ -59,7 +57,7 @@ class LightSets:
         """Whether the clusters of `choice` are kept from before."""
         return choice in self._sets
 
-    def renew(self, choice: LightSetChoice, progress: Progress) -> None:
+    def retrace(self, choice: LightSetChoice, progress: Progress) -> None:
         """Make the clusters of `choice` anew, into the arrays that are kept: whoever reads those need not know."""
         if not self.holds(choice):
             self.clusters(choice, progress)
@@ -91,10 +89,3 @@ class LightSets:
                 self._device_scene, self._device_scene.view(lambertian=choice.lambertian), clusters
             )
         return self._radiosity[choice]
-
-
-def light_sets_of(device_scene: DeviceScene) -> LightSets:
-    """The lighting that all renderers of `device_scene` share."""
-    if device_scene.light_sets is None:
-        device_scene.light_sets = LightSets(device_scene)
-    return device_scene.light_sets

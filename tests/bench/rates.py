@@ -18,11 +18,12 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.gbuffer.shading_points import morton_order
+from gpu.methods.method import RenderSetup
 from gpu.methods.passes import light_set_choice
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.types import Ints
 from gpu.settings import RenderSettings
-from gpu.vpl.light_sets import light_sets_of
+from gpu.vpl.light_sets import LightSets
 from tests.bench.figures import spread
 from tests.bench.subjects import Size
 
@@ -167,7 +168,8 @@ def ray_rates(device_scene: DeviceScene, size: Size, settings: RenderSettings) -
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)
     trace_primary_rays(device_scene, scene, cameras, size, gbuffer)
     sample_counts = sample_counts_of(settings, device)
-    clusters = light_sets_of(device_scene).clusters(light_set_choice(settings, sample_counts), lambda *_: None)
+    setup = RenderSetup(device_scene, LightSets(device_scene), size, settings, sample_counts, lambda *_: None)
+    clusters = setup.light_sets.clusters(light_set_choice(setup), setup.progress)
     chosen = spread_out(gbuffer.face.numpy(), size, sample_counts.sp_clusters)
     if clusters.count == 0 or len(chosen) == 0:
         return 0.0, primary

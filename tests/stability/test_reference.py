@@ -17,10 +17,10 @@ from gpu.core.device import CORES
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.path_tracing import path_kernel
 from gpu.gbuffer.camera_rays import CameraData, camera_data
+from gpu.lights.build import build_light_table
 from gpu.scene import load_scene
 from gpu.scene.types import Doubles, Integers
 from gpu.settings import Component
-from gpu.vpl.light_sets import light_sets_of
 
 SIGNIFICANCE, SHARE = 0.01, 0.9975
 # Mitsuba's floor under the variance of a sample, where too few of them met what is rare.
@@ -37,7 +37,7 @@ def rows_of(device_scene: DeviceScene, size: tuple[int, int], rows: Integers, co
     """Some rows, (row, width, 3), of the picture of the scene's camera in the reference's size."""
     width, height = size
     mean = wp.zeros(width * height, dtype=wp.vec3, device=device_scene.device)
-    scene, table = device_scene.view(lambertian=True), light_sets_of(device_scene).table
+    scene, table = device_scene.view(lambertian=True), build_light_table(device_scene)
     camera = wp.array([camera_data(device_scene.scene.cameras[0], device_scene.scene.placement, width / height)],
                       dtype=CameraData, device=device_scene.device)  # fmt: skip
     inputs = [scene, table, camera, width, height, True, component is Component.FULL, 4, 0, samples, seed, mean]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from frame_view import FrameView
 from scenes import column, grey, quad, resident_of
 
 from gpu.core.device import allocate
@@ -11,7 +12,6 @@ from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
 from gpu.indirect.visibility import Visibility
 from gpu.lights.light_paths import Vpls, allocate_vpls
-from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats
 from gpu.sp.sp_clusters import SpClusters
@@ -22,17 +22,17 @@ COUNT = 100_000
 
 
 @pytest.fixture(scope="module")
-def view(device: str) -> ViewState:
+def view(device: str) -> FrameView:
     """A floor seen from above, two dozen SPs."""
     device_scene = resident_of([quad((-0.5, 0, -0.5), (0, 0, 1), (1, 0, 0))], [grey(0.6)], device=device)
-    view = ViewState(device_scene, (6, 4), lambertian=True)
-    view.look(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
+    view = FrameView(device_scene, (6, 4), lambertian=True)
+    view.set_camera(look_at((0.0, 0.4, 0.1), (0.0, 0.0, 0.0)))
     view.find_shading_points()
     return view
 
 
 @pytest.fixture(scope="module")
-def vpls(view: ViewState) -> Vpls:
+def vpls(view: FrameView) -> Vpls:
     """VPLs at random places over the floor, facing down."""
     rng = np.random.default_rng(1)
     vpls = allocate_vpls(COUNT, view.device)
@@ -43,12 +43,12 @@ def vpls(view: ViewState) -> Vpls:
 
 
 @pytest.fixture(scope="module")
-def cluster(view: ViewState, vpls: Vpls) -> VplClusters:
+def cluster(view: FrameView, vpls: Vpls) -> VplClusters:
     """All of them as one cluster."""
     return cluster_vpls(view.device_scene, vpls, 1, 0)
 
 
-def expected(view: ViewState, cluster: VplClusters, weight: Doubles | float = 1.0) -> Doubles:
+def expected(view: FrameView, cluster: VplClusters, weight: Doubles | float = 1.0) -> Doubles:
     """The irradiance of each pixel in float64, each VPL with a `weight` (vpl,) of its own."""
     members = cluster.members
     place = view.gbuffer.position.numpy().astype(np.float64)
@@ -68,7 +68,7 @@ def test_the_flux_of_a_cluster(vpls: Vpls, cluster: VplClusters) -> None:
     assert error(cluster.disks.numpy()["flux"], vpls.flux.numpy().sum(axis=0, dtype=np.float64)[None]) < 1e-6
 
 
-def test_rays_to_every_vpl(view: ViewState, cluster: VplClusters) -> None:
+def test_rays_to_every_vpl(view: FrameView, cluster: VplClusters) -> None:
     singles = unclustered(view.device_scene, cluster)
     for run in (COUNT, 7):
         for begin in range(0, COUNT, run):
@@ -78,7 +78,7 @@ def test_rays_to_every_vpl(view: ViewState, cluster: VplClusters) -> None:
         assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-6
 
 
-def test_the_members_of_a_cluster_that_is_near(view: ViewState, cluster: VplClusters) -> None:
+def test_the_members_of_a_cluster_that_is_near(view: FrameView, cluster: VplClusters) -> None:
     gather(view.scene, view.gbuffer, view.shading_points, cluster, 0, 1, view.indirect)
     # Twigs stand for those of them that are farther away.
     assert error(view.indirect.irradiance.numpy(), expected(view, cluster)) < 1e-4
@@ -86,7 +86,7 @@ def test_the_members_of_a_cluster_that_is_near(view: ViewState, cluster: VplClus
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
 def test_clusters_of_shading_points_that_see_different_vpls(
-    view: ViewState, cluster: VplClusters, share: float
+    view: FrameView, cluster: VplClusters, share: float
 ) -> None:
     """Every SP has `share` of a cluster that sees all and the rest of one that sees every other VPL."""
     singles, sps = unclustered(view.device_scene, cluster), view.shading_points

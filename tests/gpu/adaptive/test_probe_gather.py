@@ -21,7 +21,7 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     room = resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
     renderer = Renderer(room, SIZE, RenderSettings(**CHOICE))
     renderer.render(CAMERA)
-    view, vpls = renderer._view, renderer._method._vpls  # type: ignore[attr-defined]
+    view, vpls = renderer._method._frame, renderer._method._vpls  # type: ignore[attr-defined]
     pixels = np.arange(0, view.pixels, 7, dtype=np.int32)
     light = ProbeLight(len(pixels), view.device)
     placed, frame = wp.array(pixels, dtype=int, device="cpu"), wp.zeros(1, dtype=int, device="cpu")
@@ -33,7 +33,7 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     every = np.array(seen, dtype=np.float64)
     exact = Renderer(room, SIZE, RenderSettings(**CHOICE, method=Method.EXACT_VPL))
     exact.render(CAMERA)
-    truth = exact._view.indirect.irradiance.numpy()[pixels]
+    truth = exact._method._frame.indirect.irradiance.numpy()[pixels]
     assert every.mean(axis=(0, 2)) == pytest.approx(truth, rel=0.05, abs=0.02 * float(truth.mean()))
     assert every.mean() == pytest.approx(float(truth.mean()), rel=0.003)
     one, other = every[:, :, 0].mean(axis=2), every[:, :, 1].mean(axis=2)

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import warp as wp
 from pipeline import Pipeline, relative_error
 from scenes import column, slats
 
@@ -64,12 +65,12 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     correction = Correction(view.pixels, view.device)
     many.correct(correction, 0)
     irradiance = view.indirect.irradiance
-    none = view.history.frames
+    none = wp.zeros(view.pixels, dtype=int, device=view.device)
     shared = view.smoothing.share(view.gbuffer, view.shading_points, irradiance, correction.own, none)
     points = OutlierPoints(view.pixels, 400, 0.25, view.device)
     mean = MeanBrightness(view.device)
     mean.find(view.gbuffer, view.shading_points, irradiance)
-    points.find(view.shading_points, view.gbuffer, many.clustering.need, irradiance, correction.own, shared, mean)
+    points.find(view.shading_points, view.gbuffer, many.clustering.deficit, irradiance, correction.own, shared, mean)
     refined = points.pixels.numpy()[: points.count.numpy()[0]]
     assert len(refined) > 100
     smoothed = np.maximum(before + shared.numpy(), 0.0)

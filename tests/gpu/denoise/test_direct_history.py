@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 import warp as wp
+from frame_view import FrameView
 from scenes import box, column, grey, quad, resident_of
 
 from gpu.denoise.direct_history import DirectHistory
-from gpu.denoise.reprojection import MOST_FRAMES
+from gpu.denoise.reprojection import MOST_FRAMES, PreviousFrame
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
-from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Material
@@ -43,16 +43,17 @@ class Seen:
     """Frames of a view that find the soft light they are told to, and what their history makes of it."""
 
     def __init__(self, device_scene: DeviceScene, **choice: Any) -> None:
-        self.view = ViewState(device_scene, SIZE, lambertian=choice.get("lambertian", True))
+        self.view = FrameView(device_scene, SIZE, lambertian=choice.get("lambertian", True))
         self.history = DirectHistory(SIZE, self.view.device)
+        self.last = PreviousFrame(self.view.pixels, self.view.device)
 
     def frame(self, camera: Camera, light: Doubles, *, begins: bool = False) -> Doubles:
         view = self.view
-        view.look(camera)
+        view.set_camera(camera)
         view.find_shading_points()
         soft = column(light.astype(np.float32), wp.vec3)
-        self.history.take(view.gbuffer, view.last, soft, remembers=not begins)
-        view.last.keep(view.gbuffer, view.camera)
+        self.history.take(view.gbuffer, self.last, soft, remembers=not begins)
+        self.last.keep(view.gbuffer, view.camera)
         return np.asarray(soft.numpy(), np.float64)
 
     def frames(self) -> np.ndarray:
@@ -61,7 +62,7 @@ class Seen:
 
 def test_light_of_a_place_is_found_where_it_is_seen_next(room: DeviceScene) -> None:
     seen = Seen(room)
-    seen.view.look(pose(0))
+    seen.view.set_camera(pose(0))
     seen.view.find_shading_points()
     places = seen.view.gbuffer.position.numpy()
     seen.frame(pose(0), 1.0 + places, begins=True)
@@ -161,7 +162,7 @@ def test_each_frame_of_a_walk_has_samples_of_its_own(room: DeviceScene) -> None:
     moments = []
     for number in range(3):
         renderer.render(pose(number), walks=True)
-        moments.append(int(renderer._view.moment.numpy()[0]))
+        moments.append(int(renderer._method._frame.frame_index.numpy()[0]))
     assert moments == [0, 1, 2]
 
 
@@ -172,7 +173,8 @@ def test_frames_that_keep_nothing_are_those_of_no_walk(room: DeviceScene, change
     alone = renderer_of(room, **changes).render(pose(1)).radiance()
     renderer = renderer_of(room, **changes)
     assert np.array_equal(walk(renderer, 0, 3)[-1], alone)
-    assert not renderer._view.direct_history.frames.numpy().any()
+    histories = getattr(renderer._own_view, "histories", None)
+    assert histories is None or not histories.direct.frames.numpy().any()
 
 
 def test_a_jump_and_a_rest_begin_anew(room: DeviceScene) -> None:
@@ -181,7 +183,7 @@ def test_a_jump_and_a_rest_begin_anew(room: DeviceScene) -> None:
     walk(renderer, 4, 6)
     assert np.array_equal(renderer.render(pose(0)).radiance(), alone)
     walk(renderer, 4, 6)
-    accumulation = Accumulation(PIXELS, renderer._view.device)
+    accumulation = Accumulation(PIXELS, room.device)
     for _ in range(2):
         renderer.render(pose(3), accumulation, walks=True)
     assert np.array_equal(renderer.render(pose(0), walks=True).radiance(), alone)

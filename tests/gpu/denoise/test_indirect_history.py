@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import warp as wp
+from frame_view import FrameView
 from scenes import box, grey, quad, resident_of
 
 from gpu.denoise.indirect_history import SETTLED_FRAMES, IndirectHistory
-from gpu.denoise.reprojection import MOST_FRAMES
+from gpu.denoise.reprojection import MOST_FRAMES, PreviousFrame
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
-from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera, Doubles
@@ -38,11 +38,12 @@ class Seen:
     """Frames of a view that find the light they are told to, and what their history makes of it."""
 
     def __init__(self, device_scene: DeviceScene, size: tuple[int, int] = SIZE, stride: int = 1) -> None:
-        self.view = ViewState(device_scene, size, lambertian=True, stride=stride)
+        self.view = FrameView(device_scene, size, lambertian=True, stride=stride)
         self.history = IndirectHistory(size, self.view.device)
+        self.last = PreviousFrame(self.view.pixels, self.view.device)
 
     def look(self, camera: Camera) -> None:
-        self.view.look(camera)
+        self.view.set_camera(camera)
         self.view.find_shading_points()
 
     @property
@@ -63,13 +64,13 @@ class Seen:
         if begins:
             history.forget()
         else:
-            history.find(view.gbuffer, view.shading_points, view.last, view.seed)
+            history.find(view.gbuffer, view.shading_points, self.last, view.seed)
         irradiance = self.array(np.full_like(light, 0.25))
         lacking = history.take_light(view.shading_points, irradiance, self.array(light - 0.25))
         near = self.array(2.0 * light)
         history.take_near(view.shading_points, near)
         history.keep(view.shading_points)
-        view.last.keep(view.gbuffer, view.camera)
+        self.last.keep(view.gbuffer, view.camera)
         return np.asarray(lacking.numpy(), np.float64) + 0.25, np.asarray(near.numpy(), np.float64)
 
     def settled(self) -> np.ndarray:

@@ -136,7 +136,7 @@ def test_gradients_are_those_of_finite_differences(fuzzy: Pipeline) -> None:
     facing = (way * normal[:, None]).sum(axis=2)
     leaving = -(way * disks["normal"][None]).sum(axis=2)
     # Where cosines are means over a disk or cone, the gradient is that of its middle alone.
-    plain = (facing > disks["radius"] + 0.15 * distance) & (leaving > (disks["turn"] + 0.15) * distance) & ~coarse
+    plain = (facing > disks["radius"] + 0.15 * distance) & (leaving > (disks["tilt"] + 0.15) * distance) & ~coarse
     plain &= near_bits(fuzzy) == 0.0
     assert plain.sum() > 1000
     slope = slopes(fuzzy)

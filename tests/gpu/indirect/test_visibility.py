@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from frame_view import FrameView
 from numpy.typing import NDArray
 from scenes import results, slats, traced_vpls
 
@@ -9,7 +10,6 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connected_solid
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import ViewState
 from gpu.settings import EVERY_SKIP, Skips
 from gpu.sp.sp_clusters import SpClustering
 from gpu.vpl.build import cluster_vpls
@@ -39,10 +39,10 @@ def light_kernel(first: int, p: wp.array[wp.vec3], p_normal: wp.array[wp.vec3], 
 
 
 @pytest.fixture(scope="module")
-def traced() -> tuple[DeviceScene, ViewState, SpClustering, VplClusters]:
+def traced() -> tuple[DeviceScene, FrameView, SpClustering, VplClusters]:
     device_scene, camera, size = slats()
-    view = ViewState(device_scene, size, lambertian=True)
-    view.look(camera)
+    view = FrameView(device_scene, size, lambertian=True)
+    view.set_camera(camera)
     view.find_shading_points()
     clustering = SpClustering(view.shading_points, 90, 6, by_distance=True)
     clustering.run(view.gbuffer, 0)
@@ -51,7 +51,7 @@ def traced() -> tuple[DeviceScene, ViewState, SpClustering, VplClusters]:
 
 
 def bits_of(
-    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters], skip: Skips = EVERY_SKIP
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters], skip: Skips = EVERY_SKIP
 ) -> tuple[NDArray, Visibility]:
     """What the stage says of each pair, (sp cluster, vpl cluster)."""
     _, view, clustering, vpls = traced
@@ -61,7 +61,7 @@ def bits_of(
     return np.unpackbits(bytes_, axis=1, bitorder="little")[:, : vpls.count], stage
 
 
-def exact_bits(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> NDArray:
+def exact_bits(traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters]) -> NDArray:
     """A ray for every pair."""
     _, view, clustering, vpls = traced
     clusters = clustering.clusters
@@ -70,7 +70,7 @@ def exact_bits(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters])
     return seen.reshape(clustering.count, vpls.count) * clusters.used.numpy()[:, None]
 
 
-def facing(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> NDArray:
+def facing(traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters]) -> NDArray:
     """Whether each pair can exchange light by its normals: points of one plane cannot, though nothing is between."""
     _, _, clustering, vpls = traced
     way = vpls.disks.numpy()["position"][None] - clustering.clusters.position.numpy()[:, None]
@@ -78,7 +78,7 @@ def facing(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> 
     return (here > 1e-5) & (-(way * vpls.disks.numpy()["normal"][None]).sum(axis=2) > 1e-5)
 
 
-def light(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> NDArray:
+def light(traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters]) -> NDArray:
     """What each VPL cluster sends each representative if nothing is between them."""
     _, _, clustering, vpls = traced
     clusters = clustering.clusters
@@ -86,12 +86,12 @@ def light(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> N
     return results(light_kernel, clustering.count * vpls.count, inputs, float).reshape(clustering.count, vpls.count)
 
 
-def vpl_count(traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters]) -> int:
+def vpl_count(traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters]) -> int:
     return int(traced[3].count)
 
 
 def test_most_answers_are_exact_and_those_shared_are_of_weak_pairs(
-    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters],
 ) -> None:
     bits, stage = bits_of(traced)
     exact = exact_bits(traced)
@@ -112,7 +112,7 @@ def test_most_answers_are_exact_and_those_shared_are_of_weak_pairs(
 
 
 def test_without_sharing_every_answer_is_exact(
-    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters],
 ) -> None:
     bits, stage = bits_of(traced, Skips(shared_weak_rays=False))
     pairs = facing(traced)
@@ -125,7 +125,7 @@ def test_without_sharing_every_answer_is_exact(
     "skip", [EVERY_SKIP, Skips(shared_weak_rays=False), Skips(shared_weak_rays=False, facing_away=False)]
 )
 def test_runs_of_representatives_give_what_all_at_once_give(
-    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters], skip: Skips, monkeypatch: pytest.MonkeyPatch
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters], skip: Skips, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bits, stage = bits_of(traced, skip)
     monkeypatch.setattr("gpu.indirect.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two fifths at a time
@@ -137,7 +137,7 @@ def test_runs_of_representatives_give_what_all_at_once_give(
 
 
 def test_more_rays_than_threads_are_all_traced(
-    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters], monkeypatch: pytest.MonkeyPatch
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bits, stage = bits_of(traced)
     for blocks in ("MOST_BLOCKS", "FEW_BLOCKS"):
@@ -149,7 +149,7 @@ def test_more_rays_than_threads_are_all_traced(
 
 
 def test_a_stage_for_more_vpl_clusters_than_there_are_sees_none_beyond(
-    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters],
 ) -> None:
     _, view, clustering, vpls = traced
     stage = Visibility(clustering.count, vpls.count + 200, view.device)
@@ -162,7 +162,7 @@ def test_a_stage_for_more_vpl_clusters_than_there_are_sees_none_beyond(
 
 
 def test_pairs_that_face_away_exchange_hardly_any_light_whatever_a_ray_would_find(
-    traced: tuple[DeviceScene, ViewState, SpClustering, VplClusters],
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters],
 ) -> None:
     bits, stage = bits_of(traced, Skips(shared_weak_rays=False))
     other, all_emitters = bits_of(traced, Skips(shared_weak_rays=False, facing_away=False))

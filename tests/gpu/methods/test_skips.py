@@ -18,6 +18,7 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Sky, Texture, TextureSlot
 from gpu.settings import EVERY_SKIP, Clustering, Component, Method, RenderSettings, Skips
+from gpu.vpl.light_sets import LightSets
 
 SIZE = (48, 36)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
@@ -269,9 +270,9 @@ def test_light_sets_of_a_still_view_serve_several_frames_where_they_are_large_an
     monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", QUALITY["vpls"] + (0 if many else 1))
 
     def lights(skip: Skips, seed: int) -> list[bool]:
-        kept = []
+        kept, light_sets = [], LightSets(room)
         for _ in range(2):
-            renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=skip, seed=seed))
+            renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=skip, seed=seed), None, light_sets)
             accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
             for _ in range(FRAMES_A_SET + 1):
                 stats = renderer.render(CAMERA, accumulation).stats

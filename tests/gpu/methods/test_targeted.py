@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -8,20 +9,19 @@ import pytest
 from devices import NEEDS_CUDA
 from scenes import box, grey, quad, resident_of
 
-from gpu.adaptive.governor import LEAST_AIM, MOST_AIM
+from gpu.adaptive.governor import LEAST_AIM, MOST_AIM, Governor
 from gpu.adaptive.levels import ERROR_RANGE, LEAST_MEMBERS, MOST_MEMBERS, TIME_RANGE, Level
 from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.methods.fuzzy_vpl import FuzzyVpl
-from gpu.methods.targeted import KEPT_LIGHTS, TargetedVpl
+from gpu.methods.targeted import KEPT_LIGHTS, TargetedView, TargetedVpl
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import ON_CPU
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera
 from gpu.settings import Component, RenderSettings
-from gpu.vpl.light_sets import Progress
 
 SIZE = (64, 48)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
@@ -37,15 +37,35 @@ def room() -> DeviceScene:
     return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
 
 
+def set_clock(monkeypatch: pytest.MonkeyPatch, clock: Callable[[], float]) -> None:
+    """Have the host take what `clock` says [s]."""
+    for module in ("gpu.renderer", "gpu.methods.targeted"):
+        monkeypatch.setattr(f"{module}.perf_counter", clock)
+
+
+def steered(renderer: Renderer) -> tuple[TargetedVpl, TargetedView]:
+    """The method of a renderer with a target, and the renderer's own view."""
+    view = renderer._own_view = renderer._own_view or renderer.new_view()
+    assert isinstance(renderer._method, TargetedVpl)
+    assert isinstance(view, TargetedView)
+    return renderer._method, view
+
+
+def governor_of(renderer: Renderer) -> Governor[Any]:
+    """What chooses the counts of its own view's frames."""
+    method, view = steered(renderer)
+    return method._governor(view)
+
+
 @pytest.fixture(autouse=True)
 def levels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stages whose times are simulated know the levels of their last two frames, and nothing else takes time."""
-    monkeypatch.setattr("gpu.renderer.perf_counter", lambda: 0.0)
+    set_clock(monkeypatch, lambda: 0.0)
     render = TargetedVpl.render
 
-    def rendered(method: TargetedVpl, stages: Stages, sample: int, progress: Progress) -> None:
-        render(method, stages, sample, progress)
-        LEVELS[stages] = [*LEVELS.get(stages, [])[-1:], method._level]
+    def rendered(method: TargetedVpl, view: TargetedView, stages: Stages, sample: int) -> None:
+        render(method, view, stages, sample)
+        LEVELS[stages] = [*LEVELS.get(stages, [])[-1:], view.steering.level]
 
     monkeypatch.setattr(TargetedVpl, "render", rendered)
 
@@ -91,8 +111,7 @@ def test_walks_aim_at_a_little_less_time_and_all_frames_at_a_little_more_error(
         renderer = Renderer(room, SIZE, RenderSettings.model_validate({**INDIRECT, **target}))
         for _ in range(2):
             renderer.render(CAMERA, walks=walks)
-        assert renderer._targeted is not None
-        assert least - 1e-9 < renderer._targeted._governor._target < most + 1e-9
+        assert least - 1e-9 < governor_of(renderer)._target < most + 1e-9
 
 
 def test_what_the_host_takes_is_of_a_wanted_time(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +124,7 @@ def test_what_the_host_takes_is_of_a_wanted_time(room: DeviceScene, monkeypatch:
         return times
 
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
-    monkeypatch.setattr("gpu.renderer.perf_counter", lambda: now[0])
+    set_clock(monkeypatch, lambda: now[0])
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     for _ in range(3):
         stats = renderer.render(CAMERA).stats
@@ -128,8 +147,7 @@ def test_vpls_follow_a_time_but_stay_for_an_error(room: DeviceScene, simulated_t
 
 def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room: DeviceScene) -> None:
     def share(**target: float) -> float:
-        targeted = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, **target}))._targeted
-        assert targeted is not None
+        targeted = steered(Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, **target})))[0]
         number = targeted._levels.vpl_clusters[-1]
         return targeted._levels.usual(number).sp_clusters / targeted._levels.of(number)[0].sp_clusters
 
@@ -150,13 +168,12 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: DeviceScene, si
     targets = [6.0, 40.0]
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=40.0))
     pictures: dict[Level, list[bytes]] = {}
-    assert renderer._targeted is not None
-    governor = renderer._targeted._governor
+    governor = governor_of(renderer)
     for number in range(60):
         governor._target = targets[number // 15 % 2]
         frame = renderer.render(CAMERA)
-        pictures.setdefault(renderer._targeted._level, []).append(frame.radiance().tobytes())
-        assert len(renderer._targeted._kept) <= KEPT_LIGHTS
+        pictures.setdefault(steered(renderer)[1].steering.level, []).append(frame.radiance().tobytes())
+        assert len(steered(renderer)[0]._kept) <= KEPT_LIGHTS
     assert len(pictures) > 2
     assert any(len(same) > 5 for same in pictures.values())
     assert all(len(set(same)) == 1 for same in pictures.values())
@@ -172,14 +189,13 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: DeviceScene, si
 def test_captured_cuda_graphs_have_the_passes_of_each_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     room = resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)], device="cuda:0")
-    monkeypatch.setattr(TargetedVpl, "learn", lambda *_, **__: True)
+    monkeypatch.setattr(TargetedVpl, "_learn", lambda *_, **__: True)
 
     def pictures(passes: list[float]) -> list[bytes]:
         renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=40.0))
-        targeted, found = renderer._targeted, []
-        assert targeted is not None
+        found: list[bytes] = []
         for number in passes:
-            targeted._governor.level = replace(targeted._level, passes=number)
+            governor_of(renderer).level = replace(steered(renderer)[1].steering.level, passes=number)
             found.append(renderer.render(CAMERA).radiance().tobytes())
         return found
 
@@ -222,13 +238,13 @@ def test_what_a_walks_first_picture_takes_is_not_learnt(room: DeviceScene, monke
 
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
-    look = ViewState.look
+    look = ViewState.set_camera
 
     def looked(view: ViewState, camera: Camera, *args: Any, **choices: Any) -> None:
         seen[0] = camera is CAMERA
         look(view, camera, *args, **choices)
 
-    monkeypatch.setattr(ViewState, "look", looked)
+    monkeypatch.setattr(ViewState, "set_camera", looked)
     counts = [renderer.render(CAMERA, walks=True).stats.counts["sp_clusters"]]
     counts.append(renderer.render(replace(CAMERA), walks=True).stats.counts["sp_clusters"])
     assert counts[0] == counts[1]
@@ -237,13 +253,13 @@ def test_what_a_walks_first_picture_takes_is_not_learnt(room: DeviceScene, monke
 def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
     room: DeviceScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    seen, look = [], ViewState.look
+    seen, look = [], ViewState.set_camera
 
     def looked(view: ViewState, camera: Camera, *args: Any, **choices: Any) -> None:
         seen.append(camera.to_world.tobytes())
         look(view, camera, *args, **choices)
 
-    monkeypatch.setattr(ViewState, "look", looked)
+    monkeypatch.setattr(ViewState, "set_camera", looked)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     renderer.render(CAMERA)
     assert set(seen) == {CAMERA.to_world.tobytes()}
@@ -260,13 +276,13 @@ def test_a_walk_for_an_error_goes_on_with_what_its_first_picture_learnt(
     """Its frames are as those of single pictures: none are rendered that nobody sees."""
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=4e-4))
     renderer.render(CAMERA)
-    seen, look = [], ViewState.look
+    seen, look = [], ViewState.set_camera
 
     def looked(view: ViewState, camera: Camera, *args: Any, **choices: Any) -> None:
         seen.append(camera)
         look(view, camera, *args, **choices)
 
-    monkeypatch.setattr(ViewState, "look", looked)
+    monkeypatch.setattr(ViewState, "set_camera", looked)
     stats = renderer.render(CAMERA, walks=True).stats
     assert len(seen) == stats.estimates["tries"]
     assert stats.estimates["expected_error"] > 0.0
@@ -276,8 +292,7 @@ def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: DeviceScene, 
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
     accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
     first = renderer.render(CAMERA, accumulation).stats.counts
-    assert renderer._targeted is not None
-    governor = renderer._targeted._governor
+    governor = governor_of(renderer)
     governor._target = 6.0
     later = [renderer.render(CAMERA, accumulation).stats.counts["sp_clusters"] for _ in range(3)]
     assert set(later) == {first["sp_clusters"]}
@@ -306,21 +321,20 @@ def test_a_scene_without_indirect_light_meets_any_error() -> None:
 @pytest.mark.parametrize("step", [1.2, 1.0 / 1.2])
 def test_a_walk_goes_on_where_its_counts_change(room: DeviceScene, simulated_times: None, step: float) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
-    targeted = renderer._targeted
-    assert targeted is not None
+    _, view = steered(renderer)
     for _ in range(4):
         frame = renderer.render(CAMERA, walks=True)
-    level = targeted._level
-    changed = targeted._governor.level = replace(level, sp_clusters=round(level.sp_clusters * step))
+    level = view.steering.level
+    changed = governor_of(renderer).level = replace(level, sp_clusters=round(level.sp_clusters * step))
     picture = renderer.render(CAMERA, walks=True)
     assert picture.stats.counts["sp_clusters"] == changed.sp_clusters
     kept = frame.stats.skips["kept_clusters"], picture.stats.skips["kept_clusters"]
     assert kept[1] > 0.8 * kept[0] * min(1.0, step)
     assert np.abs(picture.radiance() - frame.radiance()).mean() < 0.05 * frame.radiance().mean()
     # Other lights see other things.
-    targeted._governor.level = replace(changed, vpl_clusters=level.vpl_clusters + 32)
+    governor_of(renderer).level = replace(changed, vpl_clusters=level.vpl_clusters + 32)
     assert renderer.render(CAMERA, walks=True).stats.skips["kept_clusters"] == 0
-    targeted._governor.level = changed
+    governor_of(renderer).level = changed
     assert renderer.render(CAMERA, walks=True).stats.skips["kept_clusters"] == 0
 
 
@@ -328,33 +342,32 @@ def test_lights_that_cannot_be_made_leave_those_that_there_are(
     room: DeviceScene, simulated_times: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0))
-    targeted = renderer._targeted
-    assert targeted is not None
+    _, view = steered(renderer)
     renderer.render(CAMERA)
-    level = targeted._level
-    other = targeted._governor.level = replace(level, vpl_clusters=level.vpl_clusters + 32)
+    level = view.steering.level
+    other = governor_of(renderer).level = replace(level, vpl_clusters=level.vpl_clusters + 32)
 
     def fails(*_: Any) -> None:
         raise MemoryError
 
     with monkeypatch.context() as patch:
-        patch.setattr(FuzzyVpl, "relit", fails)
+        patch.setattr(FuzzyVpl, "with_light_set", fails)
         with pytest.raises(MemoryError):
             renderer.render(CAMERA)
-    assert targeted._level == level
+    assert view.steering.level == level
     counts = renderer.render(CAMERA).stats.counts
-    assert (counts["sp_clusters"], targeted._level) == (other.sp_clusters, other)
+    assert (counts["sp_clusters"], view.steering.level) == (other.sp_clusters, other)
     assert counts["vpl_clusters"] != level.vpl_clusters
 
 
 def test_more_sp_clusters_than_there_is_room_for_are_refused(room: DeviceScene) -> None:
     renderer = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, "target_ms": 20.0}))
-    targeted = renderer._targeted
-    assert targeted is not None
-    most = targeted._levels.most(targeted._level.vpl_clusters)
-    targeted._method.use(most, begins=True)
+    targeted, view = steered(renderer)
+    most = targeted._levels.most(view.steering.level.vpl_clusters)
+    method = targeted._method(view.steering.level)
+    method.set_counts(most, 1.0)
     with pytest.raises(ValueError, match=f"{most + 1} SP clusters where there is room for {most}"):
-        targeted._method.use(most + 1, begins=True)
+        method.set_counts(most + 1, 1.0)
 
 
 def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
@@ -368,18 +381,18 @@ def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
         return {"fixed": 10.0}
 
     monkeypatch.setattr(Stages, "milliseconds", milliseconds)
-    monkeypatch.setattr("gpu.renderer.perf_counter", lambda: now[0])
+    set_clock(monkeypatch, lambda: now[0])
     renderer = Renderer(room, SIZE, RenderSettings(component=Component.INDIRECT, vpls=2000, target_ms=20.0))
     accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
     for _ in range(4):
         renderer.render(CAMERA, accumulation)
     renderer.render(CAMERA)
-    known = list(renderer._host_ms[False])
+    known = list(steered(renderer)[1].steering.host_ms[False])
     for _ in range(3):
         assert renderer.render(CAMERA).stats.skips["unchanged_camera"] > 0
     for _ in range(3):
         assert renderer.render(CAMERA, accumulation).stats.counts["frames"] > 4
-    assert list(renderer._host_ms[False]) == known
+    assert list(steered(renderer)[1].steering.host_ms[False]) == known
     assert max(known) == pytest.approx(6.0)
 
 

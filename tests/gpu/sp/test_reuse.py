@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import warp as wp
+from frame_view import FrameView
 from scenes import column, grey, quad, resident_of, results
 from walking import SIZE, Walk, furnished, pose
 
@@ -14,7 +15,6 @@ from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, pixel_of
 from gpu.indirect.visibility import Visibility
-from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
 from gpu.sp.reuse import CROWDED, drop_kernel
@@ -232,8 +232,8 @@ def pixel_kernel(first: int, cameras: wp.array[CameraData], points: wp.array[wp.
 @pytest.mark.parametrize("orthographic", [False, True])
 @pytest.mark.parametrize("sample", [0, 3])
 def test_a_pixel_finds_its_own_sp(room: DeviceScene, orthographic: bool, sample: int) -> None:
-    view = ViewState(room, SIZE, lambertian=True)
-    view.look(replace(pose(3), orthographic=orthographic, half_height=0.3), sample)
+    view = FrameView(room, SIZE, lambertian=True)
+    view.set_camera(replace(pose(3), orthographic=orthographic, half_height=0.3), sample)
     view.find_shading_points()
     seen = view.gbuffer.face.numpy() != int(NO_HIT)
     found = results(pixel_kernel, view.pixels, [view.camera, view.gbuffer.position, *SIZE], wp.vec2i)

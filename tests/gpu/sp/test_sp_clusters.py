@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
+from frame_view import FrameView
 from scenes import box, grey, quad, resident_of, slats
 
 from gpu.device_scene.upload import DeviceScene
-from gpu.methods.view_state import ViewState
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering
 
 
-def clustered(count: int, fuzziness: int, by_distance: bool = True) -> tuple[SpClustering, ViewState]:
+def clustered(count: int, fuzziness: int, by_distance: bool = True) -> tuple[SpClustering, FrameView]:
     """The slats' SPs in clusters."""
     device_scene, camera, size = slats()
     return clustering_of(device_scene, camera, size, count, fuzziness, by_distance)
@@ -17,9 +17,9 @@ def clustered(count: int, fuzziness: int, by_distance: bool = True) -> tuple[SpC
 
 def clustering_of(
     device_scene: DeviceScene, camera: Camera, size: tuple[int, int], count: int, fuzziness: int, by_distance: bool
-) -> tuple[SpClustering, ViewState]:
-    view = ViewState(device_scene, size, lambertian=True)
-    view.look(camera)
+) -> tuple[SpClustering, FrameView]:
+    view = FrameView(device_scene, size, lambertian=True)
+    view.set_camera(camera)
     view.find_shading_points()
     clustering = SpClustering(view.shading_points, count, fuzziness, by_distance=by_distance)
     clustering.run(view.gbuffer, 0)
@@ -154,14 +154,14 @@ def test_each_viewer_has_the_clusters_it_gets_alone() -> None:
     device_scene, camera, size = slats()
 
     def walk(viewers: int) -> list[tuple[bytes, ...]]:
-        view = ViewState(device_scene, size, lambertian=True)
+        view = FrameView(device_scene, size, lambertian=True)
         first = SpClustering(view.shading_points, 90, 6, by_distance=True)
         others = [first.for_another_viewer() for _ in range(viewers - 1)]
         seen = []
         for number in range(3):
             for other, clustering in enumerate([first, *others]):
                 clustering.use(90 - 30 * other)
-                view.look(rotated(camera, 3.0 * number - 20.0 * other))
+                view.set_camera(rotated(camera, 3.0 * number - 20.0 * other))
                 view.find_shading_points()
                 if number:
                     clustering.go_on(view.gbuffer, view.camera, size)

@@ -8,7 +8,7 @@ from scenes import box, grey, resident_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import paths_for
 from gpu.scene.types import Light, LightKind, Material
-from gpu.vpl.light_sets import LightSetChoice, LightSets, light_sets_of
+from gpu.vpl.light_sets import LightSetChoice, LightSets
 
 CHOICE = LightSetChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
 
@@ -20,11 +20,6 @@ def silent(what: str, fraction: float) -> None:
 @pytest.fixture
 def device_scene() -> DeviceScene:
     return resident_of(box(), [grey(0.5, emission=1.0)])
-
-
-def test_all_renderers_of_a_scene_share_its_lighting(device_scene: DeviceScene) -> None:
-    assert light_sets_of(device_scene) is light_sets_of(device_scene)
-    assert light_sets_of(device_scene).table.count > 0
 
 
 def test_a_light_set_is_made_once_and_its_making_is_told(device_scene: DeviceScene) -> None:
@@ -53,13 +48,13 @@ def test_sets_that_differ_by_their_seed_need_one_pilot(
 def test_a_set_is_renewed_in_its_own_arrays(device_scene: DeviceScene) -> None:
     light_sets = LightSets(device_scene)
     assert not light_sets.holds(CHOICE)
-    light_sets.renew(CHOICE, silent)
+    light_sets.retrace(CHOICE, silent)
     assert light_sets.holds(CHOICE)
     made = light_sets.clusters(CHOICE, silent)
     positions, fluxes = made.disks.numpy(), made.members.flux.numpy()
     made.disks.zero_()
     made.members.flux.zero_()
-    light_sets.renew(CHOICE, silent)
+    light_sets.retrace(CHOICE, silent)
     assert light_sets.clusters(CHOICE, silent) is made
     assert made.disks.numpy().tobytes() == positions.tobytes()
     assert made.members.flux.numpy().tobytes() == fluxes.tobytes()
@@ -103,7 +98,7 @@ def test_a_set_larger_than_what_is_kept_is_still_made(
 
 def test_a_scene_that_nobody_holds_is_freed_at_once_with_its_lighting() -> None:
     device_scene = resident_of(box(), [grey(0.5, emission=1.0)])
-    light_sets_of(device_scene).clusters(CHOICE, silent)
+    LightSets(device_scene).clusters(CHOICE, silent)
     gone = ref(device_scene)
     gc.disable()
     try:

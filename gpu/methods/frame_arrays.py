@@ -1,0 +1,53 @@
+"""What frames of one size work with: arrays that every frame writes anew, whoever looks. Allocated once."""
+
+import warp as wp
+
+from gpu.core.device import allocate
+from gpu.correction.brightness import MeanBrightness
+from gpu.denoise.atrous import Smoothing
+from gpu.device_scene.features import scene_features
+from gpu.device_scene.upload import DeviceScene
+from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
+from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.indirect.irradiance import allocate_indirect
+from gpu.settings import EVERY_SKIP, Skips
+
+
+class FrameArrays:
+    """Arrays of an image of `size` (width, height) of a scene, and the scene as its kernels see it.
+
+    area_light (pixel,): direct light of lights with an extent; indirect: indirect light, each before it is added;
+    features: what kernels must know of the scene; seed, frame_index (1,): the frame's own; brightness: of the indirect
+    light; nothing (pixel,): zeros, for frames that earlier ones tell nothing; side_smoothing: for what runs beside the
+    stages. stride: of the pixels that are shaded (gpu.gbuffer.sparse_shading).
+    """
+
+    def __init__(
+        self,
+        device_scene: DeviceScene,
+        size: tuple[int, int],
+        *,
+        lambertian: bool,
+        skip: Skips = EVERY_SKIP,
+        stride: int = 1,
+    ) -> None:
+        self.device_scene, self.size, self.device = device_scene, size, device_scene.device
+        self.pixels = size[0] * size[1]
+        self.scene = device_scene.view(lambertian=lambertian, skip=skip)
+        self._backdrop = not skip.empty_pixels
+        self.features = scene_features(device_scene.scene, lambertian=lambertian, skip=skip)
+        self.seed = wp.zeros(1, dtype=int, device=self.device)
+        self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
+        self.frame_index = wp.zeros(1, dtype=int, device=self.device)
+        self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
+        self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
+        self.smoothing, self.side_smoothing = Smoothing(size, self.device), Smoothing(size, self.device)
+        self.indirect = allocate_indirect(self.pixels, self.device)
+        self.shading_points = ShadingPoints(size, stride, self.device)
+        self.brightness = MeanBrightness(self.device)
+
+    def trace_primary_rays(self, camera: wp.array) -> None:
+        """Fill the G-buffer as `camera` (1,) sees the scene."""
+        trace_primary_rays(
+            self.device_scene, self.scene, camera, self.size, self.gbuffer, self.features, backdrop=self._backdrop
+        )

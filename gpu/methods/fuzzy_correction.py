@@ -1,0 +1,112 @@
+"""The order in which rays of single SPs correct what their clusters tell, in frames of `fuzzy-vpl`."""
+
+from functools import partial
+
+import warp as wp
+
+from gpu.core.stages import Stages
+from gpu.correction.adaptive_rays import BrightPoints
+from gpu.correction.outlier_shading import Refinement
+from gpu.correction.outliers import OutlierPoints
+from gpu.correction.visibility_correction import Correction
+from gpu.denoise.atrous import MAX_STEP_ON_DETAIL
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_view import FuzzyView, KeptLight
+from gpu.methods.passes import FrameKind
+from gpu.vpl.vpl_clusters import VplClusters
+
+# SPs that may be far too bright, and those of them with many rays of their own, per SP cluster; what may be too bright
+# by less than this, relatively, is well served.
+SUSPECTED_SHARE = 2.0
+REFINED_SHARE = 0.75
+LEAST_DISPUTE = 0.25
+# SPs that may be brightest and so have more rays, per SP cluster.
+BRIGHT_SHARE = 4.0
+# Later frames of a still view correct so many times: what these rays find is most of their mean's noise.
+REFINING_PASSES = 3
+
+
+class FuzzyCorrection:
+    """Corrects the irradiance in `frame` after shading.
+
+    passes: the most there may be of SPs' rays, in frames that are captured. clustered_irradiance (pixel,): as clusters
+    tell it, which stays while stages correct it. suspected, refined, bright: the SPs that have more rays.
+    """
+
+    def __init__(
+        self,
+        frame: FrameArrays,
+        passes: int,
+        sp_clusters: int,
+        vpl_clusters: int,
+        shared: "FuzzyCorrection | None" = None,
+    ) -> None:
+        """With lists for so many clusters; shared: another, whose arrays of the image's size serve this one, too."""
+        self._frame, self._passes, device = frame, passes, frame.device
+        self._rays: Correction
+        self.clustered_irradiance: wp.array
+        if shared:
+            self._rays, self.clustered_irradiance = shared._rays, shared.clustered_irradiance
+        else:
+            self._rays = Correction(frame.pixels, device, passes)
+            self.clustered_irradiance = wp.zeros(frame.pixels, dtype=wp.vec3, device=device)
+        suspects, worst = (int(sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
+        self.suspected = OutlierPoints(frame.pixels, suspects, LEAST_DISPUTE, device)
+        self.refined = OutlierPoints(self.suspected.capacity, worst, LEAST_DISPUTE, device)
+        self.bright = BrightPoints(frame.size, int(BRIGHT_SHARE * sp_clusters), device)
+        self._refinement = Refinement(self.refined.capacity, vpl_clusters, device)
+
+    def use(self, sp_clusters: int, passes: float) -> None:
+        """Have as many SPs with more rays as suit so many SP clusters, and `passes` of rays of all, in the mean."""
+        self._rays.use(passes)
+        self.suspected.limit(int(sp_clusters * SUSPECTED_SHARE))
+        self.refined.limit(int(sp_clusters * REFINED_SHARE))
+        self.bright.limit(int(sp_clusters * BRIGHT_SHARE))
+
+    def remember(self, view: FuzzyView) -> None:
+        """Keep what clusters tell, and how bright that makes the picture."""
+        frame, irradiance = self._frame, self._frame.indirect.irradiance
+        wp.copy(self.clustered_irradiance, irradiance)
+        frame.brightness.find(frame.gbuffer, view.points, irradiance)
+
+    def run(self, view: FuzzyView, kept: KeptLight, vpls: VplClusters, kind: FrameKind, stages: Stages) -> None:
+        """Correct all SPs by a few rays each, which neighbours share; then those for whom that is wrong or too
+        little.
+        """
+        frame, history, points = self._frame, view.histories.indirect, view.points
+        scene, gbuffer, indirect, seed = frame.scene, frame.gbuffer, frame.indirect, frame.seed
+        light = view.clustering.clusters, kept.visibility.words, vpls, kept.far.data, indirect
+        passes = REFINING_PASSES if kind.refines else self._passes
+        settled = history.settled if kind.denoise else frame.nothing
+
+        def correct() -> None:
+            rays = self._rays
+            trace = partial(rays.trace, scene, gbuffer)
+            trace(points, *light, settled, seed, range(passes), as_wanted=not kind.refines)
+            filtered = rays.own
+            if kind.denoise:
+                residual = history.take_light(points, indirect.irradiance, rays.own)
+                guide = indirect.irradiance, residual, history.frames
+                filtered = frame.smoothing.share(gbuffer, points, *guide, MAX_STEP_ON_DETAIL)
+                dispute = view.clustering.deficit, indirect.irradiance, rays.own, filtered, frame.brightness
+                self.suspected.find(points, gbuffer, *dispute)
+                trace(self.suspected, *light, settled, seed, range(passes, passes + 1))
+                self.refined.find(self.suspected, gbuffer, *dispute)
+            points.add(filtered, indirect.irradiance, bounded=kind.denoise)
+
+        def bright_rays() -> None:
+            self.bright.trace(scene, gbuffer, points, *light, seed, frame.brightness)
+
+        def refine() -> None:
+            self._refinement.run(scene, gbuffer, self.refined, vpls, seed, indirect.irradiance)
+
+        def bright() -> None:
+            known = self.clustered_irradiance, history.frames, history.light
+            self.bright.take(gbuffer, vpls, *known, indirect.irradiance)
+
+        if kind.denoise:
+            stages.fork("bright", "rays", bright_rays, repeats=kind.captured)
+        stages.run("correct", correct, repeats=kind.captured)
+        if kind.denoise:
+            stages.run("refine", refine, repeats=kind.captured)
+            stages.run("bright", bright, repeats=kind.captured, waits_for_fork=True)

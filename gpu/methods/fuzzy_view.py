@@ -1,0 +1,69 @@
+"""What a walk with `fuzzy-vpl` leaves behind for its next frame, apart for each viewer: clusters and histories."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import warp as wp
+
+from gpu.denoise.direct_history import DirectHistory
+from gpu.denoise.indirect_history import IndirectHistory
+from gpu.denoise.reprojection import PreviousFrame
+from gpu.indirect.far_field import FarSums
+from gpu.indirect.visibility import Visibility
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.passes import Histories
+from gpu.methods.view_state import ViewState
+from gpu.scene.types import Camera
+from gpu.sp.sp_clusters import SpClustering
+
+
+@dataclass
+class KeptLight:
+    """Of one light set: what representatives of the walk's last frame see of it, and the far light that they get.
+
+    last_sample: the number in a still view of the frame that left this, None where none did; reads_history: whether
+    the last frame built on light of those before; corrected: whether SPs that neighbours must not speak for had more
+    rays in it.
+    """
+
+    visibility: Visibility
+    far: FarSums
+    last_sample: int | None = None
+    reads_history: bool = False
+    corrected: bool = False
+
+    def for_another_viewer(self) -> "KeptLight":
+        """One that knows nothing yet; both share what a frame only works with."""
+        return KeptLight(self.visibility.for_another_viewer(), self.far.for_another_viewer())
+
+
+class FuzzyView(ViewState):
+    """A viewer's walk: its SP clusters, what these see by light set, and the light of its frames before.
+
+    other: another viewer of the same size, whose arrays for work serve this one, too; without one, they are made.
+    """
+
+    clustering: SpClustering
+    histories: Histories
+
+    def __init__(
+        self, frame: FrameArrays, make_clustering: Callable[[], SpClustering], other: "FuzzyView | None"
+    ) -> None:
+        super().__init__(frame.device_scene, frame.size)
+        self.points = frame.shading_points.for_another_viewer()
+        self.clustering = other.clustering.for_another_viewer() if other else make_clustering()
+        self.lights: WeakKeyDictionary[object, KeptLight] = WeakKeyDictionary()
+        previous = PreviousFrame(self.pixels, self.device)
+        if other:
+            direct, indirect = other.histories.direct, other.histories.indirect
+            self.histories = Histories(direct.for_another_viewer(), indirect.for_another_viewer(), previous)
+        else:
+            direct, indirect = DirectHistory(frame.size, self.device), IndirectHistory(frame.size, self.device)
+            self.histories = Histories(direct, indirect, previous)
+
+    def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
+        """As any viewer does; where the frame before saw much the same, pixels where light ended then are shaded."""
+        wp.copy(self.points.before, self.camera)
+        super().set_camera(camera, sample, walks=walks)
+        self.points.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
