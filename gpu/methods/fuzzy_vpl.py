@@ -50,7 +50,13 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
 
     stage_names = ("light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright",
                    "probe", "direct", "near", "interpolate", "keep")  # fmt: skip
-    pixel_bytes, view_pixel_bytes = 500, 100
+    pixel_bytes, view_pixel_bytes = 580, 82
+
+    @staticmethod
+    def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
+        """By SP clusters, and by pairs of these and VPL clusters: fitted to the arrays of renderers of many counts."""
+        clusters, vpl_clusters = sample_counts.sp_clusters, sample_counts.vpl_clusters
+        return clusters * (5100 + 5 * vpl_clusters), clusters * (720 + 5 * vpl_clusters // 4)
 
     def __init__(self, setup: RenderSetup, options: FuzzyOptions | None = None) -> None:
         """With as many SP clusters as the sample counts tell, or fewer (`set_counts`)."""

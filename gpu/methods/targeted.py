@@ -12,7 +12,16 @@ from typing import Any
 
 from gpu.adaptive.error_probes import Probes
 from gpu.adaptive.governor import FARTHEST, WALKED, ErrorGovernor, Governor
-from gpu.adaptive.levels import ERROR_RANGE, MOST_PASSES, TIME_RANGE, Level, Levels, levels_of
+from gpu.adaptive.levels import (
+    ERROR_RANGE,
+    MOST_PASSES,
+    RANGE,
+    SPS_PER_VPL,
+    TIME_RANGE,
+    Level,
+    Levels,
+    levels_of,
+)
 from gpu.adaptive.probe_white_point import picture_of
 from gpu.adaptive.time_model import TimeModel
 from gpu.core.stages import Stages
@@ -41,6 +50,8 @@ SETTLING_FRAMES = 32
 # In those of a walk the camera sways, so far to either side and so many frames to and fro: frames that see nothing new
 # would take less than others.
 SWAY_DEGREES, SWAY_FRAMES = 4.0, 16
+# Device memory of a view's probes.
+PROBE_BYTES = 100 << 20
 # Of a frame with a wanted error.
 MOST_TRIES = 8
 # What the host takes varies more than what a device does: so many frames tell what it takes.
@@ -88,7 +99,13 @@ class TargetedVpl(RenderMethod[TargetedView]):
 
     stage_names = FuzzyVpl.stage_names
     pixel_bytes, view_pixel_bytes = FuzzyVpl.pixel_bytes, FuzzyVpl.view_pixel_bytes
-    cluster_bytes = FuzzyVpl.cluster_bytes
+
+    @staticmethod
+    def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
+        """Those of the most SP clusters that these VPL clusters have, with the probes of a wanted error."""
+        most = round(RANGE * SPS_PER_VPL * sample_counts.vpl_clusters)
+        shared, view = FuzzyVpl.cluster_bytes(replace(sample_counts, sp_clusters=most))
+        return shared, view + PROBE_BYTES
 
     def __init__(self, setup: RenderSetup) -> None:
         settings, usual = setup.settings, setup.sample_counts

@@ -1,0 +1,72 @@
+import gc
+from typing import Any
+
+import pytest
+import warp as wp
+from scenes import box, grey, quad, resident_of
+
+from gpu.device_scene.upload import DeviceScene
+from gpu.methods.registry import METHODS, method_of
+from gpu.renderer import Renderer
+from gpu.sample_counts import sample_counts_of
+from gpu.scene.camera import look_at
+from gpu.settings import Method, RenderSettings
+from gpu.vpl.light_sets import LightSets
+
+CAMERA = look_at((0.0, 0.0, 0.35), (0.0, -0.1, -0.5), yfov_degrees=70.0)
+FUZZY = {"vpls": 1500, "samples": 1}
+
+
+@pytest.fixture(scope="module")
+def room() -> DeviceScene:
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
+
+
+def held() -> int:
+    """Bytes of all Warp arrays that there are."""
+    gc.collect()
+    arrays = [thing for thing in gc.get_objects() if isinstance(thing, wp.array) and thing.deleter is not None]
+    return sum({array.ptr: array.capacity for array in arrays}.values())
+
+
+def test_every_method_is_in_the_registry() -> None:
+    assert set(METHODS) == set(Method)
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_stages_have_the_names_that_their_method_tells(room: DeviceScene, method: Method) -> None:
+    settings = RenderSettings.model_validate({**FUZZY, "method": method, "sp_clusters": 100, "vpl_clusters": 50})
+    renderer, told = Renderer(room, (48, 36), settings), method_of(settings).stage_names
+    for _ in range(2):
+        names = list(renderer.render(CAMERA, walks=True).stats.stage_ms)
+        assert names == [name for name in [*told, "display"] if name in names]
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [
+        {"method": "path"},
+        {"method": "exact-vpl", "vpl_clusters": 50},
+        {"sp_clusters": 400, "vpl_clusters": 64},
+        {"sp_clusters": 4000, "vpl_clusters": 64},
+        {"sp_clusters": 400, "vpl_clusters": 512},
+    ],
+)
+def test_memory_is_told_before_it_is_taken(room: DeviceScene, choice: dict[str, Any]) -> None:
+    settings, size = RenderSettings.model_validate({**FUZZY, **choice}), (320, 240)
+    light_sets, pixels = LightSets(room), size[0] * size[1]
+    Renderer(room, size, settings, None, light_sets)  # makes the light sets
+    before = held()
+    renderer = Renderer(room, size, settings, None, light_sets)
+    first = renderer.new_view()
+    renderer.render(CAMERA, view=first)
+    both = held()
+    second = renderer.new_view()
+    renderer.render(CAMERA, view=second)
+    method, counts = method_of(settings), sample_counts_of(settings, room.device)
+    shared, view = method.cluster_bytes(counts)
+    assert held() - both == pytest.approx(method.view_pixel_bytes * pixels + view, rel=0.1)
+    told = (method.pixel_bytes + method.view_pixel_bytes) * pixels + shared + view
+    assert both - before == pytest.approx(told, rel=0.15, abs=300_000)  # what the display sums up has one size
+    assert first is not second
