@@ -1,4 +1,4 @@
-"""CorrectionRays between a loader and a device: what passes is finite, indexed in range and within the limits."""
+"""Checks between a loader and a device: what passes is finite, indexed in range and within the limits."""
 
 from collections.abc import Sequence
 from typing import Any

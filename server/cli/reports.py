@@ -35,7 +35,7 @@ def report_errors(render: str, reference: str, component: Component, *, as_json:
 
 def report_scene(source: str, *, as_json: bool) -> None:
     """Print what is in the scene `source`, a file or a built-in name. Raises SceneError when it cannot be loaded."""
-    from gpu.scene import load_scene
+    from gpu.scene.load import load_scene
     from gpu.scene.summary import summarise, summary_text
 
     summary = summarise(load_scene(source))

@@ -9,7 +9,7 @@ from typing import Any
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from server.cli.camera_argument import choose_camera
 from server.images import DISPLAY_FORMATS, check_output, encode_image, write_atomic

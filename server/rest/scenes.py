@@ -8,7 +8,7 @@ from urllib.parse import quote
 from fastapi import APIRouter, Header, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from gpu.scene import SUFFIXES
+from gpu.scene.load import SUFFIXES
 from gpu.settings import RenderSettings
 from server.errors import EXPECTED, ErrorBody, error_body
 from server.refusals import ForbiddenError, InUseError, UnknownSceneError

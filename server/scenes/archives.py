@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from shutil import copyfileobj
 
 from gpu.errors import SceneError
-from gpu.scene import SUFFIXES
+from gpu.scene.load import SUFFIXES
 
 MAX_FILES = 2000
 MAX_DEPTH = 16

@@ -10,8 +10,8 @@ from pathlib import Path
 from time import monotonic
 
 from gpu.errors import UserError
-from gpu.scene import SUFFIXES
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.load import SUFFIXES
 from server.refusals import UnknownSceneError
 from server.scenes.uploads import Uploads
 from server.wire.browser import SceneName

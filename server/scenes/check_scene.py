@@ -20,7 +20,8 @@ from resource import (
 )
 
 from gpu.errors import SceneError
-from gpu.scene import Scene, load_scene
+from gpu.scene.load import load_scene
+from gpu.scene.types import Scene
 from server.scenes.archives import unpack
 from server.scenes.checker import Checked, CheckRequest, Refused, SceneSize
 from server.scenes.scene_info import describe_scene

@@ -18,7 +18,7 @@ from unicodedata import normalize
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gpu.errors import SceneError, UserError
-from gpu.scene import SUFFIXES
+from gpu.scene.load import SUFFIXES
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes.checker import Checked, Checker
 from server.settings import ServerSettings

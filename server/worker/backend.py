@@ -24,8 +24,8 @@ from gpu.errors import OutOfMemoryError, SceneError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
-from gpu.scene import load_scene
 from gpu.scene.camera import look_at
+from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
 from server.scenes.scene_info import describe_scene

@@ -15,7 +15,7 @@ import numpy as np
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.metrics import measure
 from gpu.renderer import Renderer
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.scene.types import Floats, Scene
 from gpu.settings import Component, Method, RenderSettings
 

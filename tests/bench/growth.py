@@ -6,7 +6,7 @@ from typing import Any
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from tests.bench.hall import make_hall
 from tests.bench.store import Row, Task

@@ -11,8 +11,8 @@ import numpy as np
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.renderer import Renderer
-from gpu.scene import load_scene
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, Floats, Scene
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.timing import load_kernels

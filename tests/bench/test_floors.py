@@ -9,7 +9,7 @@ import warp as wp
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.settings import Component, RenderSettings
 from tests.bench.floor_model import STAGES, floors
 from tests.bench.floors import amounts, launches_counted

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from tests.bench.gate import ADVICE, SCENES, check_scene, complaints, same, signature
 
 STORED = {"room": {"indirect": {"mse": 0.01, "nonfinite": 0}}}

@@ -3,8 +3,8 @@ import pytest
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
-from gpu.scene import load_scene
 from gpu.scene.camera import look_at, rotated
+from gpu.scene.load import load_scene
 from gpu.settings import Component, RenderSettings
 from tests.bench.timing import light_times, measure_frames
 

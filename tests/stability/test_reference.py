@@ -18,7 +18,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.direct.path_tracing import path_kernel
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.scene.types import Doubles, Integers
 from gpu.settings import Component
 

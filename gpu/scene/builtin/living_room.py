@@ -261,7 +261,7 @@ def _dining_corner(builder: Builder, oak: int, china: int) -> None:
     glaze = builder.paint("green glaze", "#5f7a5a", 0.3)
     builder.add(glaze, furnishings.vase(0.09, 0.24).moved(x, top, z))
     stems, foliage = furnishings.tree(51, 0.48, 5, 26, 0.2)
-    builder.add(builder.paint("subclusters", "#6f5b45", 0.9), stems.moved(x, top, z))
+    builder.add(builder.paint("twigs", "#6f5b45", 0.9), stems.moved(x, top, z))
     builder.add(
         builder.textured("twig leaves", textures.leaves(52, ["#56683f", "#82955c", "#aebb86"]), (1.0, 1.0), 0.6),
         foliage.moved(x, top, z),

@@ -12,8 +12,8 @@ from gpu.direct.direct_light import add_soft_light, trace_direct_light
 from gpu.direct.path_tracing import trace_paths
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights.build import build_light_table
-from gpu.scene import load_scene
 from gpu.scene.camera import look_at
+from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Sky
 from gpu.settings import Component
 

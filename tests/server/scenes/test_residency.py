@@ -22,7 +22,7 @@ import gc, sys
 from pathlib import Path
 from gpu.renderer import Renderer
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from server.scenes.check_scene import measure
 from server.scenes.residency import device_bytes

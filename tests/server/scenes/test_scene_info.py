@@ -4,7 +4,7 @@ from math import atan
 import numpy as np
 import pytest
 
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, LoadReport, Placement, Scene
 from server.scenes.scene_info import describe_scene
 

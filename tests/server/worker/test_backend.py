@@ -17,7 +17,7 @@ from PIL import Image
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import RenderSettings
 from server.render.engine import WORKER

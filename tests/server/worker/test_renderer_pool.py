@@ -5,7 +5,7 @@ import warp as wp
 
 import server.worker.renderer_pool
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene import load_scene
+from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from server.wire.worker import SceneRef
 from server.worker.renderer_pool import BYTES_A_CLUSTER, BYTES_A_PAIR, BYTES_A_PIXEL, Renderers

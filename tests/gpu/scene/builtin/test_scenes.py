@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gpu.scene import load_scene
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.load import load_scene
 from gpu.scene.types import Doubles, LightKind, Scene
 
 ROOMS = ("conference-room", "living-room")

@@ -3,8 +3,8 @@ from pathlib import Path
 import pytest
 
 from gpu.errors import SceneError
-from gpu.scene import load_scene
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.load import load_scene
 
 
 def test_a_built_in_scene_by_its_name() -> None:

@@ -1,0 +1,41 @@
+"""A scene by the path of its file or by the name of a built-in one."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from gpu.errors import SceneError
+from gpu.scene.builtin import BUILTIN
+from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.types import Scene
+
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+"""How the names of scene files end, in lower case."""
+
+
+def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
+    """The built-in scene called `source`, or the scene in the file at that path.
+
+    Raises SceneError when there is no such scene, its format is not known, or its content is not sound.
+    """
+    if source in BUILTIN:
+        return BUILTIN[source]()
+    path = Path(source)
+    if path.suffix.lower() not in SUFFIXES:
+        known = f"one of {', '.join(BUILTIN)}, or a file that ends in {', '.join(SUFFIXES)}"
+        raise SceneError(source, "", f"is not a scene; give {known}")
+    return _reader(path.suffix.lower())(path, limits)
+
+
+def _reader(suffix: str) -> Callable[[Path, SceneLimits], Scene]:
+    """The reader of files with `suffix`, imported when first wanted: some bring large libraries."""
+    if suffix in (".glb", ".gltf"):
+        from gpu.scene.gltf import load_gltf
+
+        return load_gltf
+    if suffix == ".obj":
+        from gpu.scene.obj import load_obj
+
+        return load_obj
+    from gpu.scene.meshes import load_mesh
+
+    return load_mesh
