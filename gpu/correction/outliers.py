@@ -16,7 +16,7 @@ from gpu.correction.brightness import MeanBrightness
 from gpu.correction.top_k import LAST, Selection
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.gbuffer.shading_points import ListedPoints
-from gpu.sp.seeding import UNSERVED_DEFICIT
+from gpu.sp.sp_clusters import UNSERVED_DEFICIT
 
 # Of keys; 0 is that of an SP without a cluster.
 STEPS_PER_OCTAVE = wp.constant(12.0)

@@ -15,7 +15,7 @@ from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.passes import Histories
 from gpu.methods.view_state import ViewState
 from gpu.scene.types import Camera
-from gpu.sp.sp_clusters import SpClustering
+from gpu.sp.sp_clustering import SpClustering
 
 
 @dataclass

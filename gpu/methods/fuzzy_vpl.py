@@ -20,7 +20,7 @@ from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, keeps_lights, light_set_choice
 from gpu.sample_counts import SampleCounts
 from gpu.settings import Clustering, Component, Weighting
-from gpu.sp.sp_clusters import SpClustering
+from gpu.sp.sp_clustering import SpClustering
 from gpu.vpl.build import unclustered
 from gpu.vpl.light_sets import LightSetChoice
 from gpu.vpl.vpl_clusters import VplClusters

@@ -22,7 +22,8 @@ from gpu.indirect.fuzzy_shading import guides_of, shade
 from gpu.indirect.irradiance import allocate_indirect
 from gpu.indirect.visibility import Visibility
 from gpu.scene.types import Camera, Doubles, Ints
-from gpu.sp.sp_clusters import SpClustering, SpClusters
+from gpu.sp.sp_clustering import SpClustering
+from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_area, disk_transfer, unoccluded_irradiance

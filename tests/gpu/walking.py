@@ -4,14 +4,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+import warp as wp
 from frame_view import FrameView
-from scenes import box, grey, quad, resident_of, traced_vpls
+from scenes import box, column, grey, quad, resident_of, traced_vpls
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles
-from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClustering, SpClusters
+from gpu.sp.budget import ClusterBudget
+from gpu.sp.sp_clustering import SpClustering
+from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClusters
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -28,6 +31,16 @@ def furnished() -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
     return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
+
+
+def budget_of(wanted: int, accepted_distance: float, max_new: int = 1000, extent: int = 0) -> ClusterBudget:
+    """A walk's budget of so many clusters."""
+    budget = ClusterBudget()
+    budget.wanted, budget.base, budget.max_new, budget.extent = (
+        column([number], wp.int32) for number in (wanted, wanted, max_new, extent)
+    )
+    budget.spacing_scale, budget.accepted_distance = column([1.0], float), column([accepted_distance], float)
+    return budget
 
 
 @dataclass
@@ -89,7 +102,7 @@ class Walk:
     @property
     def accepted_distance(self) -> float:
         """The distance that is good enough."""
-        return float(self.clustering._kept.accepted_distance.numpy()[0])
+        return float(self.clustering._kept.budget.accepted_distance.numpy()[0])
 
     def assert_served(self) -> None:
         """Every SP has clusters in use whose shares add up to 1."""

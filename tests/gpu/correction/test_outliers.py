@@ -8,7 +8,7 @@ from gpu.correction.brightness import MeanBrightness
 from gpu.correction.outliers import OutlierPoints
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ListedPoints, ShadingPoints
-from gpu.sp.seeding import UNSERVED_DEFICIT
+from gpu.sp.sp_clusters import UNSERVED_DEFICIT
 
 CPU = wp.get_device("cpu")
 PIXELS = 400

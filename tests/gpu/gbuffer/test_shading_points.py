@@ -7,7 +7,6 @@ from walls import HEIGHT, WIDTH, wall
 from gpu.core.device import allocate
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints, morton_order
-from gpu.sp.samples import SampledPoints
 
 CPU = wp.get_device("cpu")
 
@@ -61,30 +60,3 @@ def test_a_term_is_added_at_the_points_alone_and_may_be_kept_from_going_below_ze
     sps.add(column(term, wp.vec3), result, bounded=bounded)
     expected = np.maximum(total + term, 0.0) if bounded else total + term
     assert result.numpy() == pytest.approx(np.where(valid[:, None], expected, total), rel=1e-5, abs=1e-6)
-
-
-def test_samples_differ_by_seed() -> None:
-    gbuffer, sps = gbuffer_with(np.ones((20, 30), bool)), ShadingPoints((30, 20), 1, CPU)
-    sps.find(gbuffer)
-    drawn = []
-    for seed in (0, 0, 1):
-        samples = SampledPoints(13, 50, CPU)
-        samples.draw(sps, gbuffer, column([13], wp.int32), column([25**-0.5], float), seed)
-        drawn.append(samples.pixels.numpy())
-    assert np.array_equal(drawn[0], drawn[1])
-    assert (drawn[0] != drawn[2]).sum() > 25
-
-
-@pytest.mark.parametrize("listed", [0, 1, 10, 600])
-def test_samples_are_even_and_distinct(listed: int) -> None:
-    valid = np.arange(600).reshape(20, 30) < listed
-    gbuffer, sps, samples = gbuffer_with(valid), ShadingPoints((30, 20), 1, CPU), SampledPoints(13, 50, CPU)
-    sps.find(gbuffer)
-    samples.draw(sps, gbuffer, column([13], wp.int32), column([25**-0.5], float), 0)
-    count = samples.points.count.numpy()[0]
-    assert count == min(50, listed)
-    pixels = samples.pixels.numpy()[:count]
-    assert len(set(pixels)) == count
-    assert np.array_equal(samples.points.position.numpy()[:count, 0], pixels)
-    if listed == 600:
-        assert samples.points.spacing.numpy()[:count] == pytest.approx((600 / 25) ** 0.5)

@@ -7,9 +7,8 @@ import pytest
 import warp as wp
 from frame_view import FrameView
 from scenes import column, grey, quad, resident_of, results
-from walking import SIZE, Walk, furnished, pose
+from walking import SIZE, Walk, budget_of, furnished, pose
 
-from gpu.clustering.grid import Representatives
 from gpu.core.device import duplicate
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
@@ -17,18 +16,11 @@ from gpu.gbuffer.camera_rays import CameraData, pixel_of
 from gpu.indirect.visibility import Visibility
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
-from gpu.sp.reuse import CROWDED, drop_kernel
-from gpu.sp.seeding import (
-    ACCEPTED_DISTANCE,
-    LEAST_FREE,
-    MAX_ACCEPTED_DISTANCE,
-    MIN_ACCEPTED_DISTANCE,
-    MOST_FREE,
-    MOST_NEW,
-    WHOLE_DEFICIT,
-)
+from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT
+from gpu.sp.reuse import drop_surplus_kernel
 from gpu.sp.sp_clusters import SpClusters
 
+CHOSEN = SP_CLUSTER_PARAMETERS
 EYE = (0.0, 0.0, 0.45)
 
 
@@ -82,7 +74,7 @@ def test_a_view_that_rests_comes_to_rest_and_traces_no_ray(room: DeviceScene) ->
     assert len(walk.fresh) == 0
     assert np.array_equal(walk.kept, kept)
     assert walk.accepted_distance == accepted_distance
-    assert float(LEAST_FREE) * walk.count <= walk.count - kept.sum() <= float(MOST_FREE) * walk.count
+    assert CHOSEN.min_free * walk.count <= walk.count - kept.sum() <= CHOSEN.max_free * walk.count
     assert walk.visibility.rays.numpy().sum() == walk.visibility.shared.numpy().sum() == 0
     assert np.array_equal(walk.visibility.words.numpy(), words)
     assert np.array_equal(walk.clusters.position.numpy(), position)
@@ -156,8 +148,8 @@ def test_a_walk_keeps_few_clusters_free_for_what_comes_into_view(room: DeviceSce
         walk.step(pose(abs(number % 40 - 20)), begins=number == 0)
         goods.append(walk.accepted_distance)
         used.append(walk.used.mean())
-    assert goods[0] == pytest.approx(ACCEPTED_DISTANCE)
-    assert float(MIN_ACCEPTED_DISTANCE) < min(goods) < max(goods) < float(MAX_ACCEPTED_DISTANCE)
+    assert goods[0] == pytest.approx(CHOSEN.accepted_distance)
+    assert CHOSEN.min_accepted < min(goods) < max(goods) < CHOSEN.max_accepted
     assert 0.94 < np.mean(used[-15:]) < 0.99
     deficit = walk.clustering.deficit.numpy()[: walk.view.pixels]
     assert (deficit < WHOLE_DEFICIT).mean() > 0.99
@@ -193,7 +185,7 @@ def test_a_walk_that_begins_anew_forgets_the_distance_of_the_last(room: DeviceSc
     for _ in range(2):
         for number in range(4):
             walk.step(pose(number), begins=number == 0)
-        assert walk.accepted_distance != pytest.approx(ACCEPTED_DISTANCE)
+        assert walk.accepted_distance != pytest.approx(CHOSEN.accepted_distance)
         places.append(walk.clusters.position.numpy()[walk.used])
     assert np.array_equal(*places)
 
@@ -212,7 +204,7 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     points = walk.clusters.position.numpy()[walk.used].astype(np.float64)
     distances = np.linalg.norm(points[:, None] - points[None], axis=2)
     np.fill_diagonal(distances, 1.0)
-    crowded = distances.min(axis=1) < 0.9 * CROWDED * walk.accepted_distance * walk.spacing()[walk.used]
+    crowded = distances.min(axis=1) < 0.9 * CHOSEN.crowded * walk.accepted_distance * walk.spacing()[walk.used]
     assert crowded.mean() < 0.05
     # Kept ones are no more than there were, on a third of each side: without thinning they would be packed there.
     inner = (np.abs(points[:, :2]) < 0.1).all(axis=1)
@@ -246,34 +238,18 @@ def test_a_pixel_finds_its_own_sp(room: DeviceScene, orthographic: bool, sample:
     assert orthographic or (misses[0] == -1).all()
 
 
-@pytest.mark.parametrize(
-    ("wanted", "accepted_distance", "stays"),
-    [
-        *(
-            (100, ACCEPTED_DISTANCE, 70),
-            (70, ACCEPTED_DISTANCE, 70),
-            (69, ACCEPTED_DISTANCE, 65),
-            (35, ACCEPTED_DISTANCE, 33),
-            (1, ACCEPTED_DISTANCE, 1),
-        ),
-        *(
-            (100, float(MAX_ACCEPTED_DISTANCE), 70),
-            (72, float(MAX_ACCEPTED_DISTANCE), 68),
-            (70, float(MAX_ACCEPTED_DISTANCE), 66),
-        ),
-    ],
-)
-def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(
-    wanted: int, accepted_distance: float, stays: int
-) -> None:
+@pytest.mark.parametrize("most", [False, True])
+@pytest.mark.parametrize("wanted", [100, 72, 70, 69, 35, 1])
+def test_where_too_many_are_in_use_evenly_many_of_all_stay_and_leave_room(wanted: int, most: bool) -> None:
+    """most: the accepted distance can grow no more."""
     spacing = np.where(np.arange(100) % 10 < 7, 1.0, 0.0)
-    representatives = Representatives()
-    representatives.spacing = column(spacing, float)
-    unused_prefix = column(np.cumsum(spacing == 0.0), wp.int32)
-    inputs = [0, column([wanted], wp.int32), unused_prefix, column([accepted_distance], float), representatives]
-    wp.launch(drop_kernel, 100, inputs, device="cpu")
-    stay = representatives.spacing.numpy() > 0.0
-    assert stay.sum() == stays
+    left = column(spacing, float)
+    budget = budget_of(wanted, CHOSEN.max_accepted if most else CHOSEN.accepted_distance)
+    inputs = [0, budget, CHOSEN, column(np.cumsum(spacing == 0.0), wp.int32), left]
+    wp.launch(drop_surplus_kernel, 100, inputs, device="cpu")
+    stay = left.numpy() > 0.0
+    stays = {100: 70, 72: 68 if most else 70, 70: 66 if most else 70, 69: 65, 35: 33, 1: 1}
+    assert stay.sum() == stays[wanted]
     assert not stay[spacing == 0.0].any()
     assert np.ptp(stay.reshape(10, 10).sum(axis=1)) <= 1
 
@@ -287,8 +263,8 @@ def test_what_comes_into_view_as_clusters_fall_has_its_own(room: DeviceScene, co
     walk.clustering.use(count)
     walk.step(rotated(pose(0.0), -9.0))
     assert walk.used.sum() <= count
-    assert 0 < len(walk.fresh) <= 1 + int(float(MOST_NEW) * count)
-    assert np.flatnonzero(walk.used).max() < walk.clustering._kept.extent.numpy()[0]
+    assert 0 < len(walk.fresh) <= 1 + int(CHOSEN.max_new * count)
+    assert np.flatnonzero(walk.used).max() < walk.clustering._kept.budget.extent.numpy()[0]
     sps = walk.view.shading_points.pixels.numpy()[: int(walk.view.shading_points.count.numpy()[0])]
     nearest = walk.clusters.cluster.numpy()[0, : len(sps)]
     ways = walk.view.gbuffer.position.numpy()[sps] - walk.clusters.position.numpy()[nearest]
@@ -303,7 +279,7 @@ def test_more_clusters_come_in_turn_or_at_once(room: DeviceScene, at_once: bool)
     walk.clustering.use(900, at_once=at_once)
     walk.step(pose(0.0))
     walk.assert_served()
-    in_turn = 1 + int(float(MOST_NEW) * 900)
+    in_turn = 1 + int(CHOSEN.max_new * 900)
     assert len(walk.fresh) > 4 * in_turn if at_once else len(walk.fresh) <= in_turn
 
 
@@ -329,7 +305,7 @@ def test_a_walk_goes_on_with_more_or_fewer_clusters(room: DeviceScene, count: in
             walk.clusters.fresh.fill_(walk.most)
             walk.visibility.trace(walk.view.scene, walk.clusters, walk.lights)
             assert np.array_equal(walk.visibility.words.numpy()[walk.used], words[walk.used])
-    assert max(new[:3]) <= 1 + int(float(MOST_NEW) * count)
+    assert max(new[:3]) <= 1 + int(CHOSEN.max_new * count)
     assert max(numbers) <= count
     assert numbers[-1] > 0.8 * count
     assert (new[0] < numbers[-1] - before) == (count > before)
