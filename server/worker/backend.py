@@ -2,7 +2,8 @@
 imports Warp.
 
 Scenes and renderers are shared by all viewers of them. What is kept for a viewer is the mean of its still view's
-frames. A scene that nobody looks at is dropped for another once `max_scenes` are loaded, the least recently used first.
+frames, and what its walk leaves behind. A scene that nobody looks at is dropped for another once `max_scenes` are
+loaded, the least recently used first.
 """
 
 import ctypes
@@ -32,7 +33,7 @@ from server.scenes.scene_info import describe_scene
 from server.wire.browser import SceneInfo
 from server.wire.worker import STILLS, CameraMatrix, CameraSpec, LookAt, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
-from server.worker.renderer_pool import Renderers
+from server.worker.renderer_pool import RendererPool
 from server.worker.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
@@ -45,7 +46,7 @@ Result = TypeVar("Result")
 @dataclass(frozen=True)
 class _Loaded:
     scene: Scene
-    resident: DeviceScene
+    device_scene: DeviceScene
 
 
 @dataclass
@@ -72,7 +73,7 @@ class GpuBackend:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
         self._start = start
         self._device = choose_device(start.device)
-        self._renderers = Renderers(self._device)
+        self._renderers = RendererPool(self._device)
         self._encoder = device_encoder(self._device)
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
         return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
@@ -107,6 +108,7 @@ class GpuBackend:
         """Free what is kept for a viewer."""
         self._viewed.pop(viewer, None)
         self._stills.pop(viewer, None)
+        self._renderers.leave(viewer)
 
     def memory(self) -> tuple[int, int]:
         """Bytes of the device in use, and all that it has; on a CPU, what this process and the machine have."""
@@ -169,7 +171,7 @@ class GpuBackend:
         camera = view_camera(loaded.scene, job.view, job.size)
         if job.viewer > STILLS:
             self._viewed[job.viewer] = job.scene
-        renderer = self._renderers.get(job.scene, loaded.resident, job.size, job.settings, report)
+        renderer, _ = self._renderers.get(job.viewer, job.scene, loaded.device_scene, job.size, job.settings, report)
         try:
             frame = renderer.render(camera, self._accumulation(job), walks=job.walks)
         except BaseException:

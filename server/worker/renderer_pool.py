@@ -1,10 +1,11 @@
 """Renderers kept on the device: one for each scene, size and settings in use, shared by all viewers who look at that.
 
-Renders follow one another on a device, so viewers need no renderer of their own; what is a viewer's own is small. The
-least recently used ones go when all together would take too much memory.
+Renders follow one another on a device, so viewers need no renderer of their own. What a walk leaves behind is the
+viewer's own, though: a `ViewState` for each renderer that it uses, freed when it leaves or looks at something else.
+When all together would take too much memory, the renderers that were not used for longest go, with the views of them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import warp as wp
 
@@ -20,10 +21,19 @@ from server.wire.worker import SceneRef
 BYTES_A_PIXEL = 610
 BYTES_A_CLUSTER = 12_000
 BYTES_A_PAIR = 8
+# And of a view: its histories and previous frame, and the SP clusters kept of it.
+VIEW_BYTES_A_PIXEL = 72
+VIEW_BYTES_A_CLUSTER = 176
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
 SHARE = 0.25
 CPU_BYTES = 2 << 30
 MOST = 64
+# Of one scene and settings, that a viewer has views for: it walks at one, rests at another, and may go back to a third.
+SIZES_A_VIEWER = 3
+
+
+class ViewState:
+    """What one viewer's frames leave for the next."""
 
 
 @dataclass(frozen=True)
@@ -33,51 +43,85 @@ class _Key:
     settings: RenderSettings
 
 
-class Renderers:
-    """The renderers of one device, by what they render."""
+@dataclass
+class _Entry:
+    renderer: Renderer
+    views: dict[int, ViewState] = field(default_factory=dict)  # by viewer, in the order of their last use
+
+
+class RendererPool:
+    """The renderers of one device by what they render, and what viewers have of them."""
 
     def __init__(self, device: wp.Device) -> None:
         self._device = device
         self._most_bytes = int(SHARE * device.total_memory) if device.is_cuda else CPU_BYTES
-        self._kept: dict[_Key, Renderer] = {}  # in the order of their last use
+        self._entries: dict[_Key, _Entry] = {}  # in the order of their last use
 
     def get(
         self,
+        viewer: int,
         scene: SceneRef,
-        resident: DeviceScene,
+        device_scene: DeviceScene,
         size: tuple[int, int],
         settings: RenderSettings,
         progress: Progress,
-    ) -> Renderer:
-        """The renderer of `scene`, which is on the device as `resident`; made when there is none yet."""
+    ) -> tuple[Renderer, ViewState]:
+        """The renderer of `scene`, which is on the device as `device_scene`, and the viewer's view of it.
+
+        Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
+        """
         key = _Key(scene, size, settings.model_copy(update={"frames": None}))
-        renderer = self._kept.pop(key, None)
-        if renderer is None:
-            self._make_room(key)
-            renderer = Renderer(resident, size, key.settings, progress)
+        self._leave_others(viewer, key)
+        entry = self._entries.pop(key, None)
+        views = entry.views if entry else {}
+        view = views.pop(viewer, None)
+        self._make_room(key, views)
+        if entry is None:
+            entry = _Entry(Renderer(device_scene, size, key.settings, progress))
             # Warp compiles a kernel at its first launch, and says nothing meanwhile.
             progress("compiling kernels, which the first time takes a minute", 0.0)
-        self._kept[key] = renderer
-        return renderer
+        self._entries[key] = entry
+        entry.views[viewer] = view or ViewState()
+        return entry.renderer, entry.views[viewer]
+
+    def leave(self, viewer: int) -> None:
+        """Free a viewer's views."""
+        for entry in self._entries.values():
+            entry.views.pop(viewer, None)
 
     def drop(self, scene: SceneRef) -> None:
-        """Free the renderers of a scene."""
-        self._kept = {key: renderer for key, renderer in self._kept.items() if key.scene != scene}
+        """Free the renderers of a scene, and the views of them."""
+        self._entries = {key: entry for key, entry in self._entries.items() if key.scene != scene}
 
     def clear(self) -> None:
         """Free all of them."""
-        self._kept.clear()
+        self._entries.clear()
 
     def __len__(self) -> int:
-        return len(self._kept)
+        return len(self._entries)
 
-    def _bytes_of(self, key: _Key) -> int:
-        quality = sample_counts_of(key.settings, self._device)
-        clusters = BYTES_A_CLUSTER + BYTES_A_PAIR * quality.vpl_clusters
-        return BYTES_A_PIXEL * key.size[0] * key.size[1] + clusters * quality.sp_clusters
+    def _leave_others(self, viewer: int, key: _Key) -> None:
+        """Free a viewer's views of other scenes and settings than those of `key`, and of all but its last sizes."""
+        others = [other for other, entry in self._entries.items() if viewer in entry.views and other != key]
+        alike = [other for other in others if (other.scene, other.settings) == (key.scene, key.settings)]
+        for other in {*others} - {*alike[max(len(alike) - SIZES_A_VIEWER + 1, 0) :]}:
+            del self._entries[other].views[viewer]
 
-    def _make_room(self, new: _Key) -> None:
-        while self._kept and (
-            len(self._kept) >= MOST or sum(map(self._bytes_of, [new, *self._kept])) > self._most_bytes
-        ):
-            del self._kept[next(iter(self._kept))]
+    def _make_room(self, key: _Key, views: dict[int, ViewState]) -> None:
+        """Free what was not used for longest until a renderer of `key`, which has `views`, and one more view fit in."""
+
+        def is_full() -> bool:
+            held = [(key, len(views) + 1), *((other, len(entry.views)) for other, entry in self._entries.items())]
+            return len(held) > MOST or sum(self._bytes_of(*one) for one in held) > self._most_bytes
+
+        while self._entries and is_full():
+            del self._entries[next(iter(self._entries))]
+        while views and is_full():
+            del views[next(iter(views))]
+
+    def _bytes_of(self, key: _Key, views: int) -> int:
+        """Device memory of a renderer and so many views of it."""
+        pixels, counts = key.size[0] * key.size[1], sample_counts_of(key.settings, self._device)
+        clusters = counts.sp_clusters
+        shared = BYTES_A_PIXEL * pixels + (BYTES_A_CLUSTER + BYTES_A_PAIR * counts.vpl_clusters) * clusters
+        return shared + views * (VIEW_BYTES_A_PIXEL * pixels + VIEW_BYTES_A_CLUSTER * clusters)

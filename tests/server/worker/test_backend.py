@@ -94,6 +94,19 @@ def linear(backend: GpuBackend, viewer: int, sample: int | None, **rest: Any) ->
     return picture.samples, picture.radiance
 
 
+def test_what_is_kept_for_a_viewer_goes_with_it(backend: GpuBackend) -> None:
+    """Views are the viewer's own, whether it walks or rests; the renderer stays for those who come next."""
+    backend.render(replace(job(viewer=1), walks=True), silent)
+    linear(backend, 1, 0)
+    linear(backend, 2, 0)
+    (entry,) = [entry for key, entry in backend._renderers._entries.items() if key.size == (32, 18)]
+    view, mean = weakref.ref(entry.views[1]), weakref.ref(backend._stills[1].accumulation)
+    backend.leave(1)
+    gc.collect()
+    assert (view(), mean()) == (None, None)
+    assert [*entry.views] == [*backend._stills] == [2]
+
+
 def test_only_a_walk_builds_on_the_frame_before(backend: GpuBackend) -> None:
     views = [CameraMatrix((*IDENTITY[:12], 0.5 + 0.02 * number, 0.5, 3.0, 1.0), 0.7) for number in range(3)]
     single = linear(backend, 1, None, view=views[2])[1]
@@ -176,7 +189,7 @@ def test_a_scene_for_which_there_is_too_little_memory_is_refused(
 
 def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
     backend.render(job(viewer=1), silent)
-    scene = weakref.ref(backend._scenes[BOX].resident)
+    scene = weakref.ref(backend._scenes[BOX].device_scene)
     gc.disable()  # device memory must not wait for the collector
     try:
         backend.close(BOX)

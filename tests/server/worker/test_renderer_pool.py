@@ -1,65 +1,157 @@
-from collections.abc import Callable
+import gc
+import weakref
 
 import pytest
 import warp as wp
 
 import server.worker.renderer_pool
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene.load import load_scene
+from gpu.renderer import Renderer
+from gpu.scene import load_scene
 from gpu.settings import RenderSettings
 from server.wire.worker import SceneRef
-from server.worker.renderer_pool import BYTES_A_CLUSTER, BYTES_A_PAIR, BYTES_A_PIXEL, Renderers
+from server.worker.renderer_pool import SIZES_A_VIEWER, RendererPool, ViewState
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
 SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
-Get = Callable[..., object]
+SEEDS = [SETTINGS.model_copy(update={"seed": seed}) for seed in range(4)]
+
+
+class Pool(RendererPool):
+    """Of the Cornell box on the CPU; with room for `room` bytes, where a renderer takes 100 and a view of it 10."""
+
+    def __init__(self, device_scene: DeviceScene, room: int = 100_000) -> None:
+        super().__init__(wp.get_device("cpu"))
+        self._device_scene, self._most_bytes = device_scene, room
+
+    def take(
+        self,
+        viewer: int = 1,
+        size: tuple[int, int] = (8, 8),
+        settings: RenderSettings = SETTINGS,
+        scene: SceneRef = BOX,
+    ) -> tuple[Renderer, ViewState]:
+        return self.get(viewer, scene, self._device_scene, size, settings, lambda what, fraction: None)
+
+    def _bytes_of(self, key: object, views: int) -> int:
+        return 100 + 10 * views
 
 
 @pytest.fixture(scope="module")
-def resident(cpu: str) -> DeviceScene:
+def device_scene(cpu: str) -> DeviceScene:
     return DeviceScene(load_scene("cornell-box"), cpu)
 
 
-def silent(_: str, __: float) -> None:
-    pass
+def test_a_renderer_is_kept_for_its_scene_size_and_settings(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene)
+    first, _ = pool.take()
+    assert pool.take()[0] is first
+    assert pool.take(viewer=2)[0] is first
+    assert pool.take(settings=SETTINGS.model_copy(update={"frames": 9}))[0] is first
+    assert pool.take(size=(8, 9))[0] is not first
+    assert pool.take(scene=TWIN)[0] is not first
+    assert pool.take(settings=SEEDS[1])[0] is not first
+    pool.drop(BOX)
+    assert len(pool) == 1
+    pool.clear()
+    assert len(pool) == 0
 
 
-def test_a_renderer_is_kept_for_its_scene_size_and_settings(resident: DeviceScene) -> None:
-    kept = Renderers(wp.get_device("cpu"))
-    first = kept.get(BOX, resident, (8, 8), SETTINGS, silent)
-    assert kept.get(BOX, resident, (8, 8), SETTINGS, silent) is first
-    assert kept.get(BOX, resident, (8, 8), SETTINGS.model_copy(update={"frames": 9}), silent) is first
-    assert kept.get(BOX, resident, (8, 9), SETTINGS, silent) is not first
-    assert kept.get(TWIN, resident, (8, 8), SETTINGS, silent) is not first
-    assert kept.get(BOX, resident, (8, 8), SETTINGS.model_copy(update={"seed": 1}), silent) is not first
-    kept.drop(BOX)
-    assert len(kept) == 1
-    kept.clear()
-    assert len(kept) == 0
+def test_each_viewer_of_a_renderer_has_a_view_of_its_own(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene)
+    first, second = pool.take(1)[1], pool.take(2)[1]
+    assert first is not second
+    assert pool.take(1)[1] is first
+    assert pool.take(2)[1] is second
 
 
-def test_the_one_used_longest_ago_makes_room(resident: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
-    clusters = 4 * BYTES_A_CLUSTER + 4 * 4 * BYTES_A_PAIR
-    monkeypatch.setattr(server.worker.renderer_pool, "CPU_BYTES", 200 * BYTES_A_PIXEL + 3 * clusters)
-    kept = Renderers(wp.get_device("cpu"))
-    first = kept.get(BOX, resident, (10, 10), SETTINGS, silent)
-    kept.get(BOX, resident, (9, 10), SETTINGS, silent)
-    assert kept.get(BOX, resident, (10, 10), SETTINGS, silent) is first
-    kept.get(BOX, resident, (5, 10), SETTINGS, silent)
-    assert len(kept) == 2
-    assert kept.get(BOX, resident, (10, 10), SETTINGS, silent) is first
-    kept.get(BOX, resident, (30, 30), SETTINGS, silent)  # larger than all that may be kept: alone
-    assert len(kept) == 1
+def test_a_viewer_that_leaves_has_its_views_freed_and_nobody_else_s(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene)
+    walking, resting, other = (weakref.ref(pool.take(*of)[1]) for of in ((1, (8, 8)), (1, (16, 16)), (2, (8, 8))))
+    pool.leave(1)
+    pool.leave(3)  # never came
+    gc.collect()
+    assert (walking(), resting()) == (None, None)
+    assert other() is pool.take(2)[1]
+    assert len(pool) == 2  # who comes next finds their renderers
 
 
-@pytest.mark.parametrize(("clusters", "pairs"), [(3, 2), (2, 3)])
-def test_clusters_and_pairs_of_them_take_room_too(
-    resident: DeviceScene, monkeypatch: pytest.MonkeyPatch, clusters: int, pairs: int
+@pytest.mark.parametrize("change", [{"scene": TWIN}, {"settings": SEEDS[1]}])
+def test_a_view_goes_when_its_viewer_looks_at_something_else(
+    device_scene: DeviceScene, change: dict[str, object]
 ) -> None:
-    room = 3 * 64 * BYTES_A_PIXEL + clusters * 50 * BYTES_A_CLUSTER + pairs * 1000 * BYTES_A_PAIR
-    monkeypatch.setattr(server.worker.renderer_pool, "CPU_BYTES", room)
-    kept = Renderers(wp.get_device("cpu"))
-    many = SETTINGS.model_copy(update={"sp_clusters": 50, "vpl_clusters": 20})
-    for seed in range(3):
-        kept.get(BOX, resident, (8, 8), many.model_copy(update={"seed": seed}), silent)
-    assert len(kept) == 2
+    pool = Pool(device_scene)
+    before, other = pool.take(1)[1], pool.take(2)[1]
+    pool.take(1, **change)  # type: ignore[arg-type]
+    assert pool.take(1)[1] is not before
+    assert pool.take(2)[1] is other
+
+
+def test_a_viewer_has_views_of_a_few_sizes(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene)
+    sizes = [(8, 8 + number) for number in range(SIZES_A_VIEWER + 1)]
+    views = [pool.take(size=size)[1] for size in sizes]
+    assert [pool.take(size=size)[1] for size in sizes[1:]] == views[1:]
+    assert pool.take(size=sizes[0])[1] is not views[0]
+
+
+def test_the_renderer_used_longest_ago_makes_room_with_its_views(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene, room=2 * 110)
+    first = pool.take(1, settings=SEEDS[0])
+    pool.take(2, settings=SEEDS[1])
+    assert pool.take(1, settings=SEEDS[0]) == first
+    pool.take(3, settings=SEEDS[2])
+    assert len(pool) == 2
+    assert pool.take(1, settings=SEEDS[0]) == first
+    assert pool.take(1, settings=SEEDS[0])[1] is first[1]
+
+
+def test_views_take_room_too(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene, room=2 * 100 + 30)
+    shared = pool.take(1)[0]
+    pool.take(2, settings=SEEDS[1])
+    pool.take(3)
+    assert len(pool) == 2
+    pool.take(4)
+    assert len(pool) == 1
+    assert pool.take(1)[0] is shared
+
+
+def test_when_nothing_else_can_go_views_of_the_renderer_do(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene, room=120)
+    renderer, first = pool.take(1)
+    second = pool.take(2)[1]
+    assert pool.take(1)[1] is first
+    assert pool.take(3)[0] is renderer
+    assert pool.take(1)[1] is first
+    assert pool.take(2)[1] is not second
+
+
+def test_one_that_is_larger_than_all_that_may_be_kept_is_alone(device_scene: DeviceScene) -> None:
+    pool = Pool(device_scene, room=50)
+    for seed in SEEDS[:2]:
+        pool.take(settings=seed)
+        assert len(pool) == 1
+
+
+def test_no_more_than_so_many_renderers_are_kept(device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server.worker.renderer_pool, "MOST", 2)
+    pool = Pool(device_scene)
+    for seed in SEEDS:
+        pool.take(settings=seed)
+    assert len(pool) == 2
+
+
+def test_pixels_clusters_pairs_and_views_are_counted(cpu: str) -> None:
+    pool = RendererPool(wp.get_device(cpu))
+    key = server.worker.renderer_pool._Key
+
+    def took(views: int = 0, size: tuple[int, int] = (10, 10), **counts: int) -> int:
+        return pool._bytes_of(key(BOX, size, SETTINGS.model_copy(update=counts)), views)
+
+    least = took()
+    assert least > 0
+    assert took(views=1) > least
+    assert took(size=(10, 11)) > least
+    assert took(sp_clusters=5) > least
+    assert took(vpl_clusters=5) > least
