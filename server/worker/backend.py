@@ -20,7 +20,6 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device
-from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, SceneError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -33,6 +32,7 @@ from server.scenes.scene_info import describe_scene
 from server.wire.browser import SceneInfo
 from server.wire.worker import STILLS, CameraMatrix, CameraSpec, LookAt, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
+from server.worker.loaded_scene import LoadedScene, build
 from server.worker.renderer_pool import RendererPool
 from server.worker.worker import Picture, Report, work
 
@@ -41,12 +41,6 @@ MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
 Result = TypeVar("Result")
-
-
-@dataclass(frozen=True)
-class _Loaded:
-    scene: Scene
-    device_scene: DeviceScene
 
 
 @dataclass
@@ -63,7 +57,7 @@ class GpuBackend:
     def __init__(self) -> None:
         self._start = Start(SceneRef("", ""))
         self._device: wp.Device = None
-        self._scenes: dict[SceneRef, _Loaded] = {}  # in the order of their last use
+        self._scenes: dict[SceneRef, LoadedScene] = {}  # in the order of their last use
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
@@ -130,7 +124,7 @@ class GpuBackend:
             return False
         return True
 
-    def _load(self, ref: SceneRef, report: Report) -> _Loaded:
+    def _load(self, ref: SceneRef, report: Report) -> LoadedScene:
         loaded = self._scenes.pop(ref, None)
         if loaded is None:
             self._make_room()
@@ -140,7 +134,7 @@ class GpuBackend:
             except SceneError as error:  # viewers know ids, not this machine's paths
                 raise SceneError(ref.id, error.field, error.problem) from None
             report(f"building {ref.id}", 0.5)
-            loaded = _Loaded(scene, DeviceScene(scene, str(self._device)))
+            loaded = build(ref, scene, self._device)
         self._scenes[ref] = loaded
         return loaded
 
@@ -171,9 +165,9 @@ class GpuBackend:
         camera = view_camera(loaded.scene, job.view, job.size)
         if job.viewer > STILLS:
             self._viewed[job.viewer] = job.scene
-        renderer, _ = self._renderers.get(job.viewer, job.scene, loaded.device_scene, job.size, job.settings, report)
+        renderer, view = self._renderers.get(job.viewer, loaded, job.size, job.settings, report)
         try:
-            frame = renderer.render(camera, self._accumulation(job), walks=job.walks)
+            frame = renderer.render(camera, self._accumulation(job), view=view, walks=job.walks)
         except BaseException:
             self._renderers.clear()  # what they and the mean hold after an error is not known
             self._stills.pop(job.viewer, None)

@@ -9,31 +9,21 @@ from dataclasses import dataclass, field
 
 import warp as wp
 
-from gpu.device_scene.upload import DeviceScene
+from gpu.methods.registry import method_of
+from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
 from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import Progress
 from server.wire.worker import SceneRef
+from server.worker.loaded_scene import LoadedScene
 
-# Device memory of a renderer, nearly all in arrays of its pixels, of SP clusters and of pairs of clusters [bytes]; 591,
-# 11,228 and 7.0 fitted to the arrays of six renderers.
-BYTES_A_PIXEL = 610
-BYTES_A_CLUSTER = 12_000
-BYTES_A_PAIR = 8
-# And of a view: its histories and previous frame, and the SP clusters kept of it.
-VIEW_BYTES_A_PIXEL = 72
-VIEW_BYTES_A_CLUSTER = 176
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
 SHARE = 0.25
 CPU_BYTES = 2 << 30
 MOST = 64
 # Of one scene and settings, that a viewer has views for: it walks at one, rests at another, and may go back to a third.
 SIZES_A_VIEWER = 3
-
-
-class ViewState:
-    """What one viewer's frames leave for the next."""
 
 
 @dataclass(frozen=True)
@@ -58,30 +48,24 @@ class RendererPool:
         self._entries: dict[_Key, _Entry] = {}  # in the order of their last use
 
     def get(
-        self,
-        viewer: int,
-        scene: SceneRef,
-        device_scene: DeviceScene,
-        size: tuple[int, int],
-        settings: RenderSettings,
-        progress: Progress,
+        self, viewer: int, scene: LoadedScene, size: tuple[int, int], settings: RenderSettings, progress: Progress
     ) -> tuple[Renderer, ViewState]:
-        """The renderer of `scene`, which is on the device as `device_scene`, and the viewer's view of it.
+        """The renderer of a scene at a size with these settings, and the viewer's view of it.
 
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
         """
-        key = _Key(scene, size, settings.model_copy(update={"frames": None}))
+        key = _Key(scene.ref, size, settings.model_copy(update={"frames": None}))
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
         view = views.pop(viewer, None)
         self._make_room(key, views)
         if entry is None:
-            entry = _Entry(Renderer(device_scene, size, key.settings, progress))
+            entry = _Entry(Renderer(scene.device_scene, size, key.settings, progress, scene.light_sets))
             # Warp compiles a kernel at its first launch, and says nothing meanwhile.
             progress("compiling kernels, which the first time takes a minute", 0.0)
         self._entries[key] = entry
-        entry.views[viewer] = view or ViewState()
+        entry.views[viewer] = view or entry.renderer.new_view()
         return entry.renderer, entry.views[viewer]
 
     def leave(self, viewer: int) -> None:
@@ -120,8 +104,7 @@ class RendererPool:
             del views[next(iter(views))]
 
     def _bytes_of(self, key: _Key, views: int) -> int:
-        """Device memory of a renderer and so many views of it."""
-        pixels, counts = key.size[0] * key.size[1], sample_counts_of(key.settings, self._device)
-        clusters = counts.sp_clusters
-        shared = BYTES_A_PIXEL * pixels + (BYTES_A_CLUSTER + BYTES_A_PAIR * counts.vpl_clusters) * clusters
-        return shared + views * (VIEW_BYTES_A_PIXEL * pixels + VIEW_BYTES_A_CLUSTER * clusters)
+        """Device memory of a renderer and so many views of it, as its method tells."""
+        pixels, method = key.size[0] * key.size[1], method_of(key.settings)
+        shared, own = method.cluster_bytes(sample_counts_of(key.settings, self._device))
+        return method.pixel_bytes * pixels + shared + views * (method.view_pixel_bytes * pixels + own)

@@ -179,7 +179,7 @@ def test_a_scene_for_which_there_is_too_little_memory_is_refused(
     def none_left(*_: Any) -> DeviceScene:
         raise RuntimeError("Failed to allocate 123 bytes on device 'cuda:0'")
 
-    monkeypatch.setattr("server.worker.backend.DeviceScene", none_left)
+    monkeypatch.setattr("server.worker.loaded_scene.DeviceScene", none_left)
     backend.close(THIRD)
     with pytest.raises(OutOfMemoryError, match="too little memory for this scene"):
         backend.open(THIRD, silent)

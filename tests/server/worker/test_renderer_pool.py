@@ -1,16 +1,20 @@
 import gc
 import weakref
+from dataclasses import replace
 
 import pytest
 import warp as wp
 
 import server.worker.renderer_pool
-from gpu.device_scene.upload import DeviceScene
+from gpu.methods.fuzzy_vpl import FuzzyVpl
+from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
+from gpu.sample_counts import sample_counts_of
 from gpu.scene import load_scene
-from gpu.settings import RenderSettings
+from gpu.settings import Method, RenderSettings
 from server.wire.worker import SceneRef
-from server.worker.renderer_pool import SIZES_A_VIEWER, RendererPool, ViewState
+from server.worker.loaded_scene import LoadedScene, build
+from server.worker.renderer_pool import SIZES_A_VIEWER, RendererPool
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
 SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
@@ -20,9 +24,9 @@ SEEDS = [SETTINGS.model_copy(update={"seed": seed}) for seed in range(4)]
 class Pool(RendererPool):
     """Of the Cornell box on the CPU; with room for `room` bytes, where a renderer takes 100 and a view of it 10."""
 
-    def __init__(self, device_scene: DeviceScene, room: int = 100_000) -> None:
+    def __init__(self, scene: LoadedScene, room: int = 100_000) -> None:
         super().__init__(wp.get_device("cpu"))
-        self._device_scene, self._most_bytes = device_scene, room
+        self._scene, self._most_bytes = scene, room
 
     def take(
         self,
@@ -31,19 +35,19 @@ class Pool(RendererPool):
         settings: RenderSettings = SETTINGS,
         scene: SceneRef = BOX,
     ) -> tuple[Renderer, ViewState]:
-        return self.get(viewer, scene, self._device_scene, size, settings, lambda what, fraction: None)
+        return self.get(viewer, replace(self._scene, ref=scene), size, settings, lambda what, fraction: None)
 
     def _bytes_of(self, key: object, views: int) -> int:
         return 100 + 10 * views
 
 
 @pytest.fixture(scope="module")
-def device_scene(cpu: str) -> DeviceScene:
-    return DeviceScene(load_scene("cornell-box"), cpu)
+def scene(cpu: str) -> LoadedScene:
+    return build(BOX, load_scene("cornell-box"), wp.get_device(cpu))
 
 
-def test_a_renderer_is_kept_for_its_scene_size_and_settings(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene)
+def test_a_renderer_is_kept_for_its_scene_size_and_settings(scene: LoadedScene) -> None:
+    pool = Pool(scene)
     first, _ = pool.take()
     assert pool.take()[0] is first
     assert pool.take(viewer=2)[0] is first
@@ -57,16 +61,16 @@ def test_a_renderer_is_kept_for_its_scene_size_and_settings(device_scene: Device
     assert len(pool) == 0
 
 
-def test_each_viewer_of_a_renderer_has_a_view_of_its_own(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene)
+def test_each_viewer_of_a_renderer_has_a_view_of_its_own(scene: LoadedScene) -> None:
+    pool = Pool(scene)
     first, second = pool.take(1)[1], pool.take(2)[1]
     assert first is not second
     assert pool.take(1)[1] is first
     assert pool.take(2)[1] is second
 
 
-def test_a_viewer_that_leaves_has_its_views_freed_and_nobody_else_s(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene)
+def test_a_viewer_that_leaves_has_its_views_freed_and_nobody_else_s(scene: LoadedScene) -> None:
+    pool = Pool(scene)
     walking, resting, other = (weakref.ref(pool.take(*of)[1]) for of in ((1, (8, 8)), (1, (16, 16)), (2, (8, 8))))
     pool.leave(1)
     pool.leave(3)  # never came
@@ -77,26 +81,24 @@ def test_a_viewer_that_leaves_has_its_views_freed_and_nobody_else_s(device_scene
 
 
 @pytest.mark.parametrize("change", [{"scene": TWIN}, {"settings": SEEDS[1]}])
-def test_a_view_goes_when_its_viewer_looks_at_something_else(
-    device_scene: DeviceScene, change: dict[str, object]
-) -> None:
-    pool = Pool(device_scene)
+def test_a_view_goes_when_its_viewer_looks_at_something_else(scene: LoadedScene, change: dict[str, object]) -> None:
+    pool = Pool(scene)
     before, other = pool.take(1)[1], pool.take(2)[1]
     pool.take(1, **change)  # type: ignore[arg-type]
     assert pool.take(1)[1] is not before
     assert pool.take(2)[1] is other
 
 
-def test_a_viewer_has_views_of_a_few_sizes(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene)
+def test_a_viewer_has_views_of_a_few_sizes(scene: LoadedScene) -> None:
+    pool = Pool(scene)
     sizes = [(8, 8 + number) for number in range(SIZES_A_VIEWER + 1)]
     views = [pool.take(size=size)[1] for size in sizes]
     assert [pool.take(size=size)[1] for size in sizes[1:]] == views[1:]
     assert pool.take(size=sizes[0])[1] is not views[0]
 
 
-def test_the_renderer_used_longest_ago_makes_room_with_its_views(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene, room=2 * 110)
+def test_the_renderer_used_longest_ago_makes_room_with_its_views(scene: LoadedScene) -> None:
+    pool = Pool(scene, room=2 * 110)
     first = pool.take(1, settings=SEEDS[0])
     pool.take(2, settings=SEEDS[1])
     assert pool.take(1, settings=SEEDS[0]) == first
@@ -106,8 +108,8 @@ def test_the_renderer_used_longest_ago_makes_room_with_its_views(device_scene: D
     assert pool.take(1, settings=SEEDS[0])[1] is first[1]
 
 
-def test_views_take_room_too(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene, room=2 * 100 + 30)
+def test_views_take_room_too(scene: LoadedScene) -> None:
+    pool = Pool(scene, room=2 * 100 + 30)
     shared = pool.take(1)[0]
     pool.take(2, settings=SEEDS[1])
     pool.take(3)
@@ -117,8 +119,8 @@ def test_views_take_room_too(device_scene: DeviceScene) -> None:
     assert pool.take(1)[0] is shared
 
 
-def test_when_nothing_else_can_go_views_of_the_renderer_do(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene, room=120)
+def test_when_nothing_else_can_go_views_of_the_renderer_do(scene: LoadedScene) -> None:
+    pool = Pool(scene, room=120)
     renderer, first = pool.take(1)
     second = pool.take(2)[1]
     assert pool.take(1)[1] is first
@@ -127,31 +129,33 @@ def test_when_nothing_else_can_go_views_of_the_renderer_do(device_scene: DeviceS
     assert pool.take(2)[1] is not second
 
 
-def test_one_that_is_larger_than_all_that_may_be_kept_is_alone(device_scene: DeviceScene) -> None:
-    pool = Pool(device_scene, room=50)
+def test_one_that_is_larger_than_all_that_may_be_kept_is_alone(scene: LoadedScene) -> None:
+    pool = Pool(scene, room=50)
     for seed in SEEDS[:2]:
         pool.take(settings=seed)
         assert len(pool) == 1
 
 
-def test_no_more_than_so_many_renderers_are_kept(device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_more_than_so_many_renderers_are_kept(scene: LoadedScene, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server.worker.renderer_pool, "MOST", 2)
-    pool = Pool(device_scene)
+    pool = Pool(scene)
     for seed in SEEDS:
         pool.take(settings=seed)
     assert len(pool) == 2
 
 
-def test_pixels_clusters_pairs_and_views_are_counted(cpu: str) -> None:
+def test_memory_is_what_the_method_takes(cpu: str) -> None:
     pool = RendererPool(wp.get_device(cpu))
     key = server.worker.renderer_pool._Key
 
-    def took(views: int = 0, size: tuple[int, int] = (10, 10), **counts: int) -> int:
-        return pool._bytes_of(key(BOX, size, SETTINGS.model_copy(update=counts)), views)
+    def took(views: int, size: tuple[int, int] = (100, 100), method: Method = Method.FUZZY_VPL, **counts: int) -> int:
+        return pool._bytes_of(key(BOX, size, SETTINGS.model_copy(update={"method": method, **counts})), views)
 
-    least = took()
-    assert least > 0
-    assert took(views=1) > least
-    assert took(size=(10, 11)) > least
-    assert took(sp_clusters=5) > least
-    assert took(vpl_clusters=5) > least
+    for views in (1, 2):
+        assert took(views, method=Method.PATH) == views * 12 * 10_000  # the pictures' radiance, and nothing else
+    assert took(1, size=(100, 101)) - took(1) == 100 * (FuzzyVpl.pixel_bytes + FuzzyVpl.view_pixel_bytes)
+    shared, own = FuzzyVpl.cluster_bytes(sample_counts_of(SETTINGS, wp.get_device(cpu)))
+    assert took(2) - took(1) == 10_000 * FuzzyVpl.view_pixel_bytes + own
+    assert took(0) == 10_000 * FuzzyVpl.pixel_bytes + shared
+    for count in ("sp_clusters", "vpl_clusters"):
+        assert took(1, **{count: 500}) > took(1)
