@@ -119,6 +119,24 @@ def test_only_a_walk_builds_on_the_frame_before(backend: GpuBackend) -> None:
     assert linear(backend, 1, 0, view=views[2])[1].tobytes() == single.tobytes()
 
 
+def test_two_walkers_see_what_each_sees_alone(backend: GpuBackend) -> None:
+    def walk(viewer: int, z: float) -> list[bytes]:
+        return [frame(viewer, z, number) for number in range(3)]
+
+    def frame(viewer: int, z: float, number: int) -> bytes:
+        view = CameraMatrix((*IDENTITY[:12], 0.5 + 0.02 * number, 0.5, z, 1.0), 0.7)
+        picture = backend.render(replace(job(viewer=viewer, view=view, output=".npy"), walks=True), silent)
+        assert picture.radiance is not None
+        assert number == 0 or picture.skips["kept_clusters"] > 0
+        return picture.radiance.tobytes()
+
+    alone = [walk(1, 3.0), walk(2, 0.9)]
+    for viewer in (1, 2):
+        backend.leave(viewer)
+    together = [(frame(1, 3.0, number), frame(2, 0.9, number)) for number in range(3)]
+    assert [list(frames) for frames in zip(*together, strict=True)] == alone
+
+
 def test_frames_of_a_still_view_are_averaged_for_each_viewer(backend: GpuBackend) -> None:
     single = linear(backend, 1, None)[1]
     first = linear(backend, 1, 0)
