@@ -56,14 +56,12 @@ class Skips(BaseModel):
     temporal_reuse: bool = Field(
         True, description="less sharing of light and fewer rays where a walk's earlier frames found it"
     )
-    empty_pixels: bool = Field(True, description="no work on pixels that see nothing")
     interpolated: bool = Field(True, description="no shading of pixels whose neighbours tell their indirect light")
     facing_away: bool = Field(True, description="no ray between clusters that face away from or lie behind each other")
     shared_weak_rays: bool = Field(True, description="one ray for neighbouring VPL clusters that send little light")
     far_field_sums: bool = Field(
         True, description="no shading of pixels by far VPL clusters one by one, but by their sums"
     )
-    absent_lights: bool = Field(True, description="no code in direct light's kernel for kinds of light that are absent")
     absent_alpha: bool = Field(True, description="no code for alpha masks in kernels where none lets light through")
     absent_textures: bool = Field(True, description="no code for textures in kernels where there are none")
     absent_gloss: bool = Field(True, description="no code for rays of specular lobes where none is narrow")

@@ -10,13 +10,14 @@ import warp as wp
 from warp.utils import array_sum
 
 from gpu.core.device import launch, launch_together
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.intrinsics import count_in
 from gpu.core.radix_sort import running_total
 from gpu.core.search import upper_bound
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.gbuffer.sparse_shading import irradiance_at
+from gpu.gbuffer.sparse_shading import SparseShadingParameters, irradiance_at
 from gpu.sampling.sobol import hashed
 
 # Pixels whose radiance tells the picture's.
@@ -37,9 +38,8 @@ class Picture:
     """
 
     gbuffer: GBuffer
-    width: int
-    height: int
-    stride: int
+    image: ImageSize
+    sparse: SparseShadingParameters
     listed: wp.array[int]
     irradiance: wp.array[wp.vec3]
 
@@ -47,8 +47,8 @@ class Picture:
 def picture_of(gbuffer: GBuffer, size: tuple[int, int], points: ShadingPoints, irradiance: wp.array) -> Picture:
     """The picture of `size` (width, height) that the `irradiance` (pixel,) of `points` makes."""
     picture = Picture()
-    picture.gbuffer, (picture.width, picture.height) = gbuffer, size
-    picture.stride, picture.listed, picture.irradiance = points.stride, points.listed, irradiance
+    picture.gbuffer, picture.image = gbuffer, image_size(size)
+    picture.sparse, picture.listed, picture.irradiance = points.sparse, points.listed, irradiance
     return picture
 
 
@@ -58,8 +58,7 @@ def radiance_at(picture: Picture, pixel: int) -> wp.vec3:
     gbuffer = picture.gbuffer
     if gbuffer.face[pixel] == NO_HIT:
         return wp.vec3(0.0, 0.0, 0.0)
-    light = irradiance_at(gbuffer, pixel, picture.width, picture.height, picture.stride, picture.listed,
-                          picture.irradiance)  # fmt: skip
+    light = irradiance_at(gbuffer, pixel, picture.image, picture.sparse, picture.listed, picture.irradiance)
     return wp.cw_mul(reflectance(gbuffer, pixel), light)
 
 
@@ -93,7 +92,7 @@ def count_kernel(first: int, frame: wp.array[int], count: int, picture: Picture,
 
     frame (1,): others in each.
     """
-    pixel = even_pixel(first + wp.tid(), count, picture.width * picture.height, frame[0])
+    pixel = even_pixel(first + wp.tid(), count, picture.image.width * picture.image.height, frame[0])
     radiance = radiance_at(picture, pixel)
     if wp.max(radiance) > 0.0:
         count_in(lit, 0)

@@ -1,6 +1,9 @@
 """An order of surface points in which neighbours follow each other: for coherent rays and shared answers."""
 
 import warp as wp
+from warp.utils import radix_sort_pairs
+
+from gpu.core.device import launch
 
 EMPTY_KEY = wp.constant(0x7FFFFFFF)
 CELLS = wp.constant(512)
@@ -56,5 +59,23 @@ def spread_bits_2d(x: int) -> int:
 
 @wp.func
 def morton_2d(x: int, y: int) -> int:
-    """The number of a pixel in Morton's order."""
+    """The number of a pixel in Morton's order, of coordinates below 2¹⁵."""
     return spread_bits_2d(x) | (spread_bits_2d(y) << 1)
+
+
+@wp.kernel
+def pixel_code_kernel(first: int, width: int, codes: wp.array[int], pixels: wp.array[int]) -> None:
+    """One thread a pixel: its number in Morton's order, and its own."""
+    pixel = first + wp.tid()
+    codes[pixel] = morton_2d(pixel % width, pixel // width)
+    pixels[pixel] = pixel
+
+
+def morton_order(size: tuple[int, int], device: wp.Device) -> wp.array:
+    """The pixels of an image of `size` (width, height) in Morton's order, (pixel,) int."""
+    count = size[0] * size[1]
+    codes = wp.zeros(2 * count, dtype=int, device=device)
+    pixels = wp.zeros(2 * count, dtype=int, device=device)
+    launch(pixel_code_kernel, count, [size[0], codes, pixels], device)
+    radix_sort_pairs(codes, pixels, count)
+    return wp.clone(pixels[:count])

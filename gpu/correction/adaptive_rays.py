@@ -13,6 +13,7 @@ from warp.utils import radix_sort_pairs
 
 from gpu.core.color import brightness
 from gpu.core.device import allocate, launch
+from gpu.core.image_size import image_of
 from gpu.correction.adaptive_ray_sampling import RAYS, TRUST, Rays, draw_kernel, near_kernel, step_kernel
 from gpu.correction.brightness import SAMPLES, MeanBrightness
 from gpu.correction.top_k import LAST, Selection
@@ -57,7 +58,7 @@ def key_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.ar
     pixel = pixels[sp]
     most = (indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]) * brightness(reflectance(gbuffer, pixel))
     ratio = most / (LEAST_BRIGHT * samples[bright] + 1.0e-30)
-    if ratio >= 1.0 and not is_anchor_only(listed, pixel, width, height):
+    if ratio >= 1.0 and not is_anchor_only(listed, pixel, image_of(width, height)):
         keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (MOST_OCTAVES - wp.log2(ratio))), 0, LAST - 1)
 
 

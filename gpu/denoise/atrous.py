@@ -8,6 +8,7 @@ import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
+from gpu.core.image_size import image_of
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer
@@ -106,7 +107,7 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
         return
     pixel = sps[sp]
     reach = wp.where(
-        stride == 1 or is_anchor_only(listed, pixel, width, height), wp.static(MAX_STEP), max_step_on_detail
+        stride == 1 or is_anchor_only(listed, pixel, image_of(width, height)), wp.static(MAX_STEP), max_step_on_detail
     )
     if step * step * (frames[pixel] + 1) > reach:
         out[pixel] = light[pixel]

@@ -9,6 +9,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
+from gpu.core.image_size import image_of
 from gpu.denoise.reprojection import (
     LEAST_SHARE,
     MOST_FRAMES,
@@ -60,7 +61,7 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
     frames[pixel] = 0
     settled[pixel] = 0
     place = previous_place(past, gbuffer.position[pixel], width, height)
-    even = is_anchor_only(listed, pixel, width, height)
+    even = is_anchor_only(listed, pixel, image_of(width, height))
     for attempt in range(2):
         step = wp.where((attempt == 0) == even, stride, 1)
         total = float(0.0)

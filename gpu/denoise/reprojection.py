@@ -8,6 +8,7 @@ part of C. Schied et al. 2017. Beyond the 2022 paper, which leaves temporal cohe
 
 import warp as wp
 
+from gpu.core.image_size import image_of
 from gpu.gbuffer.camera_rays import CameraData, image_point
 from gpu.gbuffer.edge_stopping import surface_weight
 from gpu.gbuffer.gbuffer import GBuffer
@@ -70,7 +71,7 @@ int, step: int,
 @wp.func
 def previous_place(past: PreviousFrameData, position: wp.vec3, width: int, height: int) -> wp.vec2:
     """Where `position` was in the last frame [pixels]."""
-    return image_point(past.camera[0], position, width, height)
+    return image_point(past.camera[0], position, image_of(width, height))
 
 
 @wp.func

@@ -10,7 +10,6 @@ from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
 from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
-from gpu.settings import EVERY_SKIP, Skips
 
 
 def _slot(slot: TextureSlot | None) -> SlotData:
@@ -108,12 +107,13 @@ class DeviceScene:
     def _tree(self, vertices: wp.array, triangles: Ints) -> Bvh:
         return build(vertices, self._upload(triangles.ravel(), wp.int32))
 
-    def view(self, *, lambertian: bool, skip: Skips = EVERY_SKIP) -> SceneData:
+    def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
 
         Then surfaces are opaque and Lambertian with their geometric normals, without alpha or normal maps.
+        assume_alpha: rays look for masks even where there are none.
         """
         data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
-        data.alpha = (data.masked_count > 0 and not lambertian) or not skip.absent_alpha
+        data.alpha = (data.masked_count > 0 and not lambertian) or assume_alpha
         return data

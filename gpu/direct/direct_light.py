@@ -10,13 +10,13 @@ from functools import cache
 import warp as wp
 
 from gpu.core.device import launch
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface
-from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import RAY_LENGTH
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.lights.light_sampling import LightSample, light_met, punctual_sample, sample_light
@@ -128,21 +128,37 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
     return wp.max(gbuffer.diffuse[pixel] + gbuffer.f0[pixel], wp.vec3(0.01, 0.01, 0.01))
 
 
+@wp.struct
+class DirectSamples:
+    """Which samples of soft light a frame takes: `count` shadow rays a pixel; moment (1,): the frame's number among
+    those that complement each other; seed.
+    """
+
+    count: int
+    moment: wp.array[int]
+    seed: int
+
+
+def direct_samples(count: int, moment: wp.array, seed: int) -> DirectSamples:
+    """The struct of these."""
+    samples = DirectSamples()
+    samples.count, samples.moment, samples.seed = count, moment, seed
+    return samples
+
+
 @cache
-def direct_light_kernel(needs: SceneFeatures) -> wp.Kernel:
-    """The kernel for scenes with these `needs`."""
+def direct_light_kernel(alpha: bool, textures: bool, gloss: bool) -> wp.Kernel:
+    """The kernel for scenes with or without these of gpu.device_scene.features."""
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
-    def kernel(
+    def direct_light_kernel(
         first: int,
         scene: SceneData,
         table: LightTable,
         gbuffer: GBuffer,
-        width: int,
-        samples: int,
-        moment: wp.array[int],
-        seed: int,
+        image: ImageSize,
+        samples: DirectSamples,
         out: wp.array[wp.vec3],
         soft: wp.array[wp.vec3],
     ) -> None:
@@ -153,25 +169,16 @@ def direct_light_kernel(needs: SceneFeatures) -> wp.Kernel:
         samples, over all frames of a view: their mean converges faster than that of independent ones.
         """
         pixel = first + wp.tid()
-        out[pixel] = gbuffer.shown[pixel]
+        out[pixel] = gbuffer.emitted[pixel]
         soft[pixel] = wp.vec3(0.0, 0.0, 0.0)
         if gbuffer.face[pixel] == NO_HIT:
             return
-        if wp.static(not needs.alpha):
+        if wp.static(not alpha):
             scene.ignore_alpha = True
-        if wp.static(not needs.textures):
+        if wp.static(not textures):
             scene.textured = False
-        if wp.static(not needs.gloss):
+        if wp.static(not gloss):
             scene.glossy = False
-        if wp.static(not needs.triangles):
-            table.triangle_count = 0
-        if wp.static(not needs.sky):
-            table.sky_count = 0
-        if wp.static(not needs.lights):
-            table.light_count = 0
-            table.enumerated_count = 0
-        if wp.static(not needs.soft):
-            table.sampled.count = 0
         surface = Surface()
         surface.position = gbuffer.position[pixel]
         surface.geometric_normal = gbuffer.geometric_normal[pixel]
@@ -179,13 +186,14 @@ def direct_light_kernel(needs: SceneFeatures) -> wp.Kernel:
         surface.diffuse = gbuffer.diffuse[pixel]
         surface.f0 = gbuffer.f0[pixel]
         surface.roughness = gbuffer.roughness[pixel]
-        view = gbuffer.view[pixel]
+        view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
-        place = morton_2d(pixel % width, pixel // width)
-        light = area_light(scene, table, surface, view, place, moment[0] * samples, samples, seed)
+        place = morton_2d(pixel % image.width, pixel // image.width)
+        moment = samples.moment[0] * samples.count
+        light = area_light(scene, table, surface, view, place, moment, samples.count, samples.seed)
         soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
 
-    return kernel
+    return direct_light_kernel
 
 
 @wp.kernel
@@ -197,18 +205,16 @@ def add_soft_kernel(first: int, gbuffer: GBuffer, soft: wp.array[wp.vec3], out: 
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], light)
 
 
-def trace_direct_light(device_scene: DeviceScene, scene: SceneData, table: LightTable, gbuffer: GBuffer,
-                       size: tuple[int, int], samples: int, moment: wp.array, seed: int, out: wp.array,
-                       soft: wp.array, needs: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
+def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, size: tuple[int, int],
+                       samples: DirectSamples, out: wp.array, soft: wp.array,
+                       features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
 
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
-    gpu.denoise.atrous and `add_soft_light`. size: (width, height); samples: shadow rays a pixel towards soft lights;
-    moment: (1,), the frame's number among those that complement each other; needs: of the scene.
+    gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
-    width, height = size
-    inputs = [scene, table, gbuffer, width, samples, moment, seed, out, soft]
-    launch(direct_light_kernel(needs), width * height, inputs, device_scene.device)
+    kernel = direct_light_kernel(features.alpha, features.textures, features.gloss)
+    launch(kernel, size[0] * size[1], [scene, table, gbuffer, image_size(size), samples, out, soft], out.device)
 
 
 def add_soft_light(gbuffer: GBuffer, soft: wp.array, out: wp.array) -> None:

@@ -4,22 +4,23 @@ As in every method here, light is reflected by the full BRDF where the camera lo
 that. Emitters are sampled at every vertex; light that a bounce meets counts by the balance heuristic (Veach 1997, 9.2).
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.core.constants import PI
 from gpu.core.device import launch
+from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface, surface_at
-from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light
 from gpu.gbuffer.camera_rays import RAY_LENGTH, CameraData, pixel_ray
 from gpu.lights.light_sampling import light_met, sample_light
 from gpu.lights.light_table import LightTable, sky_radiance
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
-from gpu.settings import Component
 
 FIRST_PAIR = wp.constant(int(DIRECT_PAIRS))
 PAIRS_A_BOUNCE = wp.constant(4)
@@ -82,47 +83,58 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces:
     return light
 
 
-@wp.kernel
-def path_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.array[CameraData], width: int,
-                height: int, direct: bool, indirect: bool, bounces: int, first_sample: int, samples: int, seed: int,
-                mean: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a pixel: `samples` paths, averaged with the `first_sample` paths that are in `mean` already.
+@wp.struct
+@dataclass
+class PathSamples:
+    """Which paths are traced. direct, indirect: the light that is wanted; bounces: at most so many indirect ones.
 
-    cameras: one element; mean: (pixel,) radiance [W/m²/sr].
+    count: paths a pixel; before: paths that the mean has of a pixel already, which have the numbers from 0 on.
+    """
+
+    count: int = 1
+    before: int = 0
+    bounces: int = 4
+    direct: bool = True
+    indirect: bool = True
+    seed: int = 0
+
+
+@wp.kernel
+def trace_paths_kernel(first: int, scene: SceneData, table: LightTable, cameras: wp.array[CameraData], image: ImageSize,
+                       paths: PathSamples, mean: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: averages its paths with those that are in `mean` (pixel,) already, radiance [W/m²/sr].
+
+    cameras: one element.
     """
     pixel = first + wp.tid()
-    own_seed = pixel_seed(pixel, seed)
+    own_seed = pixel_seed(pixel, paths.seed)
     total = wp.vec3(0.0, 0.0, 0.0)
-    for index in range(first_sample, first_sample + samples):
-        ray = pixel_ray(cameras[0], pixel, width, height)
+    for index in range(paths.before, paths.before + paths.count):
+        ray = pixel_ray(cameras[0], pixel, image)
         hit = closest_hit(scene, ray.origin, ray.direction, RAY_LENGTH)
         if hit.face == NO_HIT:
-            if direct:
+            if paths.direct:
                 total += sky_radiance(scene, ray.direction)
             continue
         surface = surface_at(scene, hit, ray.direction)
-        if direct:
+        if paths.direct:
             total += surface.emission
             total += delta_light(scene, table, surface, -ray.direction)
             total += area_light(scene, table, surface, -ray.direction, index, 0, 1, own_seed)
-        if indirect and table.count > 0:
-            total += indirect_light(scene, table, surface, bounces, index, own_seed)
+        if paths.indirect and table.count > 0:
+            total += indirect_light(scene, table, surface, paths.bounces, index, own_seed)
     before = wp.vec3(0.0, 0.0, 0.0)
-    if first_sample > 0:
+    if paths.before > 0:
         before = mean[pixel]
     # A mean, unlike a sum, keeps its precision however many samples there are.
-    mean[pixel] = before + (total - before * float(samples)) / float(first_sample + samples)
+    mean[pixel] = before + (total - before * float(paths.count)) / float(paths.before + paths.count)
 
 
-def trace_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, camera: wp.array, size: tuple[int, int],
-                component: Component, bounces: int, first_sample: int, samples: int, seed: int,
+def trace_paths(scene: SceneData, table: LightTable, camera: wp.array, size: tuple[int, int], paths: PathSamples,
                 mean: wp.array) -> None:  # fmt: skip
-    """Average `samples` more paths a pixel into `mean`, (pixel,) vec3 of linear radiance [W/m²/sr].
+    """Average more paths into `mean`, (pixel,) vec3 of linear radiance [W/m²/sr].
 
-    camera: (1,) CameraData; size: (width, height); first_sample: number of samples that `mean` holds already, 0 starts
-    anew.
+    camera: (1,) CameraData; size: (width, height).
     """
-    width, height = size
-    direct, indirect = component is not Component.INDIRECT, component is not Component.DIRECT
-    inputs = [scene, table, camera, width, height, direct, indirect, bounces, first_sample, samples, seed, mean]
-    launch(path_kernel, width * height, inputs, device_scene.device)
+    inputs = [scene, table, camera, image_size(size), paths, mean]
+    launch(trace_paths_kernel, size[0] * size[1], inputs, mean.device)

@@ -15,12 +15,12 @@ class FrameStats:
     The rays of `direct` and `near` run beside other stages on a GPU: these two take what the frame waits for them.
 
     skips has the names of gpu.settings.Skips; each counts what was not done, so 0 where there was nothing to skip or
-    the switch is off: pixels that were not rendered again (unchanged_camera) or see nothing (empty_pixels) or take
+    the switch is off: pixels that were not rendered again (unchanged_camera) or take
     their light from those around them (interpolated), VPLs that were not traced again (unchanged_lights), pairs of
     clusters whose visibility is kept (kept_clusters) or that have no ray (facing_away, shared_weak_rays), shaded pixels
     whose light earlier frames found, too (temporal_reuse), pairs of shaded pixels and VPL clusters too far to be shaded
-    one by one (far_field_sums), kinds of light that kernels know nothing of (absent_lights), and 1 for masks, textures
-    or narrow specular lobes that they know nothing of (absent_alpha, absent_textures, absent_gloss).
+    one by one (far_field_sums), and 1 for masks, textures or narrow specular lobes that kernels know nothing of
+    (absent_alpha, absent_textures, absent_gloss).
 
     estimates: of a frame with a target, the target and what was expected of the frame's counts (gpu.adaptive.governor),
     by name; how many tries a picture for a wanted error took, of which stage_ms are the sum.

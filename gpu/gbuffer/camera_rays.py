@@ -3,6 +3,7 @@
 import numpy as np
 import warp as wp
 
+from gpu.core.image_size import ImageSize
 from gpu.scene.types import Camera, Placement
 
 RAY_LENGTH = wp.constant(1.0e6)
@@ -66,15 +67,15 @@ def camera_ray(camera: CameraData, x: float, y: float) -> CameraRay:
 
 
 @wp.func
-def pixel_ray(camera: CameraData, pixel: int, width: int, height: int) -> CameraRay:
-    """The ray through the camera's place in `pixel` of an image of width × height."""
-    x = (float(pixel % width) + camera.x) / float(width)
-    y = (float(pixel // width) + camera.y) / float(height)
+def pixel_ray(camera: CameraData, pixel: int, image: ImageSize) -> CameraRay:
+    """The ray through the camera's place in `pixel` of an image."""
+    x = (float(pixel % image.width) + camera.x) / float(image.width)
+    y = (float(pixel // image.width) + camera.y) / float(image.height)
     return camera_ray(camera, x, y)
 
 
 @wp.func
-def image_point(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2:
+def image_point(camera: CameraData, position: wp.vec3, image: ImageSize) -> wp.vec2:
     """Where `position` is in the image [pixels]: whole numbers where pixels' rays pass; −1, −1 where it is outside."""
     way = position - camera.origin
     depth = float(1.0)
@@ -86,11 +87,12 @@ def image_point(camera: CameraData, position: wp.vec3, width: int, height: int) 
     up = wp.dot(way, camera.up) / (depth * camera.half_height)
     if wp.abs(right) > 1.0 or wp.abs(up) > 1.0:
         return wp.vec2(-1.0, -1.0)
-    return wp.vec2(0.5 * (right + 1.0) * float(width) - camera.x, 0.5 * (1.0 - up) * float(height) - camera.y)
+    x = 0.5 * (right + 1.0) * float(image.width) - camera.x
+    return wp.vec2(x, 0.5 * (1.0 - up) * float(image.height) - camera.y)
 
 
 @wp.func
-def pixel_of(camera: CameraData, position: wp.vec3, width: int, height: int) -> wp.vec2i:
+def pixel_of(camera: CameraData, position: wp.vec3, image: ImageSize) -> wp.vec2i:
     """Column and row of the pixel whose ray passes nearest to `position`; outside of the image for what it lacks."""
-    place = image_point(camera, position, width, height)
+    place = image_point(camera, position, image)
     return wp.vec2i(int(wp.floor(place[0] + 0.5)), int(wp.floor(place[1] + 0.5)))

@@ -92,5 +92,5 @@ class ExactVpl(RenderMethod[ViewState]):
         vpls = self._vpls.members.count if self._vpls.count else 0
         near, empty = self._counter.totals()
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._setup.pixels}
-        skips = {**self._passes.skips(empty), "unchanged_lights": vpls if self._kept else 0}
-        return counts | {"near": near, "unassigned": 0}, skips
+        skips = {**self._passes.skips(), "unchanged_lights": vpls if self._kept else 0}
+        return counts | {"near": near, "unassigned": 0, "empty": empty}, skips

@@ -33,9 +33,14 @@ class FrameArrays:
     ) -> None:
         self.device_scene, self.size, self.device = device_scene, size, device_scene.device
         self.pixels = size[0] * size[1]
-        self.scene = device_scene.view(lambertian=lambertian, skip=skip)
-        self._backdrop = not skip.empty_pixels
-        self.features = scene_features(device_scene.scene, lambertian=lambertian, skip=skip)
+        self.scene = device_scene.view(lambertian=lambertian, assume_alpha=not skip.absent_alpha)
+        self.features = scene_features(
+            device_scene.scene,
+            lambertian=lambertian,
+            assume_alpha=not skip.absent_alpha,
+            assume_textures=not skip.absent_textures,
+            assume_gloss=not skip.absent_gloss,
+        )
         self.seed = wp.zeros(1, dtype=int, device=self.device)
         self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
         self.frame_index = wp.zeros(1, dtype=int, device=self.device)
@@ -48,6 +53,4 @@ class FrameArrays:
 
     def trace_primary_rays(self, camera: wp.array) -> None:
         """Fill the G-buffer as `camera` (1,) sees the scene."""
-        trace_primary_rays(
-            self.device_scene, self.scene, camera, self.size, self.gbuffer, self.features, backdrop=self._backdrop
-        )
+        trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.features)

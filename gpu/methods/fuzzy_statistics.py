@@ -77,7 +77,8 @@ class FuzzyTotals:
         """Points and rays by name; corrected: whether any had more rays."""
         more = {name: getattr(self, name) if corrected else 0 for name in MORE_RAYS}
         unassigned = self.unassigned_deficit // int(UNASSIGNED_DEFICIT)
-        return {"shaded": self.shaded, **more, "rays": self.rays, "near": self.near, "unassigned": unassigned}
+        rays = {"rays": self.rays, "near": self.near}
+        return {"shaded": self.shaded, **more, **rays, "unassigned": unassigned, "empty": self.empty}
 
     def skips(self, pixels: int, vpl_clusters: int, *, reads_history: bool) -> dict[str, int]:
         """What was left out, by the names of gpu.settings.Skips."""

@@ -64,6 +64,6 @@ class FuzzyView(ViewState):
 
     def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
         """As any viewer does; where the frame before saw much the same, pixels where light ended then are shaded."""
-        wp.copy(self.points.before, self.camera)
+        wp.copy(self.points.before.camera, self.camera)
         super().set_camera(camera, sample, walks=walks)
-        self.points.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
+        self.points.before.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))

@@ -247,8 +247,8 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
         vpls = self._vpls.members.count if self._vpls.count else 0
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": view.clustering.count}
         if not self._has_indirect:
-            return counts | NOTHING, self._passes.skips(self._counter.empty())
+            return counts | NOTHING | {"empty": self._counter.empty()}, self._passes.skips()
         totals, kept = self._counter.totals(), self.kept_light(view)
-        skips = self._passes.skips(totals.empty) | {"unchanged_lights": vpls if self._keeps_lights else 0}
+        skips = self._passes.skips() | {"unchanged_lights": vpls if self._keeps_lights else 0}
         skips |= totals.skips(self._setup.pixels, self._vpls.count, reads_history=kept.reads_history)
         return counts | totals.counts(corrected=kept.corrected), skips

@@ -10,7 +10,7 @@ from gpu.core.stages import Stages
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.indirect_history import IndirectHistory
 from gpu.denoise.reprojection import PreviousFrame
-from gpu.direct.direct_light import add_soft_light, trace_direct_light
+from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.near_field import NearField
 from gpu.methods.frame_arrays import FrameArrays
@@ -131,10 +131,11 @@ class Passes:
         table, area = self._setup.light_sets.table, frame.features.soft
 
         def rays() -> None:
-            numbers, out = (samples, frame.frame_index, self._settings.seed), (view.radiance, frame.area_light)
-            trace_direct_light(
-                frame.device_scene, frame.scene, table, frame.gbuffer, frame.size, *numbers, *out, frame.features
+            which, out = (
+                direct_samples(samples, frame.frame_index, self._settings.seed),
+                (view.radiance, frame.area_light),
             )
+            trace_direct_light(frame.scene, table, frame.gbuffer, frame.size, which, *out, frame.features)
             if area and histories and kind.write_history:
                 history = histories.direct
                 history.take(frame.gbuffer, histories.previous, frame.area_light, remembers=kind.read_history)
@@ -193,13 +194,11 @@ class Passes:
             stages.run("near", add_near, repeats=kind.captured, waits_for_fork=True)
         stages.run("interpolate", reflect, repeats=kind.captured)
 
-    def skips(self, empty: int) -> dict[str, int]:
-        """What primary rays and direct light did not have to do; empty: pixels that see nothing."""
-        features, direct = self._frame.features, self._has_direct
+    def skips(self) -> dict[str, int]:
+        """What kernels of primary rays and direct light did not have to know of."""
+        features = self._frame.features
         return {
-            "empty_pixels": empty,
             "absent_alpha": int(not features.alpha),
             "absent_textures": int(not features.textures),
-            "absent_gloss": int(direct and not features.gloss),
-            "absent_lights": features.absent_lights if direct else 0,
+            "absent_gloss": int(self._has_direct and not features.gloss),
         }

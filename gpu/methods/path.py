@@ -1,10 +1,12 @@
 """`path`: path tracing, the reference for the whole error of the other methods."""
 
+from gpu.core.parameters import parameters
 from gpu.core.stages import Stages
-from gpu.direct.path_tracing import trace_paths
+from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import frame_seed
 from gpu.methods.view_state import ViewState
+from gpu.settings import Component
 
 # Paths a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
 PATHS_PER_LAUNCH = 1 << 25
@@ -33,23 +35,20 @@ class PathTracing(RenderMethod[ViewState]):
 
     def _trace(self, view: ViewState, seed: int) -> None:
         setup, settings, all_samples = self._setup, self._setup.settings, self._setup.sample_counts.samples
-        paths = PATHS_PER_LAUNCH if setup.device.is_cuda else PATHS_PER_CPU_LAUNCH
-        run = max(1, paths // setup.pixels)
+        most = PATHS_PER_LAUNCH if setup.device.is_cuda else PATHS_PER_CPU_LAUNCH
+        run = max(1, most // setup.pixels)
         for first in range(0, all_samples, run):
             samples = min(run, all_samples - first)
-            trace_paths(
-                setup.device_scene,
-                self._scene,
-                self._table,
-                view.camera,
-                setup.size,
-                settings.component,
-                settings.bounces,
-                first,
-                samples,
-                seed,
-                view.radiance,
+            paths = parameters(
+                PathSamples,
+                count=samples,
+                before=first,
+                bounces=settings.bounces,
+                direct=settings.component is not Component.INDIRECT,
+                indirect=settings.component is not Component.DIRECT,
+                seed=seed,
             )
+            trace_paths(self._scene, self._table, view.camera, setup.size, paths, view.radiance)
             setup.progress("tracing paths", (first + samples) / all_samples)
 
     def statistics(self, view: ViewState) -> FrameStatistics:

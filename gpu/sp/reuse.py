@@ -64,7 +64,7 @@ def keep_visible_kernel(first: int, cameras: wp.array[CameraData], image: ImageS
     if clusters.spacing[cluster] <= 0.0 or served == 0:
         return
     position = clusters.position[cluster]
-    place = pixel_of(cameras[0], position, image.width, image.height)
+    place = pixel_of(cameras[0], position, image)
     if place[0] < 0 or place[1] < 0 or place[0] >= image.width or place[1] >= image.height:
         return
     pixel = place[1] * image.width + place[0]

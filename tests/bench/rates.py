@@ -12,12 +12,13 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import allocate, launch
+from gpu.core.image_size import image_of
+from gpu.core.morton import morton_order
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connection
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
-from gpu.gbuffer.shading_points import morton_order
 from gpu.methods.method import RenderSetup
 from gpu.methods.passes import light_set_choice
 from gpu.sample_counts import sample_counts_of
@@ -80,7 +81,7 @@ def primary_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], 
                    distance: wp.array[float]) -> None:  # fmt: skip
     """One thread a pixel: how far its ray goes."""
     pixel = first + wp.tid()
-    ray = pixel_ray(cameras[0], pixel, width, height)
+    ray = pixel_ray(cameras[0], pixel, image_of(width, height))
     distance[pixel] = closest_hit(scene, ray.origin, ray.direction, FAR).t
 
 
@@ -166,7 +167,7 @@ def ray_rates(device_scene: DeviceScene, size: Size, settings: RenderSettings) -
     primary = pixels / seconds_of(lambda: launch(primary_kernel, pixels, inputs, device), device)
 
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)
-    trace_primary_rays(device_scene, scene, cameras, size, gbuffer)
+    trace_primary_rays(scene, cameras, size, gbuffer)
     sample_counts = sample_counts_of(settings, device)
     setup = RenderSetup(device_scene, LightSets(device_scene), size, settings, sample_counts, lambda *_: None)
     clusters = setup.light_sets.clusters(light_set_choice(setup), setup.progress)
@@ -185,7 +186,7 @@ def ray_rates(device_scene: DeviceScene, size: Size, settings: RenderSettings) -
 
 def spread_out(face: Ints, size: Size, wanted: int) -> Ints:
     """Pixels of at most `wanted` shading points, evenly along the Z-order curve. face: (pixel,), NO_HIT for none."""
-    order = morton_order(*size)
+    order = morton_order(size, wp.get_device("cpu")).numpy()
     order = order[face[order] != NO_HIT]
     return order[np.linspace(0, len(order) - 1, min(wanted, len(order))).astype(int)] if len(order) else order
 

@@ -33,4 +33,4 @@ def test_the_hall_is_lit_and_closed(cpu: str) -> None:
     assert frame.radiance().mean() > 0.01
     up = look_at((0.0, 0.9, 0.0), (0.5, 0.0, 0.3))
     stats = Renderer(device_scene, (48, 32), settings.model_copy(update={"component": Component.FULL})).render(up).stats
-    assert stats.skips["empty_pixels"] == 0
+    assert stats.counts["empty"] == 0

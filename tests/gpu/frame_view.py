@@ -30,9 +30,9 @@ class FrameView(ViewState):
         return getattr(self.__dict__["frame"], name)
 
     def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
-        wp.copy(self.shading_points.before, self.camera)
+        wp.copy(self.shading_points.before.camera, self.camera)
         super().set_camera(camera, sample, walks=walks)
-        self.shading_points.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
+        self.shading_points.before.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
 
     def find_shading_points(self) -> None:
         self.frame.trace_primary_rays(self.camera)

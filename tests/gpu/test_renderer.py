@@ -142,7 +142,7 @@ def test_a_sky_lights_an_open_floor_and_is_seen() -> None:
     assert np.isfinite(radiance).all()
     assert radiance[0, SIZE[0] // 2] == pytest.approx(np.array([1.0, 2.0, 3.0]) * radiance[0, SIZE[0] // 2, 0])
     assert (radiance[-1] > 0.0).all()
-    assert frame.stats.skips["empty_pixels"] > 0
+    assert frame.stats.counts["empty"] > 0
 
 
 @pytest.mark.parametrize(

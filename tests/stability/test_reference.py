@@ -14,8 +14,10 @@ import warp as wp
 from scipy import ndimage, stats
 
 from gpu.core.device import CORES
+from gpu.core.image_size import image_size
+from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
-from gpu.direct.path_tracing import path_kernel
+from gpu.direct.path_tracing import PathSamples, trace_paths_kernel
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
 from gpu.scene.load import load_scene
@@ -40,12 +42,13 @@ def rows_of(device_scene: DeviceScene, size: tuple[int, int], rows: Integers, co
     scene, table = device_scene.view(lambertian=True), build_light_table(device_scene)
     camera = wp.array([camera_data(device_scene.scene.cameras[0], device_scene.scene.placement, width / height)],
                       dtype=CameraData, device=device_scene.device)  # fmt: skip
-    inputs = [scene, table, camera, width, height, True, component is Component.FULL, 4, 0, samples, seed, mean]
+    paths = parameters(PathSamples, count=samples, indirect=component is Component.FULL, seed=seed)
+    inputs = [scene, table, camera, image_size((width, height)), paths, mean]
 
     def trace(row: int) -> None:
-        wp.launch(path_kernel, dim=width, inputs=[row * width, *inputs], device=device_scene.device)
+        wp.launch(trace_paths_kernel, dim=width, inputs=[row * width, *inputs], device=device_scene.device)
 
-    path_kernel.module.load(device_scene.device, block_dim=256 if device_scene.device.is_cuda else 1)
+    trace_paths_kernel.module.load(device_scene.device, block_dim=256 if device_scene.device.is_cuda else 1)
     with ThreadPoolExecutor(1 if device_scene.device.is_cuda else CORES) as pool:
         list(pool.map(trace, rows.tolist()))
     return np.asarray(mean.numpy(), np.float64).reshape(height, width, 3)[rows]

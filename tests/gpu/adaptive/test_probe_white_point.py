@@ -8,8 +8,11 @@ from scenes import column
 
 from gpu.adaptive.probe_white_point import EVEN, Picture, White
 from gpu.core.device import allocate, choose_device
+from gpu.core.image_size import image_size
+from gpu.core.parameters import parameters
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.sparse_shading import SparseShadingParameters
 
 WIDTH, HEIGHT = 200, 100
 
@@ -22,7 +25,8 @@ def picture_of(radiance: np.ndarray, name: str, faces: np.ndarray | None = None)
     gbuffer.throughput.fill_(1.0)
     gbuffer.face = column(np.zeros(pixels) if faces is None else faces, int, name)
     picture = Picture()
-    picture.gbuffer, picture.width, picture.height, picture.stride = gbuffer, WIDTH, HEIGHT, 1
+    picture.gbuffer, picture.image = gbuffer, image_size((WIDTH, HEIGHT))
+    picture.sparse = parameters(SparseShadingParameters)
     picture.listed = wp.full(pixels, 1, dtype=int, device=device)
     picture.irradiance = column(radiance, wp.vec3, name)
     return picture

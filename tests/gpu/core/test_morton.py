@@ -1,8 +1,9 @@
 import numpy as np
+import pytest
 import warp as wp
 from scenes import column, results
 
-from gpu.core.morton import EMPTY_KEY, morton_key
+from gpu.core.morton import EMPTY_KEY, morton_key, morton_order
 
 
 @wp.kernel
@@ -30,3 +31,11 @@ def test_positions_at_the_edge_of_unit_space_are_clamped() -> None:
     inputs = [column([[0.5, 0.5, 0.5], [-0.5, -0.5, -0.5]], wp.vec3), column([[0, 0, 1]] * 2, wp.vec3)]
     low, high = sorted(results(key_kernel, 2, inputs, wp.int32))
     assert 0 <= low < high < int(EMPTY_KEY)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (7, 5), (64, 32), (1000, 3)])
+def test_pixels_are_ordered_by_the_bits_of_both_coordinates_in_turn(size: tuple[int, int]) -> None:
+    order = morton_order(size, wp.get_device("cpu")).numpy()
+    x, y = np.arange(size[0] * size[1]) % size[0], np.arange(size[0] * size[1]) // size[0]
+    codes = sum((x >> bit & 1) << 2 * bit | (y >> bit & 1) << 2 * bit + 1 for bit in range(10))
+    assert order.tolist() == np.argsort(codes).tolist()

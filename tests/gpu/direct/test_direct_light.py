@@ -10,7 +10,7 @@ from gpu.device_scene.bsdf import reflected
 from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.surface import Surface
 from gpu.device_scene.upload import DeviceScene
-from gpu.direct.direct_light import add_soft_light, trace_direct_light
+from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights.build import build_light_table
 from gpu.scene.camera import look_at
@@ -27,11 +27,11 @@ def direct(
     """What `camera` sees of direct light, (height, width, 3)."""
     scene = device_scene.view(lambertian=view.get("lambertian", False))
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
-    trace_primary_rays(device_scene, scene, camera_of(device_scene, camera, SIZE), SIZE, gbuffer)
+    trace_primary_rays(scene, camera_of(device_scene, camera, SIZE), SIZE, gbuffer)
     out = wp.full(SIZE[0] * SIZE[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
     table, moment = build_light_table(device_scene), wp.full(1, frame, dtype=int, device="cpu")
-    trace_direct_light(device_scene, scene, table, gbuffer, SIZE, samples, moment, seed, out, soft)
+    trace_direct_light(scene, table, gbuffer, SIZE, direct_samples(samples, moment, seed), out, soft)
     add_soft_light(gbuffer, soft, out)
     return np.asarray(out.numpy(), np.float64).reshape(SIZE[1], SIZE[0], 3)
 

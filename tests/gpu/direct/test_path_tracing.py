@@ -7,9 +7,10 @@ import warp as wp
 from scenes import box, camera_of, grey, quad, resident_of
 
 from gpu.core.device import allocate
+from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
-from gpu.direct.direct_light import add_soft_light, trace_direct_light
-from gpu.direct.path_tracing import trace_paths
+from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
+from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights.build import build_light_table
 from gpu.scene.camera import look_at
@@ -37,8 +38,16 @@ def paths(
     table, data = build_light_table(device_scene), camera_of(device_scene, camera, size)
     first = 0
     for samples in runs:
-        trace_paths(device_scene, scene, table, data, size, component, bounces, first, samples,
-                    options.get("seed", 0), mean)  # fmt: skip
+        which = parameters(
+            PathSamples,
+            count=samples,
+            before=first,
+            bounces=bounces,
+            direct=component is not Component.INDIRECT,
+            indirect=component is not Component.DIRECT,
+            seed=options.get("seed", 0),
+        )
+        trace_paths(scene, table, data, size, which, mean)
         first += samples
     return np.asarray(mean.numpy(), np.float64).reshape(size[1], size[0], 3)
 
@@ -79,11 +88,11 @@ def test_direct_light_is_that_of_the_other_methods() -> None:
     lamp = quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
     device_scene = resident_of([*box(), lamp], [grey(0.6), grey(0.0, emission=5.0)], lights=[BULB])
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
-    trace_primary_rays(device_scene, device_scene.data, camera_of(device_scene, INSIDE, SIZE), SIZE, gbuffer)
+    trace_primary_rays(device_scene.data, camera_of(device_scene, INSIDE, SIZE), SIZE, gbuffer)
     out = wp.zeros(SIZE[0] * SIZE[1], dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
     table, moment = build_light_table(device_scene), wp.zeros(1, dtype=int, device="cpu")
-    trace_direct_light(device_scene, device_scene.data, table, gbuffer, SIZE, 64, moment, 0, out, soft)
+    trace_direct_light(device_scene.data, table, gbuffer, SIZE, direct_samples(64, moment, 0), out, soft)
     add_soft_light(gbuffer, soft, out)
     expected = out.numpy().reshape(SIZE[1], SIZE[0], 3)
     picture = paths(device_scene, component=Component.DIRECT, runs=(64,))

@@ -116,8 +116,8 @@ def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_o
     asked: list[tuple[int, int, int]] = []
 
     def trace(*args: Any) -> None:
-        samples, moment, seed = args[5:8]
-        asked.append((samples, int(moment.numpy()[0]), seed))
+        samples = args[4]
+        asked.append((samples.count, int(samples.moment.numpy()[0]), samples.seed))
         trace_direct_light(*args)
 
     monkeypatch.setattr("gpu.methods.passes.trace_direct_light", trace)

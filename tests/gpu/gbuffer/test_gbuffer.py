@@ -17,7 +17,7 @@ def look(device_scene: DeviceScene, camera: Camera) -> dict[str, Doubles]:
     width, height = SIZE
     gbuffer = allocate(GBuffer, width * height, device_scene.device)
     data = camera_of(device_scene, camera, SIZE)
-    trace_primary_rays(device_scene, device_scene.data, data, SIZE, gbuffer)
+    trace_primary_rays(device_scene.data, data, SIZE, gbuffer)
     arrays = {name: getattr(gbuffer, name).numpy() for name in GBuffer.vars}
     return {name: array.reshape(height, width, *array.shape[1:]) for name, array in arrays.items()}
 
@@ -49,7 +49,7 @@ def test_pixels_look_through_their_centres() -> None:
     distance = np.linalg.norm(own, axis=-1) * device_scene.scene.placement.scale
     assert np.allclose(seen["spacing"], distance * 2.0 * camera.half_height / SIZE[1], rtol=1e-3)
     towards = camera.to_world[:3, 3] - (seen["position"] / device_scene.scene.placement.scale)
-    assert np.allclose(seen["view"], towards / np.linalg.norm(towards, axis=-1, keepdims=True), atol=1e-4)
+    assert np.allclose(seen["to_camera"], towards / np.linalg.norm(towards, axis=-1, keepdims=True), atol=1e-4)
 
 
 def test_orthographic_pixels_are_parallel() -> None:
@@ -60,7 +60,7 @@ def test_orthographic_pixels_are_parallel() -> None:
     own = in_camera(camera, device_scene, seen["position"])
     assert np.allclose(own[..., :2], pixel_grid() * [1.5 * SIZE[0] / SIZE[1], 1.5], atol=1e-4)
     assert np.allclose(own[..., 2], -5.0, atol=1e-4)
-    assert np.allclose(seen["view"], [0, 0, 1])
+    assert np.allclose(seen["to_camera"], [0, 0, 1])
     assert np.allclose(seen["spacing"], 3.0 / SIZE[1] * device_scene.scene.placement.scale)
 
 
@@ -72,11 +72,11 @@ def test_pixels_beside_the_scene_show_the_sky() -> None:
     left, right = seen["face"][8, 10], seen["face"][8, 14]
     assert left >= 0
     assert right == int(NO_HIT)
-    assert np.allclose(seen["shown"][8, 10], 2.0)
-    up = -seen["view"][..., 1]
+    assert np.allclose(seen["emitted"][8, 10], 2.0)
+    up = -seen["to_camera"][..., 1]
     sky = np.array([1.0, 2.0, 4.0]) * (0.5 + 0.5 * up[..., None])
     missed = seen["face"] == int(NO_HIT)
-    assert np.allclose(seen["shown"][missed], sky[missed], rtol=1e-4)
+    assert np.allclose(seen["emitted"][missed], sky[missed], rtol=1e-4)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -86,7 +86,7 @@ def test_surfaces_face_the_camera_and_pass_on_all_their_light(side: float) -> No
     assert np.allclose(seen["geometric_normal"], [0, 0, side])
     assert np.allclose(seen["throughput"], 1.0)
     assert np.allclose(seen["albedo"], 0.3)
-    assert np.allclose(seen["shown"], 0.0)
+    assert np.allclose(seen["emitted"], 0.0)
 
 
 def test_a_second_picture_forgets_the_first() -> None:
@@ -95,6 +95,6 @@ def test_a_second_picture_forgets_the_first() -> None:
     for target, expected in (((0.0, 0.0, 0.0), 1.0), ((0.0, 0.0, 5.0), 0.0)):
         camera = look_at((0.0, 0.0, 0.5), target)
         data = camera_of(device_scene, camera, SIZE)
-        trace_primary_rays(device_scene, device_scene.data, data, SIZE, gbuffer)
-        assert np.allclose(gbuffer.shown.numpy(), expected)
+        trace_primary_rays(device_scene.data, data, SIZE, gbuffer)
+        assert np.allclose(gbuffer.emitted.numpy(), expected)
         assert ((gbuffer.face.numpy() != int(NO_HIT)) == (expected > 0.0)).all()

@@ -15,9 +15,9 @@ ROWS, COLUMNS = np.mgrid[0:HEIGHT, 0:WIDTH]
 SLOPE = 3.0 + 0.25 * COLUMNS + 0.5 * ROWS
 
 
-def shaded(gbuffer: GBuffer, stride: int) -> NDArray:
+def shaded(gbuffer: GBuffer, stride: int, **thresholds: float) -> NDArray:
     """Which pixels have SPs, (HEIGHT, WIDTH)."""
-    sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
+    sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU, **thresholds)
     sps.find(gbuffer)
     chosen = np.zeros(WIDTH * HEIGHT, bool)
     chosen[sps.pixels.numpy()[: sps.count.numpy()[0]]] = True
@@ -125,15 +125,17 @@ def seen_flat() -> wp.array:
     return wp.array([camera], dtype=CameraData, device=CPU)
 
 
-def shaded_next(light: NDArray, *, follows: bool = True, mean: float = 1.0) -> tuple[NDArray, NDArray]:
+def shaded_next(
+    light: NDArray, *, follows: bool = True, mean: float = 1.0, **thresholds: float
+) -> tuple[NDArray, NDArray]:
     """Which pixels of a wall are shaded in a frame after one that found `light`, and what they reflect of it then."""
-    sps = ShadingPoints((WIDTH, HEIGHT), STRIDE, CPU)
+    sps = ShadingPoints((WIDTH, HEIGHT), STRIDE, CPU, **thresholds)
     radiance = wp.zeros(WIDTH * HEIGHT, dtype=wp.vec3, device=CPU)
     inputs = wall(), grey_values(light), column([mean], float), radiance
     sps.find(wall())
     sps.reflect(*inputs)
-    wp.copy(sps.before, seen_flat())
-    sps.follows.fill_(int(follows))
+    wp.copy(sps.before.camera, seen_flat())
+    sps.before.follows.fill_(int(follows))
     sps.find(wall())
     radiance.zero_()
     sps.reflect(*inputs)
@@ -156,3 +158,37 @@ def test_elsewhere_it_shades_no_more(kind: str) -> None:
     light = SLOPE if kind == "slope" else np.where(LEFT, 1.0, 10.0)
     listed, _ = shaded_next(light, follows=kind != "another view", mean=100.0 if kind == "dark" else 1.0)
     assert np.array_equal(listed, shaded(wall(), STRIDE))
+
+
+def test_how_much_of_a_pixel_its_anchors_must_tell() -> None:
+    # Of the anchors around an odd pixel, half are an anchor of the same row: in column 23, between the halves.
+    gbuffer = split_walls()["normals"]
+    halves = ROWS[:, 23] % STRIDE == 0
+    assert shaded(gbuffer, STRIDE, min_share=0.4)[:-1, 23].sum() == 0
+    assert shaded(gbuffer, STRIDE)[halves, 23].all()
+
+
+def test_how_deep_a_surface_may_be() -> None:
+    odd = (ROWS == 11) & (COLUMNS == 17)
+    deeper = wall(depth=np.where(odd, 0.15, 0.0))
+    assert shaded(deeper, STRIDE)[odd].all()
+    assert not shaded(deeper, STRIDE, plane_tolerance=0.2)[odd].any()
+
+
+@pytest.mark.parametrize(
+    ("dark", "mean", "threshold", "is_shaded"),
+    [
+        (4.0, 1.0, {}, True),  # 2.5 times as bright
+        (4.0, 1.0, {"edge_ratio": 4.0}, False),
+        (6.0, 1.0, {}, False),
+        (6.0, 1.0, {"edge_ratio": 1.5}, True),
+        (1.0, 19.0, {}, True),
+        (1.0, 19.0, {"min_edge": 0.2}, False),
+    ],
+)
+def test_which_edges_of_light_are_shaded(
+    dark: float, mean: float, threshold: dict[str, float], is_shaded: bool
+) -> None:
+    """The edges of light that is 10 on one side and `dark` on the other, reflected by π of it."""
+    listed, _ = shaded_next(np.where(LEFT, dark, 10.0), mean=mean, **threshold)
+    assert listed[1:-1:2, 23].all() == is_shaded

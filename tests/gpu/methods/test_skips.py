@@ -85,28 +85,19 @@ def test_rays_for_more_pairs_change_little(room: DeviceScene, usual: Frame, name
     assert relative_error(usual, other) < bound
 
 
-@pytest.mark.parametrize("name", ["absent_alpha", "absent_textures", "absent_gloss", "absent_lights"])
+@pytest.mark.parametrize("name", ["absent_alpha", "absent_textures", "absent_gloss"])
 def test_kernels_that_know_of_what_is_absent_give_the_same_bits(room: DeviceScene, usual: Frame, name: str) -> None:
     other = frame(room, without(name))
-    assert usual.stats.skips[name] == (2 if name == "absent_lights" else 1)
+    assert usual.stats.skips[name] == 1
     assert other.stats.skips == usual.stats.skips | {name: 0}
     assert_same(other, usual, room)
 
 
 def test_what_is_absent_depends_on_the_scene_and_the_light_that_is_wanted(terrace: DeviceScene) -> None:
     skips = frame(terrace).stats.skips
-    assert (skips["absent_lights"], skips["absent_gloss"], skips["absent_textures"]) == (2, 1, 1)
+    assert (skips["absent_gloss"], skips["absent_textures"]) == (1, 1)
     skips = frame(terrace, component=Component.INDIRECT).stats.skips
-    assert (skips["absent_lights"], skips["absent_gloss"], skips["absent_textures"]) == (0, 0, 1)
-
-
-def test_without_soft_light_none_is_smoothed_and_the_bits_are_the_same() -> None:
-    bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
-    device_scene = resident_of(box(), [grey(0.6)], lights=[bulb])
-    usual, other = frame(device_scene), frame(device_scene, without("absent_lights"))
-    assert usual.stats.skips["absent_lights"] == 2
-    assert (usual.radiance() > 0.0).all()
-    assert usual.radiance().tobytes() == other.radiance().tobytes()
+    assert (skips["absent_gloss"], skips["absent_textures"]) == (0, 1)
 
 
 def test_a_scene_that_has_everything_skips_nothing_of_that() -> None:
@@ -121,10 +112,13 @@ def test_a_scene_that_has_everything_skips_nothing_of_that() -> None:
     assert scene_features(scene, lambertian=False) == EVERYTHING
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, alpha=False, gloss=False)
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
-    assert scene_features(bare, lambertian=False) == SceneFeatures(*[False] * 7)
-    assert scene_features(bare, lambertian=False, skip=without(*Skips.model_fields)) == EVERYTHING
-    many = scene_of(box(), [grey(0.5)], [bulb] * (MAX_ENUMERATED + 1))
-    assert scene_features(many, lambertian=False) == replace(SceneFeatures(*[False] * 7), lights=True, soft=True)
+    nothing = SceneFeatures(alpha=False, textures=False, gloss=False, soft=False)
+    assert scene_features(bare, lambertian=False) == nothing
+    for name in ("alpha", "textures", "gloss"):
+        assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == replace(nothing, **{name: True})
+    for many in (False, True):
+        lit = scene_of(box(), [grey(0.5)], [bulb] * (MAX_ENUMERATED + many))
+        assert scene_features(lit, lambertian=False) == replace(nothing, soft=many)
 
 
 @pytest.mark.parametrize("change", [{"specular": 0.0}, {"roughness": 0.5}, {"unlit": True}])
@@ -134,24 +128,12 @@ def test_only_narrow_specular_lobes_are_gloss(change: dict[str, float]) -> None:
     assert not scene_features(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
 
 
-def test_pixels_that_see_nothing_are_left_alone(terrace: DeviceScene) -> None:
-    usual, other = frame(terrace), frame(terrace, without("empty_pixels"))
-    exact = frame(terrace, method=Method.EXACT_VPL)
-    empty = usual.stats.skips["empty_pixels"]
-    assert 0.2 < empty / (SIZE[0] * SIZE[1]) < 0.8
-    assert exact.stats.skips["empty_pixels"] == empty
-    assert other.stats.skips["empty_pixels"] == 0
-    same = (usual.radiance() == other.radiance()).all(axis=2)
-    assert same.sum() >= empty
-    # What differs are clusters that something black has: neither picture is far from one without clusters.
-    assert not same.all()
-    assert relative_error(usual, exact) < 2e-3
-    assert relative_error(other, exact) < 2e-3
-
-
-def test_where_every_pixel_sees_something_there_are_no_empty_ones(room: DeviceScene, usual: Frame) -> None:
-    assert usual.stats.skips["empty_pixels"] == 0
-    assert_same(frame(room, without("empty_pixels")), usual, room)
+def test_pixels_that_see_nothing_are_counted(terrace: DeviceScene, usual: Frame) -> None:
+    assert usual.stats.counts["empty"] == 0
+    outdoors, exact = frame(terrace), frame(terrace, method=Method.EXACT_VPL)
+    assert 0.2 < outdoors.stats.counts["empty"] / (SIZE[0] * SIZE[1]) < 0.8
+    assert exact.stats.counts["empty"] == outdoors.stats.counts["empty"]
+    assert relative_error(outdoors, exact) < 2e-3
 
 
 @pytest.fixture
@@ -172,9 +154,9 @@ def test_indirect_light_of_most_pixels_is_interpolated(room: DeviceScene, of_any
 
 
 def test_empty_pixels_are_not_counted_as_interpolated(terrace: DeviceScene, of_any_size: None) -> None:
-    for skip in (EVERY_SKIP, without("interpolated"), without("empty_pixels")):
+    for skip in (EVERY_SKIP, without("interpolated")):
         stats = frame(terrace, skip).stats
-        done = stats.counts["shaded"] + stats.skips["interpolated"] + stats.skips["empty_pixels"]
+        done = stats.counts["shaded"] + stats.skips["interpolated"] + stats.counts["empty"]
         assert done == SIZE[0] * SIZE[1]
 
 

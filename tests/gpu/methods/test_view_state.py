@@ -67,8 +67,8 @@ def test_light_ended_where_a_frame_of_the_walk_or_of_the_still_view_saw_it_end()
     def follows(*args: object, **options: bool) -> bool:
         before = view.camera.numpy().tobytes()
         view.set_camera(*args, **options)
-        assert view.shading_points.before.numpy().tobytes() == before
-        return bool(view.shading_points.follows.numpy()[0])
+        assert view.shading_points.before.camera.numpy().tobytes() == before
+        return bool(view.shading_points.before.follows.numpy()[0])
 
     assert not follows(one)
     assert not follows(one)  # again from nothing

@@ -10,6 +10,7 @@ from scenes import column, grey, quad, resident_of, results
 from walking import SIZE, Walk, budget_of, furnished, pose
 
 from gpu.core.device import duplicate
+from gpu.core.image_size import image_of
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, pixel_of
@@ -218,7 +219,7 @@ def pixel_kernel(first: int, cameras: wp.array[CameraData], points: wp.array[wp.
                  out: wp.array[wp.vec2i]) -> None:  # fmt: skip
     """One thread a point: where the camera sees it."""
     index = first + wp.tid()
-    out[index] = pixel_of(cameras[0], points[index], width, height)
+    out[index] = pixel_of(cameras[0], points[index], image_of(width, height))
 
 
 @pytest.mark.parametrize("orthographic", [False, True])
