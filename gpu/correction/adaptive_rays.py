@@ -18,7 +18,7 @@ from gpu.correction.adaptive_ray_sampling import RAYS, TRUST, Rays, draw_kernel,
 from gpu.correction.brightness import SAMPLES, MeanBrightness
 from gpu.correction.top_k import LAST, Selection
 from gpu.correction.vpl_sampling import sees_member_of
-from gpu.denoise.atrous import PLANE_TOLERANCE, luminance_weight
+from gpu.denoise.atrous import ATROUS_PARAMETERS, luminance_weight
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connection
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
@@ -148,8 +148,8 @@ def share_kernel(first: int, gbuffer: GBuffer, width: int, height: int, pixels: 
             at = places[other]
             if at < count[0] and pixels[at] == other:
                 weight = BINOMIAL[wp.abs(dx)] * BINOMIAL[wp.abs(dy)]
-                weight *= edge_stopping_weight(gbuffer, pixel, other, 2, PLANE_TOLERANCE)
-                weight *= luminance_weight(own, brightness(told[other]))
+                weight *= edge_stopping_weight(gbuffer, pixel, other, 2, wp.static(ATROUS_PARAMETERS.plane_tolerance))
+                weight *= luminance_weight(own, brightness(told[other]), wp.static(ATROUS_PARAMETERS.guide_tolerance))
                 total += weight
                 mixed += lacking[at] * weight
     lacks = lacking[place] * OWN + mixed * ((1.0 - OWN) / wp.max(total, 1.0e-20))

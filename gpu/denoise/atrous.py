@@ -1,52 +1,70 @@
-"""Soft light shared between neighbouring pixels of one surface: what removes the speckle of few samples a pixel.
+"""Light shared between neighbouring pixels of one surface: what removes the speckle of few samples a pixel.
 
 An edge-avoiding à-trous filter (H. Dammertz et al. 2010) over light that is divided by reflectance, guided by the noise
 around each pixel (C. Schied et al. 2017): where neighbours agree, as beside a sharp shadow, nothing is mixed.
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.core.color import brightness
-from gpu.core.device import launch
-from gpu.core.image_size import image_of
+from gpu.core.device import duplicate, launch
+from gpu.core.image_size import ImageSize, image_size
+from gpu.core.parameters import parameters
+from gpu.denoise.sparse_image import SparseImage, sparse_image
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.sparse_shading import is_anchor_only
 
 STEPS = (1, 2, 4)
-# The most that the square of a step times the frames that light is of may be: the less noise light has, the nearer it
-# is shared, since blur does not fade with frames. Uneven surfaces have more of that, which is worth less sharing for
-# light that each SP has rays for in nearly every frame; near field's, with rays of few, is shared as usual.
-MAX_STEP, MAX_STEP_ON_DETAIL = 80, 16
-# How far off its plane a pixel still shows a surface, in its spacings a step.
-PLANE_TOLERANCE = wp.constant(1.0)
-# Light that differs by this many deviations is taken for other light, not for noise.
-LIGHT_TOLERANCE = wp.constant(3.0)
-# Guiding light may differ by this much, relatively.
-GUIDE_TOLERANCE = wp.constant(1.0)
+
+
+@wp.struct
+@dataclass
+class AtrousParameters:
+    """What neighbours share.
+
+    plane_tolerance: how far off its plane a pixel still shows a surface, in its spacings a step; light_tolerance: light
+    that differs by this many deviations is taken for other light, not for noise; guide_tolerance: guiding light may
+    differ by this much, relatively.
+    max_step: the most that the square of a step times the frames that light is of may be: the less noise light has, the
+    nearer it is shared, since blur does not fade with frames. max_step_on_detail: the same for uneven surfaces and
+    light that each SP has rays for in nearly every frame: these have more of that, which is worth less sharing.
+    """
+
+    plane_tolerance: float = 1.0
+    light_tolerance: float = 3.0
+    guide_tolerance: float = 1.0
+    max_step: int = 80
+    max_step_on_detail: int = 16
+
+
+ATROUS_PARAMETERS: AtrousParameters = parameters(AtrousParameters)
 
 
 @wp.kernel
-def deviation_kernel(first: int, gbuffer: GBuffer, width: int, height: int, light: wp.array[wp.vec3],
-                     deviation: wp.array[float]) -> None:  # fmt: skip
+def light_deviation_kernel(first: int, gbuffer: GBuffer, image: ImageSize, plane_tolerance: float,
+                           light: wp.array[wp.vec3], deviation: wp.array[float]) -> None:  # fmt: skip
     """One thread a pixel: the standard deviation of the light of its surface in the 3×3 pixels around."""
     pixel = first + wp.tid()
     deviation[pixel] = 0.0
     if gbuffer.face[pixel] == NO_HIT:
         return
-    column = pixel % width
-    row = pixel // width
+    column = pixel % image.width
+    row = pixel // image.width
     total = float(0.0)
     mean = float(0.0)
     square = float(0.0)
     for neighbour in range(9):
         x = column + neighbour % 3 - 1
         y = row + neighbour // 3 - 1
-        if x >= 0 and x < width and y >= 0 and y < height:
-            other = y * width + x
-            weight = edge_stopping_weight(gbuffer, pixel, other, 1, PLANE_TOLERANCE)
+        if x >= 0 and x < image.width and y >= 0 and y < image.height:
+            other = y * image.width + x
+            weight = edge_stopping_weight(gbuffer, pixel, other, 1, plane_tolerance)
             value = brightness(light[other])
             total += weight
             mean += weight * value
@@ -56,17 +74,18 @@ def deviation_kernel(first: int, gbuffer: GBuffer, width: int, height: int, ligh
 
 
 @wp.kernel
-def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: int, light: wp.array[wp.vec3],
-                  deviation: wp.array[float], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+def atrous_pixels_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int, chosen: AtrousParameters,
+                         light: wp.array[wp.vec3], deviation: wp.array[float],
+                         out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: its light mixed with that of the eight pixels `step` away, by 1/4, 1/2, 1/4 on each axis."""
     pixel = first + wp.tid()
     out[pixel] = light[pixel]
     if gbuffer.face[pixel] == NO_HIT or deviation[pixel] == 0.0:
         return
-    column = pixel % width
-    row = pixel // width
+    column = pixel % image.width
+    row = pixel // image.width
     own = brightness(light[pixel])
-    tolerance = LIGHT_TOLERANCE * deviation[pixel]
+    tolerance = chosen.light_tolerance * deviation[pixel]
     total = float(4.0)
     mixed = light[pixel] * 4.0
     for neighbour in range(9):
@@ -74,10 +93,10 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
         dy = neighbour // 3 - 1
         x = column + dx * step
         y = row + dy * step
-        if neighbour != 4 and x >= 0 and x < width and y >= 0 and y < height:
-            other = y * width + x
+        if neighbour != 4 and x >= 0 and x < image.width and y >= 0 and y < image.height:
+            other = y * image.width + x
             share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-            weight = share * edge_stopping_weight(gbuffer, pixel, other, step, PLANE_TOLERANCE)
+            weight = share * edge_stopping_weight(gbuffer, pixel, other, step, chosen.plane_tolerance)
             weight *= wp.exp(-wp.abs(brightness(light[other]) - own) / tolerance)
             total += weight
             mixed += light[other] * weight
@@ -85,36 +104,47 @@ def smooth_kernel(first: int, gbuffer: GBuffer, width: int, height: int, step: i
 
 
 @wp.func
-def luminance_weight(own: float, other: float) -> float:
+def luminance_weight(own: float, other: float, tolerance: float) -> float:
     """How much of what a neighbour knows counts, 0 … 1, where a guide of little noise has `other` light there."""
-    return wp.exp(-wp.abs(other - own) / (GUIDE_TOLERANCE * own + 1.0e-30))
+    return wp.exp(-wp.abs(other - own) / (tolerance * own + 1.0e-30))
+
+
+@wp.struct
+class LightGuide:
+    """What guides the sharing of light, (pixel,) each: other light there, which has little noise, and frames.
+
+    frames: how many earlier frames the shared light is known of.
+    """
+
+    light: wp.array[wp.vec3]
+    frames: wp.array[int]
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, sps: wp.array[int],
-                         count: wp.array[int], listed: wp.array[int], stride: int, step: int, frames: wp.array[int],
-                         max_step_on_detail: int, guide: wp.array[wp.vec3], light: wp.array[wp.vec3],
+def atrous_points_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse: SparseImage, step: int,
+                         guide: LightGuide, chosen: AtrousParameters, light: wp.array[wp.vec3],
                          out: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: its light mixed with that of the nine anchors (gpu.gbuffer.sparse_shading) `step` strides
-    about it.
+    """One thread an SP: its light (pixel,) mixed with that of the nine anchors `step` strides about it.
 
-    With step 0, that of the eight pixels beside it which have SPs, as all have where anchors tell little: listed
-    (pixel,): 1. Where the `guide` (pixel,) has other light, of which it has little noise, nothing is mixed, nor far off
-    where the light is a mean of more `frames` (pixel,) than this one; light of fewer frames counts less.
+    With step 0, that of the eight pixels beside it which have SPs, as all have where anchors tell little. Where the
+    guide has other light nothing is mixed, nor far off where the light is a mean of more frames than this one; light of
+    fewer frames counts less.
     """
     sp = first + wp.tid()
-    if sp >= count[0]:
+    if sp >= points.count[0]:
         return
-    pixel = sps[sp]
-    reach = wp.where(
-        stride == 1 or is_anchor_only(listed, pixel, image_of(width, height)), wp.static(MAX_STEP), max_step_on_detail
-    )
-    if step * step * (frames[pixel] + 1) > reach:
+    pixel = points.pixels[sp]
+    width = sparse.image.width
+    height = sparse.image.height
+    stride = sparse.stride
+    even = stride == 1 or is_anchor_only(sparse.listed, pixel, sparse.image)
+    reach = wp.where(even, chosen.max_step, chosen.max_step_on_detail)
+    if step * step * (guide.frames[pixel] + 1) > reach:
         out[pixel] = light[pixel]
         return
     x = pixel % width
     y = pixel // width
-    own = brightness(guide[pixel])
+    own = brightness(guide.light[pixel])
     total = float(4.0)
     mixed = light[pixel] * 4.0
     for neighbour in range(9):
@@ -127,11 +157,12 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
             row = (y // stride + dy * step) * stride
         if column >= 0 and column < width and row >= 0 and row < height:
             other = row * width + column
-            if other != pixel and (step > 0 or listed[other] == 1):
+            if other != pixel and (step > 0 or sparse.listed[other] == 1):
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
-                weight = share * edge_stopping_weight(gbuffer, pixel, other, wp.max(step * stride, 1), PLANE_TOLERANCE)
-                weight *= luminance_weight(own, brightness(guide[other]))
-                weight *= wp.min(float(frames[other] + 1) / float(frames[pixel] + 1), 1.0)
+                away = wp.max(step * stride, 1)
+                weight = share * edge_stopping_weight(gbuffer, pixel, other, away, chosen.plane_tolerance)
+                weight *= luminance_weight(own, brightness(guide.light[other]), chosen.guide_tolerance)
+                weight *= wp.min(float(guide.frames[other] + 1) / float(guide.frames[pixel] + 1), 1.0)
                 total += weight
                 mixed += light[other] * weight
     out[pixel] = mixed / total
@@ -140,38 +171,43 @@ def smooth_points_kernel(first: int, gbuffer: GBuffer, width: int, height: int, 
 class Smoothing:
     """Smooths light of an image of `size` (width, height); its arrays are allocated once."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
-        self.device, self._size = device, size
+    def __init__(self, size: tuple[int, int], device: wp.Device,
+                 chosen: AtrousParameters = ATROUS_PARAMETERS) -> None:  # fmt: skip
+        self.device, self._size, self._image, self._chosen = device, size, image_size(size), chosen
         pixels = size[0] * size[1]
         self._deviation = wp.zeros(pixels, dtype=float, device=device)
         self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._third = wp.zeros(pixels, dtype=wp.vec3, device=device)
 
     def run(self, gbuffer: GBuffer, light: wp.array) -> None:
-        """Smooth `light` (pixel,), light per reflectance of the SPs in `gbuffer`, in place."""
-        width, height = self._size
-        pixels = width * height
-        launch(deviation_kernel, pixels, [gbuffer, width, height, light, self._deviation], self.device)
+        """Smooth `light` (pixel,), light per reflectance of what is in `gbuffer`, in place."""
+        image, chosen, deviation = self._image, self._chosen, self._deviation
+        inputs = [gbuffer, image, chosen.plane_tolerance, light, deviation]
+        launch(light_deviation_kernel, len(light), inputs, self.device)
         source, target = light, self._other
         for step in STEPS:
-            inputs = [gbuffer, width, height, step, source, self._deviation, target]
-            launch(smooth_kernel, pixels, inputs, self.device)
+            inputs = [gbuffer, image, step, chosen, source, deviation, target]
+            launch(atrous_pixels_kernel, len(light), inputs, self.device)
             source, target = target, source
         if source is not light:
             wp.copy(light, source)
 
-    def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array, frames: wp.array,
-              max_step_on_detail: int = MAX_STEP) -> wp.array:  # fmt: skip
+    def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, light: wp.array, frames: wp.array, *,
+              nearer_on_detail: bool) -> wp.array:  # fmt: skip
         """The `light` (pixel,) of `sps` shared between neighbours of one surface; the next call overwrites the array.
 
         guide (pixel,): other light there, with little noise. Rare samples that guided themselves would lose a part of
-        their mean. frames (pixel,): of how many earlier frames the light is known. With these it is shared nearer, by
-        `max_step_on_detail` on uneven surfaces, by MAX_STEP elsewhere.
+        their mean. frames (pixel,): of how many earlier frames the light is known. With these it is shared nearer, and
+        `nearer_on_detail` at uneven surfaces.
         """
+        guides, sparse, chosen = LightGuide(), sparse_image(self._size, sps), self._chosen
+        guides.light, guides.frames = guide, frames
+        if not nearer_on_detail:
+            chosen = duplicate(AtrousParameters, chosen)
+            chosen.max_step_on_detail = chosen.max_step
         source, target = light, self._other
         for step in (0, *STEPS):
-            inputs = [gbuffer, *self._size, sps.pixels, sps.count, sps.listed, sps.stride, step, frames]
-            inputs += [max_step_on_detail, guide, source, target]
-            launch(smooth_points_kernel, sps.capacity, inputs, self.device)
+            inputs = [gbuffer, sps.points, sparse, step, guides, chosen, source, target]
+            launch(atrous_points_kernel, sps.capacity, inputs, self.device)
             source, target = target, self._third if target is self._other else self._other
         return source

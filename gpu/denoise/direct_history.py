@@ -1,20 +1,19 @@
-"""Soft direct light of a walk: the mean of what its frames found where they saw the same surface
-(gpu.denoise.reprojection).
+"""Direct light of area lights in a walk: the mean of what its frames found where they saw the same surface.
 
 A pixel has one or two shadow rays a frame. Where a lamp is seen by few of them, or a penumbra is wide, that leaves dots
-and ragged edges which no smoothing of a single frame removes.
+and ragged edges which no smoothing of a single frame removes. gpu.denoise.reprojection finds the surface.
 """
 
 from copy import copy
 
 import warp as wp
 
-from gpu.core.device import launch
+from gpu.core.device import allocate, launch
 from gpu.denoise.reprojection import (
-    LEAST_SHARE,
-    MOST_FRAMES,
+    REPROJECTION_PARAMETERS,
     PreviousFrame,
     PreviousFrameData,
+    ReprojectionParameters,
     bilinear_tap,
     blend,
     previous_place,
@@ -22,74 +21,80 @@ from gpu.denoise.reprojection import (
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
 
-# Frames for a roughness of 1: what a specular lobe reflects moves with the view, the sooner the narrower it is.
-FRAMES_A_ROUGHNESS = wp.constant(16.0)
+
+@wp.struct
+class DirectHistoryData:
+    """Light of area lights, (pixel,) each: frames: how many it is the mean of, 0 where there is no surface; light."""
+
+    frames: wp.array[int]
+    light: wp.array[wp.vec3]
 
 
 @wp.func
-def most_frames(gbuffer: GBuffer, pixel: int) -> int:
+def max_direct_frames(gbuffer: GBuffer, pixel: int, chosen: ReprojectionParameters) -> int:
     """How many frames the light of a pixel may be the mean of."""
     if wp.max(gbuffer.f0[pixel]) == 0.0:
-        return MOST_FRAMES
-    return wp.clamp(int(FRAMES_A_ROUGHNESS * gbuffer.roughness[pixel]), 1, MOST_FRAMES)
+        return chosen.max_frames
+    return wp.clamp(int(chosen.frames_per_roughness * gbuffer.roughness[pixel]), 1, chosen.max_frames)
 
 
 @wp.kernel
-def take_kernel(first: int, gbuffer: GBuffer, past: PreviousFrameData, remembers: bool, width: int, height: int,
-                past_frames: wp.array[int], past_light: wp.array[wp.vec3], frames: wp.array[int],
-                light: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a pixel: makes of its `light` that of all frames, and counts these; all (pixel,).
+def blend_direct_kernel(first: int, gbuffer: GBuffer, previous: PreviousFrameData, known: DirectHistoryData,
+                        reads: bool, chosen: ReprojectionParameters, now: DirectHistoryData) -> None:  # fmt: skip
+    """One thread a pixel: makes of its light `now` that of all frames, and counts these.
 
-    remembers: whether there is a last frame, which knew past_light of past_frames.
+    reads: whether there is a previous frame, which left what is `known`.
     """
     pixel = first + wp.tid()
-    frames[pixel] = 0
+    now.frames[pixel] = 0
     if gbuffer.face[pixel] == NO_HIT:
         return
-    known = int(0)
-    most = most_frames(gbuffer, pixel)
-    if remembers:
-        place = previous_place(past, gbuffer.position[pixel], width, height)
+    frames = int(0)
+    most = max_direct_frames(gbuffer, pixel, chosen)
+    if reads:
+        place = previous_place(previous, gbuffer.position[pixel])
         total = float(0.0)
         number = float(0.0)
         mean = wp.vec3(0.0, 0.0, 0.0)
         for corner in range(4):
-            found = bilinear_tap(past, past_frames, gbuffer, pixel, place, corner, 1, width, height)
-            if found.share > 0.0:
-                total += found.share
-                number += found.share * float(past_frames[found.pixel])
-                mean += past_light[found.pixel] * found.share
+            tap = bilinear_tap(previous, known.frames, gbuffer, pixel, place, corner, 1, chosen.plane_tolerance)
+            if tap.share > 0.0:
+                total += tap.share
+                number += tap.share * float(known.frames[tap.pixel])
+                mean += known.light[tap.pixel] * tap.share
         # What is not finite is of its frame alone, which counts it.
-        if total >= LEAST_SHARE and wp.isfinite(mean):
-            known = int(number + 0.5)
-            light[pixel] = blend(light[pixel], mean / total, known, most)
-    frames[pixel] = wp.min(known + 1, most)
+        if total >= chosen.min_share and wp.isfinite(mean):
+            frames = int(number + 0.5)
+            now.light[pixel] = blend(now.light[pixel], mean / total, frames, most)
+    now.frames[pixel] = wp.min(frames + 1, most)
 
 
 class DirectHistory:
-    """What frames of a viewer's walk of `size` (width, height) found of soft light; arrays are allocated once."""
+    """What frames of a viewer's walk of `size` (width, height) found of area lights; arrays are allocated once.
 
-    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
-        self.device, self._size = device, size
+    frames (pixel,): how many the light of the frame at hand is the mean of.
+    """
+
+    def __init__(self, size: tuple[int, int], device: wp.Device,
+                 chosen: ReprojectionParameters = REPROJECTION_PARAMETERS) -> None:  # fmt: skip
+        self._chosen = chosen
         self.frames = wp.zeros(size[0] * size[1], dtype=int, device=device)
-        self._allocate_past()
+        self._known: DirectHistoryData = allocate(DirectHistoryData, len(self.frames), device)
 
     def for_another_viewer(self) -> "DirectHistory":
         """One with light of its own; both share what a frame only works with, so they run one after the other."""
         other = copy(self)
-        other._allocate_past()
+        other._known = allocate(DirectHistoryData, len(self.frames), self.frames.device)
         return other
 
-    def _allocate_past(self) -> None:
-        self._past_frames = wp.zeros(len(self.frames), dtype=int, device=self.device)
-        self._past_light = wp.zeros(len(self.frames), dtype=wp.vec3, device=self.device)
+    def take(self, gbuffer: GBuffer, previous: PreviousFrame, light: wp.array, *, read_history: bool) -> None:
+        """Make of the `light` (pixel,) that this frame's rays found that of all frames' rays, and keep it.
 
-    def take(self, gbuffer: GBuffer, last: PreviousFrame, light: wp.array, *, remembers: bool) -> None:
-        """Make of the soft `light` (pixel,) that this frame's rays found that of all frames' rays, and keep it.
-
-        remembers: whether there is a `last` frame that this one may build on.
+        read_history: whether there is a `previous` frame that this one may build on.
         """
-        inputs = [gbuffer, last.data, remembers, *self._size, self._past_frames, self._past_light, self.frames, light]
-        launch(take_kernel, len(light), inputs, self.device)
-        wp.copy(self._past_frames, self.frames)
-        wp.copy(self._past_light, light)
+        now = DirectHistoryData()
+        now.frames, now.light = self.frames, light
+        inputs = [gbuffer, previous.data, self._known, read_history, self._chosen, now]
+        launch(blend_direct_kernel, len(light), inputs, self.frames.device)
+        wp.copy(self._known.frames, self.frames)
+        wp.copy(self._known.light, light)

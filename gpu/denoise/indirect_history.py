@@ -1,5 +1,6 @@
-"""Irradiance that the rays of a walk's earlier frames found, where this frame sees the same surfaces
-(gpu.denoise.reprojection).
+"""Irradiance that the rays of a walk's earlier frames found, where this frame sees the same surfaces.
+
+gpu.denoise.reprojection finds these.
 """
 
 from copy import copy
@@ -9,31 +10,28 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
-from gpu.core.image_size import image_of
 from gpu.denoise.reprojection import (
-    LEAST_SHARE,
-    MOST_FRAMES,
+    REPROJECTION_PARAMETERS,
     PreviousFrame,
     PreviousFrameData,
+    ReprojectionParameters,
     bilinear_tap,
     blend,
     previous_place,
 )
+from gpu.denoise.sparse_image import SparseImage, sparse_image
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.sparse_shading import is_anchor_only
 
-# Of SPs whose light is that of so many frames, on even surfaces, one run in so many sends rays: each run's rays are
-# those that a GPU runs together. Elsewhere neighbours tell too little of what a frame more may find.
-SETTLED_FRAMES, RAY_PERIOD = wp.constant(5), wp.constant(3)
+# SPs whose rays a GPU runs together, so that all of them send rays or none.
 WARP_GROUP = wp.constant(8)
-# Around them it may differ so many times: at contacts light that is handed on fills the dark, which only rays find.
-EVEN_LIGHT = wp.constant(1.5)
 
 
 @wp.struct
 class IndirectHistoryData:
-    """What a frame knew of its SPs, as the next one finds it. (pixel,) each.
+    """What a frame knew of its SPs, as the next one finds it, (pixel,) each.
 
     frames: how many the light is the mean of, 0 where there is no SP; light, near: irradiance by VPLs, and what these
     lack of it near field [W/m²].
@@ -44,26 +42,38 @@ class IndirectHistoryData:
     near: wp.array[wp.vec3]
 
 
+@wp.struct
+class IndirectLight:
+    """What a frame knows of its SPs, (pixel,) each.
+
+    frames, light, near: as in IndirectHistoryData, at first of the frames before; settled: 1 where that will do.
+    """
+
+    frames: wp.array[int]
+    settled: wp.array[int]
+    light: wp.array[wp.vec3]
+    near: wp.array[wp.vec3]
+
+
 @wp.kernel
-def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.array[int], listed: wp.array[int],
-                past: PreviousFrameData, width: int, height: int, stride: int, known: IndirectHistoryData, seed:
-                wp.array[int], frames: wp.array[int], settled: wp.array[int], light: wp.array[wp.vec3],
-                near: wp.array[wp.vec3]) -> None:  # fmt: skip
+def find_indirect_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse: SparseImage,
+                         previous: PreviousFrameData, known: IndirectHistoryData, seed: wp.array[int],
+                         chosen: ReprojectionParameters, now: IndirectLight) -> None:  # fmt: skip
     """One thread an SP: what the last frame knew of its place, and whether that will do in this one. seed: (1,).
 
     That is between the four pixels about it if these had SPs, else between the four anchors
-    (gpu.gbuffer.sparse_shading). frames, settled, light, near (pixel,).
+    (gpu.gbuffer.sparse_shading).
     """
     sp = first + wp.tid()
-    if sp >= count[0]:
+    if sp >= points.count[0]:
         return
-    pixel = sps[sp]
-    frames[pixel] = 0
-    settled[pixel] = 0
-    place = previous_place(past, gbuffer.position[pixel], width, height)
-    even = is_anchor_only(listed, pixel, image_of(width, height))
+    pixel = points.pixels[sp]
+    now.frames[pixel] = 0
+    now.settled[pixel] = 0
+    place = previous_place(previous, gbuffer.position[pixel])
+    even = is_anchor_only(sparse.listed, pixel, sparse.image)
     for attempt in range(2):
-        step = wp.where((attempt == 0) == even, stride, 1)
+        step = wp.where((attempt == 0) == even, sparse.stride, 1)
         total = float(0.0)
         number = float(0.0)
         mean = wp.vec3(0.0, 0.0, 0.0)
@@ -71,100 +81,101 @@ def find_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], count: wp.arra
         least = float(FAR_AWAY)
         most = float(0.0)
         for corner in range(4):
-            found = bilinear_tap(past, known.frames, gbuffer, pixel, place, corner, step, width, height)
-            if found.share > 0.0:
-                total += found.share
-                number += found.share * float(known.frames[found.pixel])
-                mean += known.light[found.pixel] * found.share
-                near_mean += known.near[found.pixel] * found.share
-                bright = brightness(known.light[found.pixel])
+            tap = bilinear_tap(previous, known.frames, gbuffer, pixel, place, corner, step, chosen.plane_tolerance)
+            if tap.share > 0.0:
+                total += tap.share
+                number += tap.share * float(known.frames[tap.pixel])
+                mean += known.light[tap.pixel] * tap.share
+                near_mean += known.near[tap.pixel] * tap.share
+                bright = brightness(known.light[tap.pixel])
                 least = wp.min(least, bright)
                 most = wp.max(most, bright)
         # What is not finite is of its frame alone, which counts it.
-        if total >= LEAST_SHARE and wp.isfinite(mean) and wp.isfinite(near_mean):
-            frames[pixel] = int(number + 0.5)
-            rests = frames[pixel] >= SETTLED_FRAMES and (sp // WARP_GROUP + seed[0]) % RAY_PERIOD != 0
-            if rests and even and most <= EVEN_LIGHT * least:
-                settled[pixel] = 1
-            light[pixel] = mean / total
-            near[pixel] = near_mean / total
+        if total >= chosen.min_share and wp.isfinite(mean) and wp.isfinite(near_mean):
+            frames = int(number + 0.5)
+            rests = frames >= chosen.settled_frames and (sp // WARP_GROUP + seed[0]) % chosen.ray_period != 0
+            now.frames[pixel] = frames
+            # Elsewhere neighbours tell too little of what a frame more may find.
+            if rests and even and most <= chosen.even_light * least:
+                now.settled[pixel] = 1
+            now.light[pixel] = mean / total
+            now.near[pixel] = near_mean / total
             return
 
 
 @wp.kernel
-def light_kernel(first: int, sps: wp.array[int], count: wp.array[int], frames: wp.array[int], settled: wp.array[int],
-                 irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3], light: wp.array[wp.vec3],
-                 lacking: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: takes what its own rays make of its irradiance into `light`; what irradiance lacks of that.
+def blend_indirect_kernel(first: int, points: PointList, irradiance: wp.array[wp.vec3], correction: wp.array[wp.vec3],
+                          max_frames: int, now: IndirectLight, residual: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: takes what its own rays make of its irradiance into its light; what irradiance lacks of that.
 
-    All (pixel,). lacking: `own` itself where no frame before saw the SP; `own` becomes that where it is settled.
+    All (pixel,). residual: the `correction` by its own rays where no frame before saw the SP; correction: becomes the
+    residual where that is settled.
     """
     sp = first + wp.tid()
-    if sp >= count[0]:
+    if sp >= points.count[0]:
         return
-    pixel = sps[sp]
-    if settled[pixel] == 1:
-        own[pixel] = light[pixel] - irradiance[pixel]
-        lacking[pixel] = own[pixel]
+    pixel = points.pixels[sp]
+    if now.settled[pixel] == 1:
+        correction[pixel] = now.light[pixel] - irradiance[pixel]
+        residual[pixel] = correction[pixel]
         return
-    mean = blend(irradiance[pixel] + own[pixel], light[pixel], frames[pixel], MOST_FRAMES)
-    light[pixel] = mean
-    lacking[pixel] = wp.where(frames[pixel] > 0, mean - irradiance[pixel], own[pixel])
+    mean = blend(irradiance[pixel] + correction[pixel], now.light[pixel], now.frames[pixel], max_frames)
+    now.light[pixel] = mean
+    residual[pixel] = wp.where(now.frames[pixel] > 0, mean - irradiance[pixel], correction[pixel])
 
 
 @wp.kernel
-def near_kernel(first: int, sps: wp.array[int], count: wp.array[int], frames: wp.array[int],
-                found: wp.array[wp.vec3], near: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: takes the near-field light that its ray `found` into `near`, and makes it that mean."""
+def blend_near_kernel(first: int, points: PointList, found: wp.array[wp.vec3], max_frames: int,
+                      now: IndirectLight) -> None:  # fmt: skip
+    """One thread an SP: takes the near-field light (pixel,) that its ray `found` into `near`; it becomes that mean."""
     sp = first + wp.tid()
-    if sp >= count[0]:
+    if sp >= points.count[0]:
         return
-    pixel = sps[sp]
-    near[pixel] = blend(found[pixel], near[pixel], frames[pixel], MOST_FRAMES)
-    found[pixel] = near[pixel]
+    pixel = points.pixels[sp]
+    now.near[pixel] = blend(found[pixel], now.near[pixel], now.frames[pixel], max_frames)
+    found[pixel] = now.near[pixel]
 
 
 @wp.kernel
-def keep_kernel(first: int, listed: wp.array[int], frames: wp.array[int], light: wp.array[wp.vec3],
-                near: wp.array[wp.vec3], to: IndirectHistoryData, known: wp.array[int]) -> None:  # fmt: skip
+def keep_indirect_kernel(first: int, listed: wp.array[int], now: IndirectLight, max_frames: int,
+                         out: IndirectHistoryData, known: wp.array[int]) -> None:  # fmt: skip
     """One thread a pixel: keeps what this frame knows of its SP, if it has one: listed (pixel,) is 1 there.
 
     known (pixel,): 1 where frames before knew it, too, else 0.
     """
     pixel = first + wp.tid()
-    to.frames[pixel] = 0
+    out.frames[pixel] = 0
     known[pixel] = 0
     if listed[pixel] == 1:
-        known[pixel] = wp.min(frames[pixel], 1)
-        to.frames[pixel] = wp.min(frames[pixel] + 1, MOST_FRAMES)
-        to.light[pixel] = light[pixel]
-        to.near[pixel] = near[pixel]
+        known[pixel] = wp.min(now.frames[pixel], 1)
+        out.frames[pixel] = wp.min(now.frames[pixel] + 1, max_frames)
+        out.light[pixel] = now.light[pixel]
+        out.near[pixel] = now.near[pixel]
 
 
 class IndirectHistory:
     """What frames of a viewer's walk of `size` (width, height) found; its arrays are allocated once.
 
     frames (pixel,): how many earlier frames each of the SPs has its light of; settled (pixel,): 1 where this is so well
-    known that the SP sends no rays to correct it by, else 0; known (pixel,): once it is kept, 1 where frames are any, 0
-    for other pixels. A frame either finds its SPs in the one before or forgets that, then takes in what its rays find,
-    and keeps all that for the next one.
+    known that the SP sends no rays to correct it by, else 0; light (pixel,): that; known (pixel,): once it is kept, 1
+    where frames are any, 0 for other pixels. A frame either finds its SPs in the one before or forgets that, then takes
+    in what its rays find, and keeps all that for the next one.
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
-        self.device, self._size = device, size
+    def __init__(self, size: tuple[int, int], device: wp.Device,
+                 chosen: ReprojectionParameters = REPROJECTION_PARAMETERS) -> None:  # fmt: skip
+        self.device, self._size, self._chosen = device, size, chosen
         pixels = size[0] * size[1]
-        self.frames = wp.zeros(pixels, dtype=int, device=device)
-        self.settled = wp.zeros(pixels, dtype=int, device=device)
+        self._now: IndirectLight = allocate(IndirectLight, pixels, device)
+        self.frames, self.settled, self.light = self._now.frames, self._now.settled, self._now.light
         self.known = wp.zeros(pixels, dtype=int, device=device)
-        self.light = wp.zeros(pixels, dtype=wp.vec3, device=device)
-        self._near = wp.zeros(pixels, dtype=wp.vec3, device=device)
-        self._lacking = wp.zeros(pixels, dtype=wp.vec3, device=device)
-        self._past: IndirectHistoryData = allocate(IndirectHistoryData, pixels, device)
+        self._residual = wp.zeros(pixels, dtype=wp.vec3, device=device)
+        self._kept: IndirectHistoryData = allocate(IndirectHistoryData, pixels, device)
 
     def for_another_viewer(self) -> "IndirectHistory":
         """One with light of its own; both share what a frame only works with, so they run one after the other."""
         other = copy(self)
-        other._past = allocate(IndirectHistoryData, len(self.frames), self.device)
+        other._kept = allocate(IndirectHistoryData, len(self.frames), self.device)
         return other
 
     def forget(self) -> None:
@@ -172,23 +183,24 @@ class IndirectHistory:
         self.frames.zero_()
         self.settled.zero_()
 
-    def find(self, gbuffer: GBuffer, sps: ShadingPoints, last: PreviousFrame, seed: wp.array) -> None:
-        """Find this frame's `sps` in the `last` one; seed: (1,), this frame's."""
-        inputs = [gbuffer, sps.pixels, sps.count, sps.listed, last.data, *self._size, sps.stride, self._past, seed]
-        launch(find_kernel, sps.capacity, [*inputs, self.frames, self.settled, self.light, self._near], self.device)
+    def find(self, gbuffer: GBuffer, sps: ShadingPoints, previous: PreviousFrame, seed: wp.array) -> None:
+        """Find this frame's `sps` in the `previous` one; seed: (1,), this frame's."""
+        sparse = sparse_image(self._size, sps)
+        inputs = [gbuffer, sps.points, sparse, previous.data, self._kept, seed, self._chosen, self._now]
+        launch(find_indirect_kernel, sps.capacity, inputs, self.device)
 
-    def take_light(self, sps: ShadingPoints, irradiance: wp.array, own: wp.array) -> wp.array:
-        """What `irradiance` lacks by the rays of all frames, where by this frame's it lacks `own`; (pixel,) each."""
-        inputs = [sps.pixels, sps.count, self.frames, self.settled, irradiance, own, self.light, self._lacking]
-        launch(light_kernel, sps.capacity, inputs, self.device)
-        return self._lacking
+    def take_light(self, sps: ShadingPoints, irradiance: wp.array, correction: wp.array) -> wp.array:
+        """What `irradiance` lacks by the rays of all frames, by this frame's `correction`; (pixel,) each."""
+        inputs = [sps.points, irradiance, correction, self._chosen.max_frames, self._now, self._residual]
+        launch(blend_indirect_kernel, sps.capacity, inputs, self.device)
+        return self._residual
 
     def take_near(self, sps: ShadingPoints, light: wp.array) -> None:
         """Make of the near-field `light` (pixel,) that this frame's rays found that of all frames' rays."""
-        inputs = [sps.pixels, sps.count, self.frames, light, self._near]
-        launch(near_kernel, sps.capacity, inputs, self.device)
+        inputs = [sps.points, light, self._chosen.max_frames, self._now]
+        launch(blend_near_kernel, sps.capacity, inputs, self.device)
 
     def keep(self, sps: ShadingPoints) -> None:
         """Keep what is known of `sps` for the next frame."""
-        inputs = [sps.listed, self.frames, self.light, self._near, self._past, self.known]
-        launch(keep_kernel, sps.capacity, inputs, self.device)
+        inputs = [sps.listed, self._now, self._chosen.max_frames, self._kept, self.known]
+        launch(keep_indirect_kernel, sps.capacity, inputs, self.device)

@@ -6,28 +6,51 @@ reprojection (D. Nehab et al., Accelerating Real-Time Shading with Reverse Repro
 part of C. Schied et al. 2017. Beyond the 2022 paper, which leaves temporal coherence to future work.
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
-from gpu.core.image_size import image_of
+from gpu.core.image_size import ImageSize, image_size
+from gpu.core.parameters import parameters
 from gpu.gbuffer.camera_rays import CameraData, image_point
 from gpu.gbuffer.edge_stopping import surface_weight
 from gpu.gbuffer.gbuffer import GBuffer
 
-# A mean of so many frames, from which on older ones fade out, has little noise; each frame that hands it on blurs it a
-# little.
-MOST_FRAMES = wp.constant(8)
-# Of what surrounds a point in the frame before, the least share that must be of its surface. At edges the rest is not,
-# and light comes from farther inside: frames count by that share, so that these forget sooner.
-LEAST_SHARE = wp.constant(0.5)
-# How far off its plane a point is still of a surface, in spacings a step: slats and cracks are as deep as a pixel.
-PLANE_TOLERANCE = wp.constant(0.5)
+
+@wp.struct
+@dataclass
+class ReprojectionParameters:
+    """How light is handed on from frame to frame.
+
+    max_frames: a mean of so many, from which on older ones fade out, has little noise, and each frame that hands it on
+    blurs it a little; frames_per_roughness: fewer for direct light on specular surfaces, for what a lobe reflects moves
+    with the view, the sooner the narrower it is.
+    min_share: of what surrounds a point in the last frame, so much must be of its surface. At edges the rest is not,
+    and light comes from farther inside: frames count by that share, so that these forget sooner. plane_tolerance: how
+    far off its plane a point is still of a surface, in spacings a step: slats and cracks are as deep as a pixel.
+    settled_frames, ray_period: of SPs whose light is of so many frames, on even surfaces, one group in so many sends
+    rays; even_light: where light around them differs at most so many times, for at contacts light that is handed on
+    fills the dark, which only rays find.
+    """
+
+    max_frames: int = 8
+    frames_per_roughness: float = 16.0
+    min_share: float = 0.5
+    plane_tolerance: float = 0.5
+    settled_frames: int = 5
+    ray_period: int = 3
+    even_light: float = 1.5
+
+
+REPROJECTION_PARAMETERS: ReprojectionParameters = parameters(ReprojectionParameters)
 
 
 @wp.struct
 class PreviousFrameData:
-    """What the last frame saw: camera (1,); position, normal (pixel,): of its SPs, in unit space."""
+    """What the last frame saw: camera (1,); image: its size; position, normal (pixel,): of its SPs, in unit space."""
 
     camera: wp.array[CameraData]
+    image: ImageSize
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
 
@@ -41,37 +64,36 @@ class BilinearTap:
 
 
 @wp.func
-def bilinear_tap(past: PreviousFrameData, frames: wp.array[int], gbuffer: GBuffer, pixel: int, place: wp.vec2, corner:
-int, step: int,
-        width: int, height: int) -> BilinearTap:  # fmt: skip
+def bilinear_tap(previous: PreviousFrameData, frames: wp.array[int], gbuffer: GBuffer, pixel: int, place: wp.vec2,
+                 corner: int, step: int, tolerance: float) -> BilinearTap:  # fmt: skip
     """Pixel `corner`, 0 … 3, of those around the `place` of this frame's `pixel` in the last one, `step` pixels apart.
 
     frames (pixel,): how many frames the light of the last one's pixels is the mean of; where 0, their share is 0.
+    tolerance: how far off its plane a point is of the surface, in spacings a step.
     """
     x = place[0] / float(step)
     y = place[1] / float(step)
     column = int(wp.floor(x)) + corner % 2
     row = int(wp.floor(y)) + corner // 2
-    found = BilinearTap()
+    tap = BilinearTap()
     share = (1.0 - wp.abs(x - float(column))) * (1.0 - wp.abs(y - float(row)))
     column *= step
     row *= step
-    if column >= 0 and column < width and row >= 0 and row < height:
-        found.pixel = row * width + column
-        if frames[found.pixel] > 0:
-            way = past.position[found.pixel] - gbuffer.position[pixel]
-            limit = PLANE_TOLERANCE * gbuffer.spacing[pixel] * float(step)
-            alike = surface_weight(
-                gbuffer.normal[pixel], gbuffer.geometric_normal[pixel], way, past.normal[found.pixel], limit
-            )
-            found.share = share * alike
-    return found
+    if column >= 0 and column < previous.image.width and row >= 0 and row < previous.image.height:
+        tap.pixel = row * previous.image.width + column
+        if frames[tap.pixel] > 0:
+            way = previous.position[tap.pixel] - gbuffer.position[pixel]
+            limit = tolerance * gbuffer.spacing[pixel] * float(step)
+            normal, geometric_normal = gbuffer.normal[pixel], gbuffer.geometric_normal[pixel]
+            alike = surface_weight(normal, geometric_normal, way, previous.normal[tap.pixel], limit)
+            tap.share = share * alike
+    return tap
 
 
 @wp.func
-def previous_place(past: PreviousFrameData, position: wp.vec3, width: int, height: int) -> wp.vec2:
+def previous_place(previous: PreviousFrameData, position: wp.vec3) -> wp.vec2:
     """Where `position` was in the last frame [pixels]."""
-    return image_point(past.camera[0], position, image_of(width, height))
+    return image_point(previous.camera[0], position, previous.image)
 
 
 @wp.func
@@ -83,13 +105,14 @@ def blend(value: wp.vec3, mean: wp.vec3, frames: int, most: int) -> wp.vec3:
 
 
 class PreviousFrame:
-    """What a view's last frame saw; `data` is what kernels take. Arrays are allocated once."""
+    """What a viewer's last frame of `size` (width, height) saw; `data` is what kernels take."""
 
-    def __init__(self, pixels: int, device: wp.Device) -> None:
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
         self.data = PreviousFrameData()
+        self.data.image = image_size(size)
         self.data.camera = wp.zeros(1, dtype=CameraData, device=device)
-        self.data.position = wp.zeros(pixels, dtype=wp.vec3, device=device)
-        self.data.normal = wp.zeros(pixels, dtype=wp.vec3, device=device)
+        self.data.position = wp.zeros(size[0] * size[1], dtype=wp.vec3, device=device)
+        self.data.normal = wp.zeros(size[0] * size[1], dtype=wp.vec3, device=device)
 
     def keep(self, gbuffer: GBuffer, camera: wp.array) -> None:
         """Keep what this frame saw for the next one; camera: (1,) CameraData that it was seen by."""

@@ -196,4 +196,4 @@ class NearField:
 
         As gpu.denoise.atrous does; (pixel,) each.
         """
-        wp.copy(self.light, self._smoothing.share(gbuffer, sps, guide, self.light, frames))
+        wp.copy(self.light, self._smoothing.share(gbuffer, sps, guide, self.light, frames, nearer_on_detail=False))

@@ -9,7 +9,6 @@ from gpu.correction.adaptive_rays import BrightPoints
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction
-from gpu.denoise.atrous import MAX_STEP_ON_DETAIL
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_view import FuzzyView, KeptLight
 from gpu.methods.passes import FrameKind
@@ -87,7 +86,7 @@ class FuzzyCorrection:
             if kind.denoise:
                 residual = history.take_light(points, indirect.irradiance, rays.own)
                 guide = indirect.irradiance, residual, history.frames
-                filtered = frame.smoothing.share(gbuffer, points, *guide, MAX_STEP_ON_DETAIL)
+                filtered = frame.smoothing.share(gbuffer, points, *guide, nearer_on_detail=True)
                 dispute = view.clustering.deficit, indirect.irradiance, rays.own, filtered, frame.brightness
                 self.suspected.find(points, gbuffer, *dispute)
                 trace(self.suspected, *light, settled, seed, range(passes, passes + 1))

@@ -54,7 +54,7 @@ class FuzzyView(ViewState):
         self.points = frame.shading_points.for_another_viewer()
         self.clustering = other.clustering.for_another_viewer() if other else make_clustering()
         self.lights: WeakKeyDictionary[object, KeptLight] = WeakKeyDictionary()
-        previous = PreviousFrame(self.pixels, self.device)
+        previous = PreviousFrame(frame.size, self.device)
         if other:
             direct, indirect = other.histories.direct, other.histories.indirect
             self.histories = Histories(direct.for_another_viewer(), indirect.for_another_viewer(), previous)

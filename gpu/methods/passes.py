@@ -138,7 +138,7 @@ class Passes:
             trace_direct_light(frame.scene, table, frame.gbuffer, frame.size, which, *out, frame.features)
             if area and histories and kind.write_history:
                 history = histories.direct
-                history.take(frame.gbuffer, histories.previous, frame.area_light, remembers=kind.read_history)
+                history.take(frame.gbuffer, histories.previous, frame.area_light, read_history=kind.read_history)
             if area and kind.denoise:
                 frame.side_smoothing.run(frame.gbuffer, frame.area_light)
 

@@ -11,7 +11,7 @@ from scenes import column, slats
 from gpu.correction.adaptive_ray_sampling import RAYS, TRUST
 from gpu.correction.adaptive_rays import BINOMIAL, BRIGHTER, DARKER, FRAMES, LEAST_BRIGHT, OWN, BrightPoints
 from gpu.correction.brightness import SAMPLES, MeanBrightness
-from gpu.denoise.atrous import GUIDE_TOLERANCE, PLANE_TOLERANCE
+from gpu.denoise.atrous import ATROUS_PARAMETERS
 from gpu.gbuffer.edge_stopping import NORMAL_POWER
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.indirect.irradiance import CHECKS
@@ -74,11 +74,13 @@ class Bright:
                 if not (0 <= row + down < height and 0 <= column + across < width and other in pixels):
                     continue
                 off = geometric_normal[pixel] @ (position[other] - position[pixel])
-                limit = float(PLANE_TOLERANCE) * gbuffer.spacing.numpy()[pixel] * 2
+                limit = ATROUS_PARAMETERS.plane_tolerance * gbuffer.spacing.numpy()[pixel] * 2
                 edge_stopping_weight = max(normal[pixel] @ normal[other], 0.0) ** float(NORMAL_POWER) * np.exp(
                     -((off / limit) ** 2)
                 )
-                unlike = abs(brightness[other] - brightness[pixel]) / (float(GUIDE_TOLERANCE) * brightness[pixel])
+                unlike = abs(brightness[other] - brightness[pixel]) / (
+                    ATROUS_PARAMETERS.guide_tolerance * brightness[pixel]
+                )
                 weights[other] = BINOMIAL[abs(across)] * BINOMIAL[abs(down)] * edge_stopping_weight * np.exp(-unlike)
             means.append(weights @ lacking / weights.sum())
         return np.array(means)

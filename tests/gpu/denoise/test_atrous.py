@@ -4,7 +4,7 @@ import warp as wp
 from numpy.typing import NDArray
 from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
-from gpu.denoise.atrous import MAX_STEP, MAX_STEP_ON_DETAIL, Smoothing
+from gpu.denoise.atrous import Smoothing
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
 
@@ -24,7 +24,7 @@ def shared(
     guide: NDArray,
     stride: int = 1,
     frames: NDArray | int = 0,
-    reach: int = MAX_STEP,
+    nearer_on_detail: bool = False,
 ) -> tuple[NDArray, NDArray]:
     """`light` (height, width) of so many `frames` shared between SPs by a `guide`, and which pixels have SPs."""
     sps = ShadingPoints((WIDTH, HEIGHT), stride, CPU)
@@ -33,7 +33,9 @@ def shared(
     chosen[sps.pixels.numpy()[: sps.count.numpy()[0]]] = True
     values = grey_values(light)
     known = wp.array(np.broadcast_to(frames, (HEIGHT, WIDTH)).ravel(), dtype=int, device=CPU)
-    result = Smoothing((WIDTH, HEIGHT), CPU).share(gbuffer, sps, grey_values(guide), values, known, reach)
+    result = Smoothing((WIDTH, HEIGHT), CPU).share(
+        gbuffer, sps, grey_values(guide), values, known, nearer_on_detail=nearer_on_detail
+    )
     assert np.array_equal(numbers(values), light.astype(np.float32))  # other stages still need it
     return numbers(result), chosen.reshape(HEIGHT, WIDTH)
 
@@ -108,7 +110,7 @@ def test_light_of_some_frames_is_shared_nearer_where_a_surface_is_uneven(frames:
     for column in range(edge, WIDTH, 2):
         light = np.zeros((HEIGHT, WIDTH))
         light[12, column] = 1.0
-        result, sps = shared(uneven, light, np.ones((HEIGHT, WIDTH)), 2, frames, MAX_STEP_ON_DETAIL)
+        result, sps = shared(uneven, light, np.ones((HEIGHT, WIDTH)), 2, frames, nearer_on_detail=True)
         assert sps[12, edge - 1 : edge + 2].tolist() == [True, True, False]
         taken.append(result[12, edge] > 0.0)
     assert taken == [place <= steps for place in range(len(taken))]

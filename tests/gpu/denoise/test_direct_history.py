@@ -10,7 +10,7 @@ from frame_view import FrameView
 from scenes import box, column, grey, quad, resident_of
 
 from gpu.denoise.direct_history import DirectHistory
-from gpu.denoise.reprojection import MOST_FRAMES, PreviousFrame
+from gpu.denoise.reprojection import REPROJECTION_PARAMETERS, PreviousFrame
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
@@ -45,14 +45,14 @@ class Seen:
     def __init__(self, device_scene: DeviceScene, **choice: Any) -> None:
         self.view = FrameView(device_scene, SIZE, lambertian=choice.get("lambertian", True))
         self.history = DirectHistory(SIZE, self.view.device)
-        self.last = PreviousFrame(self.view.pixels, self.view.device)
+        self.last = PreviousFrame(SIZE, self.view.device)
 
     def frame(self, camera: Camera, light: Doubles, *, begins: bool = False) -> Doubles:
         view = self.view
         view.set_camera(camera)
         view.find_shading_points()
         soft = column(light.astype(np.float32), wp.vec3)
-        self.history.take(view.gbuffer, self.last, soft, remembers=not begins)
+        self.history.take(view.gbuffer, self.last, soft, read_history=not begins)
         self.last.keep(view.gbuffer, view.camera)
         return np.asarray(soft.numpy(), np.float64)
 
@@ -83,7 +83,7 @@ def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: DeviceScene) 
     for number in range(24):
         light = seen.frame(pose(0.5 * number), random.exponential(size=(PIXELS, 3)), begins=number == 0)
     old = seen.frames() >= 7
-    assert seen.frames().max() == int(MOST_FRAMES)
+    assert seen.frames().max() == REPROJECTION_PARAMETERS.max_frames
     assert old.mean() > 0.7
     assert light[old].mean() == pytest.approx(1.0, abs=0.02)
     assert light[old].std() < 0.4

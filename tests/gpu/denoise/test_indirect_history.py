@@ -8,8 +8,8 @@ import warp as wp
 from frame_view import FrameView
 from scenes import box, grey, quad, resident_of
 
-from gpu.denoise.indirect_history import SETTLED_FRAMES, IndirectHistory
-from gpu.denoise.reprojection import MOST_FRAMES, PreviousFrame
+from gpu.denoise.indirect_history import IndirectHistory
+from gpu.denoise.reprojection import REPROJECTION_PARAMETERS, PreviousFrame
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
@@ -17,6 +17,7 @@ from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera, Doubles
 from gpu.settings import Component, Method, RenderSettings, Skips
 
+CHOSEN = REPROJECTION_PARAMETERS
 SIZE = (64, 48)
 QUALITY = {"sp_clusters": 100, "vpls": 2000, "vpl_clusters": 200, "component": Component.INDIRECT, "lambertian": True}
 
@@ -40,7 +41,7 @@ class Seen:
     def __init__(self, device_scene: DeviceScene, size: tuple[int, int] = SIZE, stride: int = 1) -> None:
         self.view = FrameView(device_scene, size, lambertian=True, stride=stride)
         self.history = IndirectHistory(size, self.view.device)
-        self.last = PreviousFrame(self.view.pixels, self.view.device)
+        self.last = PreviousFrame(size, self.view.device)
 
     def look(self, camera: Camera) -> None:
         self.view.set_camera(camera)
@@ -106,9 +107,9 @@ def test_a_mean_forgets_what_is_older_than_the_most_frames(room: DeviceScene) ->
     expected = 1.0
     for number in range(1, 40):
         light, _ = seen.frame(pose(0), 0.0 * ones)
-        expected -= expected / min(number + 1, int(MOST_FRAMES))
+        expected -= expected / min(number + 1, CHOSEN.max_frames)
         assert light[seen.listed] == pytest.approx(expected, abs=1e-5)
-    assert seen.frames().max() == int(MOST_FRAMES)
+    assert seen.frames().max() == CHOSEN.max_frames
     assert expected < 0.02
 
 
@@ -126,7 +127,7 @@ def test_the_mean_of_noisy_frames_has_less_noise_and_no_bias(room: DeviceScene) 
 
 def test_light_that_is_well_known_on_even_surfaces_stays_as_it_is_in_two_frames_of_three(room: DeviceScene) -> None:
     seen, ones = Seen(room, stride=2), np.ones((SIZE[0] * SIZE[1], 3))
-    for number in range(int(SETTLED_FRAMES) + 1):
+    for number in range(CHOSEN.settled_frames + 1):
         assert not seen.settled().any()
         seen.frame(pose(0), ones, begins=number == 0)
     listed = seen.listed.reshape(SIZE[1], SIZE[0])
@@ -161,7 +162,7 @@ def test_what_lies_between_light_and_dark_is_not_settled(room: DeviceScene) -> N
     settled = np.zeros(len(column), bool)
     for seed in range(3):
         seen.view.seed.fill_(seed)
-        for number in range(int(MOST_FRAMES)):
+        for number in range(CHOSEN.max_frames):
             seen.frame(pose(0), light, begins=number == 0)
         seen.frame(rotated(pose(0), 1.83), light)  # a pixel
         settled |= seen.settled() & seen.listed
