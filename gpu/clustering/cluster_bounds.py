@@ -34,7 +34,7 @@ class ClusterRunBounds:
 
 
 @wp.kernel
-def run_kernel(first: int, clusters: Representatives, runs: ClusterRunBounds) -> None:
+def bound_runs_kernel(first: int, clusters: Representatives, runs: ClusterRunBounds) -> None:
     """One thread a run: its sphere and cone, about the means of its clusters."""
     run = first + wp.tid()
     begin = run * PER_RUN
@@ -69,7 +69,7 @@ def allocate_runs(cluster_count: int, device: wp.Device) -> ClusterRunBounds:
 
 def bound_runs(clusters: Representatives, runs: ClusterRunBounds) -> None:
     """Fill in the bounds of `runs` for where `clusters` are now."""
-    launch(run_kernel, len(runs.radius), [clusters, runs], runs.radius.device)
+    launch(bound_runs_kernel, len(runs.radius), [clusters, runs], runs.radius.device)
 
 
 @wp.func

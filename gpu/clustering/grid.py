@@ -76,7 +76,7 @@ def separation(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> 
 
 
 @wp.kernel
-def entry_key_kernel(first: int, clusters: Representatives, keys: wp.array[int]) -> None:
+def grid_key_kernel(first: int, clusters: Representatives, keys: wp.array[int]) -> None:
     """One thread an entry: the bucket of one level of one representative, `buckets` when it is not in use."""
     entry = first + wp.tid()
     cluster = entry // LEVELS_HELD
@@ -93,8 +93,8 @@ def entry_key_kernel(first: int, clusters: Representatives, keys: wp.array[int])
 
 
 @wp.kernel
-def entry_kernel(first: int, items: wp.array[int], clusters: Representatives) -> None:
-    """One thread a place among the entries: writes the one that is there. items: as of entry_key_kernel, sorted."""
+def grid_entry_kernel(first: int, items: wp.array[int], clusters: Representatives) -> None:
+    """One thread a place among the entries: writes the one that is there. items: as of grid_key_kernel, sorted."""
     place = first + wp.tid()
     if place >= clusters.starts[clusters.buckets]:
         return
@@ -154,6 +154,6 @@ class Grid:
 
     def build(self) -> None:
         """Sort the representatives now in `data` into cells."""
-        launch(entry_key_kernel, self._buckets.capacity, [self.data, self._buckets.keys], self.device)
+        launch(grid_key_kernel, self._buckets.capacity, [self.data, self._buckets.keys], self.device)
         self._buckets.sort()
-        launch(entry_kernel, self._buckets.capacity, [self._buckets.items, self.data], self.device)
+        launch(grid_entry_kernel, self._buckets.capacity, [self._buckets.items, self.data], self.device)

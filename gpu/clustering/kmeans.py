@@ -24,7 +24,7 @@ nearest = nearest_search(1)
 
 
 @wp.kernel
-def seed_kernel(first: int, points: Points, wanted: wp.array[int], seed: int, clusters: Representatives) -> None:
+def kmeans_seed_kernel(first: int, points: Points, wanted: wp.array[int], seed: int, clusters: Representatives) -> None:
     """One thread a cluster: starts one of `wanted` (1,) at a point of each of equal runs of the points' order."""
     cluster = first + wp.tid()
     count = points.count[0]
@@ -42,7 +42,7 @@ def seed_kernel(first: int, points: Points, wanted: wp.array[int], seed: int, cl
 
 
 @wp.kernel
-def assign_kernel(first: int, points: Points, clusters: Representatives, none: int, keys: wp.array[int]) -> None:
+def kmeans_assign_kernel(first: int, points: Points, clusters: Representatives, none: int, keys: wp.array[int]) -> None:
     """One thread a point: keys[point] becomes its nearest cluster, or `none` where none is near."""
     point = first + wp.tid()
     keys[point] = none
@@ -55,7 +55,7 @@ def assign_kernel(first: int, points: Points, clusters: Representatives, none: i
 
 
 @wp.kernel
-def guess_kernel(first: int, points: Points, wanted: wp.array[int], owner: wp.array[int]) -> None:
+def kmeans_guess_kernel(first: int, points: Points, wanted: wp.array[int], owner: wp.array[int]) -> None:
     """One thread a point: the cluster that starts in its run of the points' order."""
     point = first + wp.tid()
     count = points.count[0]
@@ -64,8 +64,8 @@ def guess_kernel(first: int, points: Points, wanted: wp.array[int], owner: wp.ar
 
 
 @wp.kernel
-def exhaustive_assign_kernel(first: int, points: Points, clusters: Representatives, none: int, runs: ClusterRunBounds,
-                             owner: wp.array[int], keys: wp.array[int]) -> None:  # fmt: skip
+def kmeans_assign_to_any_kernel(first: int, points: Points, clusters: Representatives, none: int,
+                                runs: ClusterRunBounds, owner: wp.array[int], keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: keys[point] becomes the nearest of all clusters, of those with a like normal if any.
 
     owner (point,): what that was before; none: the key of what is no point.
@@ -80,7 +80,7 @@ def exhaustive_assign_kernel(first: int, points: Points, clusters: Representativ
 
 
 @wp.kernel
-def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], wanted: wp.array[int],
+def kmeans_mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], wanted: wp.array[int],
                 seed: int, clusters: Representatives) -> None:  # fmt: skip
     """One thread a cluster: moves it to its members' weighted mean; without any it starts again at a random point."""
     cluster = first + wp.tid()
@@ -110,7 +110,7 @@ def mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.a
 
 
 @wp.kernel
-def medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
+def kmeans_medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
                   clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: its representative becomes the member nearest its mean; without members it is dropped."""
     cluster = first + wp.tid()
@@ -165,25 +165,25 @@ class KMeans:
     def run(self, points: Points, iterations: int, seed: int) -> None:
         """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids."""
         clusters, groups, wanted = self.grid.data, self.groups, self.wanted
-        launch(seed_kernel, self.most, [points, wanted, seed, clusters], self.device)
+        launch(kmeans_seed_kernel, self.most, [points, wanted, seed, clusters], self.device)
         if self._exhaustive:
-            launch(guess_kernel, groups.capacity, [points, wanted, self._owner], self.device)
+            launch(kmeans_guess_kernel, groups.capacity, [points, wanted, self._owner], self.device)
         for iteration in range(iterations):
             self._assign(points)
             inputs = [points, groups.items, groups.starts, wanted, seed + iteration + 1, clusters]
-            launch(mean_kernel, self.most, inputs, self.device)
+            launch(kmeans_mean_kernel, self.most, inputs, self.device)
         if self._exhaustive:
             self._assign(points)
         inputs = [points, groups.items, groups.starts, clusters, self.medoids]
-        launch(medoid_kernel, self.most, inputs, self.device)
+        launch(kmeans_medoid_kernel, self.most, inputs, self.device)
 
     def _assign(self, points: Points) -> None:
         clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
         if self._exhaustive:
             bound_runs(clusters, self._runs)
             inputs = [points, clusters, self.most, self._runs, self._owner, keys]
-            launch(exhaustive_assign_kernel, capacity, inputs, self.device)
+            launch(kmeans_assign_to_any_kernel, capacity, inputs, self.device)
         else:
             self.grid.build()
-            launch(assign_kernel, capacity, [points, clusters, self.most, keys], self.device)
+            launch(kmeans_assign_kernel, capacity, [points, clusters, self.most, keys], self.device)
         self.groups.sort()

@@ -11,7 +11,9 @@ from gpu.core.device import launch, launch_together
 
 
 @wp.kernel
-def count_kernel(first: int, keys: wp.array[int], shift: int, counts: wp.array[int], slots: wp.array[int]) -> None:
+def count_in_buckets_kernel(
+    first: int, keys: wp.array[int], shift: int, counts: wp.array[int], slots: wp.array[int]
+) -> None:
     """One thread an item: how many of its bucket came before it; counts (bucket,): how many there are."""
     item = first + wp.tid()
     bucket = keys[item] >> shift
@@ -20,7 +22,7 @@ def count_kernel(first: int, keys: wp.array[int], shift: int, counts: wp.array[i
 
 
 @wp.kernel
-def place_kernel(first: int, keys: wp.array[int], shift: int, starts: wp.array[int], slots: wp.array[int],
+def place_in_buckets_kernel(first: int, keys: wp.array[int], shift: int, starts: wp.array[int], slots: wp.array[int],
                  placed: wp.array[wp.vec2i]) -> None:  # fmt: skip
     """One thread an item: puts (key, item) into its bucket, in no order."""
     item = first + wp.tid()
@@ -31,7 +33,7 @@ def place_kernel(first: int, keys: wp.array[int], shift: int, starts: wp.array[i
 
 
 @wp.kernel
-def rank_kernel(first: int, shift: int, starts: wp.array[int], placed: wp.array[wp.vec2i],
+def rank_in_buckets_kernel(first: int, shift: int, starts: wp.array[int], placed: wp.array[wp.vec2i],
                 items: wp.array[int]) -> None:  # fmt: skip
     """One thread a place: how many items of the bucket that is there come before the one that is, which goes there."""
     place = first + wp.tid()
@@ -68,7 +70,7 @@ class Buckets:
         """Sort the items by `keys`, to the same result on every device."""
         capacity, keys, shift, device = self.capacity, self.keys, self._shift, self.device
         self._counts.zero_()
-        launch_together(count_kernel, capacity, [keys, shift, self._counts, self._slots], device)
+        launch_together(count_in_buckets_kernel, capacity, [keys, shift, self._counts, self._slots], device)
         array_scan(self._counts, self.starts, inclusive=False)
-        launch(place_kernel, capacity, [keys, shift, self.starts, self._slots, self._placed], device)
-        launch(rank_kernel, capacity, [shift, self.starts, self._placed, self.items], device)
+        launch(place_in_buckets_kernel, capacity, [keys, shift, self.starts, self._slots, self._placed], device)
+        launch(rank_in_buckets_kernel, capacity, [shift, self.starts, self._placed, self.items], device)

@@ -16,7 +16,9 @@ def iota_kernel(first: int, values: wp.array[int]) -> None:
 
 
 @wp.kernel
-def starts_kernel(first: int, sorted_keys: wp.array[int], count: int, key_count: int, starts: wp.array[int]) -> None:
+def group_starts_kernel(
+    first: int, sorted_keys: wp.array[int], count: int, key_count: int, starts: wp.array[int]
+) -> None:
     """One thread an item, one more at the end: writes the starts of all keys between its predecessor's and its own."""
     index = first + wp.tid()
     previous = int(-1)
@@ -46,7 +48,7 @@ class Groups:
         launch(iota_kernel, self.capacity, [self.items], self.device)
         radix_sort_pairs(self.keys, self.items, self.capacity, end_bit=self.key_count.bit_length())
         inputs = [self.keys, self.capacity, self.key_count, self.starts]
-        launch(starts_kernel, self.capacity + 1, inputs, self.device)
+        launch(group_starts_kernel, self.capacity + 1, inputs, self.device)
 
 
 def running_total(values: wp.array, totals: wp.array) -> None:

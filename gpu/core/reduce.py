@@ -16,7 +16,7 @@ Some = wp.types.vector(length=READ, dtype=int)
 
 
 @wp.kernel
-def sum_kernel(first: int, values: wp.array[int], least: int, most: int, counts: bool, row: int,
+def sum_ints_kernel(first: int, values: wp.array[int], least: int, most: int, counts: bool, row: int,
                partials: wp.array2d[int]) -> None:  # fmt: skip
     """One thread a partial sum over every PARTIALS-th value from `least` to `most`; counts: of 1 for each of these.
 
@@ -40,7 +40,7 @@ def sum_kernel(first: int, values: wp.array[int], least: int, most: int, counts:
 
 
 @wp.kernel
-def fold_kernel(first: int, partials: wp.array2d[int], sums: wp.array2d[int]) -> None:
+def fold_int_sums_kernel(first: int, partials: wp.array2d[int], sums: wp.array2d[int]) -> None:
     """One thread a sum in a row: over every SUMS-th of its partial sums."""
     index = first + wp.tid()
     row = index // SUMS
@@ -64,10 +64,10 @@ class Counter:
         Then, for each (values, value) of `counted`, count how many are `value`.
         """
         for row, (values, least) in enumerate(arrays):
-            launch(sum_kernel, PARTIALS, [values, least, LARGEST, False, row, self._partials], self.device)
+            launch(sum_ints_kernel, PARTIALS, [values, least, LARGEST, False, row, self._partials], self.device)
         for row, (values, value) in enumerate(counted, start=len(arrays)):
-            launch(sum_kernel, PARTIALS, [values, value, value, True, row, self._partials], self.device)
-        launch(fold_kernel, self._sums.array.size, [self._partials, self._sums.array], self.device)
+            launch(sum_ints_kernel, PARTIALS, [values, value, value, True, row, self._partials], self.device)
+        launch(fold_int_sums_kernel, self._sums.array.size, [self._partials, self._sums.array], self.device)
         self._sums.download()
 
     def totals(self) -> list[int]:

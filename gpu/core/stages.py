@@ -6,7 +6,7 @@ from time import perf_counter
 
 import warp as wp
 
-# Of what captured graphs read the arrays of, for `Stages.forget`.
+# Numbers for whatever owns arrays that captured graphs read; see `Stages.forget`.
 new_number = count().__next__
 
 
@@ -17,12 +17,12 @@ def _duration(work: Callable[[], None]) -> float:
 
 
 class Stages:
-    """ClusterRunBounds and times the named stages of one renderer's frames.
+    """Runs and times the named stages of one renderer's frames.
 
     On CUDA a stage is captured as a graph, so that its many small launches cost the host nothing: what it launches must
-    be the same every frame of one `graph_key`, and what differs must come through arrays. Times are device events
-    there, wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame does;
-    captured: whether the host captured some of them.
+    be the same in every frame of one `graph_key`, and what differs must come through arrays. Times are of device events
+    there, of the wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame
+    does; captured: whether the host captured any of them in that frame.
     """
 
     def __init__(self, device: wp.Device) -> None:
@@ -52,19 +52,19 @@ class Stages:
         """Free the graphs whose key has this number, since arrays that they read are freed, too."""
         self._graphs = {key: graph for key, graph in self._graphs.items() if number not in key[2]}
 
-    def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, way: Hashable = None,
+    def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, branch: Hashable = None,
             waits_for_fork: bool = False) -> None:  # fmt: skip
         """Run the stage `name`, once a frame. repeats: `work` launches the same every frame, so it may be captured.
 
-        way: which of several things a stage launches, where it is not the same in every frame of a variant; joins:
-        it waits for what was forked, in its own time.
+        branch: which of several things the stage launches, where frames of one `graph_key` differ; waits_for_fork: it
+        waits for what was forked, and that wait is part of its time.
         """
         self._order.append(name)
         if not self._device.is_cuda:
             self._seconds[name] = _duration(work)
             if waits_for_fork:
                 self._seconds[name] += self._forked_seconds.pop(name, 0.0)
-            self._note((name, way, repeats))
+            self._note((name, branch, repeats))
             return
         if name not in self._events:
             pair = wp.Event(self._device, enable_timing=True), wp.Event(self._device, enable_timing=True)
@@ -80,16 +80,16 @@ class Stages:
             work()
             stream.record_event(end)
 
-        self._launch((name, way, repeats), timed)
+        self._launch((name, branch, repeats), timed)
 
     def fork(self, name: str, part: str, work: Callable[[], None], *, repeats: bool = True,
-             way: Hashable = None) -> None:  # fmt: skip
-        """Run `work`, a part of the stage `name`, beside the stages that follow, up to the first that joins.
+             branch: Hashable = None) -> None:  # fmt: skip
+        """Run `work`, a part of the stage `name`, beside the stages that follow, up to the first that waits for it.
 
-        It comes after the stages before and what was forked before. It must write nothing that those which follow
-        read, nor read what they write. On CUDA it takes what the stage that joins has to wait for it.
+        It comes after the stages before and what was forked before. It must write nothing that the stages beside it
+        read, nor read what they write. On CUDA its time is what the stage `name` has to wait for it.
         """
-        key = f"{name} {part}", way, repeats
+        key = f"{name} {part}", branch, repeats
         if not self._device.is_cuda:
             self._forked_seconds[name] = self._forked_seconds.get(name, 0.0) + _duration(work)
             self._note(key)
@@ -101,14 +101,14 @@ class Stages:
             self._side.record_event(self._forked)
 
     def run_untimed(self, work: Callable[[], None]) -> None:
-        """Run `work`, which launches the same every frame of a variant, after the stages, in no stage's time."""
+        """Run `work`, the same in every frame of one `graph_key`, after the stages and in no stage's time."""
         if self._device.is_cuda:
             self._launch(("", None, True), work)
         else:
             work()
 
     def _note(self, key: tuple[str, Hashable, bool]) -> bool:
-        """Whether a stage has run before; its first run loads its kernels, whatever the variant."""
+        """Whether a stage has run before; its first run loads its kernels, whatever the `graph_key`."""
         loaded = key in self._loaded
         self._loaded.add(key)
         self.steady &= loaded
@@ -116,13 +116,13 @@ class Stages:
 
     def _launch(self, key: tuple[str, Hashable, bool], work: Callable[[], None]) -> None:
         """Launch on the current stream what `work` does, by a graph if it repeats and its kernels are loaded."""
-        (name, way, repeats), loaded = key, self._note(key)
-        graph = self._graphs.get((name, way, self.graph_key)) if repeats else None
+        (name, branch, repeats), loaded = key, self._note(key)
+        graph = self._graphs.get((name, branch, self.graph_key)) if repeats else None
         if repeats and loaded and graph is None:
             self.captured = True
             with wp.ScopedCapture(self._device) as capture:
                 work()
-            graph = self._graphs[name, way, self.graph_key] = capture.graph
+            graph = self._graphs[name, branch, self.graph_key] = capture.graph
         if graph is None:
             work()
         else:

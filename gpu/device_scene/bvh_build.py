@@ -60,13 +60,13 @@ def half_area(mesh: wp.uint64, node: int) -> float:
 
 
 @wp.kernel
-def root_kernel(first: int, mesh: wp.uint64, nodes: wp.array[int]) -> None:
+def bvh_root_kernel(first: int, mesh: wp.uint64, nodes: wp.array[int]) -> None:
     """One thread: the only node of the first level."""
     nodes[first + wp.tid()] = root_of(mesh)
 
 
 @wp.kernel
-def open_kernel(
+def bvh_open_kernel(
     first: int, mesh: wp.uint64, nodes: wp.array[int], slots: wp.array2d[int], inner: wp.array[int]
 ) -> None:
     """One thread a node of a level: its up to four children, and how many of them are no leaves.
@@ -99,7 +99,7 @@ def open_kernel(
 
 
 @wp.kernel
-def level_kernel(first: int, mesh: wp.uint64, slots: wp.array2d[int], inner: wp.array[int], totals: wp.array[int],
+def bvh_level_kernel(first: int, mesh: wp.uint64, slots: wp.array2d[int], inner: wp.array[int], totals: wp.array[int],
                  next_base: int, bounds: wp.array[wp.vec4], children: wp.array[wp.vec4i],
                  following: wp.array[int]) -> None:  # fmt: skip
     """One thread a node of a level: writes it, and lists those of its children that are of the next.
@@ -133,7 +133,7 @@ def level_kernel(first: int, mesh: wp.uint64, slots: wp.array2d[int], inner: wp.
 
 
 @wp.kernel
-def corner_kernel(first: int, mesh: wp.uint64, vertices: wp.array[wp.vec3], indices: wp.array[int],
+def bvh_corner_kernel(first: int, mesh: wp.uint64, vertices: wp.array[wp.vec3], indices: wp.array[int],
                   corners: wp.array[wp.vec4], faces: wp.array[int]) -> None:  # fmt: skip
     """One thread a place of the leaves: its triangle and that one's corners."""
     place = first + wp.tid()
@@ -163,7 +163,7 @@ def build(vertices: wp.array, indices: wp.array) -> Bvh:
     constructor = "cubql" if device.is_cuda else "sah"
     mesh = wp.Mesh(vertices, indices, bvh_constructor=constructor, bvh_leaf_size=LEAF_TRIANGLES)
     nodes = wp.empty(1, dtype=int, device=device)
-    launch(root_kernel, 1, [mesh.id, nodes], device)
+    launch(bvh_root_kernel, 1, [mesh.id, nodes], device)
     bounds: list[wp.array] = []
     children: list[wp.array] = []
     base = 0
@@ -173,20 +173,20 @@ def build(vertices: wp.array, indices: wp.array) -> Bvh:
         count = len(nodes)
         slots = wp.empty((WIDTH, count), dtype=int, device=device)
         inner, totals = (wp.empty(count, dtype=int, device=device) for _ in range(2))
-        launch(open_kernel, count, [mesh.id, nodes, slots, inner], device)
+        launch(bvh_open_kernel, count, [mesh.id, nodes, slots, inner], device)
         running_total(inner, totals)
         following = wp.empty(int(totals[-1:].numpy()[0]), dtype=int, device=device)
         base += count
         bounds.append(wp.empty(6 * count, dtype=wp.vec4, device=device))
         children.append(wp.empty(2 * count, dtype=wp.vec4i, device=device))
         inputs = [mesh.id, slots, inner, totals, base, bounds[-1], children[-1], following]
-        launch(level_kernel, count, inputs, device)
+        launch(bvh_level_kernel, count, inputs, device)
         nodes = following
     bvh = Bvh()
     bvh.bounds, bvh.children = _joined(bounds), _joined(children)
     bvh.faces = wp.empty(len(indices) // 3, dtype=int, device=device)
     bvh.corners = wp.empty(len(indices), dtype=wp.vec4, device=device)
-    launch(corner_kernel, len(bvh.faces), [mesh.id, vertices, indices, bvh.corners, bvh.faces], device)
+    launch(bvh_corner_kernel, len(bvh.faces), [mesh.id, vertices, indices, bvh.corners, bvh.faces], device)
     # What is read above goes with the mesh.
     wp.synchronize_device(device)
     return bvh

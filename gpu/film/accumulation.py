@@ -20,7 +20,7 @@ def pixel_place(sample: int) -> tuple[float, float]:
 
 
 @wp.kernel
-def average_kernel(first: int, radiance: wp.array[wp.vec3], before: int, mean: wp.array[wp.vec3]) -> None:
+def average_frames_kernel(first: int, radiance: wp.array[wp.vec3], before: int, mean: wp.array[wp.vec3]) -> None:
     """One thread a pixel: takes one more radiance into a mean of `before` of them. A mean keeps its precision."""
     pixel = first + wp.tid()
     value = radiance[pixel]
@@ -42,5 +42,5 @@ class Accumulation:
 
     def add(self, radiance: wp.array) -> None:
         """Take in one more frame, radiance (pixel,)."""
-        launch(average_kernel, len(self.mean), [radiance, self.samples, self.mean], self.mean.device)
+        launch(average_frames_kernel, len(self.mean), [radiance, self.samples, self.mean], self.mean.device)
         self.samples += 1

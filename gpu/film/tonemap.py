@@ -43,7 +43,7 @@ def srgb(x: float) -> float:
 
 
 @wp.kernel
-def tally_kernel(first: int, radiance: wp.array[wp.vec3], out: Tally) -> None:
+def tally_luminance_kernel(first: int, radiance: wp.array[wp.vec3], out: Tally) -> None:
     """One thread a partial sum over every PARTIALS-th pixel: no atomics, so the same bits every time."""
     partial = first + wp.tid()
     total = float(0.0)
@@ -64,7 +64,7 @@ def tally_kernel(first: int, radiance: wp.array[wp.vec3], out: Tally) -> None:
 
 
 @wp.kernel
-def fold_kernel(first: int, tally: Tally, out: Tally) -> None:
+def fold_tally_kernel(first: int, tally: Tally, out: Tally) -> None:
     """One thread a sum over every SUMS-th partial sum."""
     place = first + wp.tid()
     total = float(0.0)
@@ -124,8 +124,8 @@ class Tonemap:
 
         Source: K. Narkowicz, "ACES filmic tone mapping curve", 2015; middle grey: E. Reinhard et al. 2002, Eq. 1–2.
         """
-        launch(tally_kernel, PARTIALS, [radiance, self._tally], self.device)
-        launch(fold_kernel, SUMS, [self._tally, self._sums], self.device)
+        launch(tally_luminance_kernel, PARTIALS, [radiance, self._tally], self.device)
+        launch(fold_tally_kernel, SUMS, [self._tally, self._sums], self.device)
         inputs = [self._sums, exposure or 0.0, self._exposure, self._nonfinite.array]
         launch(exposure_kernel, 1, inputs, self.device)
         self._nonfinite.download()

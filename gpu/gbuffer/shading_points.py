@@ -20,7 +20,7 @@ from gpu.gbuffer.sparse_shading import (
     SparseShadingParameters,
     is_shaded,
     light_ended,
-    reflect_kernel,
+    reflect_irradiance_kernel,
 )
 
 
@@ -139,4 +139,4 @@ class ShadingPoints:
         mean: (1,) brightness of the picture, about.
         """
         inputs = [gbuffer, self._image, self.sparse, self.listed, irradiance, mean, self.before.edges, radiance]
-        launch(reflect_kernel, self.capacity, inputs, self.device)
+        launch(reflect_irradiance_kernel, self.capacity, inputs, self.device)

@@ -179,7 +179,7 @@ def light_ended(before: PreviousEdges, position: wp.vec3, image: ImageSize) -> b
 
 
 @wp.kernel
-def reflect_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: SparseShadingParameters,
+def reflect_irradiance_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: SparseShadingParameters,
                    listed: wp.array[int], irradiance: wp.array[wp.vec3], mean: wp.array[float],
                    edges: wp.array[wp.uint8], radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: adds what its surface reflects of the irradiance, its own or that of its anchors.

@@ -48,7 +48,9 @@ def light_path_kernel(texels: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
 
     @wp.kernel(module="unique")
-    def kernel(first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int, out: Vpls) -> None:
+    def light_path_kernel(
+        first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int, out: Vpls
+    ) -> None:
         """One thread a light path: a VPL at each of its `bounces` first hits, at path · bounces + hit; flux 0 if none.
 
         Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
@@ -82,11 +84,11 @@ def light_path_kernel(texels: bool) -> wp.Kernel:
             direction = cosine_direction(surface.geometric_normal, way.x, way.y)
             origin = offset_origin(surface.position, surface.geometric_normal, direction)
 
-    return kernel
+    return light_path_kernel
 
 
 @wp.kernel
-def order_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
+def vpl_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
     """One thread a VPL: its place in the order of surface points, or EMPTY_KEY when it carries no flux."""
     index = first + wp.tid()
     flux = vpls.flux[index]
@@ -96,7 +98,7 @@ def order_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
 
 
 @wp.kernel
-def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> None:
+def gather_vpls_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> None:
     """One thread a VPL: copies the one that comes there in `order`."""
     index = first + wp.tid()
     source = order[index]
@@ -106,7 +108,7 @@ def gather_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) -> No
 
 
 @wp.kernel
-def filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array[int]) -> None:
+def count_filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array[int]) -> None:
     """One thread a key: where the first is empty, writes how many are not. filled (1,): before, how many there are."""
     index = first + wp.tid()
     if sorted_keys[index] == EMPTY_KEY:
@@ -117,31 +119,31 @@ def filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array[int])
 
 
 def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
-                      seed: int, needs: SceneFeatures = EVERYTHING) -> Vpls:  # fmt: skip
+                      seed: int, features: SceneFeatures = EVERYTHING) -> Vpls:  # fmt: skip
     """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
     device = device_scene.device
     slots = paths * bounces
     raw = allocate_vpls(slots, device)
     inputs = [scene, table, paths, bounces, seed, raw]
-    launch(light_path_kernel(needs.texels), paths, inputs, device)
+    launch(light_path_kernel(features.texels), paths, inputs, device)
     keys = wp.zeros(2 * slots, dtype=int, device=device)
     order = wp.zeros(2 * slots, dtype=int, device=device)
-    launch(order_key_kernel, slots, [raw, keys], device)
+    launch(vpl_key_kernel, slots, [raw, keys], device)
     launch(iota_kernel, slots, [order], device)
     radix_sort_pairs(keys, order, slots)
     filled = wp.full(1, slots, dtype=int, device=device)
-    launch(filled_kernel, slots, [keys, filled], device)
+    launch(count_filled_kernel, slots, [keys, filled], device)
     count = int(filled.numpy()[0])
     vpls = allocate_vpls(count, device)
-    launch(gather_kernel, count, [order, raw, vpls], device)
+    launch(gather_vpls_kernel, count, [order, raw, vpls], device)
     return vpls
 
 
 def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
-              needs: SceneFeatures = EVERYTHING) -> int:  # fmt: skip
+              features: SceneFeatures = EVERYTHING) -> int:  # fmt: skip
     """How many light paths leave about `wanted` VPLs, by a pilot run; none when there is no light."""
     if table.count == 0:
         return 0
-    pilot = trace_light_paths(device_scene, scene, table, PILOT_PATHS, bounces, 0, needs)
+    pilot = trace_light_paths(device_scene, scene, table, PILOT_PATHS, bounces, 0, features)
     per_path = max(pilot.count / PILOT_PATHS, 1.0 / MAX_PATHS_PER_VPL)
     return max(1, round(wanted / per_path))

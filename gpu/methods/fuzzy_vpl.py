@@ -165,7 +165,7 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
         frame.seed.fill_(kind.seed)
         if kind.denoise:
             find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
-            stages.run("history", find if reads else history.forget, repeats=captured, way=reads)
+            stages.run("history", find if reads else history.forget, repeats=captured, branch=reads)
         if self._has_near:
             self._passes.begin_near(points, vpls, cache, kind, stages, history)
 
@@ -188,10 +188,10 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
             if kind.denoise:
                 self._correction.remember(view)
 
-        stages.run("cluster", cluster, repeats=captured, way=goes_on)
+        stages.run("cluster", cluster, repeats=captured, branch=goes_on)
         stages.run("visibility", trace, repeats=captured)
         kept.last_sample = kind.sample
-        stages.run("shade", shade_points, repeats=captured, way=goes_on)
+        stages.run("shade", shade_points, repeats=captured, branch=goes_on)
         if self._has_near:
             self._passes.share_near(points, self._correction.clustered_irradiance, kind, stages, history)
         if settings.correct:

@@ -142,7 +142,7 @@ class Passes:
             if area and kind.denoise:
                 frame.side_smoothing.run(frame.gbuffer, frame.area_light)
 
-        stages.fork("direct", "rays", rays, repeats=kind.captured, way=kind.read_history)
+        stages.fork("direct", "rays", rays, repeats=kind.captured, branch=kind.read_history)
 
     def end_direct(self, view: ViewState, kind: FrameKind, stages: Stages) -> None:
         """Have direct light in the picture, if it is wanted."""

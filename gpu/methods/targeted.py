@@ -229,7 +229,7 @@ class TargetedVpl(RenderMethod[TargetedView]):
         if isinstance(view, TargetedView) and (probes := view.steering.probes):
             again = view.steering.is_retry
             picture = picture_of(frame.gbuffer, frame.size, view.points, frame.indirect.irradiance)
-            stages.run("probe", lambda: probes.run(frame.scene, picture, vpls, again=again), way=again)
+            stages.run("probe", lambda: probes.run(frame.scene, picture, vpls, again=again), branch=again)
 
     def _learn(self, view: TargetedView, frame: Frame, *, shown: bool = True) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.

@@ -9,7 +9,7 @@ from gpu.core.constants import FAR_AWAY, PI
 from gpu.core.device import allocate, launch
 from gpu.core.kahan import Sum, kahan_add
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.light_paths import Vpls, allocate_vpls, gather_kernel
+from gpu.lights.light_paths import Vpls, allocate_vpls, gather_vpls_kernel
 from gpu.scene.types import Ints
 from gpu.vpl.disk_light import Disk, disk_of
 from gpu.vpl.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, PER_SUBCLUSTER, VplClusters, member_disk
@@ -174,7 +174,7 @@ def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int) 
     starts = np.append(starts[used], vpls.count).astype(np.int32)
     clusters.starts = wp.array(starts, dtype=int, device=device)
     clusters.members = allocate_vpls(vpls.count, device)
-    launch(gather_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
+    launch(gather_vpls_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
     launch(summarise_kernel, clusters.count, [vpls, medoids, clusters], device)
     set_subclusters(clusters, starts, device)

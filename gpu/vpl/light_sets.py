@@ -69,13 +69,13 @@ class LightSets:
 
     def _make(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
         scene = self._device_scene.view(lambertian=choice.lambertian)
-        needs = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
+        features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
         progress("tracing virtual point lights", 0.0)
         alike = replace(choice, seed=0)
         if alike not in self._paths:
-            self._paths[alike] = paths_for(self._device_scene, scene, self.table, choice.vpls, choice.bounces, needs)
+            self._paths[alike] = paths_for(self._device_scene, scene, self.table, choice.vpls, choice.bounces, features)
         paths = self._paths[alike]
-        vpls = trace_light_paths(self._device_scene, scene, self.table, paths, choice.bounces, choice.seed, needs)
+        vpls = trace_light_paths(self._device_scene, scene, self.table, paths, choice.bounces, choice.seed, features)
         progress("clustering virtual point lights", 0.5)
         clusters = cluster_vpls(self._device_scene, vpls, choice.vpl_clusters, choice.seed)
         progress("clustering virtual point lights", 1.0)

@@ -26,15 +26,15 @@ def test_stages_run_in_order_and_are_timed_anew_each_frame() -> None:
 def test_a_frame_is_steady_when_each_stage_has_run_before() -> None:
     stages = Stages(wp.get_device("cpu"))
 
-    def frame(*names: str, repeats: bool = True, way: int | None = None) -> bool:
+    def frame(*names: str, repeats: bool = True, branch: int | None = None) -> bool:
         stages.start_frame()
         for name in names:
-            stages.run(name, lambda: None, repeats=repeats, way=way)
+            stages.run(name, lambda: None, repeats=repeats, branch=branch)
         return stages.steady
 
     assert [frame("one"), frame("one"), frame("one", "two"), frame("one", "two")] == [False, True, False, True]
     assert [frame("one", repeats=False), frame("one", repeats=False)] == [False, True]
-    assert [frame("one", way=way) for way in (1, 1, 2, 1, 2)] == [False, True, False, True, True]
+    assert [frame("one", branch=branch) for branch in (1, 1, 2, 1, 2)] == [False, True, False, True, True]
 
 
 def test_what_follows_runs_each_frame_and_is_no_stage() -> None:
@@ -42,7 +42,7 @@ def test_what_follows_runs_each_frame_and_is_no_stage() -> None:
     for _ in range(2):
         stages.start_frame()
         stages.run("first", lambda: ran.append(1))
-        stages.follow(lambda: ran.append(2))
+        stages.run_untimed(lambda: ran.append(2))
     assert ran == [1, 2] * 2
     assert list(stages.milliseconds()) == ["first"]
 
@@ -110,7 +110,7 @@ def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_tak
     def frame(beside: int) -> float:
         stages.start_frame()
         stages.run("first", lambda: turn(1))
-        stages.fork("second", "beside", lambda: turn(beside), way=beside)
+        stages.fork("second", "beside", lambda: turn(beside), branch=beside)
         stages.run("second", work, waits_for_fork=True)
         wp.synchronize_device(device)
         return stages.milliseconds()["second"]
@@ -154,17 +154,17 @@ def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
 def test_each_way_of_a_stage_is_captured_once() -> None:
     device = wp.get_device("cuda:0")
     stages, works = Stages(device), []
-    values = {way: wp.zeros(10, dtype=int, device=device) for way in (False, True)}
+    values = {branch: wp.zeros(10, dtype=int, device=device) for branch in (False, True)}
 
-    def frame(way: bool) -> None:
+    def frame(branch: bool) -> None:
         def work() -> None:
-            works.append(way)
-            launch(turn_kernel, 10, [values[way]], device)
+            works.append(branch)
+            launch(turn_kernel, 10, [values[branch]], device)
 
         stages.start_frame()
-        stages.run("turn", work, way=way)
+        stages.run("turn", work, branch=branch)
 
-    for way in (False, True, True, False, True, False, True):
-        frame(way)
+    for branch in (False, True, True, False, True, False, True):
+        frame(branch)
     assert works == [False, True, True, False]
     assert [int(array.numpy()[-1]) for array in values.values()] == [3, 4]
