@@ -1,6 +1,6 @@
 /** Named views of each scene, kept by the browser. */
 
-import { keep, kept } from "./kept.js";
+import { load, save } from "./storage.js";
 
 /** @typedef {import("./link.js").View} View */
 /** @typedef {{name: string, view: View}} Bookmark */
@@ -13,7 +13,7 @@ const key = (scene) => `bookmarks ${scene}`;
 
 /** @param {string} scene id @returns {Bookmark[]} */
 export function bookmarksOf(scene) {
-  const list = kept(key(scene));
+  const list = load(key(scene));
   return Array.isArray(list) ? list.filter(isBookmark) : [];
 }
 
@@ -21,12 +21,12 @@ export function bookmarksOf(scene) {
 export function addBookmark(scene, name, view) {
   const list = bookmarksOf(scene);
   const called = name.trim().slice(0, LONGEST_NAME) || `View ${list.length + 1}`;
-  return list.length < MOST && keep(key(scene), [...list, { name: called, view }]);
+  return list.length < MOST && save(key(scene), [...list, { name: called, view }]);
 }
 
 /** @param {string} scene id @param {number} index */
 export function removeBookmark(scene, index) {
-  keep(key(scene), bookmarksOf(scene).toSpliced(index, 1));
+  save(key(scene), bookmarksOf(scene).toSpliced(index, 1));
 }
 
 /** @param {unknown} value @returns {value is Bookmark} */

@@ -4,21 +4,21 @@ import { Address } from "./address.js";
 import { writeLink } from "./link.js";
 import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
+import { ConnectionStatus } from "./ui/connection-status.js";
 import { showMode, wireControls } from "./ui/controls.js";
 import { Notice } from "./ui/notice.js";
 import { Overlay } from "./ui/overlay.js";
 import { byId } from "./ui/page.js";
 import { Panel } from "./ui/panel.js";
 import { copyAddress, download } from "./ui/share.js";
-import { Standing } from "./ui/standing.js";
 import { Uploader } from "./ui/uploader.js";
 import { Views } from "./ui/views.js";
 import { listScenes } from "./upload.js";
 import { Camera } from "./viewer/camera.js";
-import { Lens } from "./viewer/lens.js";
 import { Navigation } from "./viewer/navigation.js";
 import { PoseSender } from "./viewer/poses.js";
 import { openScreen } from "./viewer/screen.js";
+import { Viewport } from "./viewer/viewport.js";
 
 /** @typedef {import("./link.js").View} View */
 /** @typedef {import("./protocol.js").Frame} Frame */
@@ -42,35 +42,35 @@ let scene = null;
 let shown = null;
 
 const screen = await openScreen(canvas);
-const lens = new Lens(canvas);
+const viewport = new Viewport(canvas);
 const camera = new Camera();
 const overlay = new Overlay();
 const notice = new Notice(() => session.connect());
-const standing = new Standing(overlay, notice);
+const connectionStatus = new ConnectionStatus(overlay, notice);
 const navigation = new Navigation(canvas, camera, wake);
 const address = new Address(() => scene && writeLink(scene.id, here(), panel.values), follow);
 const panel = new Panel({
   settings: (settings) => change({ settings }),
   stream: (stream) => change({ stream }),
 });
-const wanted = { size: lens.size, stream: panel.stream, ...(address.scene !== undefined && { scene: address.scene }) };
+const wanted = { size: viewport.size, stream: panel.stream, ...(address.scene !== undefined && { scene: address.scene }) };
 const session = new Session(api, wanted, {
   connection(state) {
     if (state.state === "connecting") screen.restart();
-    standing.connection(state);
+    connectionStatus.connection(state);
   },
   welcome(welcome) {
-    lens.limits = welcome.limits;
+    viewport.limits = welcome.limits;
     panel.describe(welcome.settings_schema);
     offerScenes(welcome.scenes);
     sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
     // One change of both: a second one would wait for the first frame.
     const words = address.takeSettings();
-    change({ size: lens.size, ...(Object.keys(words).length > 0 && { settings: panel.take(words) }) });
-    navigation.halfHeight = Math.tan(lens.fov / 2);
+    change({ size: viewport.size, ...(Object.keys(words).length > 0 && { settings: panel.take(words) }) });
+    navigation.halfHeight = Math.tan(viewport.fov / 2);
   },
   scene: enter,
-  status: (status) => standing.status(status),
+  status: (status) => connectionStatus.status(status),
   error: refused,
   frame: show,
 });
@@ -96,7 +96,7 @@ function wake() {
   requestAnimationFrame((now) => {
     scheduled = false;
     const moving = navigation.advance(now);
-    const waiting = poses.update(camera.matrix(), lens.fov);
+    const waiting = poses.update(camera.matrix(), viewport.fov);
     if (moving || waiting) wake();
     if (session.owesPicture) late ??= setTimeout(() => busy(true), LATE);
     address.tellSoon();
@@ -116,14 +116,14 @@ function busy(waits) {
 /** @param {import("./protocol.js").Change} wanted */
 function change(wanted) {
   session.change(wanted);
-  standing.asked(wanted.scene !== undefined);
+  connectionStatus.asked(wanted.scene !== undefined);
   busy(true);
   address.tellSoon();
 }
 
 function askForSize() {
-  navigation.halfHeight = Math.tan(lens.fov / 2);
-  if (lens.size.join() !== session.wanted.size.join()) change({ size: lens.size });
+  navigation.halfHeight = Math.tan(viewport.fov / 2);
+  if (viewport.size.join() !== session.wanted.size.join()) change({ size: viewport.size });
   wake();
 }
 
@@ -140,8 +140,8 @@ function askForSizeSoon() {
 function stand(view) {
   const chosen = scene?.cameras[Number(cameraSelect.value)];
   if (!scene || !chosen) return;
-  lens.yfov = view?.yfov ?? chosen.yfov;
-  navigation.halfHeight = Math.tan(lens.fov / 2);
+  viewport.yfov = view?.yfov ?? chosen.yfov;
+  navigation.halfHeight = Math.tan(viewport.fov / 2);
   if (view) camera.place = view;
   else camera.setMatrix(chosen.matrix);
   navigation.start(scene.bounds);
@@ -151,7 +151,7 @@ const home = () => stand();
 
 /** @returns {View} */
 function here() {
-  return { ...camera.place, yfov: lens.yfov };
+  return { ...camera.place, yfov: viewport.yfov };
 }
 
 /** The user gave the page another link. */
@@ -214,7 +214,7 @@ async function show(frame) {
     document.body.toggleAttribute("data-picture", true);
     if (session.isCurrent(frame)) {
       busy(false);
-      standing.picture();
+      connectionStatus.picture();
       if (session.owesPicture) wake(); // the camera has gone on meanwhile
     }
     return seen;
@@ -228,12 +228,12 @@ async function show(frame) {
 function refused({ code, message }) {
   busy(false);
   if (code === "limit" || code === "bad-message") panel.problem(message);
-  if (code === "render-failed") return standing.failed("No picture", message);
+  if (code === "render-failed") return connectionStatus.failed("No picture", message);
   // A link to a scene that is not there leads to the one that is served.
-  if (session.scene === null && code !== "unknown-scene") return standing.failed("No scene", message);
+  if (session.scene === null && code !== "unknown-scene") return connectionStatus.failed("No scene", message);
   notice.complain(message);
   if (session.scene === null) return;
-  standing.picture();
+  connectionStatus.picture();
   sceneSelect.value = session.scene.id;
   // After a failed change of scene the server waits for a pose again.
   poses.forget();

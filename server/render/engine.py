@@ -21,7 +21,7 @@ from time import monotonic
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
 from server.render.schedule import QueueEntry, Schedule, Urgency
-from server.render.worker_link import Link, WorkerLostError
+from server.render.worker_link import WorkerLink, WorkerLostError
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
     HEARTBEAT,
@@ -107,7 +107,7 @@ class _Running:
     """The job that the worker has; it may say nothing for `patience`."""
 
     request: int
-    place: QueueEntry
+    entry: QueueEntry
     began: float  # [s]
     patience: float  # [s]
 
@@ -149,7 +149,7 @@ class Engine:
         self._command = command
         self._hang_seconds = hang_seconds
         self._activity = Activity(EngineState.STARTING, "starting")
-        self._link: Link | None = None
+        self._link: WorkerLink | None = None
         self._schedule = Schedule()
         self._waiting: dict[QueueEntry, _Waiting] = {}
         self._numbers = itertools.count(1)
@@ -179,7 +179,7 @@ class Engine:
     @property
     def waiting(self) -> Counter[Urgency]:
         """How many jobs wait for a turn, by urgency."""
-        return Counter(place.urgency for place in self._waiting)
+        return Counter(entry.urgency for entry in self._waiting)
 
     @property
     def worker_pid(self) -> int | None:
@@ -213,12 +213,12 @@ class Engine:
         nothing. The future ends with the answer and its bytes, or with UserError (the job was wrong), OutOfMemoryError,
         RenderFaultError (a bug) or WorkerLostError.
         """
-        place, waiting = self._enqueue(client, urgency, make)
+        entry, waiting = self._enqueue(client, urgency, make)
         try:
             return await waiting.turn
         finally:
-            self._schedule.leave(place)
-            self._waiting.pop(place, None)
+            self._schedule.leave(entry)
+            self._waiting.pop(entry, None)
 
     async def open(self, scene: SceneRef) -> SceneInfo:
         """Load a scene and say what is in it; errors as the futures of `submit`."""
@@ -244,7 +244,7 @@ class Engine:
     # --- the worker's life ---
 
     async def _live(self) -> None:
-        self._link = link = await Link.start(self._command)
+        self._link = link = await WorkerLink.start(self._command)
         self._heard = monotonic()
         watch = asyncio.create_task(self._watch(link), name="watch")
         try:
@@ -267,7 +267,7 @@ class Engine:
                 self._settle(request, WorkerLostError("the renderer was lost; it is being started again"))
             log.info("worker %d ended with status %s", link.pid, await link.stop())
 
-    def _take(self, link: Link, message: FromWorker, payload: bytes) -> None:
+    def _take(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
         running = self._running
         match message:
             case Progress(text, fraction):
@@ -309,7 +309,7 @@ class Engine:
     def _most_bytes(self) -> int:
         return max((owed.most_bytes for owed in self._owed.values()), default=0)
 
-    async def _watch(self, link: Link) -> None:
+    async def _watch(self, link: WorkerLink) -> None:
         """Kill a worker that hangs, which `_live` then hears; have one that has nothing to do show that it lives."""
         while True:
             await asyncio.sleep(WATCH_SECONDS)
@@ -323,7 +323,7 @@ class Engine:
                 link.kill()
 
     def _beat(self) -> None:
-        if all(place.client != HEARTBEAT for place in self._waiting):
+        if all(entry.client != HEARTBEAT for entry in self._waiting):
             self._enqueue(HEARTBEAT, Urgency.REFINING, self._heartbeat)
 
     def _heartbeat(self) -> Render:
@@ -340,14 +340,14 @@ class Engine:
     # --- turns and answers ---
 
     def _enqueue(self, client: int, urgency: Urgency, make: Make) -> tuple[QueueEntry, _Waiting]:
-        place = self._schedule.join(client, urgency)
-        waiting = self._waiting[place] = _Waiting(make, asyncio.get_running_loop().create_future())
+        entry = self._schedule.join(client, urgency)
+        waiting = self._waiting[entry] = _Waiting(make, asyncio.get_running_loop().create_future())
         self._give_turns()
-        return place, waiting
+        return entry, waiting
 
     def _give_turns(self) -> None:
-        while self._listening and self._running is None and (place := self._schedule.next()) is not None:
-            waiting = self._waiting.pop(place)
+        while self._listening and self._running is None and (entry := self._schedule.next()) is not None:
+            waiting = self._waiting.pop(entry)
             if waiting.turn.done():  # who asked has left this instant
                 continue
             try:
@@ -355,12 +355,12 @@ class Engine:
             except Exception as error:
                 waiting.turn.set_exception(error)
             else:
-                waiting.turn.set_result(None if job is None else self._send(place, job))
+                waiting.turn.set_result(None if job is None else self._send(entry, job))
 
-    def _send(self, place: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
+    def _send(self, entry: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
         assert self._link is not None
-        patience = HEARTBEAT_DEADLINE if place.client == HEARTBEAT and self._has_proof() else self._hang_seconds
-        self._running = _Running(next(self._numbers), place, monotonic(), patience)
+        patience = HEARTBEAT_DEADLINE if entry.client == HEARTBEAT and self._has_proof() else self._hang_seconds
+        self._running = _Running(next(self._numbers), entry, monotonic(), patience)
         reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
         self._owed[self._running.request] = _Owed(job, reply)
         self._link.send(replace(job, request=self._running.request))
@@ -368,7 +368,7 @@ class Engine:
 
     def _end_turn(self, seconds: float) -> None:
         assert self._running is not None
-        self._schedule.charge(self._running.place, seconds)
+        self._schedule.charge(self._running.entry, seconds)
         self.busy_seconds += seconds
         self._running = None
 
@@ -391,7 +391,7 @@ class Engine:
 
 
 def _is_heartbeat(running: _Running) -> bool:
-    return running.place.client == HEARTBEAT
+    return running.entry.client == HEARTBEAT
 
 
 def _rendered_anew(job: Render) -> Render:

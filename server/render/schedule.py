@@ -1,11 +1,11 @@
-"""Who has the device next: the most urgent first, and among those, whoever has had it least lately. No I/O here."""
+"""The queue for the device: the most urgent first, and among those, whoever used it least lately. No I/O here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from time import monotonic
 
-# A still that waited this long goes first, one in as long: neither may keep those out for ever who walk, nor they it.
+# A still that waited this long goes first, at most one in as long: walkers must not keep it out for ever, nor it them.
 PATIENCE_SECONDS = 1.0
 
 
@@ -19,16 +19,16 @@ class Urgency(IntEnum):
 
 @dataclass(eq=False, frozen=True)
 class QueueEntry:
-    """One place in the queue."""
+    """A client that waits, since when [s], and for something how urgent."""
 
     client: int
     urgency: Urgency
-    since: float  # [s]
+    since: float
 
 
 @dataclass
 class _Queue:
-    """Those who wait with one urgency, and the virtual times [s of device time] of clients ahead of the queue's own."""
+    """Entries of one urgency, its virtual time [s of device time], and those of clients who are ahead of it."""
 
     waiting: list[QueueEntry] = field(default_factory=list)
     now: float = 0.0
@@ -39,7 +39,7 @@ class _Queue:
 
 
 class Schedule:
-    """Places in the queue, and the device time that was used from them.
+    """Entries, and the device time that their turns used.
 
     Within one urgency this is start-time fair queueing (Goyal, Vin, Cheng 1996) with the cost of a turn charged after
     it. The virtual time is that of the client served last, and whoever comes starts there: idleness earns no credit,
@@ -48,45 +48,45 @@ class Schedule:
 
     def __init__(self, now: Callable[[], float] = monotonic) -> None:
         self._now = now
-        self._let_in = -PATIENCE_SECONDS  # when a still went first for its patience
+        self._overdue_at = -PATIENCE_SECONDS  # when a still last went first since it had waited long
         self._queues = {urgency: _Queue() for urgency in Urgency}
 
     def join(self, client: int, urgency: Urgency) -> QueueEntry:
-        """Queue up; a client may have several places."""
-        place = QueueEntry(client, urgency, self._now())
-        self._queues[urgency].waiting.append(place)
-        return place
+        """Queue up; a client may do so several times."""
+        entry = QueueEntry(client, urgency, self._now())
+        self._queues[urgency].waiting.append(entry)
+        return entry
 
-    def leave(self, place: QueueEntry) -> None:
-        """Give up a place; does nothing when its turn has come already."""
-        waiting = self._queues[place.urgency].waiting
-        if place in waiting:
-            waiting.remove(place)
+    def leave(self, entry: QueueEntry) -> None:
+        """Leave the queue; does nothing when the turn has come already."""
+        waiting = self._queues[entry.urgency].waiting
+        if entry in waiting:
+            waiting.remove(entry)
 
     def next(self) -> QueueEntry | None:
-        """The place whose turn it is, taken out of the queue; None when nobody waits."""
+        """The entry whose turn it is, taken out of the queue; None when nobody waits."""
         stills = self._queues[Urgency.STILL]
-        if stills.waiting and self._now() - max(stills.waiting[0].since, self._let_in) >= PATIENCE_SECONDS:
-            self._let_in = self._now()
+        if stills.waiting and self._now() - max(stills.waiting[0].since, self._overdue_at) >= PATIENCE_SECONDS:
+            self._overdue_at = self._now()
             return self._take(stills, stills.waiting[0])
         for queue in self._queues.values():
             if queue.waiting:
-                return self._take(queue, min(queue.waiting, key=lambda place: queue.start(place.client)))
+                return self._take(queue, min(queue.waiting, key=lambda entry: queue.start(entry.client)))
         return None
 
-    def charge(self, place: QueueEntry, seconds: float) -> None:
+    def charge(self, entry: QueueEntry, seconds: float) -> None:
         """A turn that `next` gave has used the device for so long; what is not charged was free."""
-        queue = self._queues[place.urgency]
-        queue.starts[place.client] = queue.start(place.client) + seconds
+        queue = self._queues[entry.urgency]
+        queue.starts[entry.client] = queue.start(entry.client) + seconds
         if not queue.waiting:  # nobody competes, so nobody owes
             queue.now = max(queue.starts.values())
         self._forget(queue)
 
-    def _take(self, queue: _Queue, place: QueueEntry) -> QueueEntry:
-        queue.waiting.remove(place)
-        queue.now = max(queue.now, queue.start(place.client))
+    def _take(self, queue: _Queue, entry: QueueEntry) -> QueueEntry:
+        queue.waiting.remove(entry)
+        queue.now = max(queue.now, queue.start(entry.client))
         self._forget(queue)
-        return place
+        return entry
 
     def _forget(self, queue: _Queue) -> None:
         queue.starts = {client: start for client, start in queue.starts.items() if start > queue.now}

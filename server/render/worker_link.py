@@ -22,7 +22,7 @@ class WorkerLostError(Exception):
     """The worker process is gone, and with it the answers that it owed."""
 
 
-class Link:
+class WorkerLink:
     """A running worker process and the socket to it."""
 
     def __init__(
@@ -35,7 +35,7 @@ class Link:
         self._progress = 0
 
     @classmethod
-    async def start(cls, command: Sequence[str]) -> "Link":
+    async def start(cls, command: Sequence[str]) -> "WorkerLink":
         """Run `command` with the number of an inherited socket as its last argument. UserError when it cannot run.
 
         The socket is private to the two processes; when either ends, the other reads the end of it.

@@ -19,7 +19,7 @@ FULL_FACTOR, FULL_SECONDS = 1.2, 0.005
 REMEMBERED = 100
 
 
-class Window:
+class AckWindow:
     """The unacknowledged frames of one viewer. `limit` is how many there may be."""
 
     def __init__(self, now: Callable[[], float] = monotonic) -> None:

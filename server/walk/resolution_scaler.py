@@ -21,7 +21,7 @@ FIRST_PIXELS = 640 * 360  # before anything was measured
 LEAST_SIDE = 64  # px; smaller ones show nothing
 
 
-class Pace:
+class ResolutionScaler:
     """Chooses the scale of one viewer's moving frames, unless it is locked."""
 
     def __init__(self) -> None:
@@ -55,17 +55,17 @@ class Pace:
         self._total += 1
         self._mean_ms += (milliseconds - self._mean_ms) / min(self._frames, JUDGED_FRAMES)
         enough = self._frames >= JUDGED_FRAMES
-        place = SCALES.index(self._scale)
+        index = SCALES.index(self._scale)
         if self._mean_ms > TOO_SLOW * TARGET_MS * (1.0 if enough else AT_ONCE):
             if self._frames > FIRST_FRAMES or self._scale in self._forgiven:
                 self._too_slow[self._scale] = self._total
             self._forgiven.add(self._scale)
-            while place + 1 < len(SCALES) and self._expected(SCALES[place]) > FAST_ENOUGH * TARGET_MS:
-                place += 1
-        elif enough and place > 0 and self._worth_trying(SCALES[place - 1]):
-            place -= 1
-        if SCALES[place] != self._scale:
-            self._scale = SCALES[place]
+            while index + 1 < len(SCALES) and self._expected(SCALES[index]) > FAST_ENOUGH * TARGET_MS:
+                index += 1
+        elif enough and index > 0 and self._worth_trying(SCALES[index - 1]):
+            index -= 1
+        if SCALES[index] != self._scale:
+            self._scale = SCALES[index]
             self._frames = 0
 
     def _worth_trying(self, scale: float) -> bool:

@@ -12,8 +12,9 @@ from time import monotonic
 from gpu.errors import UserError
 from gpu.settings import RenderSettings
 from server.render.schedule import Urgency
-from server.walk.ack_window import Window
-from server.walk.resolution_scaler import Pace
+from server.walk.ack_window import AckWindow
+from server.walk.frame_request import FrameRequest
+from server.walk.resolution_scaler import ResolutionScaler
 from server.wire.browser import Pose, Stream
 from server.wire.frame_header import LOSSLESS, Codec
 from server.wire.worker import CameraMatrix, Done, Render, SceneRef
@@ -36,30 +37,6 @@ class Qualities:
     still: int = 92
 
 
-@dataclass(frozen=True)
-class FrameRequest:
-    """A frame that is being rendered: what it shows, and how long that had waited [ms].
-
-    frame: its id, None for one that is averaged and not shown; view: counts changes of what is seen, and losses of
-    what was averaged; samples: frames that the picture is to average, None for a moving one; quality, codec: of the
-    image.
-    """
-
-    frame: int | None
-    pose: int
-    settings: int
-    queue_ms: float
-    view: int
-    samples: int | None
-    quality: int
-    codec: Codec
-
-    @property
-    def refines(self) -> bool:
-        """Whether it only makes sharper what the viewer sees already."""
-        return self.samples is not None and self.samples > 1
-
-
 class Session:
     """The state of one viewer.
 
@@ -80,7 +57,7 @@ class Session:
     ) -> None:
         self.viewer = viewer
         self.scene: SceneRef | None = None
-        self.window = Window(now)
+        self.window = AckWindow(now)
         self._size = size
         self._settings = settings
         self._stream = stream
@@ -88,7 +65,7 @@ class Session:
         self._takes_png = takes_png
         self._settings_id = 0
         self._pose: Pose | None = None
-        self._pace = Pace()
+        self._scaler = ResolutionScaler()
         self._now = now
         self._changed_at = 0.0
         self._fresh = False  # something changed since the last moving frame was ordered
@@ -142,7 +119,7 @@ class Session:
         self._settings = settings or self._settings
         self._stream = stream or self._stream
         if settings is not None:
-            self._pace.restart()
+            self._scaler.restart()
         self._restart()
         self._touch()
 
@@ -150,7 +127,7 @@ class Session:
         """From now on this scene, from a pose that is yet to come; None while the next one is being opened."""
         self.scene = scene
         self._pose = None
-        self._pace.restart()
+        self._scaler.restart()
         self._restart()
 
     def acknowledge(self, frame: int) -> None:
@@ -178,9 +155,9 @@ class Session:
             self._fresh = False
             # A target is met by counts of clusters; fewer pixels would only let them grow.
             locked = self._stream.motion_scale or (1.0 if self._settings.has_target else None)
-            size = self._pace.size(self._still_size, locked)
+            size = self._scaler.size(self._still_size, locked)
             render = replace(render, size=size, walks=True, quality=self._qualities.moving)
-            return self._order(render, self._changed_at, None), render
+            return self._request(render, self._changed_at, None), render
         rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
         sample = self._averaged
         self._averaged += 1
@@ -189,41 +166,41 @@ class Session:
             render = replace(render, output="none")
         elif self._averaged == self._target and self._stream.lossless and self._takes_png:
             render = replace(render, output=".png", quality=LOSSLESS)
-        return self._order(render, rested_at, self._averaged), render
+        return self._request(render, rested_at, self._averaged), render
 
-    def delivered(self, order: FrameRequest, done: Done, waited_ms: float) -> None:
+    def delivered(self, request: FrameRequest, done: Done, waited_ms: float) -> None:
         """A frame was rendered, after it had waited for its turn."""
         self._losses = 0
-        if order.samples is None:
-            self._pace.observe(waited_ms + done.render_ms)
-        elif order.view == self._view:
+        if request.samples is None:
+            self._scaler.observe(waited_ms + done.render_ms)
+        elif request.view == self._view:
             self._still_ms = done.render_ms
             self._target = done.target
-            if done.samples < order.samples:  # the worker did not have the others any more
+            if done.samples < request.samples:  # the worker did not have the others any more
                 self._averaged = done.samples
                 self._view += 1  # the next one is on its way and will say so too, which must not count again
 
-    def failed(self, order: FrameRequest) -> bool:
+    def failed(self, request: FrameRequest) -> bool:
         """A frame could not be rendered: none is tried again before the settings change; False when that was known."""
-        self._forget(order)
+        self._forget(request)
         known = self._blocked
-        self._blocked = known or order.settings == self._settings_id
+        self._blocked = known or request.settings == self._settings_id
         return not known
 
-    def shrink(self, order: FrameRequest) -> bool:
+    def shrink(self, request: FrameRequest) -> bool:
         """The device had too little memory for a frame: smaller ones from now on; False when they are that already."""
-        self._forget(order)
-        if order.settings != self._settings_id:
+        self._forget(request)
+        if request.settings != self._settings_id:
             return True
         self._shrinks += 1
         self._blocked = self._shrinks > MAX_SHRINKS
         self._touch()
         return not self._blocked
 
-    def lost(self, order: FrameRequest) -> bool:
+    def lost(self, request: FrameRequest) -> bool:
         """The worker died with a frame: it is tried again; False when that happened too often with these settings."""
-        self._forget(order)
-        if order.view > self._lost_view:  # else it went with the same worker as the one before
+        self._forget(request)
+        if request.view > self._lost_view:  # else it went with the same worker as the one before
             self._losses += 1
             self._lost_view = self._view
             self._view += 1
@@ -241,7 +218,7 @@ class Session:
         """Whether the picture of so many frames is sent: each differs from the last one by about as much."""
         return samples & (samples - 1) == 0 or samples == self._target
 
-    def _order(self, render: Render, wanted_at: float, samples: int | None) -> FrameRequest:
+    def _request(self, render: Render, wanted_at: float, samples: int | None) -> FrameRequest:
         assert self._pose is not None
         frame = None
         if render.output != "none":
@@ -252,9 +229,9 @@ class Session:
         codec = Codec.PNG if render.output == ".png" else Codec.JPEG
         return FrameRequest(frame, self._pose.id, self._settings_id, waited, self._view, samples, render.quality, codec)
 
-    def _forget(self, order: FrameRequest) -> None:
-        if order.frame is not None:
-            self.window.drop(order.frame)
+    def _forget(self, request: FrameRequest) -> None:
+        if request.frame is not None:
+            self.window.drop(request.frame)
 
     def _restart(self) -> None:
         self._blocked = False

@@ -9,7 +9,8 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from gpu.errors import UserError
 from server.logs import bind
 from server.service import Service, TheService
-from server.walk.viewer import RESTART, Viewer, receive
+from server.walk.viewer import RESTART, Viewer
+from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import Error, ErrorCode, Hello, parse_viewer_message
 
 HELLO_SECONDS = 5.0
@@ -46,7 +47,7 @@ async def stream(socket: WebSocket, service: TheService) -> None:
     bind(viewer=number)
     log.info("viewer came", extra={"address": socket.client.host if socket.client else ""})
     try:
-        await Viewer(socket, service, number, hello).run()
+        await Viewer(ViewerSocket(socket), service, number, hello).run()
     except WebSocketDisconnect:
         pass
     except Exception:
@@ -74,7 +75,7 @@ async def _greet(socket: WebSocket, service: Service) -> Hello | None:
     code, close = ErrorCode.BAD_MESSAGE, BAD_PROTOCOL
     try:
         async with asyncio.timeout(HELLO_SECONDS):
-            hello = parse_viewer_message(await receive(socket))
+            hello = parse_viewer_message(await ViewerSocket(socket).receive())
         if not isinstance(hello, Hello):
             raise UserError(f"type: the first message must be hello, not {hello.type}")
         code, close = ErrorCode.LIMIT, POLICY

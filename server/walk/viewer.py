@@ -1,4 +1,4 @@
-"""One viewer's connection: tasks that read its messages, order and deliver frames, say what is going on, and end it."""
+"""One viewer: tasks that read its messages, ask for frames and send them, say what is going on, and end it."""
 
 import asyncio
 import logging
@@ -6,8 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from time import monotonic
 
-from fastapi import WebSocket, WebSocketDisconnect
-from starlette.websockets import WebSocketState
+from fastapi import WebSocketDisconnect
 
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
@@ -17,14 +16,16 @@ from server.render.engine import EngineState, RenderFaultError, Reply
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
 from server.service import Service
-from server.walk.session import MAX_LOSSES, FrameRequest, Qualities, Session
+from server.walk.frame_request import FrameRequest
+from server.walk.frame_times import FrameTimes
+from server.walk.session import MAX_LOSSES, Qualities, Session
+from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import (
     Ack,
     Error,
     ErrorCode,
     Hello,
     Limits,
-    Message,
     Pose,
     SceneInfo,
     Settings,
@@ -33,35 +34,21 @@ from server.wire.browser import (
     Welcome,
     parse_viewer_message,
 )
-from server.wire.frame_header import FrameHeader, Phase
 from server.wire.worker import Done, Job, SceneRef
 
 STATUS_SECONDS = 0.1  # at least, between two words on what is going on
 STALLED_SECONDS = 10.0
 WATCH_SECONDS = 1.0
-CLOSE_SECONDS = 1.0  # for a viewer to take note of the end
 STALLED, RESTART = 1013, 1012  # the codes of a close: both say that a viewer may come back
 MESSAGE_RATE, MESSAGE_BURST = 600.0, 100.0  # messages a second, and at once: poses and acknowledgements at 240 Hz pass
-SLOW_MS, SLOW_RATE = 1000.0, 0.1  # frames that took longer are logged, so many a second of one viewer
 FAULT_RATE, FAULT_BURST = 0.5, 5.0  # and so many of a viewer's mistakes
 log = logging.getLogger("lumenwalk.viewer")
-
-
-async def receive(socket: WebSocket) -> str:
-    """The next text message; UserError for a binary one, WebSocketDisconnect when the viewer has left."""
-    message = await socket.receive()
-    if message["type"] == "websocket.disconnect":
-        raise WebSocketDisconnect(message.get("code", 1005), message.get("reason"))
-    text = message.get("text")
-    if text is None:
-        raise UserError("viewers send text messages only")
-    return str(text)
 
 
 class Viewer:
     """Serves one viewer whose hello was accepted."""
 
-    def __init__(self, socket: WebSocket, service: Service, number: int, hello: Hello) -> None:
+    def __init__(self, socket: ViewerSocket, service: Service, number: int, hello: Hello) -> None:
         self._socket = socket
         self._service = service
         self._hello = hello
@@ -74,20 +61,19 @@ class Viewer:
             qualities=Qualities(settings.jpeg_quality, settings.still_quality),
             takes_png="png" in hello.codecs,
         )
-        self._sent: dict[int, float] = {}  # milliseconds that the server itself took, by unacknowledged frame
+        self._times = FrameTimes(service.metrics)
         self._wanted: SceneRef | None = None  # a scene that is to be opened
         self._shown: tuple[SceneRef, SceneInfo] | None = None
         self._rendering: asyncio.Queue[tuple[FrameRequest, float, asyncio.Future[Reply]]] = asyncio.Queue()
         self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
-        self._slow = Bucket(SLOW_RATE, 1.0)
         self._faults = Bucket(FAULT_RATE, FAULT_BURST)
-        self._awaited = 0  # frames ordered and not yet sent, but for those that refine
+        self._awaited = 0  # frames asked for and not yet sent, but for those that refine
         self._stirred = asyncio.Event()  # something changed that a task may wait for
         self._news = asyncio.Event()  # something changed that the viewer may have to be told
 
     async def run(self) -> None:
         """Serve until the viewer leaves."""
-        await self._send(self._welcome())
+        await self._socket.send(self._welcome())
         self._wanted = await self._find(self._hello.scene)
         if self._wanted is None and self._hello.scene is not None:
             self._wanted = await self._find(None)
@@ -96,7 +82,7 @@ class Viewer:
             async with asyncio.TaskGroup() as tasks:
                 for task in (
                     self._listen(),
-                    self._order(),
+                    self._request_frames(),
                     self._deliver(),
                     self._report(),
                     self._watch(),
@@ -128,13 +114,13 @@ class Viewer:
             if (seconds := self._messages.take()) > 0.0:
                 await asyncio.sleep(seconds)  # and meanwhile nothing is read: TCP holds the rest back
             try:
-                message = parse_viewer_message(await receive(self._socket))
+                message = parse_viewer_message(await self._socket.receive())
                 match message:
                     case Pose():
                         self._session.pose(message)
                     case Ack():
                         self._session.acknowledge(message.frame)
-                        self._measure(message)
+                        self._times.acknowledged(message)
                     case Settings():
                         await self._change(message)
                     case Hello():
@@ -168,40 +154,40 @@ class Viewer:
 
     # --- frames ---
 
-    async def _order(self) -> None:
+    async def _request_frames(self) -> None:
         while True:
             await self._until(lambda: self._wanted is not None or self._session.due is not None)
             if self._wanted is not None:
                 await self._open(self._wanted)
             else:
-                await self._order_frame()
+                await self._request_frame()
 
-    async def _order_frame(self) -> None:
+    async def _request_frame(self) -> None:
         urgency = self._session.due
         if urgency is None:
             return
-        orders: list[tuple[FrameRequest, float]] = []
+        requests: list[tuple[FrameRequest, float]] = []
         asked = monotonic()
 
         def newest() -> Job | None:
             taken = self._session.take()
             if taken is None:
                 return None
-            order, job = taken
-            orders.append((order, 1e3 * (monotonic() - asked)))
+            request, job = taken
+            requests.append((request, 1e3 * (monotonic() - asked)))
             return job
 
         turn = asyncio.ensure_future(self._service.engine.submit(self._session.viewer, urgency, newest))
         turn.add_done_callback(lambda _: self._stirred.set())
         try:
-            await self._until(lambda: turn.done() or (not orders and self._overtaken(urgency)))
+            await self._until(lambda: turn.done() or (not requests and self._overtaken(urgency)))
             reply = turn.result() if turn.done() else None
         finally:
             turn.cancel()
         if reply is not None:
-            order, waited_ms = orders[0]
-            self._awaited += not order.refines
-            self._rendering.put_nowait((order, waited_ms, reply))
+            request, waited_ms = requests[0]
+            self._awaited += not request.refines
+            self._rendering.put_nowait((request, waited_ms, reply))
 
     def _overtaken(self, urgency: Urgency) -> bool:
         """Whether what is wanted now must not wait for a turn of this urgency."""
@@ -222,7 +208,7 @@ class Viewer:
         if shown is not None:
             self._service.viewing[self._session.viewer] = shown[0]
             self._session.show(shown[0])
-            await self._send(shown[1])
+            await self._socket.send(shown[1])
         self._stir()
 
     async def _read(self, scene: SceneRef) -> SceneInfo:
@@ -233,70 +219,47 @@ class Viewer:
 
     async def _deliver(self) -> None:
         while True:
-            order, waited_ms, reply = await self._rendering.get()
+            request, waited_ms, reply = await self._rendering.get()
             try:
                 done, image = await reply
                 assert isinstance(done, Done)
-                self._session.delivered(order, done, waited_ms)
-                if order.frame is not None:
-                    await self._show(order, done, image)
+                self._session.delivered(request, done, waited_ms)
+                if request.frame is not None:
+                    await self._show(request, done, image)
             except OutOfMemoryError as error:
-                smaller = self._session.shrink(order)
+                smaller = self._session.shrink(request)
                 words = f"{error}; it is shown smaller" if smaller else str(error)
                 await self._fail(ErrorCode.MEMORY if smaller else ErrorCode.RENDER_FAILED, UserError(words))
             except (UserError, RenderFaultError) as error:
-                if self._session.failed(order):  # of several under way, the first to fail is told
+                if self._session.failed(request):  # of several under way, the first to fail is told
                     await self._fail(ErrorCode.RENDER_FAILED, error)
             except WorkerLostError as error:
-                if not self._session.lost(order):
+                if not self._session.lost(request):
                     await self._fail(ErrorCode.RENDER_FAILED, UserError(f"{error}; it dies of this view: change it"))
-            self._awaited -= not order.refines
+            self._awaited -= not request.refines
             self._stir()
 
-    async def _show(self, order: FrameRequest, done: Done, image: bytes) -> None:
-        header = _header(order, done)
+    async def _show(self, request: FrameRequest, done: Done, image: bytes) -> None:
+        header = request.header(done)
         message = header.pack() + image
         self._session.window.sent(header.frame)
-        self._sent[header.frame] = order.queue_ms + done.render_ms + done.encode_ms
-        self._check_open()
-        await self._socket.send_bytes(message)
-        metrics = self._service.metrics
-        times = (order.queue_ms, done.render_ms, done.encode_ms)
-        metrics.frame(*times, len(message), header.phase, done.stage_ms, done.skips)
-        metrics.windows[self._session.viewer] = self._session.window.limit
-        if sum(times) > SLOW_MS and self._slow.spend():
-            names = ("queue_ms", "render_ms", "encode_ms")
-            log.warning("slow frame", extra={"frame": header.frame, **dict(zip(names, times, strict=True))})
-
-    def _measure(self, ack: Ack) -> None:
-        """Passes on what a viewer says of a frame; what is not the server's or its own was the network's."""
-        spent = self._sent.get(ack.frame)
-        self._sent = {frame: ms for frame, ms in self._sent.items() if frame > ack.frame}
-        network = None
-        if ack.age_ms is not None and spent is not None:
-            network = max(ack.age_ms - spent - (ack.decode_ms or 0.0), 0.0)
-        self._service.metrics.acknowledged(ack.age_ms, network, ack.decode_ms)
+        self._times.sending(header)
+        await self._socket.send_frame(message)
+        self._times.sent(header, done, len(message))
+        self._service.metrics.windows[self._session.viewer] = self._session.window.limit
 
     async def _watch(self) -> None:
         """Drop a viewer that acknowledges nothing any more: it does not read, and what it is sent only piles up."""
         while self._session.window.waiting_seconds < STALLED_SECONDS:
             await asyncio.sleep(WATCH_SECONDS)
         self._service.metrics.dropped("stalled")
-        await self._leave(STALLED, f"no frame was acknowledged for {STALLED_SECONDS:.0f} s")
+        await self._socket.leave(STALLED, f"no frame was acknowledged for {STALLED_SECONDS:.0f} s")
 
     async def _stop(self) -> None:
         """Tell the viewer that the service ends, and close."""
         await self._service.stopping.wait()
-        with suppress(TimeoutError):
-            async with asyncio.timeout(CLOSE_SECONDS):
-                await self._send(Status(state=State.STOPPING, text="the server is stopping"))
-        await self._leave(RESTART, "the server is stopping")
-
-    async def _leave(self, code: int, reason: str) -> None:
-        with suppress(TimeoutError):
-            async with asyncio.timeout(CLOSE_SECONDS):
-                await self._socket.close(code, reason)
-        raise WebSocketDisconnect(code, reason)
+        await self._socket.say_goodbye(Status(state=State.STOPPING, text="the server is stopping"))
+        await self._socket.leave(RESTART, "the server is stopping")
 
     # --- what the viewer is told ---
 
@@ -305,7 +268,7 @@ class Viewer:
         while True:
             status = self._status()
             if status != told:
-                await self._send(status)
+                await self._socket.send(status)
                 told = status
                 await asyncio.sleep(STATUS_SECONDS)
             await self._news.wait()
@@ -324,16 +287,7 @@ class Viewer:
     async def _fail(self, code: ErrorCode, error: Exception) -> None:
         if code is not ErrorCode.BAD_MESSAGE and self._faults.spend():
             log.warning("%s: %s", code, error)
-        await self._send(Error(code=code, message=str(error)))
-
-    async def _send(self, message: Message) -> None:
-        self._check_open()
-        await self._socket.send_text(message.model_dump_json())
-
-    def _check_open(self) -> None:
-        """Another task may have closed the socket, or met its end, an instant ago."""
-        if self._socket.application_state is not WebSocketState.CONNECTED:
-            raise WebSocketDisconnect(1006)
+        await self._socket.send(Error(code=code, message=str(error)))
 
     def _stir(self) -> None:
         self._stirred.set()
@@ -346,27 +300,3 @@ class Viewer:
             with suppress(TimeoutError):
                 async with asyncio.timeout(rest if rest > 0.0 else None):
                     await self._stirred.wait()
-
-
-def _header(order: FrameRequest, done: Done) -> FrameHeader:
-    assert order.frame is not None
-    width, height = done.size
-    phase = Phase.MOVING
-    if order.samples is not None:
-        phase = Phase.FINAL if done.samples >= done.target else Phase.STILL
-    return FrameHeader(
-        width=width,
-        height=height,
-        pose=order.pose,
-        frame=order.frame,
-        settings=order.settings,
-        queue_ms=order.queue_ms,
-        render_ms=done.render_ms,
-        encode_ms=done.encode_ms,
-        stage_ms=done.stage_ms,
-        codec=order.codec,
-        phase=phase,
-        quality=order.quality,
-        samples=done.samples,
-        target_samples=done.target if order.samples is not None else 1,
-    )

@@ -18,9 +18,9 @@ def scheduled(clock: Clock | None = None) -> Schedule:
 
 
 def turn(schedule: Schedule) -> QueueEntry:
-    place = schedule.next()
-    assert place is not None
-    return place
+    entry = schedule.next()
+    assert entry is not None
+    return entry
 
 
 def compete(schedule: Schedule, costs: dict[int, float], seconds: float) -> Counter[int]:
@@ -29,10 +29,10 @@ def compete(schedule: Schedule, costs: dict[int, float], seconds: float) -> Coun
     for client in costs:
         schedule.join(client, MOVING)
     while used.total() < seconds:
-        place = turn(schedule)
-        schedule.join(place.client, MOVING)  # the next one is wanted already
-        used[place.client] += costs[place.client]
-        schedule.charge(place, costs[place.client])
+        entry = turn(schedule)
+        schedule.join(entry.client, MOVING)  # the next one is wanted already
+        used[entry.client] += costs[entry.client]
+        schedule.charge(entry, costs[entry.client])
     return used
 
 
@@ -65,10 +65,10 @@ def test_idleness_earns_no_credit() -> None:
     used: Counter[int] = Counter()
     schedule.join(3, MOVING)
     for _ in range(60):
-        place = turn(schedule)
-        used[place.client] += 1
-        schedule.join(place.client, MOVING)
-        schedule.charge(place, 0.1)
+        entry = turn(schedule)
+        used[entry.client] += 1
+        schedule.join(entry.client, MOVING)
+        schedule.charge(entry, 0.1)
     assert max(used.values()) - min(used.values()) <= 1
 
 
@@ -116,10 +116,10 @@ def test_clients_that_left_are_forgotten() -> None:
     schedule.join(0, MOVING)  # somebody always waits
     for client in range(1, 1000):
         schedule.join(client, MOVING)
-        place = turn(schedule)
-        if place.client == 0:
+        entry = turn(schedule)
+        if entry.client == 0:
             schedule.join(0, MOVING)
-        schedule.charge(place, 0.01)
+        schedule.charge(entry, 0.01)
     while schedule.next() is not None:
         pass
     assert sum(len(queue.starts) for queue in schedule._queues.values()) <= 2
@@ -134,7 +134,7 @@ def test_stills_do_not_keep_those_out_who_walk() -> None:
     turns: Counter[int] = Counter()
     for _ in range(10):
         schedule.join(1, MOVING)
-        place = turn(schedule)
-        turns[place.urgency] += 1
+        entry = turn(schedule)
+        turns[entry.urgency] += 1
         clock.seconds += PATIENCE_SECONDS / 2
     assert turns == {MOVING: 5, STILL: 5}

@@ -11,18 +11,18 @@ from harness import GRADIENT_WORKER, rogue
 
 from gpu.errors import UserError
 from server.render.engine import Engine
-from server.render.worker_link import Link, WorkerLostError
+from server.render.worker_link import WorkerLink, WorkerLostError
 from server.wire.worker import Progress, Ready, SceneRef, Start
 
 START = Start(SceneRef("cornell-box", "cornell-box"))
 STUBBORN = (sys.executable, "-c", "import time; time.sleep(3600)")
 
 
-def linked(command: tuple[str, ...], scenario: Callable[[Link], Awaitable[None]]) -> int | None:
+def linked(command: tuple[str, ...], scenario: Callable[[WorkerLink], Awaitable[None]]) -> int | None:
     """Runs a scenario with a worker; returns how that ended."""
 
     async def main() -> int | None:
-        link = await Link.start(command)
+        link = await WorkerLink.start(command)
         try:
             await scenario(link)
         finally:
@@ -32,7 +32,7 @@ def linked(command: tuple[str, ...], scenario: Callable[[Link], Awaitable[None]]
     return asyncio.run(main())
 
 
-async def read_on(link: Link) -> None:
+async def read_on(link: WorkerLink) -> None:
     while True:
         await link.receive(lambda: 0)
 
@@ -46,7 +46,7 @@ def gone(pid: int) -> bool:
 
 
 def test_a_worker_is_spoken_to_and_ends_by_itself() -> None:
-    async def scenario(link: Link) -> None:
+    async def scenario(link: WorkerLink) -> None:
         link.send(START)
         kinds = [type((await link.receive(lambda: 0))[0]) for _ in range(2)]
         assert kinds == [Progress, Ready]
@@ -57,7 +57,7 @@ def test_a_worker_is_spoken_to_and_ends_by_itself() -> None:
 def test_a_worker_that_does_not_end_by_itself_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("server.render.worker_link.STOP_SECONDS", 0.2)
 
-    async def scenario(link: Link) -> None:
+    async def scenario(link: WorkerLink) -> None:
         pass
 
     assert linked(STUBBORN, scenario) == -signal.SIGKILL
@@ -65,7 +65,7 @@ def test_a_worker_that_does_not_end_by_itself_is_killed(monkeypatch: pytest.Monk
 
 def test_no_worker_is_left_when_its_end_is_not_waited_for() -> None:
     async def main() -> int:
-        link = await Link.start(STUBBORN)
+        link = await WorkerLink.start(STUBBORN)
         stopping = asyncio.create_task(link.stop())
         await asyncio.sleep(0.05)
         stopping.cancel()
@@ -77,7 +77,7 @@ def test_no_worker_is_left_when_its_end_is_not_waited_for() -> None:
 
 
 def test_a_worker_that_ended_is_lost() -> None:
-    async def scenario(link: Link) -> None:
+    async def scenario(link: WorkerLink) -> None:
         link.send(START)
         with pytest.raises(WorkerLostError, match="ended"):
             await link.receive(lambda: 0)
@@ -95,7 +95,7 @@ def test_a_worker_that_ended_is_lost() -> None:
     ],
 )
 def test_a_worker_that_sends_what_it_should_not_is_killed(way: str, words: str) -> None:
-    async def scenario(link: Link) -> None:
+    async def scenario(link: WorkerLink) -> None:
         link.send(START)
         with pytest.raises(WorkerLostError, match=words):
             await read_on(link)
@@ -135,4 +135,4 @@ def test_the_engine_starts_anew_after_answers_that_nobody_asked_for(
 
 def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
     with pytest.raises(UserError, match="cannot be started"):
-        asyncio.run(Link.start(("/nowhere/python",)))
+        asyncio.run(WorkerLink.start(("/nowhere/python",)))

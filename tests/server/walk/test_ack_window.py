@@ -4,7 +4,7 @@ from collections import deque
 
 import pytest
 
-from server.walk.ack_window import LEAST, MOST, Window
+from server.walk.ack_window import LEAST, MOST, AckWindow
 from server.wire.browser import WINDOW
 
 RENDER = 1 / 60
@@ -14,7 +14,7 @@ FRAME_BYTES = 60_000
 def walk(delay: float, bytes_a_second: float, seconds: float = 20.0) -> tuple[float, float]:
     """Frames a second, and mean age [s], in the second half of a walk over a way of this length and breadth."""
     now, frame, ready, wire_free = 0.0, 0, 0.0, 0.0
-    window = Window(lambda: now)
+    window = AckWindow(lambda: now)
     arrivals: deque[tuple[float, int]] = deque()
     ages = []
     while now < seconds:
@@ -53,7 +53,7 @@ def test_a_near_viewer_gets_all_frames() -> None:
 
 def test_the_window_stays_within_its_bounds() -> None:
     now = 0.0
-    window = Window(lambda: now)
+    window = AckWindow(lambda: now)
     assert window.limit == WINDOW
     for frame in range(1, 100):
         window.add(frame)
@@ -72,7 +72,7 @@ def test_the_window_stays_within_its_bounds() -> None:
 
 
 def test_an_acknowledgement_covers_older_frames() -> None:
-    window = Window(lambda: 0.0)
+    window = AckWindow(lambda: 0.0)
     for frame in (1, 2, 3):
         window.add(frame)
     window.acknowledge(2)
@@ -83,7 +83,7 @@ def test_an_acknowledgement_covers_older_frames() -> None:
 
 def test_waiting_counts_from_the_sending_of_the_oldest_frame() -> None:
     now = 0.0
-    window = Window(lambda: now)
+    window = AckWindow(lambda: now)
     assert window.waiting_seconds == 0.0
     window.add(1)
     now = 5.0

@@ -1,41 +1,43 @@
 import pytest
 
-from server.walk.resolution_scaler import LEAST_SIDE, SCALES, TARGET_MS, Pace
+from server.walk.resolution_scaler import LEAST_SIDE, SCALES, TARGET_MS, ResolutionScaler
 
 FULL = (1280, 720)
 
 
-def settle(pace: Pace, ms_of_pixels: float, fixed_ms: float = 0.0, frames: int = 200) -> list[tuple[int, int]]:
+def settle(
+    scaler: ResolutionScaler, ms_of_pixels: float, fixed_ms: float = 0.0, frames: int = 200
+) -> list[tuple[int, int]]:
     """The sizes of frames that take that much."""
     sizes = []
     for _ in range(frames):
-        width, height = pace.size(FULL, None)
+        width, height = scaler.size(FULL, None)
         sizes.append((width, height))
-        pace.observe(fixed_ms + ms_of_pixels * width * height)
+        scaler.observe(fixed_ms + ms_of_pixels * width * height)
     return sizes
 
 
 def test_a_fast_device_renders_moving_frames_whole() -> None:
-    assert settle(Pace(), 10.0 / (1280 * 720))[-1] == FULL
+    assert settle(ResolutionScaler(), 10.0 / (1280 * 720))[-1] == FULL
 
 
 def test_a_slow_device_renders_them_small_after_few_frames() -> None:
-    sizes = settle(Pace(), 700.0 / (1280 * 720))
+    sizes = settle(ResolutionScaler(), 700.0 / (1280 * 720))
     assert sizes[3] == sizes[-1] == (320, 180)
 
 
 def test_a_size_whose_first_frames_are_slow_is_tried_again_once() -> None:
     def sizes_of(slow_times: int) -> list[tuple[int, int]]:
         """Of a fast device, on which the first two frames of a size take long, the first `slow_times` that it comes."""
-        pace, seen, sizes = Pace(), {}, [(0, 0)]
+        scaler, seen, sizes = ResolutionScaler(), {}, [(0, 0)]
         for _ in range(300):
-            size = pace.size(FULL, None)
+            size = scaler.size(FULL, None)
             if size != sizes[-1]:
                 seen[size] = seen.get(size, 0) + 1
                 since = len(sizes)
             sizes.append(size)
             prepares = len(sizes) - since <= 2 and seen[size] <= slow_times and size != (640, 360)
-            pace.observe(100.0 if prepares else 5.0)
+            scaler.observe(100.0 if prepares else 5.0)
         return sizes
 
     assert sizes_of(1)[60:] == [FULL] * 241
@@ -46,7 +48,7 @@ def test_a_size_whose_first_frames_are_slow_is_tried_again_once() -> None:
 @pytest.mark.parametrize("full_ms", [20, 33, 40, 50, 60, 80, 120, 200, 400])
 @pytest.mark.parametrize("fixed_ms", [0.0, 8.0])
 def test_the_size_settles_and_keeps_to_the_target(full_ms: float, fixed_ms: float) -> None:
-    sizes = settle(Pace(), full_ms / (1280 * 720), fixed_ms)
+    sizes = settle(ResolutionScaler(), full_ms / (1280 * 720), fixed_ms)
     last = sizes[-40:]
     assert len(set(last)) == 1
     width, height = last[0]
@@ -54,10 +56,10 @@ def test_the_size_settles_and_keeps_to_the_target(full_ms: float, fixed_ms: floa
 
 
 def test_a_lock_is_obeyed_and_measures_nothing() -> None:
-    pace = Pace()
-    assert pace.size(FULL, 0.6) == (768, 432)
-    pace.observe(1e6)
-    assert pace.size(FULL, None) == (640, 360)
+    scaler = ResolutionScaler()
+    assert scaler.size(FULL, 0.6) == (768, 432)
+    scaler.observe(1e6)
+    assert scaler.size(FULL, None) == (640, 360)
 
 
 def test_small_pictures_are_not_made_smaller_than_can_be_seen() -> None:
@@ -67,17 +69,17 @@ def test_small_pictures_are_not_made_smaller_than_can_be_seen() -> None:
 
 
 def pace_size(full: tuple[int, int]) -> tuple[int, int]:
-    return Pace().size(full, 0.125)
+    return ResolutionScaler().size(full, 0.125)
 
 
 def test_other_settings_begin_anew() -> None:
-    pace = Pace()
-    settle(pace, 700.0 / (1280 * 720))
-    pace.restart()
-    assert pace.size(FULL, None) == (640, 360)
+    scaler = ResolutionScaler()
+    settle(scaler, 700.0 / (1280 * 720))
+    scaler.restart()
+    assert scaler.size(FULL, None) == (640, 360)
 
 
 def test_a_size_that_was_too_slow_is_tried_again_when_others_have_left() -> None:
-    pace = Pace()
-    assert settle(pace, 200.0 / (1280 * 720))[-1] == (448, 252)
-    assert settle(pace, 10.0 / (1280 * 720), frames=1000)[-1] == FULL
+    scaler = ResolutionScaler()
+    assert settle(scaler, 200.0 / (1280 * 720))[-1] == (448, 252)
+    assert settle(scaler, 10.0 / (1280 * 720), frames=1000)[-1] == FULL

@@ -6,13 +6,13 @@ import pytest
 from gpu.errors import UserError
 from gpu.settings import Method, RenderSettings
 from server.render.schedule import Urgency
+from server.walk.frame_request import FrameRequest
 from server.walk.session import (
     LONG_REST_SECONDS,
     MAX_LOSSES,
     MAX_SHRINKS,
     REST_SECONDS,
     SAMPLES_A_FRAME,
-    FrameRequest,
     Qualities,
     Session,
 )
@@ -60,14 +60,14 @@ class Desk:
 
     def serve(self, samples: int | None = None) -> tuple[FrameRequest, Render]:
         """One frame, rendered, shown and acknowledged; samples: that the worker has averaged, when not all."""
-        order, job = self.take()
-        have = order.samples if samples is None else samples
+        request, job = self.take()
+        have = request.samples if samples is None else samples
         done = Done(1, job.size, self.render_ms, 1.0, have or 1, 4, {}, {}, {})
-        self.session.delivered(order, done, 0.0)
-        if order.frame is not None:
-            self.session.window.sent(order.frame)
-            self.session.acknowledge(order.frame)
-        return order, job
+        self.session.delivered(request, done, 0.0)
+        if request.frame is not None:
+            self.session.window.sent(request.frame)
+            self.session.acknowledge(request.frame)
+        return request, job
 
     def rest(self, seconds: float = REST_SECONDS) -> None:
         self.clock.time += seconds
@@ -91,8 +91,8 @@ def test_nothing_is_due_before_a_scene_and_a_pose() -> None:
 def test_the_newest_pose_is_rendered_once(desk: Desk) -> None:
     for number in (1, 2, 3):
         desk.session.pose(pose(number))
-    order, job = desk.take()
-    assert (order.frame, order.pose, order.samples) == (1, 3, None)
+    request, job = desk.take()
+    assert (request.frame, request.pose, request.samples) == (1, 3, None)
     assert job == Render(
         7, HALL, CameraMatrix(pose(3).matrix, 1.0), FULL, RenderSettings(), "jpeg", walks=True, quality=80
     )
@@ -112,10 +112,10 @@ def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk:
     assert desk.session.due is Urgency.STILL
     frames = []
     for expected in range(4):
-        order, job = desk.serve()
-        assert (job.sample, order.samples, job.size, job.quality) == (expected, expected + 1, FULL, 92)
+        request, job = desk.serve()
+        assert (job.sample, request.samples, job.size, job.quality) == (expected, expected + 1, FULL, 92)
         assert not job.walks
-        frames.append((order.frame, job.output))
+        frames.append((request.frame, job.output))
         assert desk.session.due is (Urgency.REFINING if expected < 3 else None)
     assert frames == [(2, "jpeg"), (3, "jpeg"), (None, "none"), (4, "jpeg")]
     desk.rest(60.0)
@@ -196,11 +196,11 @@ def test_a_mean_that_was_lost_becomes_final_with_one_frame_on_its_way_all_the_ti
             has = 0  # the worker was started anew between two frames
         taken = desk.session.take()
         if rendering is not None:  # the worker says what it has when the next frame is with it already
-            order, samples = rendering
-            desk.session.delivered(order, Done(1, FULL, 1.0, 1.0, samples, 8, {}, {}, {}), 0.0)
-            if order.frame is not None:
-                desk.session.window.sent(order.frame)
-                desk.session.acknowledge(order.frame)
+            request, samples = rendering
+            desk.session.delivered(request, Done(1, FULL, 1.0, 1.0, samples, 8, {}, {}, {}), 0.0)
+            if request.frame is not None:
+                desk.session.window.sent(request.frame)
+                desk.session.acknowledge(request.frame)
         if taken is None:
             break
         has = has + 1 if taken[1].sample == has else 1
@@ -211,10 +211,10 @@ def test_a_mean_that_was_lost_becomes_final_with_one_frame_on_its_way_all_the_ti
 def test_two_frames_lost_with_one_worker_are_one_loss(desk: Desk) -> None:
     for number in range(1, MAX_LOSSES):
         desk.session.pose(pose(number))
-        orders = [desk.take()[0]]
+        requests = [desk.take()[0]]
         desk.session.pose(pose(number, x=-1.0))
-        orders.append(desk.take()[0])
-        assert [desk.session.lost(order) for order in orders] == [True, True]
+        requests.append(desk.take()[0])
+        assert [desk.session.lost(request) for request in requests] == [True, True]
     assert not desk.session.lost(desk.take()[0])
 
 
@@ -223,13 +223,13 @@ def test_the_last_word_of_an_earlier_view_does_not_count(desk: Desk) -> None:
     desk.serve()
     desk.rest()
     desk.serve()
-    order, job = desk.take()
+    request, job = desk.take()
     desk.session.pose(pose(2))
     desk.serve()
     desk.rest()
     desk.serve()
     desk.serve()
-    desk.session.delivered(order, Done(1, job.size, 1.0, 1.0, 1, 4, {}, {}, {}), 0.0)
+    desk.session.delivered(request, Done(1, job.size, 1.0, 1.0, 1, 4, {}, {}, {}), 0.0)
     assert desk.take()[1].sample == 2
 
 
@@ -240,12 +240,12 @@ def test_the_final_frame_is_lossless_for_viewers_who_want_and_can_take_it(takes_
     desk.serve()
     desk.rest()
     shown = [desk.serve() for _ in range(4)]
-    assert {(order.codec, job.output) for order, job in shown[:2]} == {(Codec.JPEG, "jpeg")}
-    order, job = shown[-1]
+    assert {(request.codec, job.output) for request, job in shown[:2]} == {(Codec.JPEG, "jpeg")}
+    request, job = shown[-1]
     if takes_png:
-        assert (order.codec, order.quality, job.output) == (Codec.PNG, LOSSLESS, ".png")
+        assert (request.codec, request.quality, job.output) == (Codec.PNG, LOSSLESS, ".png")
     else:
-        assert (order.codec, job.output) == (Codec.JPEG, "jpeg")
+        assert (request.codec, job.output) == (Codec.JPEG, "jpeg")
 
 
 def test_qualities_are_the_services() -> None:
@@ -303,8 +303,8 @@ def test_a_full_window_holds_refinement_back(desk: Desk) -> None:
 
 def test_a_frame_that_was_not_sent_cannot_be_acknowledged(desk: Desk) -> None:
     desk.session.pose(pose(1))
-    order, _ = desk.take()
-    assert order.frame == 1
+    request, _ = desk.take()
+    assert request.frame == 1
     with pytest.raises(UserError, match="frame 1 has not been sent"):
         desk.session.acknowledge(1)
     desk.session.window.sent(1)
@@ -315,8 +315,8 @@ def test_settings_render_the_same_pose_again(desk: Desk) -> None:
     desk.session.pose(pose(1))
     desk.serve()
     desk.session.change(5, (32, 18), RenderSettings(method=Method.EXACT_VPL))
-    order, job = desk.serve()
-    assert (order.pose, order.settings, job.size, job.settings.method) == (1, 5, (32, 18), Method.EXACT_VPL)
+    request, job = desk.serve()
+    assert (request.pose, request.settings, job.size, job.settings.method) == (1, 5, (32, 18), Method.EXACT_VPL)
     desk.session.change(6)
     assert desk.serve()[1].size == (32, 18)
 
@@ -349,9 +349,9 @@ def test_settings_that_fail_are_not_tried_again_until_they_change(desk: Desk) ->
 
 def test_a_late_failure_does_not_block_newer_settings(desk: Desk) -> None:
     desk.session.pose(pose(1))
-    order, _ = desk.take()
+    request, _ = desk.take()
     desk.session.change(1, settings=RenderSettings(seed=2))
-    desk.session.failed(order)
+    desk.session.failed(request)
     assert desk.session.due is Urgency.MOVING
 
 
@@ -360,13 +360,13 @@ def test_too_little_memory_makes_pictures_smaller_and_then_is_an_error(desk: Des
     desk.session.pose(pose(1))
     sizes = []
     for _ in range(MAX_SHRINKS):
-        order, job = desk.take()
+        request, job = desk.take()
         sizes.append(job.size)
-        assert desk.session.shrink(order)
-    order, job = desk.take()
+        assert desk.session.shrink(request)
+    request, job = desk.take()
     sizes.append(job.size)
     assert sizes == [FULL, (320, 180), (160, 90)]
-    assert not desk.session.shrink(order)
+    assert not desk.session.shrink(request)
     assert desk.session.due is None
     desk.session.change(2, size=(64, 36))
     assert desk.take()[1].size == (64, 36)
@@ -374,9 +374,9 @@ def test_too_little_memory_makes_pictures_smaller_and_then_is_an_error(desk: Des
 
 def test_too_little_memory_for_earlier_settings_is_no_matter(desk: Desk) -> None:
     desk.session.pose(pose(1))
-    order, _ = desk.take()
+    request, _ = desk.take()
     desk.session.change(1, settings=RenderSettings(seed=1), stream=Stream(motion_scale=1.0))
-    assert desk.session.shrink(order)
+    assert desk.session.shrink(request)
     assert desk.take()[1].size == FULL
 
 

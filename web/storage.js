@@ -3,7 +3,7 @@
 const PREFIX = "lumenwalk ";
 
 /** @param {string} name @returns {unknown} null if there is nothing that makes sense */
-export function kept(name) {
+export function load(name) {
   try {
     return JSON.parse(localStorage.getItem(PREFIX + name) ?? "null");
   } catch {
@@ -11,8 +11,8 @@ export function kept(name) {
   }
 }
 
-/** @param {string} name @param {unknown} value @returns {boolean} whether it is kept */
-export function keep(name, value) {
+/** @param {string} name @param {unknown} value @returns {boolean} whether it was saved */
+export function save(name, value) {
   try {
     localStorage.setItem(PREFIX + name, JSON.stringify(value));
     return true;

@@ -31,7 +31,7 @@ export function fitFov(yfov, aspect) {
 }
 
 /** What the picture on a canvas should be. */
-export class Lens {
+export class Viewport {
   /** Vertical field of view of the chosen camera [rad]. */
   yfov = Math.PI / 3;
   /** What the server takes; next to nothing until it has said so. */

@@ -3,7 +3,7 @@
 /** @typedef {import("../connection.js").ConnectionState} ConnectionState */
 /** @typedef {import("../protocol.js").Status} Status */
 
-export class Standing {
+export class ConnectionStatus {
   #overlay;
   #notice;
   /** @type {ReturnType<typeof setInterval> | undefined} */

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { fitFov, frameSize } from "../../../web/viewer/lens.js";
+import { fitFov, frameSize } from "../../../web/viewer/viewport.js";
 
 const limits = { max_pixels: 1920 * 1080, max_side: 4096 };
 
