@@ -1,60 +1,72 @@
 """Collects the shapes of a built-in scene by material and assembles them into a Scene."""
 
 from collections.abc import Sequence
+from copy import copy
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from gpu.scene.assemble import MeshPart, assemble
 from gpu.scene.builtin.shape import Shape, join
-from gpu.scene.builtin.textures import LEAST_ALBEDO, MOST_ALBEDO, linear
+from gpu.scene.builtin.textures import LEAST_ALBEDO, MOST_ALBEDO, palette
+from gpu.scene.colors import srgb_to_linear
 from gpu.scene.types import Bytes, Camera, Light, Material, Rgb, Scene, Sky, Texture, TextureSlot
 
 
 class Builder:
-    """A scene under construction, in metres."""
+    """A scene under construction, in metres. Materials are called by name: the last one made with it."""
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._materials: list[Material] = []
+        self._materials: dict[str, int] = {}
+        self._made: list[tuple[Material, list[Shape]]] = []
         self._textures: list[Texture] = []
-        self._shapes: list[list[Shape]] = []
+        self._frame: tuple[float, Sequence[float]] | None = None
 
-    def paint(self, name: str, colour: str, roughness: float = 0.6) -> int:
-        """A new material of one sRGB colour "#rrggbb", kept within the albedos of textures; returns its number."""
-        r, g, b = (min(max(channel, LEAST_ALBEDO), MOST_ALBEDO) for channel in linear(colour))
-        return self.diffuse(name, (r, g, b), roughness)
+    def paint(self, name: str, colour: str, roughness: float = 0.6) -> None:
+        """Make a material of one sRGB colour "#rrggbb", kept within the albedos of textures."""
+        albedo = np.clip(srgb_to_linear(palette(colour)[0] * 255.0), LEAST_ALBEDO, MOST_ALBEDO)
+        self.material(Material(name, base_color=(*albedo.tolist(), 1.0), roughness=roughness))
 
-    def diffuse(self, name: str, albedo: Rgb, roughness: float = 1.0) -> int:
-        """A new material of one linear Rec. 709 albedo; returns its number."""
-        return self._material(Material(name, base_color=(*albedo, 1.0), roughness=roughness))
+    def light(self, name: str, radiance: Rgb) -> None:
+        """Make a material that emits `radiance` [W/m²/sr] from its front."""
+        self.material(Material(name, base_color=(0.6, 0.6, 0.6, 1.0), emission=radiance))
 
-    def light(self, name: str, radiance: Rgb) -> int:
-        """A new material that emits `radiance` [W/m²/sr] from its front; returns its number."""
-        return self._material(Material(name, base_color=(0.6, 0.6, 0.6, 1.0), emission=radiance))
-
-    def textured(
-        self, name: str, pixels: Bytes, metres: tuple[float, float] = (1.0, 1.0), roughness: float = 0.6
-    ) -> int:
-        """A new material that shows `pixels`, one repeat of which covers `metres` (along u, along v); its number."""
+    def textured(self, name: str, pixels: Bytes, metres: Sequence[float] = (1.0, 1.0), roughness: float = 0.6) -> None:
+        """Make a material that shows `pixels`, one repeat of which covers `metres` (along u, along v)."""
         self._textures.append(Texture(name, pixels, srgb=True))
         slot = TextureSlot(len(self._textures) - 1, 0, (1.0 / metres[0], 0.0, 0.0, 0.0, 1.0 / metres[1], 0.0))
-        return self._material(Material(name, base_color_slot=slot, roughness=roughness))
+        self.material(Material(name, base_color_slot=slot, roughness=roughness))
 
-    def _material(self, material: Material) -> int:
-        self._materials.append(material)
-        self._shapes.append([])
-        return len(self._materials) - 1
+    def material(self, material: Material) -> None:
+        """Make a material."""
+        self._materials[material.name] = len(self._made)
+        self._made.append((material, []))
 
-    def add(self, material: int, *shapes: Shape) -> None:
-        """Put `shapes` into the scene."""
-        self._shapes[material].extend(shapes)
+    def frame(self, degrees: float, origin: Sequence[float]) -> "Builder":
+        """The same scene, in which what is added is turned about the vertical by `degrees`, then moved to `origin`."""
+        view = copy(self)
+        view._frame = (degrees, origin)
+        return view
+
+    def add(
+        self, names: str, shapes: Shape | Sequence[Shape], places: ArrayLike | None = None, degrees: ArrayLike = 0.0
+    ) -> None:
+        """Put `shapes` of the materials `names` ("one, two, …", or one for all) at each of `places` (see Shape.at)."""
+        parts = [shapes] if isinstance(shapes, Shape) else list(shapes)
+        materials = names.split(", ")
+        for name, part in zip(materials * len(parts) if len(materials) == 1 else materials, parts, strict=True):
+            shape = part if places is None else part.at(places, degrees)
+            if self._frame is not None:
+                shape = shape.at(self._frame[1], self._frame[0])
+            self._made[self._materials[name]][1].append(shape)
 
     def scene(self, cameras: Sequence[Camera], lights: Sequence[Light] = (), sky: Sky | None = None) -> Scene:
         """The finished scene."""
         parts = []
-        for number, (material, shapes) in enumerate(zip(self._materials, self._shapes, strict=True)):
-            whole = join(shapes)
-            parts.append(
-                MeshPart(
-                    whole.positions, whole.triangles, whole.normals, (whole.uvs,), material=number, name=material.name
-                )
-            )
-        return assemble(self._name, parts, self._materials, self._textures, lights, cameras, sky)
+        for number, (material, shapes) in enumerate(self._made):
+            s = join(shapes)
+            parts.append(MeshPart(s.positions, s.triangles, s.normals, (s.uvs,), material=number, name=material.name))
+        return assemble(
+            self._name, parts, [material for material, _ in self._made], self._textures, lights, cameras, sky
+        )

@@ -8,53 +8,48 @@ import numpy as np
 
 from gpu.scene.builtin.builder import Builder
 from gpu.scene.builtin.shape import Shape, join
-from gpu.scene.builtin.shapes import surface
+from gpu.scene.builtin.shapes import points, surface
 from gpu.scene.camera import look_at
-from gpu.scene.types import Doubles, Scene
+from gpu.scene.types import Material, Scene
 
 _CENTRE = np.array([0.278, 0.0, 0.2796])
+_COLOURS = {"white": (0.725, 0.71, 0.68), "red": (0.63, 0.065, 0.05), "green": (0.14, 0.45, 0.091)}
+# Faces by their corners in the data's millimetres, counter-clockwise from the front.
+_FACES = {
+    "white": (
+        "552.8,0,0 0,0,0 0,0,559.2 549.6,0,559.2",  # floor
+        "556,548.8,0 556,548.8,559.2 0,548.8,559.2 0,548.8,0",  # ceiling
+        "549.6,0,559.2 0,0,559.2 0,548.8,559.2 556,548.8,559.2",  # back
+    ),
+    "red": ("552.8,0,0 549.6,0,559.2 556,548.8,559.2 556,548.8,0",),
+    "green": ("0,0,559.2 0,0,0 0,548.8,0 0,548.8,559.2",),
+    "light": ("343,547.8,227 343,547.8,332 213,547.8,332 213,547.8,227",),
+}
 
 
-def _face(*corners: tuple[float, float, float]) -> Shape:
-    """A four-sided face from corners in the data's millimetres, counter-clockwise from the front."""
-    a, b, c, d = (_turned(corner) for corner in corners)
+def _face(corners: list[tuple[float, ...]]) -> Shape:
+    """A four-sided face in metres about the middle of the floor; the data's camera looks along +Z, +X to the left."""
+    a, b, c, d = (np.array(corners) / 1000.0 - _CENTRE) * (-1.0, 1.0, -1.0)
     return surface([[a, b], [d, c]])
 
 
-def _turned(corner: tuple[float, float, float]) -> Doubles:
-    """Metres about the middle of the floor; the data's camera looks along +Z with +X to the left."""
-    return (np.array(corner) / 1000.0 - _CENTRE) * (-1.0, 1.0, -1.0)
-
-
-def _block(plan: list[tuple[float, float]], height: float) -> Shape:
+def _block(plan: str, y: float) -> Shape:
     """A box without its underside over four (x, z) corners of the data."""
-    top = [(x, height, z) for x, z in plan]
-    sides = [
-        _face((plan[after][0], 0, plan[after][1]), top[after], top[number], (x, 0, z))
-        for number, (x, z) in enumerate(plan)
-        for after in [(number + 1) % 4]
-    ]
-    return join([_face(*top), *sides])
+    corners = points(plan)
+    ring = zip(corners, [*corners[1:], corners[0]], strict=True)
+    sides = [_face([(u, 0, v), (u, y, v), (x, y, z), (x, 0, z)]) for (x, z), (u, v) in ring]
+    return join([_face([(x, y, z) for x, z in corners]), *sides])
 
 
 def make() -> Scene:
     """The box with its short and tall block under one area light, which hangs a millimetre below the ceiling."""
     builder = Builder("cornell-box")
-    white = builder.diffuse("white", (0.725, 0.71, 0.68))
-    red = builder.diffuse("red", (0.63, 0.065, 0.05))
-    green = builder.diffuse("green", (0.14, 0.45, 0.091))
-    light = builder.light("light", (18.4, 14.0, 6.8))
-
-    floor = _face((552.8, 0, 0), (0, 0, 0), (0, 0, 559.2), (549.6, 0, 559.2))
-    ceiling = _face((556, 548.8, 0), (556, 548.8, 559.2), (0, 548.8, 559.2), (0, 548.8, 0))
-    back = _face((549.6, 0, 559.2), (0, 0, 559.2), (0, 548.8, 559.2), (556, 548.8, 559.2))
-    short = _block([(130, 65), (82, 225), (240, 272), (290, 114)], 165)
-    tall = _block([(423, 247), (265, 296), (314, 456), (472, 406)], 330)
-    builder.add(white, floor, ceiling, back, short, tall)
-    builder.add(red, _face((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0)))
-    builder.add(green, _face((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2)))
-    builder.add(light, _face((343, 547.8, 227), (343, 547.8, 332), (213, 547.8, 332), (213, 547.8, 227)))
-
+    for name, albedo in _COLOURS.items():
+        builder.material(Material(name, base_color=(*albedo, 1.0), roughness=1.0))
+    builder.light("light", (18.4, 14.0, 6.8))
+    for name, faces in _FACES.items():
+        builder.add(name, [_face(points(face)) for face in faces])
+    builder.add("white", [_block("130,65 82,225 240,272 290,114", 165), _block("423,247 265,296 314,456 472,406", 330)])
     front = look_at((0.0, 0.273, 1.0796), (0.0, 0.273, 0.0), yfov_degrees=37.7, aspect=1.0, name="front")
     inside = look_at((-0.2, 0.4, 0.27), (0.08, 0.13, -0.12), yfov_degrees=60.0, name="from the red wall")
     return builder.scene([front, inside])

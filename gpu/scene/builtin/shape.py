@@ -1,6 +1,6 @@
 """A triangle mesh under construction: moved, turned, copied and joined, with normals that follow its creases."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import cos, radians, sin
 
@@ -34,27 +34,41 @@ class Shape:
 
     def mirrored(self, axis: int) -> "Shape":
         """The shape's mirror image in the plane where coordinate `axis` is 0; fronts stay fronts."""
-        flip = np.ones(3)
-        flip[axis] = -1.0
-        return replace(
-            self, positions=self.positions * flip, normals=self.normals * flip, triangles=self.triangles[:, ::-1]
+        flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+        return Shape(self.positions * flip, self.triangles[:, ::-1], self.normals * flip, self.uvs)
+
+    def mapped_uv(self, u: float = 0.0, v: float = 0.0, swap: bool = False) -> "Shape":
+        """The shape with its UVs swapped (a texture turned by 90°), then shifted by (u, v)."""
+        return replace(self, uvs=(self.uvs[:, ::-1] if swap else self.uvs) + np.array([u, v]))
+
+    def at(self, places: ArrayLike, degrees: ArrayLike = 0.0, uv_shifts: ArrayLike = 0.0) -> "Shape":
+        """One copy at each of `places` (copy, 3), first turned about the vertical by `degrees` (copy,).
+
+        uv_shifts: (copy, 2) added to the UVs, so that copies do not show the same piece of a texture.
+        """
+        where = np.reshape(places, (-1, 3))
+        turns = [rotation(angle) for angle in np.broadcast_to(degrees, len(where))]
+        return self.copies(where, np.reshape(turns, (-1, 3, 3)), uv_shifts)
+
+    def copies(self, places: ArrayLike, matrices: Doubles, uv_shifts: ArrayLike = 0.0) -> "Shape":
+        """One copy at each of `places` (copy, 3), first multiplied by its matrix in `matrices` (copy, 3, 3)."""
+        where = np.asarray(places, np.float64).reshape(-1, 1, 3)
+        count, turn = len(where), matrices.transpose(0, 2, 1)
+        starts = len(self.positions) * np.arange(count, dtype=np.int32)
+        return Shape(
+            (self.positions @ turn + where).reshape(-1, 3),
+            (self.triangles + starts[:, None, None]).reshape(-1, 3),
+            (self.normals @ turn).reshape(-1, 3),
+            (self.uvs + np.broadcast_to(uv_shifts, (count, 2))[:, None]).reshape(-1, 2),
         )
 
-    def reversed(self) -> "Shape":
-        """The shape inside out."""
-        return replace(self, triangles=self.triangles[:, ::-1], normals=-self.normals)
 
-    def mapped_uv(self, u: float = 0.0, v: float = 0.0, scale: float = 1.0, swap: bool = False) -> "Shape":
-        """The shape with its UVs swapped (a texture turned by 90°), scaled, then shifted by (u, v)."""
-        return replace(self, uvs=(self.uvs[:, ::-1] if swap else self.uvs) * scale + np.array([u, v]))
-
-
-def rotation(degrees: float, axis: str) -> Doubles:
+def rotation(degrees: float, axis: str = "y") -> Doubles:
     """The 3×3 matrix that turns column vectors about `axis`."""
     c, s = cos(radians(degrees)), sin(radians(degrees))
     first, second = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
     matrix = np.eye(3)
-    matrix[first, first], matrix[first, second], matrix[second, first], matrix[second, second] = c, -s, s, c
+    matrix[[first, first, second, second], [first, second, first, second]] = c, -s, s, c
     return matrix
 
 
@@ -68,29 +82,6 @@ def join(shapes: Iterable[Shape]) -> Shape:
         np.concatenate([part.normals for part in parts]),
         np.concatenate([part.uvs for part in parts]),
     )
-
-
-def copies(shape: Shape, places: ArrayLike, matrices: ArrayLike | None = None, uv_shifts: ArrayLike = 0.0) -> Shape:
-    """One copy of `shape` at each of `places` (copy, 3), first turned by its rotation in `matrices` (copy, 3, 3).
-
-    uv_shifts: (copy, 2) added to the UVs, so that copies do not show the same piece of a texture.
-    """
-    where = np.asarray(places, np.float64).reshape(-1, 1, 3)
-    count, size = len(where), len(shape.positions)
-    turn = np.broadcast_to(np.eye(3) if matrices is None else np.asarray(matrices, np.float64), (count, 3, 3))
-    shifts = np.broadcast_to(np.asarray(uv_shifts, np.float64), (count, 2))[:, None]
-    return Shape(
-        (shape.positions @ turn.transpose(0, 2, 1) + where).reshape(-1, 3),
-        (shape.triangles + size * np.arange(count, dtype=np.int32)[:, None, None]).reshape(-1, 3),
-        (shape.normals @ turn.transpose(0, 2, 1)).reshape(-1, 3),
-        (shape.uvs + shifts).reshape(-1, 2),
-    )
-
-
-def placed(shape: Shape, places: Sequence[Sequence[float]], degrees: ArrayLike = 0.0) -> Shape:
-    """One copy of `shape` at each of `places` (copy, 3), turned about the vertical by `degrees` (copy,)."""
-    angles = np.broadcast_to(np.asarray(degrees, np.float64), (len(places),))
-    return copies(shape, places, [rotation(angle, "y") for angle in angles])
 
 
 def shaded(positions: Doubles, uvs: Doubles, triangles: Ints, crease: float = 35.0) -> Shape:
@@ -115,8 +106,7 @@ def shaded(positions: Doubles, uvs: Doubles, triangles: Ints, crease: float = 35
     per_corner = np.repeat(count, count)
     first = np.repeat(np.arange(len(order)), per_corner)
     offset = np.arange(len(first)) - np.repeat(np.cumsum(per_corner) - per_corner, per_corner)
-    second = np.repeat(np.repeat(start, count), per_corner) + offset
-    first, second = order[first], order[second]
+    first, second = order[first], order[np.repeat(np.repeat(start, count), per_corner) + offset]
     near = np.einsum("pc,pc->p", unit[first], unit[second]) > cos(radians(crease))
     first, second = first[near], second[near]
     normals = np.stack([np.bincount(first, face[second, axis], len(corner)) for axis in range(3)], axis=1)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gpu.scene.builtin import furnishings, orders, seating
-from gpu.scene.builtin.shape import Shape, copies, join, placed
+from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.shapes import (
     block,
     box,
@@ -17,7 +17,6 @@ from gpu.scene.builtin.shapes import (
     picture,
     quad,
     rectangle,
-    rounded_path,
     slab,
     sphere,
     superellipse,
@@ -46,15 +45,10 @@ SOLIDS: dict[str, tuple[Callable[[], Shape], float]] = {
     "cylinder": (lambda: cylinder(0.5, 2.0, 96), pi * 0.5),
     "sphere": (lambda: sphere(1.0, 96), 4.0 / 3.0 * pi),
     "bar": (lambda: tube([(0, 0, 0), (0, 0, 1.0), (0, 0, 3.0)], 0.1, 64), 3.0 * pi * 0.01),
-    "hoop": (lambda: tube(rounded_path(rectangle_path(), 0.9, 24, True), 0.05, 32, closed=True), pi * 0.0025 * 6.5),
     "slab": (lambda: slab(superellipse(1.0, 0.5, 2.0, 256), 0.2), pi * 0.5 * 0.2),
     "bevelled slab": (lambda: slab(superellipse(1.0, 1.0, 2.0, 256), 0.2, 0.01), pi * 0.2),
     "moulding": (lambda: moulding([(0, 0), (0, 1), (0.1, 1), (0.1, 0)], rectangle((-1, -1), (1, 1))), 4 * 1.9 * 0.1),
 }
-
-
-def rectangle_path() -> list[tuple[float, float, float]]:
-    return [(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)]
 
 
 @pytest.mark.parametrize("name", SOLIDS)
@@ -68,8 +62,8 @@ def test_encloses_its_volume(name: str) -> None:
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: furnishings.cushion(0.5, 0.5, 0.13),
-        furnishings.mug,
+        lambda: furnishings.cushion(0.5),
+        lambda: furnishings.mug(0.04, 0.095),
         furnishings.saucer,
         lambda: furnishings.vase(0.1, 0.3),
         lambda: furnishings.bowl_of_fruit(1)[0],
@@ -108,8 +102,8 @@ def test_creases_split_normals_and_smooth_parts_share_them() -> None:
         lambda shape: shape.mirrored(0),
         lambda shape: shape.mirrored(1).turned(33.0, "z"),
         lambda shape: shape.turned(200.0, "x").moved(1.0, 2.0, 3.0),
-        lambda shape: copies(shape, [(0.0, 5.0, 0.0)]),
-        lambda shape: placed(shape, [(1.0, 0.0, 2.0)], 70.0),
+        lambda shape: shape.at((0.0, 5.0, 0.0)),
+        lambda shape: shape.at([(1.0, 0.0, 2.0)], 70.0),
     ],
 )
 def test_changes_of_place_keep_volume_and_normals(change: Callable[[Shape], Shape]) -> None:
@@ -117,7 +111,6 @@ def test_changes_of_place_keep_volume_and_normals(change: Callable[[Shape], Shap
     changed = change(shape)
     assert volume(changed) == pytest.approx(volume(shape))
     assert agreement(changed) == pytest.approx(agreement(shape))
-    assert volume(changed.reversed()) == pytest.approx(-volume(shape))
 
 
 def test_turns_go_counter_clockwise() -> None:
@@ -128,7 +121,7 @@ def test_turns_go_counter_clockwise() -> None:
 
 def test_copies_are_whole_and_apart() -> None:
     shape = box((0.1, 0.1, 0.1), 0.0)
-    row = copies(shape, [(x, 0.0, 0.0) for x in range(5)], uv_shifts=[(x, 0.0) for x in range(5)])
+    row = shape.at([(x, 0.0, 0.0) for x in range(5)], uv_shifts=[(x, 0.0) for x in range(5)])
     assert volume(row) == pytest.approx(5 * volume(shape))
     assert len(row.positions) == 5 * len(shape.positions)
     np.testing.assert_allclose(row.uvs[-len(shape.uvs) :], shape.uvs + np.array([4.0, 0.0]))

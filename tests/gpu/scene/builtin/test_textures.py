@@ -8,20 +8,20 @@ import pytest
 from gpu.scene.builtin import paintings, textures
 from gpu.scene.types import Bytes
 
-BROWN = ["#59402a", "#7c5b3d", "#97744f"]
+BROWN = "#59402a #7c5b3d #97744f"
 MAKERS: dict[str, Callable[[int], Bytes]] = {
     "wood": lambda seed: textures.wood(seed, BROWN, 128),
     "planks": lambda seed: textures.planks(seed, BROWN, 4, 2, 128),
     "marble": lambda seed: textures.marble(seed, BROWN, 1.0, 128),
-    "tiles": lambda seed: textures.marble_tiles(seed, [BROWN, BROWN[::-1]], 4, "#222222", 128),
+    "tiles": lambda seed: textures.tiles(seed, [BROWN, "#ffffff #000000"], 4, "#222222", 128),
     "plaster": lambda seed: textures.plaster(seed, "#dddddd", 0.02, 128),
     "fabric": lambda seed: textures.fabric(seed, BROWN, 16, 128),
     "carpet": lambda seed: textures.carpet(seed, BROWN, 2, 128),
     "leaves": lambda seed: textures.leaves(seed, BROWN, 128),
     "spines": lambda seed: textures.book_spines(seed, BROWN, 16, 128),
-    "kilim": lambda seed: textures.kilim(seed, [*BROWN, "#ffffff", "#000000"], 128),
+    "kilim": lambda seed: textures.kilim(seed, BROWN + " #ffffff #000000", 128),
     "landscape": lambda seed: paintings.landscape(seed, BROWN, BROWN, 128),
-    "blocks": lambda seed: paintings.blocks(seed, ["#ffffff", *BROWN], 128),
+    "blocks": lambda seed: paintings.blocks(seed, "#ffffff " + BROWN, 128),
     "strata": lambda seed: paintings.strata(seed, BROWN, 128),
 }
 
@@ -46,10 +46,10 @@ def test_repeats_without_a_seam(name: str) -> None:
         assert steps[0] <= 1.5 * steps.max(initial=0.0, where=np.arange(128) > 0)
 
 
-def test_colours_are_decoded_as_srgb() -> None:
-    assert textures.linear("#ffffff") == pytest.approx((1.0, 1.0, 1.0))
-    assert textures.linear("#000000") == (0.0, 0.0, 0.0)
-    assert textures.linear("#808080")[0] == pytest.approx(0.2158605)
+def test_colours_of_a_palette_lie_evenly_along_a_ramp() -> None:
+    np.testing.assert_allclose(textures.palette("#ff0000 #00ff33"), [(1, 0, 0), (0, 1, 0.2)])
+    values = textures.ramp(np.array([[-1.0, 0.25, 2.0]]), "#000000 #ff0000 #ffffff")
+    np.testing.assert_allclose(values[0], [(0, 0, 0), (0.5, 0, 0), (1, 1, 1)])
 
 
 def test_noise_is_seamless_and_stretched_where_asked() -> None:
