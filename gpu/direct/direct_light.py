@@ -19,7 +19,7 @@ from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface
 from gpu.gbuffer.camera_rays import RAY_LENGTH
 from gpu.gbuffer.gbuffer import GBuffer
-from gpu.lights.light_sampling import LightSample, light_met, punctual_sample, sample_light
+from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair_at
 
@@ -86,8 +86,8 @@ def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, vi
         return wp.vec3(0.0, 0.0, 0.0)
     origin = offset_origin(surface.position, surface.geometric_normal, lobe.direction)
     hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
-    met = light_met(scene, table, table.sampled, origin, lobe.direction, hit)
-    return wp.cw_mul(reflected(surface, view, lobe.direction), met.radiance) / (lobe.density + met.density)
+    found = light_at_hit(scene, table, table.sampled, origin, lobe.direction, hit)
+    return wp.cw_mul(reflected(surface, view, lobe.direction), found.radiance) / (lobe.density + found.density)
 
 
 @wp.func

@@ -17,15 +17,31 @@ from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light
 from gpu.gbuffer.camera_rays import RAY_LENGTH, CameraData, pixel_ray
-from gpu.lights.light_sampling import light_met, sample_light
+from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable, sky_radiance
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
 
 FIRST_PAIR = wp.constant(int(DIRECT_PAIRS))
 PAIRS_A_BOUNCE = wp.constant(4)
-# Before this bounce, no path ends by Russian roulette.
-ROULETTE_BOUNCE = wp.constant(2)
+
+
+@wp.struct
+@dataclass
+class PathSamples:
+    """Which paths are traced. direct, indirect: the light that is wanted; bounces: at most so many indirect ones;
+    roulette_bounce: before this one no path ends by Russian roulette.
+
+    count: paths a pixel; before: paths that the mean has of a pixel already, which have the numbers from 0 on.
+    """
+
+    count: int = 1
+    before: int = 0
+    bounces: int = 4
+    roulette_bounce: int = 2
+    direct: bool = True
+    indirect: bool = True
+    seed: int = 0
 
 
 @wp.func
@@ -50,20 +66,20 @@ def sampled_light(scene: SceneData, table: LightTable, surface: Surface, index: 
 
 
 @wp.func
-def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces: int, index: int,
+def indirect_light(scene: SceneData, table: LightTable, first: Surface, paths: PathSamples, index: int,
                    seed: int) -> wp.vec3:  # fmt: skip
-    """An estimate of the light that `first` reflects after 1 to `bounces` other surfaces did [W/m²/sr]."""
+    """An estimate of the light that `first` reflects after 1 to `paths.bounces` other surfaces did [W/m²/sr]."""
     light = wp.vec3(0.0, 0.0, 0.0)
     throughput = wp.vec3(1.0, 1.0, 1.0)
     surface = first
-    for bounce in range(bounces):
+    for bounce in range(paths.bounces):
         pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
         way = sobol_pair(index, pair, seed)
         direction = cosine_direction(surface.normal, way.x, way.y)
         if wp.dot(direction, surface.geometric_normal) <= 0.0:
             return light
         throughput = wp.cw_mul(throughput, surface.albedo)
-        if bounce >= ROULETTE_BOUNCE:
+        if bounce >= paths.roulette_bounce:
             survival = wp.min(largest(throughput), 1.0)
             if sobol_pair(index, pair + 3, seed).x >= survival:
                 return light
@@ -71,32 +87,16 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, bounces:
         origin = offset_origin(surface.position, surface.geometric_normal, direction)
         hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if bounce > 0:
-            met = light_met(scene, table, table.all_emitters, origin, direction, hit)
+            found = light_at_hit(scene, table, table.all_emitters, origin, direction, hit)
             density = wp.dot(direction, surface.normal) / PI
-            light += wp.cw_mul(throughput, met.radiance) * (density / (density + met.density))
+            light += wp.cw_mul(throughput, found.radiance) * (density / (density + found.density))
         if hit.face == NO_HIT:
             return light
         surface = surface_at(scene, hit, direction)
         surface.normal = surface.geometric_normal
-        last = bounce == bounces - 1
+        last = bounce == paths.bounces - 1
         light += wp.cw_mul(throughput, sampled_light(scene, table, surface, index, pair + 1, seed, last))
     return light
-
-
-@wp.struct
-@dataclass
-class PathSamples:
-    """Which paths are traced. direct, indirect: the light that is wanted; bounces: at most so many indirect ones.
-
-    count: paths a pixel; before: paths that the mean has of a pixel already, which have the numbers from 0 on.
-    """
-
-    count: int = 1
-    before: int = 0
-    bounces: int = 4
-    direct: bool = True
-    indirect: bool = True
-    seed: int = 0
 
 
 @wp.kernel
@@ -122,7 +122,7 @@ def trace_paths_kernel(first: int, scene: SceneData, table: LightTable, cameras:
             total += delta_light(scene, table, surface, -ray.direction)
             total += area_light(scene, table, surface, -ray.direction, index, 0, 1, own_seed)
         if paths.indirect and table.count > 0:
-            total += indirect_light(scene, table, surface, paths.bounces, index, own_seed)
+            total += indirect_light(scene, table, surface, paths, index, own_seed)
     before = wp.vec3(0.0, 0.0, 0.0)
     if paths.before > 0:
         before = mean[pixel]

@@ -8,8 +8,6 @@ from gpu.core.staging import StagingBuffer
 # A GPU's threads, each with few pixels; so many others sum up what they find.
 PARTIALS = 16_384
 SUMS = 128
-# The geometric mean of a picture's luminance is shown as this reflectance.
-MIDDLE_GREY = wp.constant(0.18)
 # Luminance below this share of an even picture's is black to the exposure; logarithms stay finite.
 DARKEST = wp.constant(1.0e-20)
 BRIGHTEST = wp.constant(1.0e20)
@@ -80,8 +78,12 @@ def fold_tally_kernel(first: int, tally: Tally, out: Tally) -> None:
 
 
 @wp.kernel
-def exposure_kernel(first: int, sums: Tally, fixed: float, exposure: wp.array[float], nonfinite: wp.array[int]) -> None:
-    """One thread: adds up the sums; exposure (1,) becomes `fixed`, or when that is 0 what the picture needs."""
+def exposure_kernel(first: int, sums: Tally, fixed: float, middle_grey: float, exposure: wp.array[float],
+                    nonfinite: wp.array[int]) -> None:  # fmt: skip
+    """One thread: adds up the sums; exposure (1,) becomes `fixed`, or where that is 0 what the picture needs.
+
+    nonfinite (1,): pixels with radiance that is not finite.
+    """
     _single = first + wp.tid()
     total = float(0.0)
     lit = int(0)
@@ -92,7 +94,7 @@ def exposure_kernel(first: int, sums: Tally, fixed: float, exposure: wp.array[fl
         bad += sums.nonfinite[place]
     exposure[0] = fixed
     if fixed == 0.0:
-        exposure[0] = MIDDLE_GREY / wp.exp(total / float(wp.max(lit, 1)))
+        exposure[0] = middle_grey / wp.exp(total / float(wp.max(lit, 1)))
     nonfinite[0] = bad
 
 
@@ -109,10 +111,13 @@ def tonemap_kernel(first: int, radiance: wp.array[wp.vec3], exposure: wp.array[f
 
 
 class Tonemap:
-    """Display of images of `pixels` pixels; `pixels` (pixel, 3) uint8 holds what the last run made."""
+    """Display of images of `pixels` pixels; `pixels` (pixel, 3) uint8 holds what the last run made.
 
-    def __init__(self, pixels: int, device: wp.Device) -> None:
-        self.device = device
+    middle_grey: the reflectance that the geometric mean of a picture's luminance is shown as.
+    """
+
+    def __init__(self, pixels: int, device: wp.Device, *, middle_grey: float = 0.18) -> None:
+        self.device, self._middle_grey = device, middle_grey
         self.pixels = wp.zeros((pixels, 3), dtype=wp.uint8, device=device)
         self._nonfinite = StagingBuffer(wp.zeros(1, dtype=int, device=device))
         self._exposure = wp.zeros(1, dtype=float, device=device)
@@ -126,7 +131,7 @@ class Tonemap:
         """
         launch(tally_luminance_kernel, PARTIALS, [radiance, self._tally], self.device)
         launch(fold_tally_kernel, SUMS, [self._tally, self._sums], self.device)
-        inputs = [self._sums, exposure or 0.0, self._exposure, self._nonfinite.array]
+        inputs = [self._sums, exposure or 0.0, self._middle_grey, self._exposure, self._nonfinite.array]
         launch(exposure_kernel, 1, inputs, self.device)
         self._nonfinite.download()
         launch(tonemap_kernel, len(radiance), [radiance, self._exposure, self.pixels], self.device)

@@ -13,27 +13,25 @@ from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.sampling.warps import triangle_barycentrics
 from gpu.scene.types import Doubles, Ints, Light, LightKind
 
-POWER_SAMPLES = wp.constant(16)
-
 
 @wp.kernel
-def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], areas: wp.array[float],
+def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], samples: int, areas: wp.array[float],
                           powers: wp.array[float]) -> None:  # fmt: skip
-    """One thread an emissive triangle: its area and its power [W], averaged over points and colour channels."""
+    """One thread an emissive triangle: its area and its power [W], averaged over `samples` points and all channels."""
     index = first + wp.tid()
     face = faces[index]
     corner = scene.triangles[face]
     p0 = scene.vertices[corner[0]]
     area = 0.5 * wp.length(wp.cross(scene.vertices[corner[1]] - p0, scene.vertices[corner[2]] - p0))
     total = float(0.0)
-    for k in range(POWER_SAMPLES):
+    for k in range(samples):
         # A lattice of rank one; the texture's mean over the triangle is all that is wanted.
-        uv = triangle_barycentrics((float(k) + 0.5) / float(POWER_SAMPLES), (float(k) * 0.618034) % 1.0)
+        uv = triangle_barycentrics((float(k) + 0.5) / float(samples), (float(k) * 0.618034) % 1.0)
         emission = emission_at(scene, face, uv[0], uv[1])
         total += (emission[0] + emission[1] + emission[2]) / 3.0
     factor = scene.materials[scene.triangle_material[face]].emission
     # A floor, so that no point that emits is left without a chance to be chosen.
-    total = wp.max(total / float(POWER_SAMPLES), 0.01 * wp.max(factor[0], wp.max(factor[1], factor[2])))
+    total = wp.max(total / float(samples), 0.01 * wp.max(factor[0], wp.max(factor[1], factor[2])))
     areas[index] = area
     powers[index] = PI * area * total
 
@@ -63,38 +61,44 @@ def emissive_faces(device_scene: DeviceScene) -> Ints:
     return np.flatnonzero(emits[materials]).astype(np.int32)
 
 
-def _shares(power: Doubles, device: wp.Device) -> PowerCdf:
-    """PowerCdf in proportion to `power` (emitter,); `count` is 0 when there is none."""
-    shares = PowerCdf()
+def _power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
+    """Choice in proportion to `power` (emitter,); `count` is 0 when there is none."""
+    cdf = PowerCdf()
     total = float(power.sum())
-    shares.count = len(power) if total > 0.0 else 0
+    cdf.count = len(power) if total > 0.0 else 0
     ends = np.cumsum(power) / total if total > 0.0 else np.ones(1)
     integers = np.minimum(np.floor(ends * 2**32), 2**32 - 1).astype(np.uint32)
-    shares.cumulative = wp.array(integers, dtype=wp.uint32, device=device)
-    return shares
+    cdf.cumulative = wp.array(integers, dtype=wp.uint32, device=device)
+    return cdf
 
 
-def build_light_table(device_scene: DeviceScene) -> LightTable:
-    """The scene's emitters with their shares in the choice by power; `count` is 0 when nothing emits."""
+def build_light_table(
+    device_scene: DeviceScene, *, power_samples: int = 16, min_solid_angle: float = 0.1
+) -> LightTable:
+    """The scene's emitters, to be chosen in proportion to their power; `count` is 0 when nothing emits.
+
+    power_samples: points of a triangle whose emission tells its power; min_solid_angle: see LightTable [sr].
+    """
     scene, device = device_scene.scene, device_scene.device
     faces = wp.array(emissive_faces(device_scene), dtype=wp.int32, device=device)
     table = LightTable()
     table.radius = float(np.linalg.norm(np.abs(scene.vertices).max(axis=0)))
+    table.min_solid_angle = min_solid_angle
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
     table.light_count = len(scene.lights)
     table.faces = faces
     table.areas = wp.zeros(len(faces), dtype=float, device=device)
     powers = wp.zeros(len(faces), dtype=float, device=device)
-    launch(triangle_power_kernel, len(faces), [device_scene.data, faces, table.areas, powers], device)
+    launch(triangle_power_kernel, len(faces), [device_scene.data, faces, power_samples, table.areas, powers], device)
     table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
     sky = [] if scene.sky is None else [float(np.mean(scene.sky.radiance)) * 2.0 * (np.pi * table.radius) ** 2]
     extended = np.concatenate([powers.numpy().astype(np.float64), sky])
     power = np.concatenate([extended, [_light_power(light, table.radius) for light in scene.lights]])
-    table.all_emitters = _shares(power, device)
+    table.all_emitters = _power_cdf(power, device)
     table.count = table.all_emitters.count
     if len(scene.lights) <= MAX_ENUMERATED:
         table.enumerated_count = len(scene.lights)
-        table.sampled = _shares(extended, device)
+        table.sampled = _power_cdf(extended, device)
     else:
         table.sampled = table.all_emitters
     return table

@@ -18,8 +18,6 @@ from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 
 RAY_LENGTH = wp.constant(1.0e6)
-PILOT_PATHS = 4096
-MAX_PATHS_PER_VPL = 16
 
 
 @wp.struct
@@ -140,10 +138,14 @@ def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightT
 
 
 def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
-              features: SceneFeatures = EVERYTHING) -> int:  # fmt: skip
-    """How many light paths leave about `wanted` VPLs, by a pilot run; none when there is no light."""
+              features: SceneFeatures = EVERYTHING, *, pilot_paths: int = 4096,
+              max_paths_per_vpl: int = 16) -> int:  # fmt: skip
+    """How many light paths leave about `wanted` VPLs, by a run of `pilot_paths`; none when there is no light.
+
+    max_paths_per_vpl: no more are traced for each, however few of them meet a surface.
+    """
     if table.count == 0:
         return 0
-    pilot = trace_light_paths(device_scene, scene, table, PILOT_PATHS, bounces, 0, features)
-    per_path = max(pilot.count / PILOT_PATHS, 1.0 / MAX_PATHS_PER_VPL)
+    pilot = trace_light_paths(device_scene, scene, table, pilot_paths, bounces, 0, features)
+    per_path = max(pilot.count / pilot_paths, 1.0 / max_paths_per_vpl)
     return max(1, round(wanted / per_path))

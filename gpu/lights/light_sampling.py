@@ -18,7 +18,7 @@ from gpu.lights.light_table import (
     is_light,
     is_triangle,
     point_on,
-    share_of,
+    probability_of,
     sky_radiance,
     spot_falloff,
 )
@@ -26,8 +26,6 @@ from gpu.sampling.sobol import Pair
 from gpu.sampling.spherical_triangle import Corners, triangle_direction, triangle_solid_angle
 from gpu.sampling.warps import sky_direction, triangle_barycentrics
 
-# Triangles that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area.
-LEAST_SOLID_ANGLE = wp.constant(0.1)
 # Points less than this above an emitter's plane are on it, for all that float32 knows.
 LEAST_HEIGHT = wp.constant(1.0e-6)
 
@@ -48,7 +46,7 @@ class LightSample:
 
 
 @wp.struct
-class MetLight:
+class HitLight:
     """Light that a ray met: its radiance, and the density [1/sr] with which `sample_light` chooses that direction."""
 
     radiance: wp.vec3
@@ -112,7 +110,7 @@ def triangle_density(table: LightTable, emitter: int, probability: float, solid_
 
     solid_angle: of the whole triangle.
     """
-    if solid_angle > LEAST_SOLID_ANGLE:
+    if solid_angle > table.min_solid_angle:
         return probability / solid_angle
     facing = -wp.dot(way, normal)
     if facing <= 0.0:
@@ -122,10 +120,10 @@ def triangle_density(table: LightTable, emitter: int, probability: float, solid_
 
 
 @wp.func
-def sample_light(scene: SceneData, table: LightTable, shares: PowerCdf, position: wp.vec3, pick: wp.uint32,
+def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: wp.vec3, pick: wp.uint32,
                  place: Pair) -> LightSample:  # fmt: skip
-    """A sample of the light that reaches `position` from the emitters of `shares`, visibility left to the caller."""
-    choice = choose_emitter(shares, pick)
+    """A sample of the light that reaches `position` from the emitters that `cdf` has, visibility left to the caller."""
+    choice = choose_emitter(cdf, pick)
     if is_light(table, choice.index):
         sample = punctual_sample(table.lights[choice.index - table.triangle_count - table.sky_count], position)
         sample.irradiance = sample.irradiance / choice.probability
@@ -136,7 +134,7 @@ def sample_light(scene: SceneData, table: LightTable, shares: PowerCdf, position
         corners = corners_from(scene, face, position)
         solid_angle = solid_angle_from(scene, face, position, corners)
         uv = triangle_barycentrics(place.x, place.y)
-        if solid_angle > LEAST_SOLID_ANGLE:
+        if solid_angle > table.min_solid_angle:
             direction = triangle_direction(corners, solid_angle, place.x, place.y)
             uv = barycentrics_towards(scene, face, position, direction)
         sample.point = point_on(scene, face, uv)
@@ -156,20 +154,20 @@ def sample_light(scene: SceneData, table: LightTable, shares: PowerCdf, position
 
 
 @wp.func
-def light_met(scene: SceneData, table: LightTable, shares: PowerCdf, origin: wp.vec3, direction: wp.vec3,
-              hit: Hit) -> MetLight:  # fmt: skip
-    """The light that a ray along unit `direction` met at `hit`; `shares` must hold all emitters it can meet."""
-    met = MetLight()
+def light_at_hit(scene: SceneData, table: LightTable, cdf: PowerCdf, origin: wp.vec3, direction: wp.vec3,
+                 hit: Hit) -> HitLight:  # fmt: skip
+    """The light that a ray along unit `direction` met at `hit`; `cdf` must have all emitters that it can hit."""
+    found = HitLight()
     if hit.face == NO_HIT:
-        met.radiance = sky_radiance(scene, direction)
+        found.radiance = sky_radiance(scene, direction)
         if table.sky_count > 0:
-            met.density = share_of(shares, table.triangle_count) * (1.0 + direction[1]) / (4.0 * PI)
-        return met
+            found.density = probability_of(cdf, table.triangle_count) * (1.0 + direction[1]) / (4.0 * PI)
+        return found
     emitter = emitter_of(table, hit.face)
     normal = triangle_normal(scene, hit.face)
     if emitter != NOT_AN_EMITTER and wp.dot(normal, direction) < 0.0:
-        met.radiance = emission_at(scene, hit.face, hit.u, hit.v)
+        found.radiance = emission_at(scene, hit.face, hit.u, hit.v)
         solid_angle = solid_angle_from(scene, hit.face, origin, corners_from(scene, hit.face, origin))
         way = direction * hit.t
-        met.density = triangle_density(table, emitter, share_of(shares, emitter), solid_angle, normal, way)
-    return met
+        found.density = triangle_density(table, emitter, probability_of(cdf, emitter), solid_angle, normal, way)
+    return found

@@ -38,7 +38,9 @@ class LightData:
 
 @wp.struct
 class PowerCdf:
-    """The first `count` emitters' shares in a choice by power. cumulative (emitter,): their upper ends, of 2³²."""
+    """A choice among the first `count` emitters by power: emitter i has the values from cumulative[i − 1] to
+    cumulative[i] of 2³².
+    """
 
     count: int
     cumulative: wp.array[wp.uint32]
@@ -46,12 +48,13 @@ class PowerCdf:
 
 @wp.struct
 class LightTable:
-    """Emitters: `triangle_count` emissive triangles, then the sky (`sky_count` is 0 or 1), then punctual lights.
+    """Emitters: `triangle_count` emissive triangles, then the sky (`sky_count` is 0 or 1), then `light_count` punctual
+    lights; `count` in all, 0 when none has power.
 
-    light_count: of the last; everything: shares of all emitters; sampled: of those that direct light chooses from; the
-    first `enumerated_count` punctual lights it visits one by one instead. faces (triangle,) ascending; areas
-    (triangle,); lights (light,); count: of all emitters, 0 when none has power; radius: of the scene's bounding sphere
-    about the origin.
+    all_emitters: the choice among all of them; sampled: that among those which direct light samples. The first
+    `enumerated_count` punctual lights it visits one by one instead. faces (triangle,): ascending; areas (triangle,);
+    lights (light,); radius: of the scene's bounding sphere about the origin, in unit space. min_solid_angle: triangles
+    that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area.
     """
 
     count: int
@@ -65,6 +68,7 @@ class LightTable:
     areas: wp.array[float]
     lights: wp.array[LightData]
     radius: float
+    min_solid_angle: float
 
 
 @wp.struct
@@ -100,22 +104,22 @@ def spot_falloff(light: LightData, direction: wp.vec3) -> float:
 
 
 @wp.func
-def choose_emitter(shares: PowerCdf, value: wp.uint32) -> EmitterChoice:
-    """The emitter whose share of 2³² holds `value`."""
+def choose_emitter(cdf: PowerCdf, value: wp.uint32) -> EmitterChoice:
+    """The emitter that has `value` of 2³²."""
     choice = EmitterChoice()
-    choice.index = upper_bound(shares.cumulative, shares.count - 1, value)
-    choice.probability = share_of(shares, choice.index)
+    choice.index = upper_bound(cdf.cumulative, cdf.count - 1, value)
+    choice.probability = probability_of(cdf, choice.index)
     return choice
 
 
 @wp.func
-def share_of(shares: PowerCdf, emitter: int) -> float:
+def probability_of(cdf: PowerCdf, emitter: int) -> float:
     """The probability that an emitter is chosen with."""
     below = wp.uint32(0)
     if emitter > 0:
-        below = shares.cumulative[emitter - 1]
-    share = float(shares.cumulative[emitter] - below)
-    if emitter == shares.count - 1:
+        below = cdf.cumulative[emitter - 1]
+    share = float(cdf.cumulative[emitter] - below)
+    if emitter == cdf.count - 1:
         share += 1.0  # the last share ends at 2³², which is stored as 2³² − 1
     return share * TO_UNIT
 

@@ -18,7 +18,7 @@ from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.surface import Surface
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_sampling import light_met, sample_light
+from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -53,7 +53,7 @@ def light_density_kernel(first: int, scene: SceneData, table: LightTable, positi
                          directions: wp.array[wp.vec3], out: wp.array[float]) -> None:  # fmt: skip
     index = first + wp.tid()
     hit = closest_hit(scene, position, directions[index], FAR)
-    out[index] = light_met(scene, table, table.all_emitters, position, directions[index], hit).density
+    out[index] = light_at_hit(scene, table, table.all_emitters, position, directions[index], hit).density
 
 
 @wp.kernel

@@ -6,9 +6,12 @@ import warp as wp
 from numpy.typing import NDArray
 from scenes import column
 
-from gpu.clustering.grid import NORMAL_THRESHOLD, PLANE_WEIGHT
 from gpu.clustering.kmeans import KMeans
 from gpu.clustering.points import Points
+
+# How much more a distance along the normal counts than one along the surface.
+STRETCH = 8.0
+COS_30 = 0.8660254  # 2022 paper, Eq. 7
 
 CPU = wp.get_device("cpu")
 # Added to the distance where normals differ, so that a like normal comes first however far.
@@ -43,8 +46,8 @@ def separations(p: NDArray, p_normal: NDArray, q: NDArray, q_normal: NDArray) ->
     """The metric between all of (point, 3) and of (cluster, 3)."""
     way = q[None] - p[:, None]
     plane = np.maximum(np.abs((way * p_normal[:, None]).sum(axis=2)), np.abs((way * q_normal[None]).sum(axis=2)))
-    distance = np.sqrt((way**2).sum(axis=2) + (float(PLANE_WEIGHT) ** 2 - 1.0) * plane**2)
-    return distance + APART * (p_normal @ q_normal.T <= float(NORMAL_THRESHOLD))
+    distance = np.sqrt((way**2).sum(axis=2) + (STRETCH**2 - 1.0) * plane**2)
+    return distance + APART * (p_normal @ q_normal.T <= COS_30)
 
 
 def algorithm_1(
@@ -71,7 +74,7 @@ def algorithm_1(
     keys = distance.argmin(axis=1)
     members = np.arange(clusters)[None] == keys[:, None]
     # The medoid is nearest to the mean whatever the normals say.
-    plain = distance - APART * (n @ normal.T <= float(NORMAL_THRESHOLD))
+    plain = distance - APART * (n @ normal.T <= COS_30)
     medoids = np.where(members, plain, np.inf).argmin(axis=0)
     return keys, [int(m) if used else -1 for m, used in zip(medoids, members.any(axis=0), strict=True)], seeded
 

@@ -4,8 +4,12 @@ import warp as wp
 from numpy.typing import NDArray
 from scenes import column, results
 
-from gpu.clustering.grid import NORMAL_THRESHOLD, PLANE_WEIGHT, Grid, Representatives, level_of, separation
+from gpu.clustering.grid import Grid, Representatives, level_of, separation
 from gpu.clustering.nearest import nearest_of_all, nearest_search
+
+# How much more a distance along the normal counts than one along the surface.
+STRETCH = 8.0
+COS_30 = 0.8660254  # 2022 paper, Eq. 7
 
 CPU = wp.get_device("cpu")
 NUMBER = 5
@@ -54,7 +58,7 @@ def separations(points: tuple[NDArray, NDArray], clusters: tuple[NDArray, NDArra
     way = clusters[0][None] - points[0][:, None]
     here, there = np.abs((way * points[1][:, None]).sum(axis=2)), np.abs((way * clusters[1][None]).sum(axis=2))
     plane = np.maximum(here, there)
-    stretched = np.sqrt((way**2).sum(axis=2) + (float(PLANE_WEIGHT) ** 2 - 1.0) * plane**2)
+    stretched = np.sqrt((way**2).sum(axis=2) + (STRETCH**2 - 1.0) * plane**2)
     return stretched, points[1] @ clusters[1].T
 
 
@@ -78,7 +82,7 @@ def expected_nearest(
     return np.where(np.isfinite(np.take_along_axis(distance, expected, axis=1)), expected, -1)
 
 
-@pytest.mark.parametrize("threshold", [float(NORMAL_THRESHOLD), 0.0])
+@pytest.mark.parametrize("threshold", [COS_30, 0.0])
 @pytest.mark.parametrize("metric", [separation, straight])
 def test_the_nearest_of_like_normal_come_in_order(metric: wp.Function, threshold: float) -> None:
     points, clusters = scattered(300, 0), scattered(500, 1)
@@ -99,7 +103,7 @@ def test_of_all_a_like_normal_comes_first_but_none_is_left_out() -> None:
     points, clusters = scattered(200, 2), scattered(7, 3)
     used = np.arange(7) > 2
     inputs = [column(points[0], wp.vec3), column(points[1], wp.vec3)]
-    threshold = float(NORMAL_THRESHOLD)
+    threshold = COS_30
     found = results(all_kernel, 200, [grid_of(clusters, used).data, *inputs, threshold, 1], wp.int32)
     distance, cosine = separations(points, clusters)
     distance = np.where(used[None], distance + 1000.0 * (cosine <= threshold), np.inf)

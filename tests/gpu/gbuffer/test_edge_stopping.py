@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scenes import results
 from walls import HEIGHT, WIDTH, wall
 
-from gpu.gbuffer.edge_stopping import NORMAL_POWER, edge_stopping_weight
+from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer
 
 PIXEL = 5 * WIDTH + 10
@@ -40,7 +40,7 @@ def test_kinship_falls_as_normals_turn_away() -> None:
     own = angles.ravel()[PIXEL]
     # The plane is PIXEL's own: nothing else lies in it, so only normals may count here.
     gbuffer.position.fill_(0.0)
-    expected = np.maximum(np.cos(angles.ravel() - own), 0.0) ** float(NORMAL_POWER)
+    expected = np.maximum(np.cos(angles.ravel() - own), 0.0) ** 16.0
     assert shares(gbuffer) == pytest.approx(expected, abs=1e-4)
 
 

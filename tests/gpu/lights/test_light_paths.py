@@ -4,7 +4,7 @@ from scenes import box, grey, quad, resident_of, traced_vpls
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import Vpls, trace_light_paths
+from gpu.lights.light_paths import Vpls, paths_for, trace_light_paths
 from gpu.scene.types import Light, LightKind, Material
 
 PATHS = 8192
@@ -73,3 +73,18 @@ def test_no_light_and_black_walls_leave_no_vpl() -> None:
         resident_of(box(), [grey(0.0)], lights=[BULB]),
     ):
         assert traced_vpls(device_scene, device_scene.data, 1000, 4).count == 0
+
+
+def test_a_pilot_run_tells_how_many_paths_are_traced() -> None:
+    device_scene = resident_of(box(), [grey(0.7)], lights=[BULB])
+    inputs = device_scene, device_scene.data, build_light_table(device_scene)
+    for pilot_paths, options in ((4096, {}), (100, {"pilot_paths": 100})):
+        found = paths_in(device_scene, 4, paths=pilot_paths).count
+        assert paths_for(*inputs, 20_000, 4, **options) == round(20_000 * pilot_paths / found)
+
+
+def test_light_that_reaches_nothing_is_not_traced_for_ever() -> None:
+    away = Light("away", LightKind.SPOT, (5.0, 5.0, 5.0), (0.0, 0.0, 2.0), (0.0, 0.0, 1.0), 0.99, 0.9)
+    device_scene = resident_of(box(), [grey(0.5)], lights=[away])
+    inputs = device_scene, device_scene.data, build_light_table(device_scene), 100, 4
+    assert (paths_for(*inputs), paths_for(*inputs, max_paths_per_vpl=3)) == (1600, 300)

@@ -12,7 +12,7 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_sampling import light_met, sample_light
+from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cone_direction
@@ -38,8 +38,8 @@ def met_kernel(first: int, scene: SceneData, table: LightTable, position: wp.vec
     place = sobol_pair(index, 0, 4)
     direction = cone_direction(wp.vec3(0.0, 1.0, 0.0), -1.0, place.x, place.y)
     hit = closest_hit(scene, position, direction, 10.0)
-    met = light_met(scene, table, table.all_emitters, position, direction, hit)
-    out[index] = met.density * 4.0 * PI
+    found = light_at_hit(scene, table, table.all_emitters, position, direction, hit)
+    out[index] = found.density * 4.0 * PI
 
 
 @wp.kernel
@@ -50,8 +50,20 @@ def agreement_kernel(first: int, scene: SceneData, table: LightTable, position: 
     pick = sobol_pair(index, 0, 5)
     sample = sample_light(scene, table, table.all_emitters, position, pick.a, sobol_pair(index, 1, 5))
     hit = closest_hit(scene, position, sample.direction, 10.0)
-    met = light_met(scene, table, table.all_emitters, position, sample.direction, hit)
-    out[index] = wp.vec3(met.density * sample.solid_angle, sample.irradiance[0] / sample.solid_angle, met.radiance[0])
+    found = light_at_hit(scene, table, table.all_emitters, position, sample.direction, hit)
+    out[index] = wp.vec3(
+        found.density * sample.solid_angle, sample.irradiance[0] / sample.solid_angle, found.radiance[0]
+    )
+
+
+@wp.kernel
+def solid_angle_kernel(first: int, scene: SceneData, table: LightTable, position: wp.vec3,
+                       out: wp.array[float]) -> None:  # fmt: skip
+    """The solid angle that each light sample stands for."""
+    index = first + wp.tid()
+    pick = sobol_pair(index, 0, 3)
+    sample = sample_light(scene, table, table.all_emitters, position, pick.a, sobol_pair(index, 1, 3))
+    out[index] = sample.solid_angle
 
 
 def irradiance(device_scene: DeviceScene, position: Any, normal: Any = (0.0, 1.0, 0.0)) -> Doubles:
@@ -123,3 +135,22 @@ def test_sampling_and_meeting_the_same_light_agree() -> None:
     assert np.allclose(product[same], 1.0, rtol=5e-3)
     for radiance in (2.0, 60.0):
         assert np.isclose(sampled, radiance).sum() > 50
+
+
+@pytest.mark.parametrize(
+    ("height", "options", "even"),
+    [
+        (0.7, {}, True),  # each triangle is seen as 0.14 sr
+        (0.9, {}, False),  # 0.09 sr
+        (0.7, {"min_solid_angle": 0.2}, False),
+        (0.9, {"min_solid_angle": 0.05}, True),
+    ],
+)
+def test_triangles_that_are_seen_large_are_sampled_evenly_in_solid_angle(
+    height: float, options: dict[str, float], even: bool
+) -> None:
+    lamp = quad([-0.2, height, -0.2], [0.4, 0.0, 0.0], [0.0, 0.0, 0.4], 1)
+    device_scene = resident_of([FLOOR, lamp], [grey(0.5), grey(0.0, emission=2.0)])
+    inputs = [device_scene.data, build_light_table(device_scene, **options), wp.vec3(0.0, -height / 2.0, 0.0)]
+    solid_angles = results(solid_angle_kernel, 256, inputs, float)
+    assert (np.ptp(solid_angles) < 1e-3 * solid_angles.mean()) == even

@@ -8,7 +8,15 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_table import NOT_AN_EMITTER, LightTable, PowerCdf, choose_emitter, emit, emitter_of, share_of
+from gpu.lights.light_table import (
+    NOT_AN_EMITTER,
+    LightTable,
+    PowerCdf,
+    choose_emitter,
+    emit,
+    emitter_of,
+    probability_of,
+)
 from gpu.sampling.sobol import hashed, sobol_pair
 from gpu.scene.types import Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
 
@@ -29,7 +37,7 @@ def choose_kernel(first: int, shares: PowerCdf, out: wp.array[wp.vec2]) -> None:
 @wp.kernel
 def share_kernel(first: int, shares: PowerCdf, out: wp.array[float]) -> None:
     index = first + wp.tid()
-    out[index] = share_of(shares, index)
+    out[index] = probability_of(shares, index)
 
 
 @wp.kernel
@@ -149,6 +157,24 @@ def test_textured_emission_keeps_its_power() -> None:
     device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
                            textures=[Texture("half", pixels, srgb=True, nearest=True)])  # fmt: skip
     assert np.allclose(particles(device_scene)[:, 3].mean(axis=0), np.pi, rtol=0.02)
+
+
+@pytest.mark.parametrize("samples", [None, 5])
+def test_a_triangles_power_is_the_mean_over_a_lattice_of_its_points(samples: int | None) -> None:
+    columns = np.random.default_rng(2).integers(0, 256, 64).astype(np.uint8)
+    pixels = np.full((64, 64, 4), 255, np.uint8)
+    pixels[:, :, :3] = columns[None, :, None]
+    lamp, plain = Material(emission=(1.0, 1.0, 1.0), emission_slot=TextureSlot(0)), grey(0.0, emission=1.0)
+    parts = [quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1]), quad([-0.5, 0.5, -0.5], [1, 0, 0], [0, 0, 1], 1)]
+    device_scene = resident_of(parts, [lamp, plain], textures=[Texture("bars", pixels, srgb=False, nearest=True)])
+    options = {} if samples is None else {"power_samples": samples}
+    chance = results(share_kernel, 4, [build_light_table(device_scene, **options).all_emitters], float)
+    count = samples or 16
+    x, y = (np.arange(count) + 0.5) / count, np.arange(count) * 0.618034 % 1.0
+    u, v = 1.0 - np.sqrt(x), y * np.sqrt(x)
+    for triangle, across in enumerate((1.0 - u, v)):  # of UVs (0, 0), (1, 0), (1, 1) and (0, 0), (1, 1), (0, 1)
+        mean = columns[(across * 64).astype(int)].mean() / 255.0
+        assert chance[triangle] / chance[2] == pytest.approx(mean, rel=1e-3)
 
 
 def test_a_dark_texel_does_not_end_a_particle_unchosen() -> None:
