@@ -1,13 +1,12 @@
 """A courtyard under the sun: an arcade of fluted columns around a fountain, frescoes in the shade of the walk."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from gpu.scene.builtin import orders, paintings, rooms, textures
 from gpu.scene.builtin.builder import Builder
-from gpu.scene.builtin.furnishings import pot
+from gpu.scene.builtin.furnishings import pot, vase
 from gpu.scene.builtin.rooms import LAP
 from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.shapes import box, lathe, moulding, points, quad, rectangle, surface
@@ -42,21 +41,12 @@ def make() -> Scene:
     return builder.scene(views, [sun], Sky((0.95, 1.6, 2.9)))
 
 
-def _side(builder: Builder, turn: float, distance: float) -> Builder:
-    """The side of the court that faces inwards when turned by `turn`: x runs along it, z = 0 at `distance` from it."""
-    angle = np.radians(turn)
-    return builder.frame(turn, (-distance * np.sin(angle), 0.0, -distance * np.cos(angle)))
-
-
-def _sides(builder: Builder, out: float = 0.0) -> Iterator[tuple[Builder, int]]:
-    """Each side of the court, `out` metres behind the columns' axes, and its number of bays."""
-    for turn, bays, distance in (
-        (0.0, _BAYS[0], _Z),
-        (180.0, _BAYS[0], _Z),
-        (90.0, _BAYS[1], _X),
-        (-90.0, _BAYS[1], _X),
-    ):
-        yield _side(builder, turn, distance + out), bays
+def _sides(builder: Builder, out: float) -> list[tuple[Builder, list[float]]]:
+    """The court's sides, `out` metres behind the columns' axes: a frame facing inwards, and the columns' x in it."""
+    x, z = _X + out, _Z + out
+    frames = [(0, (0, 0, -z)), (180, (0, 0, z)), (90, (-x, 0, 0)), (-90, (x, 0, 0))]
+    xs = [[(number - bays / 2) * _BAY for number in range(bays + 1)] for bays in _BAYS]
+    return [(builder.frame(*frame), xs[number // 2]) for number, frame in enumerate(frames)]
 
 
 def _ring(inner: float, y: float) -> Shape:
@@ -88,13 +78,9 @@ def _arcade(builder: Builder) -> None:
     grid = [(x, _KERB, z) for x in np.linspace(-_X, _X, _BAYS[0] + 1) for z in np.linspace(-_Z, _Z, _BAYS[1] + 1)]
     around = [(x, y, z) for x, y, z in grid if abs(x) == _X or abs(z) == _Z]
     builder.add("marble", orders.column(_SPRING - _KERB, 0.19), around)
-    radius = _BAY / 2 - 0.23
-    bay = orders.arch_bay(_BAY, radius, _WALL_TOP - _SPRING, _THICK)
-    trim = join([orders.archivolt(radius, 0.2, 0.05), box((0.2, 0.34, 0.12), 0.012).moved(0, radius + 0.12, 0.02)])
-    trim = trim.moved(z=_THICK / 2)
-    for side, bays in _sides(builder):
-        places = [((number - (bays - 1) / 2) * _BAY, _SPRING - 0.002, 0.0) for number in range(bays)]
-        side.add("arcade plaster, limestone, limestone", (bay, trim, trim.turned(180)), places)
+    arch = orders.arch(_BAY, _WALL_TOP - _SPRING, _THICK)
+    for side, xs in _sides(builder, 0.0):
+        side.add("arcade plaster, limestone", arch, [(x + _BAY / 2, _SPRING - 0.002, 0.0) for x in xs[:-1]])
     corner = box((_THICK + 0.02, _WALL_TOP - _SPRING + 0.002, _THICK + 0.02), 0.006)
     builder.add("arcade plaster", corner, [(x * _X, (_SPRING + _WALL_TOP) / 2, z * _Z) for x, z in _CORNERS])
 
@@ -108,23 +94,20 @@ def _entablature(builder: Builder) -> None:
     low, high = _TERRACE + 0.12, _TERRACE + 0.78
     dentil = box((0.085, 0.09, 0.08), 0.0)
     post = box((0.26, high - _TERRACE, 0.24), 0.008)
-    baluster = orders.baluster(high - low + 0.002)
-    for side, bays in _sides(builder):
-        half = bays * _BAY / 2
-        end = half - face - 0.1
-        side.add(
-            "limestone", dentil, [(x, 5.07, face + 0.1) for x in np.linspace(-end, end, round(2 * end / 0.17) + 1)]
-        )
-        slots = [(n, m) for n in range(bays) for m in range(1, 7)]
-        side.add("limestone", baluster, [((n + (m + 0.5) / 8) * _BAY - half, low - 0.001, 0.0) for n, m in slots])
-        side.add("limestone", post, [(n * _BAY - half, (_TERRACE + high) / 2, 0.0) for n in range(1, bays)])
+    for side, xs in _sides(builder, 0.0):
+        end = xs[-1] - face - 0.1
+        teeth = np.linspace(-end, end, round(2 * end / 0.17) + 1)
+        side.add("limestone", dentil, [(x, 5.07, face + 0.1) for x in teeth])
+        slots = [(x + (number + 0.5) * _BAY / 8, low - 0.001, 0.0) for x in xs[:-1] for number in range(1, 7)]
+        side.add("limestone", orders.baluster(), slots)
+        side.add("limestone", post, [(x, (_TERRACE + high) / 2, 0.0) for x in xs[1:-1]])
     for bottom, top, wide in ((_TERRACE - 0.002, low, 0.11), (high, high + 0.12, 0.13)):
         rail = [(-wide, bottom), (-wide, top - 0.015), (-wide + 0.015, top)]
         rail += [(-x, y) for x, y in reversed(rail)]
         builder.add("limestone", moulding(rail, _court_plan(0.0)))
     places = np.array([(x * _X, high + 0.2005, z * _Z) for x, z in _CORNERS])
     post = box((0.36, high + 0.2 - _TERRACE, 0.36), 0.01).moved(y=(_TERRACE - high - 0.201) / 2)
-    builder.add("limestone", [post, orders.urn(0.62)], places)
+    builder.add("limestone", [post, vase(0.17, 0.62)], places)
 
 
 def _walk(builder: Builder) -> None:
@@ -137,21 +120,15 @@ def _walk(builder: Builder) -> None:
     rail = points("-.002,1 -.002,1.08 .035,1.08 .04,1.07 .022,1.02 .01,1")
     plan = rectangle((-_OUT_X, -_OUT_Z), (_OUT_X, _OUT_Z))
     builder.add("limestone", [moulding(rail, plan), rooms.skirting(plan, 0.16, closed=True)])
-    for turn, half, distance in (
-        (0, _OUT_X, _OUT_Z),
-        (180, _OUT_X, _OUT_Z),
-        (90, _OUT_Z, _OUT_X),
-        (-90, _OUT_Z, _OUT_X),
-    ):
-        wall = _side(builder, turn, distance)
-        wall.add("red plaster", rooms.wall(2 * half, 1.05).moved(x=-half))
-        wall.add("ochre plaster", rooms.wall(2 * half, _CEILING - 1.05).moved(x=-half, y=1.05))
+    for side, xs in _sides(builder, 3.0):
+        half = xs[-1] + 3.0
+        side.add("red plaster", rooms.wall(2 * half, 1.05).moved(x=-half))
+        side.add("ochre plaster", rooms.wall(2 * half, _CEILING - 1.05).moved(x=-half, y=1.05))
     pilaster = box((0.42, _CEILING - 0.2, 0.12), 0.01).moved(y=(_CEILING - 0.2) / 2 - 0.001)
     ends = [box((0.5, 0.16, 0.18), 0.02).moved(y=_CEILING - 0.29), box((0.5, 0.2, 0.18), 0.01).moved(y=0.0995)]
     beam = box((0.16, 0.22, 2.9), 0.01).moved(0, _CEILING - 0.105, 1.4)
-    for side, bays in _sides(builder, 2.98):
-        places = [((number - bays / 2) * _BAY, 0.0, 0.0) for number in range(bays + 1)]
-        side.add("limestone, beams", (join([pilaster, *ends]), beam), places)
+    for side, xs in _sides(builder, 2.98):
+        side.add("limestone, beams", (join([pilaster, *ends]), beam), [(x, 0.0, 0.0) for x in xs])
 
 
 def _frescoes_and_doors(builder: Builder) -> None:
@@ -159,14 +136,14 @@ def _frescoes_and_doors(builder: Builder) -> None:
     hills = ("#b3b09a #8c9a78 #667a58 #4d5d47", "#b08f78 #96705a #6e6a50 #535c45")
     for number, x in enumerate((-4.8, -2.4, 0.0, 2.4, 4.8)):
         fresco = paintings.landscape(70 + number, skies[number % 2], hills[number % 2])
-        for turn in (0.0, 180.0) if x else (0.0,):
-            angle = 1.0 if turn == 0.0 else -1.0
-            rooms.hang(builder.frame(turn, (x, 2.3, -angle * _OUT_Z)), "limestone", fresco, 1.5, 1.75)
+        rooms.hang(builder.frame(0.0, (x, 2.3, -_OUT_Z)), "limestone", fresco, 1.5, 1.75)
+        if x:  # a door is in the middle
+            rooms.hang(builder.frame(180.0, (x, 2.3, _OUT_Z)), "limestone", fresco, 1.5, 1.75)
     builder.paint("bronze", "#6d5a40", 0.4)
     leaf, casing, handle = rooms.door(1.25, 2.7)
     parts = (leaf.mapped_uv(swap=True), casing, casing.moved(z=-0.02), handle)
-    for turn, distance in ((90.0, _OUT_X), (-90.0, _OUT_X), (180.0, _OUT_Z)):
-        _side(builder, turn, distance - 0.045).add("beams, limestone, limestone, bronze", parts)
+    for side, _ in _sides(builder, 2.955)[1:]:
+        side.add("beams, limestone, limestone, bronze", parts)
 
 
 def _court(builder: Builder) -> None:
@@ -188,4 +165,4 @@ def _court(builder: Builder) -> None:
     benches = [(x * 3.6, 0.0005, z * (_OUT_Z - 0.4)) for x, z in _CORNERS]
     builder.add("marble", [seat, foot.moved(0.5), foot.moved(-0.5)], benches)
     corners = [(x * (_OUT_X - 0.55), 0.2755, z * (_OUT_Z - 0.55)) for x, z in _CORNERS]
-    builder.add("limestone, terracotta", (box((0.5, 0.55, 0.5), 0.02, 2), orders.urn(0.8).moved(y=0.2755)), corners)
+    builder.add("limestone, terracotta", (box((0.5, 0.55, 0.5), 0.02, 2), vase(0.22, 0.8).moved(y=0.2755)), corners)

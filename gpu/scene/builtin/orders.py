@@ -7,8 +7,7 @@ import numpy as np
 
 from gpu.scene.builtin.furnishings import aim, leaf
 from gpu.scene.builtin.shape import Shape, join
-from gpu.scene.builtin.shapes import Points, box, lathe, moulding, points, polar, sphere, surface
-from gpu.scene.types import Doubles
+from gpu.scene.builtin.shapes import box, lathe, moulding, points, polar, sphere, surface
 
 
 def column(height: float, radius: float) -> Shape:
@@ -45,71 +44,44 @@ def _leaf(radius: float, height: float) -> Shape:
     return surface(np.stack([-s * half, height * (t - 0.3 * curl**3), out], axis=-1)[:, ::-1], 60.0)
 
 
-def arch_bay(width: float, radius: float, height: float, thick: float) -> Shape:
-    """A bay of an arcade about the origin at its springing: wall above a semicircular arch, `thick` along Z."""
-    arc = _arc(radius)
-    foot = np.array([(width / 2, 0.0), *arc, (-width / 2, 0.0)])[::-1]
-    foot = np.insert(foot, 2, thick / 2, axis=1)
-    front = surface([foot, foot * (1, 0, 1) + (0, height, 0)])
+def arch(width: float, height: float, thick: float) -> tuple[Shape, Shape]:
+    """A bay of an arcade about the origin at its springing: (wall above a semicircular arch, its mouldings)."""
+    radius, angle = width / 2 - 0.23, np.linspace(0.0, pi, 29)
+    arc = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    foot = np.insert([(width / 2, 0.0), *arc, (-width / 2, 0.0)], 2, thick / 2, axis=1)[::-1]
+    front = surface([foot, np.array([(x, height, z) for x, _, z in foot])])
     front = replace(front, uvs=front.positions[:, :2] * (1, -1))
-    return join([front, front.turned(180), surface([foot * (1, 1, -1), foot], 25.0)])
+    wall = join([front, front.turned(180), surface([foot * (1, 1, -1), foot], 25.0)])
+    section = points("-.2,-.01 -.2,.035 -.17,.05 -.15,.03 -.08,.0275 -.07,.02 .006,.0175 .006,-.01")
+    rim = moulding(section, arc * (1, -1), closed=False).turned(90, "x")
+    trim = join([rim, box((0.2, 0.34, 0.12), 0.012).moved(0, radius + 0.12, 0.02)]).moved(z=thick / 2)
+    return wall, join([trim, trim.turned(180)])
 
 
-def archivolt(radius: float, width: float, depth: float) -> Shape:
-    """The moulding on the face of an arch, to be laid on a wall at z = 0, facing +Z."""
-    section = np.array(points("-1,0 -1,.7 -.85,1 -.75,.6 -.4,.55 -.35,.4 .03,.35 .03,0")) * (width, depth)
-    return moulding(section - (0, 0.01), _arc(radius) * (1, -1), closed=False).turned(90, "x")
-
-
-def _arc(radius: float) -> Doubles:
-    """A semicircle (29, 2) of (x, y) from right to left over the origin."""
-    angle = np.linspace(0.0, pi, 29)
-    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-
-
-def baluster(height: float) -> Shape:
-    """A turned baluster on the origin."""
-    t = np.linspace(0.0, 1.0, 10)
-    belly = 0.036 + 0.034 * np.sin(pi * np.clip(t * 1.5, 0, 1)) ** 1.3 - 0.006 * t
-    shaft = zip(belly, 0.07 + (height - 0.14) * t, strict=True)
-    ends = [(0.05, height - 0.06), (0.07, height - 0.05), (0.07, height)]
-    return lathe([*points(".07,0 .07,.05 .05,.06"), *shaft, *ends], 14)
+def baluster() -> Shape:
+    """A turned baluster on the origin, 0.662 m high."""
+    belly = ".036,.07 .058,.13 .068,.21 .064,.29 .048,.39 .033,.46 .03,.53 .03,.592"
+    return lathe(points(f".07,0 .07,.05 .05,.06 {belly} .05,.602 .07,.612 .07,.662"), 14)
 
 
 def fountain(radius: float) -> tuple[Shape, Shape]:
     """An octagonal basin with two bowls on a pedestal in it, on the origin: (stone, water)."""
     octagon = polar(2 * pi * (np.arange(8) + 0.5) / 8, radius)[:, [0, 2]]
     rim = "-.03,-.01 -.03,.06 0,.09 .03,.1 .03,.34 0,.38 -.04,.4 -.045,.45 -.035,.46 .235,.46 .245,.45 .2,.38 .2,-.01"
-    bowls = points("0,0 .24,0 .24,.06 .17,.1 .1,.2 .085,.4 .11,.62 .15,.68 .1,.72")
-    bowls += _flare(0.1, 0.5, 0.74, 0.2)
-    bowls += points(".615,.95 .61,.965 .585,.965 .57,.95 .3,.86 .07,.84 .06,.95 .05,1.1 .075,1.2 .06,1.24")
-    bowls += _flare(0.06, 0.2, 1.25, 0.09)
-    bowls += points(".265,1.35 .25,1.352 .12,1.3 .04,1.3 .05,1.36 .075,1.42 .05,1.5 0,1.53")
+    stem = "0,0 .24,0 .24,.06 .17,.1 .1,.2 .085,.4 .11,.62 .15,.68 .1,.72"
+    lower = ".1,.74 .2,.748 .31,.775 .42,.82 .52,.88 .6,.94 .615,.95 .61,.965 .585,.965 .57,.95 .3,.86 .07,.84"
+    upper = ".06,.95 .05,1.1 .075,1.2 .06,1.25 .14,1.26 .21,1.3 .26,1.34 .25,1.352 .12,1.3 .04,1.3"
+    bowls = lathe(points(f"{stem} {lower} {upper} .05,1.36 .075,1.42 .05,1.5 0,1.53"), 56)
     pools = [lathe([(width, y), (0, y)], 48) for width, y in ((0.568, 0.948), (0.2, 1.335))]
     basin = lathe([(radius - 0.2, 0.33), (0, 0.33)], 8).turned(22.5)
-    return join([moulding(points(rim), octagon), lathe(bowls, 56)]), join([basin, *pools])
-
-
-def _flare(radius: float, spread: float, y: float, rise: float) -> Points:
-    """The underside of a bowl from its stem outwards."""
-    return [(radius + spread * a**0.65, y + rise * a**1.8) for a in np.linspace(0.0, 1.0, 14)]
-
-
-def urn(height: float) -> Shape:
-    """An amphora-like urn on the origin."""
-    t = np.linspace(0.0, 1.0, 21)
-    belly = zip(0.1 + 0.2 * np.sin(pi * t**0.75) ** 1.2 * (1 - 0.3 * t), 0.12 + 0.7 * t, strict=True)
-    lip = points(".1,.9 .18,.97 .18,1 .15,1 .08,.88 0,.86")
-    return lathe(np.array([*points("0,0 .17,0 .17,.03 .08,.08"), *belly, *lip]) * height, 48)
+    return join([moulding(points(rim), octagon), bowls]), join([basin, *pools])
 
 
 def topiary(seed: int, radius: float) -> tuple[Shape, Shape]:
     """A clipped ball of 700 leaves about the origin, and the darkness within it: (leaves, core)."""
     rng = np.random.default_rng(seed)
-    out = rng.standard_normal((700, 3))
-    out /= np.linalg.norm(out, axis=1)[:, None]
-    yaw = np.degrees(np.arctan2(out[:, 0], out[:, 2])) + rng.normal(0.0, 40.0, 700)
-    pitch = np.degrees(np.arcsin(out[:, 1])) + rng.normal(0.0, 30.0, 700)
-    turns = aim(yaw, pitch, rng.uniform(-60.0, 60.0, 700))
-    places = out * radius * rng.uniform(0.86, 0.97, 700)[:, None]
-    return leaf(radius * 0.22, radius * 0.13, 0.2, 3, 5).copies(places, turns), sphere(radius * 0.88, 40)
+    yaw, up = rng.uniform(-180.0, 180.0, 700), rng.uniform(-1.0, 1.0, 700)
+    out = polar(np.radians(yaw - 90.0), np.sqrt(1.0 - up**2), up) * radius * rng.uniform(0.86, 0.97, 700)[:, None]
+    tilt = np.degrees(np.arcsin(up)) + rng.normal(0.0, 30.0, 700)
+    turns = aim(yaw + rng.normal(0.0, 40.0, 700), tilt, rng.uniform(-60.0, 60.0, 700))
+    return leaf(radius * 0.22, radius * 0.13, 0.2, 3, 5).copies(out, turns), sphere(radius * 0.88, 40)

@@ -72,7 +72,8 @@ def test_encloses_its_volume(name: str) -> None:
         lambda: seating.sofa(2.0, 3)[0],
         lambda: orders.column(3.2, 0.2),
         lambda: orders.fountain(1.3)[0],
-        lambda: orders.archivolt(1.0, 0.2, 0.05),
+        orders.baluster,
+        lambda: orders.arch(2.4, 1.75, 0.36)[1],
     ],
 )
 def test_furniture_faces_outwards(make: Callable[[], Shape]) -> None:
