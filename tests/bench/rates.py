@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import allocate, launch
-from gpu.core.image_size import image_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_order
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connection
@@ -77,11 +77,11 @@ def empty_kernel(first: int) -> None:
 
 
 @wp.kernel
-def primary_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], width: int, height: int,
+def primary_kernel(first: int, scene: SceneData, cameras: wp.array[CameraData], image: ImageSize,
                    distance: wp.array[float]) -> None:  # fmt: skip
     """One thread a pixel: how far its ray goes."""
     pixel = first + wp.tid()
-    ray = pixel_ray(cameras[0], pixel, image_of(width, height))
+    ray = pixel_ray(cameras[0], pixel, image)
     distance[pixel] = closest_hit(scene, ray.origin, ray.direction, FAR).t
 
 
@@ -163,7 +163,7 @@ def ray_rates(device_scene: DeviceScene, size: Size, settings: RenderSettings) -
     cameras = wp.array([data], dtype=CameraData, device=device)
     pixels = size[0] * size[1]
     distance = wp.zeros(pixels, dtype=float, device=device)
-    inputs = [scene, cameras, *size, distance]
+    inputs = [scene, cameras, image_size(size), distance]
     primary = pixels / seconds_of(lambda: launch(primary_kernel, pixels, inputs, device), device)
 
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)

@@ -3,6 +3,7 @@ import warp as wp
 from scenes import column, results
 
 from gpu.clustering.grid import (
+    NORMAL_THRESHOLD,
     Grid,
     Representatives,
     bucket_of,
@@ -72,3 +73,7 @@ def test_distance_along_the_normal_counts_more() -> None:
     along, across = results(separation_kernel, 2, [column([[0.3, 0.0, 0.4], [0.0, 0.5, 0.0]], wp.vec3)], float)
     assert np.isclose(along, 0.5)
     assert np.isclose(across, 0.5 * STRETCH)
+
+
+def test_normals_are_alike_within_the_papers_30_degrees() -> None:
+    assert float(NORMAL_THRESHOLD) == pytest.approx(np.cos(np.radians(30.0)), abs=1e-6)

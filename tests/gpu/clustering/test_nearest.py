@@ -13,6 +13,7 @@ COS_30 = 0.8660254  # 2022 paper, Eq. 7
 
 CPU = wp.get_device("cpu")
 NUMBER = 5
+widening = nearest_search(1, widens=True)
 SPACING = 0.08
 
 
@@ -112,3 +113,42 @@ def test_of_all_a_like_normal_comes_first_but_none_is_left_out() -> None:
     assert (
         results(all_kernel, 200, [grid_of(clusters, used & False).data, *inputs, threshold, 1], wp.int32) == -1
     ).all()
+
+
+@wp.kernel
+def widening_kernel(first: int, clusters: Representatives, normals: wp.array[wp.vec3], spacing: float,
+                    found: wp.array[wp.vec2i]) -> None:  # fmt: skip
+    """One thread a normal at the origin: its nearest representative, and whether that has a like normal."""
+    point = first + wp.tid()
+    nearest = widening(clusters, wp.vec3(0.0, 0.0, 0.0), normals[point], level_of(spacing), wp.static(COS_30))
+    found[point] = wp.vec2i(nearest.cluster[0], int(nearest.alike))
+
+
+def widened(spacing: float, degrees: float) -> tuple[int, int]:
+    """What a point of SPACING finds of one cluster of another spacing beside it, whose normal is turned."""
+    grid = Grid(1, CPU)
+    grid.data.position.assign(np.array([[0.01, 0.0, 0.0]], np.float32))
+    grid.data.normal.assign(np.array([[0.0, 1.0, 0.0]], np.float32))
+    grid.data.spacing.fill_(spacing)
+    grid.build()
+    angle = np.radians(degrees)
+    normals = column([[np.sin(angle), np.cos(angle), 0.0]], wp.vec3)
+    ((cluster, alike),) = results(widening_kernel, 1, [grid.data, normals, SPACING], wp.vec2i)
+    return int(cluster), int(alike)
+
+
+@pytest.mark.parametrize(
+    ("octaves", "degrees", "expected"),
+    [
+        (0, 20.0, (0, 1)),
+        (3, 20.0, (0, 1)),  # in cells of four times the size
+        (4, 20.0, (-1, 0)),  # too far apart in size
+        (0, 80.0, (0, 0)),
+        (3, 80.0, (0, 0)),
+        (0, 100.0, (-1, 0)),
+    ],
+)
+def test_a_search_that_widens_takes_larger_cells_then_other_normals(
+    octaves: int, degrees: float, expected: tuple[int, int]
+) -> None:
+    assert widened(SPACING * 2.0**octaves, degrees) == expected

@@ -5,7 +5,6 @@ from scenes import box, grey, quad, resident_of, results
 from scipy import stats
 
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_table import (
@@ -88,10 +87,10 @@ def test_emitters_are_chosen_in_proportion_to_power() -> None:
 
 
 def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
-    few = build_light_table(lamp_room(lights=[POINT] * MAX_ENUMERATED))
-    assert (few.enumerated_count, few.sampled.count, few.count) == (MAX_ENUMERATED, 2, 2 + MAX_ENUMERATED)
-    many = build_light_table(lamp_room(lights=[POINT] * (MAX_ENUMERATED + 1)))
-    assert (many.enumerated_count, many.sampled.count) == (0, 2 + MAX_ENUMERATED + 1)
+    few = build_light_table(lamp_room(lights=[POINT] * 8))
+    assert (few.enumerated_count, few.sampled.count, few.count) == (8, 2, 2 + 8)
+    many = build_light_table(lamp_room(lights=[POINT] * 9))
+    assert (many.enumerated_count, many.sampled.count) == (0, 2 + 9)
 
 
 def test_each_emissive_triangle_is_found_among_all() -> None:

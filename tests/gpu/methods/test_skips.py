@@ -1,14 +1,12 @@
 """Each switch of gpu.settings.Skips: what the picture is without it, and that the statistics count it."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from devices import DEVICES
-from scenes import box, grey, quad, resident_of, scene_of
+from scenes import box, grey, quad, resident_of
 
-from gpu.device_scene.features import EVERYTHING, MAX_ENUMERATED, SceneFeatures, scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -16,7 +14,7 @@ from gpu.gbuffer import sparse_shading as interpolate
 from gpu.methods.fuzzy_vpl import FRAMES_A_SET
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
-from gpu.scene.types import AlphaMode, Light, LightKind, Material, Sky, Texture, TextureSlot
+from gpu.scene.types import Sky
 from gpu.settings import EVERY_SKIP, Clustering, Component, Method, RenderSettings, Skips
 from gpu.vpl.light_sets import LightSets
 
@@ -98,34 +96,6 @@ def test_what_is_absent_depends_on_the_scene_and_the_light_that_is_wanted(terrac
     assert (skips["absent_gloss"], skips["absent_textures"]) == (1, 1)
     skips = frame(terrace, component=Component.INDIRECT).stats.skips
     assert (skips["absent_gloss"], skips["absent_textures"]) == (0, 1)
-
-
-def test_a_scene_that_has_everything_skips_nothing_of_that() -> None:
-    mask = Texture("mask", np.full((1, 1, 4), 255, np.uint8), srgb=True)
-    materials = [
-        Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0), roughness=0.1),
-        Material(emission=(3.0, 2.0, 1.0)),
-    ]
-    bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
-    lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
-    scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
-    assert scene_features(scene, lambertian=False) == EVERYTHING
-    assert scene_features(scene, lambertian=True) == replace(EVERYTHING, alpha=False, gloss=False)
-    bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
-    nothing = SceneFeatures(alpha=False, textures=False, gloss=False, soft=False)
-    assert scene_features(bare, lambertian=False) == nothing
-    for name in ("alpha", "textures", "gloss"):
-        assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == replace(nothing, **{name: True})
-    for many in (False, True):
-        lit = scene_of(box(), [grey(0.5)], [bulb] * (MAX_ENUMERATED + many))
-        assert scene_features(lit, lambertian=False) == replace(nothing, soft=many)
-
-
-@pytest.mark.parametrize("change", [{"specular": 0.0}, {"roughness": 0.5}, {"unlit": True}])
-def test_only_narrow_specular_lobes_are_gloss(change: dict[str, float]) -> None:
-    glossy = Material(roughness=0.49)
-    assert scene_features(scene_of(box(), [glossy]), lambertian=False).gloss
-    assert not scene_features(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
 
 
 def test_pixels_that_see_nothing_are_counted(terrace: DeviceScene, usual: Frame) -> None:

@@ -1,19 +1,13 @@
 """Clusters that are kept while the camera walks, and their bits."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import warp as wp
-from frame_view import FrameView
-from scenes import column, grey, quad, resident_of, results
-from walking import SIZE, Walk, budget_of, furnished, pose
+from scenes import column, grey, quad, resident_of
+from walking import Walk, budget_of, furnished, pose
 
 from gpu.core.device import duplicate
-from gpu.core.image_size import image_of
-from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
-from gpu.gbuffer.camera_rays import CameraData, pixel_of
 from gpu.indirect.visibility import Visibility
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
@@ -212,31 +206,6 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     assert inner.sum() < 0.35 * walk.count
     deficit = walk.clustering.deficit.numpy()[: walk.view.pixels]
     assert (deficit < WHOLE_DEFICIT).mean() > 0.95
-
-
-@wp.kernel
-def pixel_kernel(first: int, cameras: wp.array[CameraData], points: wp.array[wp.vec3], width: int, height: int,
-                 out: wp.array[wp.vec2i]) -> None:  # fmt: skip
-    """One thread a point: where the camera sees it."""
-    index = first + wp.tid()
-    out[index] = pixel_of(cameras[0], points[index], image_of(width, height))
-
-
-@pytest.mark.parametrize("orthographic", [False, True])
-@pytest.mark.parametrize("sample", [0, 3])
-def test_a_pixel_finds_its_own_sp(room: DeviceScene, orthographic: bool, sample: int) -> None:
-    view = FrameView(room, SIZE, lambertian=True)
-    view.set_camera(replace(pose(3), orthographic=orthographic, half_height=0.3), sample)
-    view.find_shading_points()
-    seen = view.gbuffer.face.numpy() != int(NO_HIT)
-    found = results(pixel_kernel, view.pixels, [view.camera, view.gbuffer.position, *SIZE], wp.vec2i)
-    assert seen.mean() > 0.9
-    assert np.array_equal((found[:, 1] * SIZE[0] + found[:, 0])[seen], np.arange(view.pixels)[seen])
-    away = view.camera.numpy()[0]["origin"] + view.camera.numpy()[0]["back"] * 0.1
-    outside = wp.array([away, away + view.camera.numpy()[0]["right"] * 9.0], dtype=wp.vec3, device="cpu")
-    misses = results(pixel_kernel, 2, [view.camera, outside, *SIZE], wp.vec2i)
-    assert (misses[1] == -1).all()
-    assert orthographic or (misses[0] == -1).all()
 
 
 @pytest.mark.parametrize("most", [False, True])
