@@ -18,7 +18,8 @@ from server.http.security import HEADERS, Guard, with_token
 from server.http.shutdown import CLOSE_SECONDS, Server
 from server.http.websocket import WebSocket
 from server.logs import configure
-from server.render.engine import WORKER, Activity, Engine, EngineState
+from server.render.activity import Activity, EngineState
+from server.render.engine import WORKER, Engine
 from server.rest import docs, health
 from server.rest import jobs as job_api
 from server.rest import metrics as monitor

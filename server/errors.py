@@ -22,7 +22,7 @@ from server.refusals import (
     UnknownJobError,
     UnknownSceneError,
 )
-from server.render.engine import RenderFaultError
+from server.render.pending import RenderFaultError
 from server.render.worker_link import WorkerLostError
 
 RETRY_SECONDS = 2

@@ -10,7 +10,8 @@ from enum import StrEnum
 
 from gpu.errors import UserError
 from server.refusals import TooBusyError, UnknownJobError
-from server.render.engine import Engine, RenderFaultError
+from server.render.engine import Engine
+from server.render.pending import RenderFaultError
 from server.render.schedule import Urgency
 from server.render.stills import render_frames
 from server.render.worker_link import WorkerLostError

@@ -15,11 +15,12 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from time import monotonic
 
-from gpu.errors import OutOfMemoryError, UserError
-from gpu.settings import RenderSettings
+from gpu.errors import UserError
+from server.render.activity import RECOVERING, Activity, EngineState
+from server.render.heartbeat import heartbeat, is_warm
+from server.render.pending import ERRORS, Answer, PendingJob, Reply
 from server.render.schedule import QueueEntry, Schedule, Urgency
 from server.render.worker_link import WorkerLink, WorkerLostError
 from server.wire.browser import SceneInfo
@@ -42,7 +43,6 @@ from server.wire.worker import (
     Progress,
     Ready,
     Render,
-    SceneCamera,
     SceneRef,
     Start,
 )
@@ -54,43 +54,8 @@ START_SECONDS = 600.0  # that a worker may say nothing while it starts: it may c
 HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
 HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
-# An image takes no more than that: 4 floats a pixel, and a header.
-PIXEL_BYTES, HEADER_BYTES = 16, 2**16
 log = logging.getLogger("lumenwalk.engine")
 
-
-class EngineState(StrEnum):
-    """Whether frames can be had."""
-
-    STARTING = "starting"
-    READY = "ready"
-    RECOVERING = "recovering"
-    FAILED = "failed"
-
-
-@dataclass(frozen=True)
-class Activity:
-    """What the engine is doing: its state and, while something takes long, what and how far it is."""
-
-    state: EngineState
-    text: str = ""
-    fraction: float = 0.0
-
-
-RECOVERING = Activity(EngineState.RECOVERING, "starting the renderer again")
-
-
-class RenderFaultError(Exception):
-    """A job failed by the program's fault."""
-
-
-_ERRORS: dict[Cause, type[Exception]] = {
-    Cause.USER: UserError,
-    Cause.MEMORY: OutOfMemoryError,
-    Cause.PROGRAM: RenderFaultError,
-}
-Answer = Done | Opened | Closed
-Reply = tuple[Answer, bytes]
 Make = Callable[[], Job | None]
 
 
@@ -111,31 +76,10 @@ class _Running:
     began: float  # [s]
     patience: float  # [s]
 
-
-@dataclass(frozen=True)
-class _Owed:
-    """A job that was sent and not answered."""
-
-    job: Job
-    reply: "asyncio.Future[Reply]"
-
     @property
-    def most_bytes(self) -> int:
-        """Of the answer's image."""
-        if not isinstance(self.job, Render):
-            return 0
-        width, height = self.job.size
-        return PIXEL_BYTES * width * height + HEADER_BYTES
-
-    def answered_by(self, answer: Answer) -> bool:
-        """Whether an answer is of the kind that the job asks for."""
-        match self.job:
-            case Render():
-                return isinstance(answer, Done) and answer.size == self.job.size
-            case OpenScene():
-                return isinstance(answer, Opened)
-            case CloseScene():
-                return isinstance(answer, Closed)
+    def is_heartbeat(self) -> bool:
+        """Whether nobody asked for it."""
+        return self.entry.client == HEARTBEAT
 
 
 class Engine:
@@ -155,9 +99,9 @@ class Engine:
         self._numbers = itertools.count(1)
         self._listening = False  # the worker takes jobs
         self._running: _Running | None = None
-        self._owed: dict[int, _Owed] = {}
-        self._heard = 0.0  # when the worker last said something, or was told to start [s]
-        self._proven: Render | None = None  # what was rendered last
+        self._pending: dict[int, PendingJob] = {}
+        self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
+        self._last_rendered: Render | None = None  # what was rendered last
         self._failures = 0  # workers that ended since one was ready
         self.restarts = 0
         self.device = ""
@@ -190,10 +134,10 @@ class Engine:
         """Keep a worker running until cancelled, or until the first one fails by the user's fault (state FAILED)."""
         while True:
             try:
-                await self._live()
+                await self._run_worker()
             except UserError as error:
                 if self.restarts == 0:
-                    self._tell(Activity(EngineState.FAILED, str(error)))
+                    self._set_activity(Activity(EngineState.FAILED, str(error)))
                     return
                 log.error("the worker cannot start again: %s", error)
             except WorkerLostError as error:
@@ -203,7 +147,7 @@ class Engine:
             pause = BACKOFF_SECONDS[min(self._failures, len(BACKOFF_SECONDS) - 1)]
             self._failures += 1
             self.restarts += 1
-            self._tell(RECOVERING)
+            self._set_activity(RECOVERING)
             await asyncio.sleep(pause)
 
     async def submit(self, client: int, urgency: Urgency, make: Make) -> "asyncio.Future[Reply] | None":
@@ -243,109 +187,103 @@ class Engine:
 
     # --- the worker's life ---
 
-    async def _live(self) -> None:
+    async def _run_worker(self) -> None:
         self._link = link = await WorkerLink.start(self._command)
-        self._heard = monotonic()
+        self._last_heard = monotonic()
         watch = asyncio.create_task(self._watch(link), name="watch")
         try:
             link.send(self._start)
             while True:
                 message, payload = await link.receive(self._most_bytes)
-                self._heard = monotonic()
-                self._take(link, message, payload)
+                self._last_heard = monotonic()
+                self._handle(link, message, payload)
         finally:
             watch.cancel()
             self._link = None
             self._listening = False
-            self._proven = None
+            self._last_rendered = None
             self.memory, self.scenes = (0, 0), ()
             if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
-                self._tell(RECOVERING)
+                self._set_activity(RECOVERING)
             if self._running is not None:
                 self._end_turn(monotonic() - self._running.began)
-            for request in list(self._owed):
-                self._settle(request, WorkerLostError("the renderer was lost; it is being started again"))
+            for request in list(self._pending):
+                self._pending.pop(request).resolve(WorkerLostError("the renderer was lost; it is being started again"))
             log.info("worker %d ended with status %s", link.pid, await link.stop())
 
-    def _take(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
+    def _handle(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
         running = self._running
         match message:
             case Progress(text, fraction):
-                self._tell(Activity(self._activity.state, text, fraction))
+                self._set_activity(Activity(self._activity.state, text, fraction))
             case Ready(device) if not self._listening:
                 self.device = device
-                self._note(message.holdings)
+                self._take_note_of(message.holdings)
                 self._failures = 0
                 self._listening = True
-                self._tell(Activity(EngineState.READY))
-                self._give_turns()
-                self._beat()
+                self._set_activity(Activity(EngineState.READY))
+                self._dispatch()
+                self._queue_heartbeat()
             case Failed(request, text, cause) if request == START_UP and not self._listening:
                 if cause is Cause.PROGRAM:
                     raise WorkerLostError(f"worker {link.pid} could not start")
-                raise _ERRORS[cause](text)
-            case Failed(request, text, cause) if request in self._owed:
-                if cause is Cause.PROGRAM and running and running.request == request and _is_heartbeat(running):
+                raise ERRORS[cause](text)
+            case Failed(request, text, cause) if request in self._pending:
+                if cause is Cause.PROGRAM and running and running.is_heartbeat and running.request == request:
                     raise link.refuse("word that it can render no more")
-                self._settle(request, _ERRORS[cause](text))
-            case Done() | Opened() | Closed() if (owed := self._owed.get(message.request)) and owed.answered_by(
-                message
-            ):
-                if isinstance(owed.job, Render):
-                    self._proven = owed.job
-                self._settle(message.request, (message, payload))
+                self._pending.pop(request).resolve(ERRORS[cause](text))
+            case Done(request) | Opened(request) | Closed(request) if self._answers(request, message):
+                pending = self._pending.pop(request)
+                if isinstance(pending.job, Render):
+                    self._last_rendered = pending.job
+                pending.resolve((message, payload))
             case Free(request) if running and running.request == request:
-                self._note(message.holdings)
-                self._end_turn(min(message.busy_ms / 1e3, self._heard - running.began))
-                self._tell(Activity(EngineState.READY))
+                self._take_note_of(message.holdings)
+                self._end_turn(min(message.busy_ms / 1e3, self._last_heard - running.began))
+                self._set_activity(Activity(EngineState.READY))
                 # Whoever has just been told of a failure says first whether he still wants what he waits for.
-                asyncio.get_running_loop().call_soon(self._give_turns)
+                asyncio.get_running_loop().call_soon(self._dispatch)
             case _:
                 raise link.refuse(f"{message.kind} out of turn")
 
-    def _note(self, holdings: Holdings) -> None:
+    def _answers(self, request: int, answer: Answer) -> bool:
+        return request in self._pending and self._pending[request].answered_by(answer)
+
+    def _take_note_of(self, holdings: Holdings) -> None:
         self.memory, self.scenes = (holdings.memory_used, holdings.memory_total), holdings.scenes
 
     def _most_bytes(self) -> int:
-        return max((owed.most_bytes for owed in self._owed.values()), default=0)
+        return max((pending.most_bytes for pending in self._pending.values()), default=0)
 
     async def _watch(self, link: WorkerLink) -> None:
-        """Kill a worker that hangs, which `_live` then hears; have one that has nothing to do show that it lives."""
+        """Kill a worker that hangs, which `_run_worker` then hears; have an idle one show that it lives."""
         while True:
             await asyncio.sleep(WATCH_SECONDS)
             running = self._running
-            silence = monotonic() - max(self._heard, running.began if running else 0.0)
+            silence = monotonic() - max(self._last_heard, running.began if running else 0.0)
             if self._listening and running is None:
                 if silence >= HEARTBEAT_SECONDS:
-                    self._beat()
+                    self._queue_heartbeat()
             elif silence >= (running.patience if running else START_SECONDS):
                 log.error("worker %d has said nothing for %.1f s: it hangs and is killed", link.pid, silence)
                 link.kill()
 
-    def _beat(self) -> None:
+    def _queue_heartbeat(self) -> None:
         if all(entry.client != HEARTBEAT for entry in self._waiting):
             self._enqueue(HEARTBEAT, Urgency.REFINING, self._heartbeat)
 
-    def _heartbeat(self) -> Render:
-        if self._has_proof():
-            assert self._proven is not None
-            proven = replace(self._proven, viewer=HEARTBEAT, size=(1, 1), output="none", sample=None)
-            return _rendered_anew(proven)
-        scene = self.scenes[-1] if self.scenes else self._start.scene
-        return _rendered_anew(Render(HEARTBEAT, scene, SceneCamera(0), (1, 1), RenderSettings(), "none"))
-
-    def _has_proof(self) -> bool:
-        return self._proven is not None and self._proven.scene in self.scenes
+    def _heartbeat(self) -> Job:
+        return heartbeat(self._last_rendered, self.scenes, self._start.scene)
 
     # --- turns and answers ---
 
     def _enqueue(self, client: int, urgency: Urgency, make: Make) -> tuple[QueueEntry, _Waiting]:
         entry = self._schedule.join(client, urgency)
         waiting = self._waiting[entry] = _Waiting(make, asyncio.get_running_loop().create_future())
-        self._give_turns()
+        self._dispatch()
         return entry, waiting
 
-    def _give_turns(self) -> None:
+    def _dispatch(self) -> None:
         while self._listening and self._running is None and (entry := self._schedule.next()) is not None:
             waiting = self._waiting.pop(entry)
             if waiting.turn.done():  # who asked has left this instant
@@ -359,10 +297,11 @@ class Engine:
 
     def _send(self, entry: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
         assert self._link is not None
-        patience = HEARTBEAT_DEADLINE if entry.client == HEARTBEAT and self._has_proof() else self._hang_seconds
+        quick = entry.client == HEARTBEAT and is_warm(self._last_rendered, self.scenes)
+        patience = HEARTBEAT_DEADLINE if quick else self._hang_seconds
         self._running = _Running(next(self._numbers), entry, monotonic(), patience)
         reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
-        self._owed[self._running.request] = _Owed(job, reply)
+        self._pending[self._running.request] = PendingJob(job, reply)
         self._link.send(replace(job, request=self._running.request))
         return reply
 
@@ -372,29 +311,9 @@ class Engine:
         self.busy_seconds += seconds
         self._running = None
 
-    def _settle(self, request: int, result: Reply | Exception) -> None:
-        reply = self._owed.pop(request).reply
-        if reply.done():  # whoever asked has left
-            return
-        if isinstance(result, Exception):
-            reply.set_exception(result)
-            reply.exception()  # marks it as seen: nobody may be left to look
-        else:
-            reply.set_result(result)
-
-    def _tell(self, activity: Activity) -> None:
+    def _set_activity(self, activity: Activity) -> None:
         if activity == self._activity:
             return
         self._activity = activity
         for listener in tuple(self.listeners):
             listener()
-
-
-def _is_heartbeat(running: _Running) -> bool:
-    return running.entry.client == HEARTBEAT
-
-
-def _rendered_anew(job: Render) -> Render:
-    """`job` without the skip that would show a picture kept from before, which says nothing of the device."""
-    skip = job.settings.skip.model_copy(update={"unchanged_camera": False})
-    return replace(job, settings=job.settings.model_copy(update={"skip": skip}))

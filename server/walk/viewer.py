@@ -12,7 +12,8 @@ from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
 from server.http.rate_limit import Bucket
 from server.refusals import TooBusyError, UnknownSceneError
-from server.render.engine import EngineState, RenderFaultError, Reply
+from server.render.activity import EngineState
+from server.render.pending import RenderFaultError, Reply
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
 from server.service import Service

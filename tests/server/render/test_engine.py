@@ -24,7 +24,9 @@ from harness import GRADIENT_WORKER, rogue
 
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
-from server.render.engine import BACKOFF_SECONDS, Engine, EngineState, RenderFaultError
+from server.render.activity import EngineState
+from server.render.engine import BACKOFF_SECONDS, Engine
+from server.render.pending import RenderFaultError
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
 from server.wire.worker import Done, Render, SceneCamera, SceneRef, Start
@@ -301,7 +303,7 @@ def test_a_worker_killed_many_times_in_a_row_comes_back_each_time() -> None:
             async with asyncio.timeout(10):
                 await result(engine, job())
         assert engine.restarts == KILLS
-        await until(lambda: not engine._owed and not engine._waiting)  # the first heartbeat is over
+        await until(lambda: not engine._pending and not engine._waiting)  # the first heartbeat is over
         assert len(os.listdir("/proc/self/fd")) <= files  # noqa: PTH208
 
     async def main() -> None:
@@ -375,17 +377,6 @@ def test_heartbeats_leave_a_healthy_worker_alone(monkeypatch: pytest.MonkeyPatch
         await until(lambda: engine.busy_seconds > busy)  # a heartbeat has rendered
         await result(engine, job())
         assert engine.restarts == 0
-
-    check(scenario)
-
-
-def test_heartbeats_render_anew_and_show_nothing_kept() -> None:
-    async def scenario(engine: Engine) -> None:
-        await until(lambda: engine.ready)
-        assert not engine._heartbeat().settings.skip.unchanged_camera
-        await result(engine, job(seed=1))
-        beat = engine._heartbeat().settings
-        assert (beat.seed, beat.skip.unchanged_camera) == (1, False)
 
     check(scenario)
 

@@ -1,0 +1,66 @@
+import asyncio
+from collections.abc import AsyncGenerator
+
+import pytest
+
+from server.errors import ErrorBody
+from server.rest.server_sent_events import event, event_stream, wants_events
+
+
+def test_an_event_is_a_name_and_a_line_of_json() -> None:
+    body = ErrorBody(code="bad", message="two\nlines")
+    assert event("error", body) == 'event: error\ndata: {"code":"bad","message":"two\\nlines"}\n\n'
+
+
+@pytest.mark.parametrize(
+    ("accept", "wants"),
+    [(None, False), ("*/*", False), ("application/json", False), ("Text/Event-Stream, */*;q=0.1", True)],
+)
+def test_events_are_for_who_asks_for_them(accept: str | None, wants: bool) -> None:
+    assert wants_events(accept) is wants
+
+
+class Source:
+    """Gives `texts`, then waits for ever unless it `ends`; `closed` once nobody listens any more."""
+
+    def __init__(self, *texts: str, ends: bool) -> None:
+        self._texts, self._ends = texts, ends
+        self.closed = False
+
+    async def __call__(self) -> AsyncGenerator[str]:
+        try:
+            for text in self._texts:
+                yield text
+            if not self._ends:
+                await asyncio.sleep(3600)
+        finally:
+            self.closed = True
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_stream_ends_with_its_events_or_with_the_service(ends: bool) -> None:
+    async def main() -> None:
+        source, stopping = Source("a", "b", ends=ends), asyncio.Event()
+        stream = event_stream(source(), stopping).body_iterator
+        assert [await anext(stream), await anext(stream)] == ["a", "b"]
+        if not ends:
+            stopping.set()
+        with pytest.raises(StopAsyncIteration):
+            await anext(stream)
+        assert source.closed
+
+    asyncio.run(asyncio.wait_for(main(), 5.0))
+
+
+def test_events_are_closed_when_the_client_leaves() -> None:
+    async def main() -> None:
+        source = Source(ends=False)
+        stream = event_stream(source(), asyncio.Event()).body_iterator
+        waiting = asyncio.ensure_future(anext(stream))
+        await asyncio.sleep(0.01)
+        waiting.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await waiting
+        assert source.closed
+
+    asyncio.run(asyncio.wait_for(main(), 5.0))

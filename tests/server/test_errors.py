@@ -1,0 +1,64 @@
+import asyncio
+import inspect
+
+import httpx
+import pytest
+from fastapi import FastAPI
+
+from gpu.errors import OutOfMemoryError, SceneError, UserError
+from server import errors, refusals
+from server.render.pending import RenderFaultError
+from server.render.worker_link import WorkerLostError
+
+REFUSALS = [kind for _, kind in inspect.getmembers(refusals, inspect.isclass) if kind.__module__ == refusals.__name__]
+
+
+def answer_to(path: str, error: Exception) -> httpx.Response:
+    """What an application answers that meets `error` at /NUMBER."""
+    app = FastAPI()
+    errors.install(app)
+
+    @app.get("/{number}")
+    async def fail(number: int) -> None:
+        raise error
+
+    async def get() -> httpx.Response:
+        transport = httpx.ASGITransport(app, raise_app_exceptions=False)
+        async with httpx.AsyncClient(transport=transport, base_url="http://here") as client:
+            return await client.get(path)
+
+    return asyncio.run(get())
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "code"),
+    [
+        (refusals.UnknownSceneError("no"), 404, "unknown-scene"),
+        (refusals.TooBusyError("no"), 429, "too-busy"),
+        (UserError("no"), 422, "bad-request"),
+        (SceneError("hall", "nodes[0]", "no"), 422, "bad-request"),  # as its kind's parent
+        (OutOfMemoryError("no"), 422, "bad-request"),
+        (WorkerLostError("no"), 503, "unavailable"),
+        (RenderFaultError("no"), 500, "render-failed"),
+    ],
+)
+def test_an_expected_error_is_told_with_its_status_and_code(error: Exception, status: int, code: str) -> None:
+    answer = answer_to("/1", error)
+    assert answer.status_code == status
+    assert answer.json() == {"code": code, "message": str(error)} == errors.error_body(error).model_dump()
+    assert ("retry-after" in answer.headers) is (status in (429, 503))
+
+
+@pytest.mark.parametrize("kind", REFUSALS)
+def test_every_refusal_has_the_status_that_it_names(kind: type[Exception]) -> None:
+    status = answer_to("/1", kind("no")).status_code
+    assert f"({status})" in str(kind.__doc__)
+
+
+def test_requests_that_cannot_be_read_and_paths_that_lead_nowhere_are_told_alike() -> None:
+    wrong = answer_to("/one", UserError("no"))
+    assert wrong.status_code == 422
+    assert wrong.json()["code"] == "bad-request"
+    assert wrong.json()["message"].startswith("number: ")
+    missing = answer_to("/1/2", UserError("no"))
+    assert (missing.status_code, missing.json()["code"]) == (404, "not-found")

@@ -1,0 +1,58 @@
+import pytest
+from engines import BOX, FakeEngine, order
+
+from server.jobs import JobState
+from server.scenes.catalogue import Catalogue
+from server.scenes.checker import Checker
+from server.service import Service, start_message
+from server.settings import ServerSettings
+
+SETTINGS = ServerSettings(max_viewers=2, max_scenes=3, device="cpu")
+
+
+@pytest.fixture
+def engine() -> FakeEngine:
+    return FakeEngine()
+
+
+@pytest.fixture
+def service(engine: FakeEngine) -> Service:
+    return Service(SETTINGS, Catalogue("cornell-box", None, None), engine, Checker(SETTINGS, ()))
+
+
+def test_viewers_are_admitted_while_there_is_room_each_by_a_number_of_its_own(service: Service) -> None:
+    first, second = service.admit(), service.admit()
+    assert first is not None
+    assert second is not None
+    assert service.full
+    assert service.admit() is None
+    service.dismiss(first)
+    assert service.admit() not in (None, first, second)
+
+
+def test_the_worker_is_told_of_every_viewer_that_leaves(service: Service, engine: FakeEngine) -> None:
+    viewer, job = service.admit(), service.number()
+    assert viewer is not None
+    service.viewing[viewer] = BOX
+    service.dismiss(viewer)
+    service.dismiss(job)
+    assert engine.left == [viewer, job]
+    assert service.viewing == {}
+
+
+def test_a_scene_is_in_use_while_a_viewer_looks_at_it_or_a_job_is_to_render_it(service: Service) -> None:
+    assert not service.in_use(BOX.id)
+    service.viewing[1] = BOX
+    assert service.in_use(BOX.id)
+    service.dismiss(1)
+    job = service.jobs.add(order(), 4, "image/png")
+    assert service.in_use(BOX.id)
+    assert not service.in_use("another")
+    job.state = JobState.DONE
+    assert not service.in_use(BOX.id)
+
+
+def test_a_worker_is_told_what_it_serves_and_its_limits(service: Service) -> None:
+    start = start_message(SETTINGS, service.catalogue)
+    assert (start.scene.id, start.device, start.max_scenes) == ("cornell-box", "cpu", 3)
+    assert start.scene_limits == SETTINGS.scene_limits

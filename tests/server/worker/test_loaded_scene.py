@@ -1,0 +1,20 @@
+import warp as wp
+
+from gpu.renderer import Renderer
+from gpu.scene.load import load_scene
+from gpu.settings import RenderSettings
+from server.wire.worker import SceneRef
+from server.worker.loaded_scene import build
+
+SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
+
+
+def test_renderers_of_a_scene_trace_its_lights_once(cpu: str) -> None:
+    loaded = build(SceneRef("box", "cornell-box"), load_scene("cornell-box"), wp.get_device(cpu))
+    heard: list[str] = []
+    shared = loaded.device_scene, (8, 8), SETTINGS, lambda what, _: heard.append(what), loaded.light_sets
+    Renderer(*shared)
+    assert "tracing virtual point lights" in heard
+    heard.clear()
+    Renderer(*shared)
+    assert heard == []
