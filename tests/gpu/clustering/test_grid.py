@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 import warp as wp
 from scenes import column, results
 
