@@ -42,6 +42,7 @@ class FuzzyCorrection:
     ) -> None:
         """With lists for so many clusters; shared: another, whose arrays of the image's size serve this one, too."""
         self._frame, self._passes, device = frame, passes, frame.device
+        self._most, self._in_use = sp_clusters, (0, 0.0)
         self._rays: Correction
         self.clustered_irradiance: wp.array
         if shared:
@@ -56,7 +57,15 @@ class FuzzyCorrection:
         self._refinement = Refinement(self.refined.capacity, vpl_clusters, device)
 
     def use(self, sp_clusters: int, passes: float) -> None:
-        """Have as many SPs with more rays as suit so many SP clusters, and `passes` of rays of all, in the mean."""
+        """Have as many SPs with more rays as suit so many SP clusters, and `passes` of rays of all, in the mean.
+
+        Raises ValueError where there is no room for so many clusters.
+        """
+        if sp_clusters > self._most:
+            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._most}")
+        if self._in_use == (sp_clusters, passes):
+            return
+        self._in_use = sp_clusters, passes
         self._rays.use(passes)
         self.suspected.limit(int(sp_clusters * SUSPECTED_SHARE))
         self.refined.limit(int(sp_clusters * REFINED_SHARE))

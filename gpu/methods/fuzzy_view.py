@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, WeakSet
 
 import warp as wp
 
@@ -33,6 +33,10 @@ class KeptLight:
     reads_history: bool = False
     corrected: bool = False
 
+    def begin(self, *, reads_history: bool, corrected: bool) -> None:
+        """Begin a frame, which leaves nothing should it fail."""
+        self.last_sample, self.reads_history, self.corrected = None, reads_history, corrected
+
     def for_another_viewer(self) -> "KeptLight":
         """One that knows nothing yet; both share what a frame only works with."""
         return KeptLight(self.visibility.for_another_viewer(), self.far.for_another_viewer())
@@ -41,26 +45,34 @@ class KeptLight:
 class FuzzyView(ViewState):
     """A viewer's walk: its SP clusters, what these see by light set, and the light of its frames before.
 
-    other: another viewer of the same size, whose arrays for work serve this one, too; without one, they are made.
+    views: all viewers of the same size, which this one becomes one of: the arrays that one of them works with serve
+    all.
     """
 
     clustering: SpClustering
     histories: Histories
 
     def __init__(
-        self, frame: FrameArrays, make_clustering: Callable[[], SpClustering], other: "FuzzyView | None"
+        self, frame: FrameArrays, views: "WeakSet[FuzzyView]", make_clustering: Callable[[], SpClustering]
     ) -> None:
         super().__init__(frame.device_scene, frame.size)
+        other = next(iter(views), None)
+        self._views, size = views, frame.size
+        views.add(self)
         self.points = frame.shading_points.for_another_viewer()
-        self.clustering = other.clustering.for_another_viewer() if other else make_clustering()
         self.lights: WeakKeyDictionary[object, KeptLight] = WeakKeyDictionary()
         previous = PreviousFrame(frame.size, self.device)
         if other:
-            direct, indirect = other.histories.direct, other.histories.indirect
-            self.histories = Histories(direct.for_another_viewer(), indirect.for_another_viewer(), previous)
+            self.clustering, histories = other.clustering.for_another_viewer(), other.histories
+            direct, indirect = histories.direct.for_another_viewer(), histories.indirect.for_another_viewer()
         else:
-            direct, indirect = DirectHistory(frame.size, self.device), IndirectHistory(frame.size, self.device)
-            self.histories = Histories(direct, indirect, previous)
+            self.clustering = make_clustering()
+            direct, indirect = DirectHistory(size, self.device), IndirectHistory(size, self.device)
+        self.histories = Histories(direct, indirect, previous)
+
+    def lights_of_others(self, lights: object) -> KeptLight | None:
+        """What another viewer knows of these lights, if any does."""
+        return next((other.lights[lights] for other in self._views if lights in other.lights), None)
 
     def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
         """As any viewer does; where the frame before saw much the same, pixels where light ended then are shaded."""

@@ -28,6 +28,7 @@ from gpu.core.stages import Stages
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_view import FuzzyView
 from gpu.methods.fuzzy_vpl import FuzzyOptions, FuzzyVpl
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderOnce, RenderSetup
@@ -128,12 +129,12 @@ class TargetedVpl(RenderMethod[TargetedView]):
             keeps_light=not self._is_error,
             inspect=self._inspect if self._is_error else None,
         )
-        first = FuzzyVpl(replace(setup, sample_counts=self._counts(self._first_level)), options)
-        self._kept = {self._first_level.vpl_clusters: first}  # in the order of their last use
+        self._method = FuzzyVpl(replace(setup, sample_counts=self._counts(self._first_level)), options)
+        self._kept = {self._first_level.vpl_clusters: self._method.lights}  # in the order of their last use
 
     def new_view(self) -> TargetedView:
         """One of which nothing is known yet."""
-        view = self._method(self._first_level).new_view(TargetedView)
+        view = self._method.new_view(TargetedView)
         probes = Probes(view.size, view.device) if self._is_error else None
         view.steering = Steering(self._first_level, probes)
         return view
@@ -197,32 +198,29 @@ class TargetedVpl(RenderMethod[TargetedView]):
             level = self._governor(view).level
             relights = level.vpl_clusters != before.vpl_clusters
             if relights:
-                self._method(level, stages).begin_anew(view)
+                self._lights(level, stages).known_to(view).last_sample = None
             steering.level, steering.applied, steering.is_retry = level, False, retries and not relights
             if walks and relights:
                 steering.unlike = FIRST_OF_LIGHTS
             elif walks and level.sp_clusters != before.sp_clusters:
                 steering.unlike = max(steering.unlike, 1)
-        method = self._method(steering.level, stages)
+        self._method.lights = lights = self._lights(steering.level, stages)
+        lights.correction.use(steering.level.sp_clusters, steering.level.passes)
         if not steering.applied:
             view.clustering.use(steering.level.sp_clusters, at_once=self._is_error)
             steering.applied = True
-        method.set_counts(steering.level.sp_clusters, steering.level.passes)
-        method.render(view, stages, sample)
+        self._method.render(view, stages, sample)
 
-    def _method(self, level: Level, stages: Stages | None = None) -> FuzzyVpl:
-        """The method with the lights of `level`, made when it is not kept; graphs of one that goes are freed."""
+    def _lights(self, level: Level, stages: Stages) -> FuzzyLights:
+        """The lights of `level`, made when they are not kept; graphs of those that go are freed."""
         number = level.vpl_clusters
-        method = self._kept.pop(number, None)
-        if method is None:
-            other = next(reversed(self._kept.values()))
-            if len(self._kept) == KEPT_LIGHTS:  # before the new one takes memory
-                oldest = self._kept.pop(next(iter(self._kept)))
-                if stages:
-                    stages.forget(oldest.number)
-            method = other.with_light_set(self._counts(level))
-        self._kept[number] = method
-        return method
+        lights = self._kept.pop(number, None)
+        if lights is None:
+            if len(self._kept) == KEPT_LIGHTS:  # before the new ones take memory
+                stages.forget(self._kept.pop(next(iter(self._kept))).number)
+            lights = self._method.make_lights(self._counts(level))
+        self._kept[number] = lights
+        return lights
 
     def _inspect(self, view: FuzzyView, frame: FrameArrays, vpls: VplClusters, stages: Stages) -> None:
         """Estimate the error of a frame's indirect light."""
@@ -264,11 +262,11 @@ class TargetedVpl(RenderMethod[TargetedView]):
 
     def count(self, view: TargetedView) -> None:
         """As `fuzzy-vpl` does."""
-        self._method(view.steering.level).count(view)
+        self._method.count(view)
 
     def statistics(self, view: TargetedView) -> FrameStatistics:
         """Those of `fuzzy-vpl`."""
-        return self._method(view.steering.level).statistics(view)
+        return self._method.statistics(view)
 
     def estimates(self, view: TargetedView) -> dict[str, float]:
         """The target, and what a frame of the chosen level is expected to give."""

@@ -75,7 +75,7 @@ def test_refinement_mends_what_clusters_get_wrong(monkeypatch: pytest.MonkeyPatc
         reference = exact.render(camera).radiance()
         refined = Renderer(device_scene, size, settings).render(camera)
         with monkeypatch.context() as patched:
-            patched.setattr("gpu.methods.fuzzy_vpl.LEAST_DISPUTE", 4000.0)
+            patched.setattr("gpu.methods.fuzzy_correction.LEAST_DISPUTE", 4000.0)
             plain = Renderer(device_scene, size, settings).render(camera)
         assert refined.stats.counts["refined"] > 20
         assert plain.stats.counts["refined"] < refined.stats.counts["refined"]

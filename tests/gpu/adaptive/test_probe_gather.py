@@ -21,7 +21,7 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     room = resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
     renderer = Renderer(room, SIZE, RenderSettings(**CHOICE))
     renderer.render(CAMERA)
-    view, vpls = renderer._method._frame, renderer._method._vpls  # type: ignore[attr-defined]
+    view, vpls = renderer._method._frame, renderer._method.lights.vpls  # type: ignore[attr-defined]
     pixels = np.arange(0, view.pixels, 7, dtype=np.int32)
     light = ProbeLight(len(pixels), view.device)
     placed, frame = wp.array(pixels, dtype=int, device="cpu"), wp.zeros(1, dtype=int, device="cpu")

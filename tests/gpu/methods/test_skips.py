@@ -11,7 +11,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.gbuffer import sparse_shading as interpolate
-from gpu.methods.fuzzy_vpl import FRAMES_A_SET
+from gpu.methods.fuzzy_lights import FRAMES_A_SET
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Sky
@@ -219,7 +219,7 @@ def test_a_set_that_a_renderer_holds_is_not_made_again(room: DeviceScene, monkey
 def test_light_sets_of_a_still_view_serve_several_frames_where_they_are_large_and_are_kept_for_the_next(
     room: DeviceScene, monkeypatch: pytest.MonkeyPatch, many: bool
 ) -> None:
-    monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", QUALITY["vpls"] + (0 if many else 1))
+    monkeypatch.setattr("gpu.methods.fuzzy_lights.MANY_VPLS", QUALITY["vpls"] + (0 if many else 1))
 
     def lights(skip: Skips, seed: int) -> list[bool]:
         kept, light_sets = [], LightSets(room)

@@ -351,7 +351,7 @@ def test_lights_that_cannot_be_made_leave_those_that_there_are(
         raise MemoryError
 
     with monkeypatch.context() as patch:
-        patch.setattr(FuzzyVpl, "with_light_set", fails)
+        patch.setattr(FuzzyVpl, "make_lights", fails)
         with pytest.raises(MemoryError):
             renderer.render(CAMERA)
     assert view.steering.level == level
@@ -364,10 +364,10 @@ def test_more_sp_clusters_than_there_is_room_for_are_refused(room: DeviceScene) 
     renderer = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, "target_ms": 20.0}))
     targeted, view = steered(renderer)
     most = targeted._levels.most(view.steering.level.vpl_clusters)
-    method = targeted._method(view.steering.level)
-    method.set_counts(most, 1.0)
+    correction = targeted._method.lights.correction
+    correction.use(most, 1.0)
     with pytest.raises(ValueError, match=f"{most + 1} SP clusters where there is room for {most}"):
-        method.set_counts(most + 1, 1.0)
+        correction.use(most + 1, 1.0)
 
 
 def test_frames_that_are_not_rendered_tell_nothing_of_the_host(

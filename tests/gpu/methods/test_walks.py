@@ -94,7 +94,7 @@ def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
     room: DeviceScene, monkeypatch: pytest.MonkeyPatch, clustering: Clustering
 ) -> None:
     """The first four are smoothed, and a light set serves four; without VPL clusters there is one for all."""
-    monkeypatch.setattr("gpu.methods.fuzzy_vpl.MANY_VPLS", 0)
+    monkeypatch.setattr("gpu.methods.fuzzy_lights.MANY_VPLS", 0)
 
     def kept(choice: RenderSettings, *, interrupted: bool = False) -> list[bool]:
         renderer, accumulation = Renderer(room, SIZE, choice), Accumulation(SIZE[0] * SIZE[1], room.device)

@@ -1,0 +1,91 @@
+"""The VPL clusters that a frame of `fuzzy-vpl` is lit by, and arrays that have room for as many. Steps 1, 2."""
+
+from typing import Any
+
+from gpu.core.stages import Stages, new_number
+from gpu.indirect.far_field import FarSums
+from gpu.indirect.visibility import Visibility
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_correction import FuzzyCorrection
+from gpu.methods.fuzzy_view import FuzzyView, KeptLight
+from gpu.methods.method import RenderSetup
+from gpu.methods.passes import FrameKind, keeps_lights, light_set_choice
+from gpu.settings import Clustering, Component
+from gpu.vpl.build import unclustered
+from gpu.vpl.light_sets import LightSetChoice
+
+# Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
+# by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
+FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
+
+
+class FuzzyLights:
+    """Light sets of one number of VPLs and clusters of them: a walk's, and others for later frames of a still view.
+
+    vpls: the clusters of the last frame's; cache: the radiosity around them (RadiosityCache), None where near-field
+    light is not wanted; are_kept: whether they were there before it; number: of these arrays alone, for captured
+    graphs; room: for SP clusters and VPL clusters.
+    """
+
+    def __init__(
+        self, setup: RenderSetup, frame: FrameArrays, passes: int, most: int, lent: FuzzyCorrection | None = None
+    ) -> None:
+        """passes: as for FuzzyCorrection; most: SP clusters in any lights; lent: by other lights, what has the
+        image's size.
+        """
+        settings, counts = setup.settings, setup.sample_counts
+        self._setup, self.number = setup, new_number()
+        # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
+        self._fixed = settings.clustering is Clustering.SPS
+        vpls = setup.light_sets.clusters(light_set_choice(setup), setup.progress)
+        # Captured graphs read the arrays of this set, so it must live as long as they do.
+        self.vpls = self._first = unclustered(setup.device_scene, vpls) if self._fixed else vpls
+        self.has_indirect = settings.component is not Component.DIRECT and vpls.count > 0
+        self.has_near = self.has_indirect and settings.near_field
+        self.cache = self._first_cache = self._cache_of(light_set_choice(setup))
+        self.are_kept = True
+        vpl_clusters = self._first.count if self._fixed else counts.vpl_clusters
+        self.room = min(counts.sp_clusters, most, setup.pixels), vpl_clusters
+        self.correction = FuzzyCorrection(frame, passes, counts.sp_clusters, vpl_clusters, lent)
+
+    def choose(self, kind: FrameKind, stages: Stages) -> None:
+        """Have in `vpls` and `cache` those of a frame, which are mostly kept from before."""
+        setup, number = self._setup, self._number_of(kind.sample)
+        choice = light_set_choice(setup, number)
+        self.are_kept = keeps_lights(setup, choice, stages, held=number == 0)
+        self.vpls, self.cache = self._first, self._first_cache
+        if number > 0:
+            self.vpls, self.cache = setup.light_sets.clusters(choice, setup.progress), self._cache_of(choice)
+
+    def _cache_of(self, choice: LightSetChoice) -> Any:
+        return self._setup.light_sets.radiosity(choice, self._setup.progress) if self.has_near else None
+
+    def _number_of(self, sample: int) -> int:
+        """The number of the light set of frame `sample` of a still view."""
+        many = self._setup.sample_counts.vpls >= MANY_VPLS
+        return 0 if self._fixed else sample // (FRAMES_A_SET if many else 1)
+
+    def known_to(self, view: FuzzyView) -> KeptLight:
+        """What a view's representatives know of these lights."""
+        if self not in view.lights:
+            other = view.lights_of_others(self)
+            view.lights[self] = other.for_another_viewer() if other else self._unknown()
+        return view.lights[self]
+
+    def _unknown(self) -> KeptLight:
+        skip, device = self._setup.settings.skip, self._setup.device
+        far = FarSums(*self.room, device, enabled=skip.far_field_sums)
+        return KeptLight(Visibility(*self.room, device, skip), far)
+
+    def reuses_clusters(self, view: FuzzyView, kept: KeptLight, kind: FrameKind) -> bool:
+        """Whether the last frame's clusters are of this one's lights, and it sees much the same.
+
+        Of a still view's frames the smoothed ones and every FRAMES_A_SET-th begin from nothing.
+        """
+        sample, last = kind.sample, kept.last_sample
+        if not (self.are_kept and self._setup.settings.skip.kept_clusters):
+            return False
+        if sample == 0:
+            return last == 0 and view.reuses_history
+        follows = view.is_still and last == sample - 1 and kind.refines and sample % FRAMES_A_SET != 0
+        return follows and self._number_of(sample - 1) == self._number_of(sample)
