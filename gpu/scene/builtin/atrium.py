@@ -139,7 +139,7 @@ def _frescoes_and_doors(builder: Builder) -> None:
         rooms.hang(builder.frame(0.0, (x, 2.3, -_OUT_Z)), "limestone", fresco, 1.5, 1.75)
         if x:  # a door is in the middle
             rooms.hang(builder.frame(180.0, (x, 2.3, _OUT_Z)), "limestone", fresco, 1.5, 1.75)
-    builder.paint("bronze", "#6d5a40", 0.4)
+    builder.paints("bronze #6d5a40 0.4")
     leaf, casing, handle = rooms.door(1.25, 2.7)
     parts = (leaf.mapped_uv(swap=True), casing, casing.moved(z=-0.02), handle)
     for side, _ in _sides(builder, 2.955)[1:]:
@@ -148,13 +148,11 @@ def _frescoes_and_doors(builder: Builder) -> None:
 
 def _court(builder: Builder) -> None:
     """Fountain, clipped trees in tubs, benches, urns in the corners of the walk."""
-    builder.paint("water", "#6f9a9c", 0.05)
+    builder.paints("water #6f9a9c 0.05")
     builder.add("marble, water", orders.fountain(1.35), (0, _COURT, 0))
-    builder.paint("terracotta", "#b4714e", 0.9)
-    builder.paint("soil", "#4d4136", 1.0)
-    builder.paint("bark", "#77654e", 0.9)
+    builder.paints("terracotta #b4714e 0.9, soil #4d4136 1.0, bark #77654e 0.9")
     builder.textured("box leaves", textures.leaves(73, "#35552b #567a3c #8ca65f"), (1.0, 1.0), 0.6)
-    builder.paint("box core", "#3c4f2e", 1.0)
+    builder.paints("box core #3c4f2e 1.0")
     trunk = lathe(points(".035,.42 .028,.81 .026,1.2"), 16)
     ball, core = (part.moved(y=1.45) for part in orders.topiary(74, 0.48))
     places = [(x * 4.3, _COURT + 0.0005, z * 2.2) for x, z in _CORNERS]

@@ -23,10 +23,12 @@ class Builder:
         self._textures: list[Texture] = []
         self._frame: tuple[float, Sequence[float]] | None = None
 
-    def paint(self, name: str, colour: str, roughness: float = 0.6) -> None:
-        """Make a material of one sRGB colour "#rrggbb", kept within the albedos of textures."""
-        albedo = np.clip(srgb_to_linear(palette(colour)[0] * 255.0), LEAST_ALBEDO, MOST_ALBEDO)
-        self.material(Material(name, base_color=(*albedo.tolist(), 1.0), roughness=roughness))
+    def paints(self, paints: str) -> None:
+        """Make a material of each "name #rrggbb roughness, …" (sRGB), kept within the albedos of textures."""
+        for paint in paints.split(", "):
+            name, colour, roughness = paint.rsplit(" ", 2)
+            albedo = np.clip(srgb_to_linear(palette(colour)[0] * 255.0), LEAST_ALBEDO, MOST_ALBEDO)
+            self.material(Material(name, base_color=(*albedo.tolist(), 1.0), roughness=float(roughness)))
 
     def light(self, name: str, radiance: Rgb) -> None:
         """Make a material that emits `radiance` [W/m²/sr] from its front."""

@@ -49,8 +49,7 @@ def _shell(builder: Builder) -> None:
     builder.textured("carpet", textures.carpet(1, "#555b62 #777d84 #979ba0"), (1.0, 1.0), 0.95)
     builder.textured("plaster", textures.plaster(2, "#e9e5dc", 0.008), (2.0, 2.0), 0.9)
     builder.textured("blue plaster", textures.plaster(3, "#5f7f8c", 0.015), (2.0, 2.0), 0.9)
-    builder.paint("felt", "#4b4640", 1.0)
-    builder.paint("skirting", "#d9d5cc", 0.5)
+    builder.paints("felt #4b4640 1.0, skirting #d9d5cc 0.5")
     builder.add("carpet", rooms.level(_X, _Z, 0.0))
     builder.frame(180, (_X, 0, _Z)).add("plaster", rooms.wall(_LONG, _HIGH))
     builder.frame(0, (-_X, 0, -_Z)).add("plaster", rooms.wall(_LONG, _HIGH, _OPENINGS, 0.22))
@@ -63,10 +62,9 @@ def _shell(builder: Builder) -> None:
 
 def _ceiling(builder: Builder) -> None:
     builder.textured("ceiling tile", textures.plaster(4, "#ebe9e3", 0.012), (0.6, 0.6), 1.0)
-    builder.paint("ceiling grid", "#e6e6e2", 0.5)
+    builder.paints("ceiling grid #e6e6e2 0.5")
     builder.light("ceiling panel", (8.6, 8.0, 7.0))
-    builder.paint("projector", "#e4e3df", 0.4)
-    builder.paint("projector lens", "#3c4048", 0.3)
+    builder.paints("projector #e4e3df 0.4, projector lens #3c4048 0.3")
     builder.add("ceiling tile", rooms.level(_X, _Z, -_HIGH).mirrored(1))
     low, high, x_end, z_end = _HIGH - 0.007, _HIGH + 0.001, _X - 0.001, _Z - 0.001
     for x in (-_X + 0.6 * number for number in range(1, 15)):
@@ -88,10 +86,7 @@ def _ceiling(builder: Builder) -> None:
 
 
 def _windows(builder: Builder) -> None:
-    builder.paint("aluminium", "#a9adb0", 0.4)
-    builder.paint("blind", "#dcd8ce", 0.6)
-    builder.paint("blind cord", "#b7b2a6", 0.8)
-    builder.paint("window sill", "#dedad0", 0.4)
+    builder.paints("aluminium #a9adb0 0.4, blind #dcd8ce 0.6, blind cord #b7b2a6 0.8, window sill #dedad0 0.4")
     builder.light("daylight", (2.5, 3.1, 3.9))
     wall = builder.frame(0, (-_X, 0, -_Z))
     for hole in _OPENINGS:
@@ -103,7 +98,7 @@ def _windows(builder: Builder) -> None:
 
 def _table(builder: Builder) -> None:
     builder.textured("walnut", textures.wood(5, "#5a3d2a #855c3d #a67a53", 1024), (1.6, 0.8), 0.35)
-    builder.paint("black steel", "#45464a", 0.4)
+    builder.paints("black steel #45464a 0.4")
     builder.add("walnut", slab(superellipse(2.75, 0.82, 3.0, 160), 0.045, 0.014, 4).moved(0, _TABLE - 0.045, 0))
     for x in (-1.55, 1.55):
         builder.add("black steel", slab(superellipse(0.2, 0.28, 3.0), 0.6, 0.004).moved(x, 0.05, 0))
@@ -113,12 +108,8 @@ def _table(builder: Builder) -> None:
 
 
 def _table_things(builder: Builder) -> None:
-    builder.paint("brushed metal", "#b4b7ba", 0.35)
-    builder.paint("paper", "#ebe9e2", 0.9)
-    builder.paint("china", "#eae7df", 0.3)
-    builder.paint("blue glaze", "#48698a", 0.3)
-    builder.paint("orange", "#d9822b", 0.6)
-    builder.paint("apple", "#a8362c", 0.4)
+    builder.paints("brushed metal #b4b7ba 0.35, paper #ebe9e2 0.9, china #eae7df 0.3, blue glaze #48698a 0.3")
+    builder.paints("orange #d9822b 0.6, apple #a8362c 0.4")
     top = _TABLE + 0.0005
     hub = slab(superellipse(0.17, 0.065, 6.0), 0.006, 0.002)
     cover = box((0.26, 0.003, 0.08), 0.001)
@@ -174,9 +165,9 @@ def _chair() -> tuple[Shape, Shape, Shape]:
 
 
 def _chairs(builder: Builder) -> None:
-    builder.paint("chair steel", "#a5a8ab", 0.25)
+    builder.paints("chair steel #a5a8ab 0.25")
     builder.textured("upholstery", textures.fabric(8, "#6f4434 #a15f45 #bd7d60"), (0.16, 0.16), 0.95)
-    builder.paint("arm pad", "#44444a", 0.7)
+    builder.paints("arm pad #44444a 0.7")
     rng = np.random.default_rng(7)
     table = [(x, 0.0, z) for x in (-1.92, -0.96, 0.0, 0.96, 1.92) for z in (1.02, -1.02)]
     ends, walls = points("3.08,0,0 -3.08,0,0"), points("-3.95,0,2.86 -3.25,0,2.86 -2.55,0,2.86 4.07,0,-1.2 4.07,0,-.4")
@@ -192,7 +183,7 @@ def _chairs(builder: Builder) -> None:
 def _screen_wall(builder: Builder) -> None:
     """The wall at −X: battens of oak on felt, a lit-looking chart on a matt screen."""
     builder.textured("oak", textures.wood(9, "#8a6844 #b08a60 #c9a67c"), (1.0, 0.25), 0.5)
-    builder.paint("screen frame", "#42434a", 0.4)
+    builder.paints("screen frame #42434a 0.4")
     builder.textured("slide", _slide(), (1.0, 1.0), 0.6)
     batten = box((0.024, _HIGH - 0.006, 0.065), 0.004, 2).mapped_uv(swap=True)
     spots = [(-_X + 0.0135, _HIGH / 2, z) for z in np.arange(-_Z + 0.06, _Z - 0.05, 0.108)]
@@ -223,11 +214,8 @@ def _slide() -> Bytes:
 def _back_wall(builder: Builder) -> None:
     """The walls at +Z and +X: door, sideboard with coffee, pictures, clock."""
     builder.textured("door", textures.wood(11, "#7d5a3a #a27a52 #bd966c"), (1.0, 0.25), 0.45)
-    builder.paint("door casing", "#d9d5cc", 0.5)
-    builder.paint("steel", "#b0b2b4", 0.3)
-    builder.paint("sideboard", "#dddad2", 0.4)
-    builder.paint("white china", "#ebe8e0", 0.3)
-    builder.paint("picture frame", "#4b443d", 0.5)
+    builder.paints("door casing #d9d5cc 0.5, steel #b0b2b4 0.3, sideboard #dddad2 0.4, white china #ebe8e0 0.3")
+    builder.paints("picture frame #4b443d 0.5")
     leaf, rim, handle = rooms.door(0.9, 2.1)
     at_door = builder.frame(180, (2.25, 0, _Z - 0.0155))
     at_door.add("door, door casing, steel", (leaf.mapped_uv(swap=True), rim.moved(z=-0.006), handle))
@@ -253,9 +241,7 @@ def _back_wall(builder: Builder) -> None:
 
 def _plants(builder: Builder) -> None:
     builder.textured("fig leaves", textures.leaves(14, "#35562c #5a7f3e #93ab66"), (1.0, 1.0), 0.5)
-    builder.paint("bark", "#7c6a52", 0.9)
-    builder.paint("soil", "#4d4136", 1.0)
-    builder.paint("planter", "#d6d2c8", 0.6)
+    builder.paints("bark #7c6a52 0.9, soil #4d4136 1.0, planter #d6d2c8 0.6")
     for seed, x, z, tall in ((15, -3.95, -2.75, 1.9), (16, 3.95, -2.7, 1.7)):
         fig = (*pot(0.22, 0.42), *tree(seed, tall, 230, 0.4))
         builder.add("planter, soil, bark, fig leaves", fig, (x, 0.0005, z))

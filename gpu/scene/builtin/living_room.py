@@ -30,11 +30,8 @@ def make() -> Scene:
     builder = Builder("living-room")
     builder.textured("oak", textures.wood(21, "#7d5b3a #a9825a #c6a379"), (1.2, 0.4), 0.5)
     builder.textured("walnut", textures.wood(22, "#4e3727 #74513a #93694a"), (1.2, 0.4), 0.45)
-    builder.paint("brass", "#b08d57", 0.3)
-    builder.paint("china", "#e6e0d4", 0.35)
-    for part in (
-        _shell, _window, _seats, _coffee_table, _lamps, _bookcase, _dining_corner, _sideboard, _pictures, _plants,
-    ):  # fmt: skip
+    builder.paints("brass #b08d57 0.3, china #e6e0d4 0.35")
+    for part in (_shell, _window, _seats, _coffee_table, _lamps, _bookcase, _dining, _sideboard, _pictures, _plants):
         part(builder)
     return builder.scene(
         [
@@ -49,8 +46,7 @@ def _shell(builder: Builder) -> None:
     builder.textured("floorboards", textures.planks(23, "#80603f #aa855c #c9a67b"), (3.0, 1.12), 0.4)
     builder.textured("plaster", textures.plaster(24, "#ece6da", 0.006), (2.0, 2.0), 0.95)
     builder.textured("sage plaster", textures.plaster(25, "#9aa58c", 0.008), (2.0, 2.0), 0.95)
-    builder.paint("white paint", "#e7e2d8", 0.5)
-    builder.paint("steel", "#a9a9a6", 0.3)
+    builder.paints("white paint #e7e2d8 0.5, steel #a9a9a6 0.3")
     builder.add("floorboards", rooms.level(_X, _Z, 0.0))
     builder.add("plaster", rooms.level(_X, _Z, -_HIGH).mirrored(1))
     builder.frame(0, (-_X, 0, -_Z)).add("sage plaster", rooms.wall(2 * _X, _HIGH))
@@ -70,7 +66,7 @@ def _shell(builder: Builder) -> None:
 
 
 def _window(builder: Builder) -> None:
-    builder.paint("window frame", "#e6e2d9", 0.5)
+    builder.paints("window frame #e6e2d9 0.5")
     wall = builder.frame(90, (-_X, 0, _Z))
     wall.add("window frame", rooms.window_frame(_WINDOW, -0.22, 3, 0.06, 0.07))
     wall.add("window frame", rooms.sill(_WINDOW, 0.1, 0.14))
@@ -131,13 +127,12 @@ def _coffee_table(builder: Builder) -> None:
         spine = block((left, 0.0035, -near), (left + 0.003, 0.0235, near))
         sheets = block((left + 0.004, 0.0035, -size * 0.35), (right - 0.002, 0.0235, size * 0.35))
         place = (x - 0.17, top + 0.0275 * number, z + 0.12)
-        builder.paint("book cloth", colour, 0.8)
+        builder.paints(f"book cloth {colour} 0.8")
         builder.add("book cloth", [*cover, spine], place, angle)
         pages.append(sheets.at(place, angle))
-    builder.paint("book pages", "#e6dfcd", 0.9)
+    builder.paints("book pages #e6dfcd 0.9")
     builder.add("book pages", pages)
-    builder.paint("orange", "#d68a35", 0.6)
-    builder.paint("apple", "#9db04a", 0.4)
+    builder.paints("orange #d68a35 0.6, apple #9db04a 0.4")
     builder.add("china, orange, apple", furnishings.bowl_of_fruit(35), (x + 0.17, top, z - 0.1))
     builder.add("china", mug(0.04, 0.095), (x + 0.12, top, z + 0.25), 40.0)
 
@@ -153,8 +148,7 @@ def _lamps(builder: Builder) -> None:
         builder.add("china", vase(0.085, 0.26).moved(x, y + 0.0005, z))
         builder.add("brass", cylinder(0.008, 0.16, 16).moved(x, y + 0.22, z))
         builder.add("lamp shade, shade lining", furnishings.drum_shade(0.17, 0.2, 0.8), (x, y + 0.33, z))
-    builder.paint("lamp enamel", "#3f5a55", 0.35)
-    builder.paint("lamp inside", "#ece8de", 0.8)
+    builder.paints("lamp enamel #3f5a55 0.35, lamp inside #ece8de 0.8")
     builder.light("bulb", (45.0, 30.0, 16.0))
     builder.add("lamp enamel, lamp inside", furnishings.pendant(1.15), (-0.9, _HIGH, 1.95))
     builder.add("bulb", sphere(0.06, 24).moved(-0.9, _HIGH - 1.08, 1.95))
@@ -163,8 +157,7 @@ def _lamps(builder: Builder) -> None:
 def _bookcase(builder: Builder) -> None:
     cloths = "#7b3b2e #2f4a5a #4d5a3c #a5803f #5c3a4a #c9b791 #3c4644 #8e5a3a"
     builder.textured("book spines", textures.book_spines(36, cloths), (1.0, 1.0), 0.8)
-    builder.paint("pages", "#ddd5c2", 0.9)
-    builder.paint("blue glaze", "#56788c", 0.3)
+    builder.paints("pages #ddd5c2 0.9, blue glaze #56788c 0.3")
     half, tall, deep, board = 0.7, 2.16, 0.3, 0.025
     case = builder.frame(0, (2.35, 0.0005, -_Z + 0.0165))
     case.add("walnut", block((-half, 0, 0), (-half + board, tall, deep)).mapped_uv(swap=True))
@@ -186,7 +179,7 @@ def _bookcase(builder: Builder) -> None:
         case.add("china", vase(radius, height).moved(x, on[shelf], 0.16))
 
 
-def _dining_corner(builder: Builder) -> None:
+def _dining(builder: Builder) -> None:
     x, z, high = -0.9, 1.95, 0.74
     builder.add("oak", slab(superellipse(0.88, 0.46, 5.0, 128), 0.034, 0.011, 3).moved(x, high - 0.034, z))
     corners = [(u, v) for u in (-1, 1) for v in (-1, 1)]
@@ -194,7 +187,7 @@ def _dining_corner(builder: Builder) -> None:
         leg = tube([(u * 0.76, 0.003, v * 0.34), (u * 0.68, high - 0.03, v * 0.28)], [0.019, 0.032], 20)
         builder.add("oak", leg.moved(x, 0, z))
     builder.add("oak", [box((1.3, 0.07, 0.022), 0.003).moved(x, high - 0.0695, z + side * 0.275) for side in (-1, 1)])
-    builder.paint("black chair", "#46464a", 0.5)
+    builder.paints("black chair #46464a 0.5")
     builder.textured("seat pad", textures.fabric(50, "#9a8a70 #bfae92 #d3c5ac"), (0.12, 0.12), 1.0)
     places = [(x - 0.38, 0, z - 0.58), (x + 0.4, 0, z - 0.66), (x - 0.4, 0, z + 0.6), (x + 0.36, 0, z + 0.58)]
     builder.add("black chair, seat pad", seating.wooden_chair(), places, [4.0, -12.0, 177.0, 184.0])
@@ -203,8 +196,7 @@ def _dining_corner(builder: Builder) -> None:
     plates = np.array([(x + u * 0.4, top, z + v * 0.27) for v in (-1, 1) for u in (-1, 1)])
     builder.add("china", saucer(0.13), plates)
     builder.add("china", saucer(0.09), plates + np.array([0, 0.0095, 0]))
-    builder.paint("green glaze", "#5f7a5a", 0.3)
-    builder.paint("twigs", "#6f5b45", 0.9)
+    builder.paints("green glaze #5f7a5a 0.3, twigs #6f5b45 0.9")
     builder.textured("twig leaves", textures.leaves(52, "#56683f #82955c #aebb86"), (1.0, 1.0), 0.6)
     builder.add("green glaze, twigs, twig leaves", (vase(0.09, 0.24), *tree(51, 0.48, 26, 0.2)), (x, top, z))
     builder.add("china", mug(0.036, 0.08), [(x - 0.16, top, z - 0.22), (x + 0.62, top, z - 0.12)], [70.0, 200.0])
@@ -225,7 +217,7 @@ def _sideboard(builder: Builder) -> None:
 
 
 def _pictures(builder: Builder) -> None:
-    builder.paint("picture frame", "#4a453f", 0.5)
+    builder.paints("picture frame #4a453f 0.5")
     hills = paintings.landscape(53, "#7fa3b5 #c9d3c4 #efd9ae", "#a9b3a6 #7f957f #58755f #3f5848")
     fields = paintings.blocks(54, "#e5d9c2 #c98a4b #7c3f34 #2f4858")
     bands = paintings.strata(55, "#294c60 #7fa1a0 #eadfc8 #d9a566 #a5563c")
@@ -238,9 +230,7 @@ def _pictures(builder: Builder) -> None:
 
 def _plants(builder: Builder) -> None:
     builder.textured("fig leaves", textures.leaves(57, "#385830 #5d8243 #97ae6c"), (1.0, 1.0), 0.5)
-    builder.paint("bark", "#7c6a52", 0.9)
-    builder.paint("soil", "#4d4136", 1.0)
-    builder.paint("terracotta", "#b5714f", 0.9)
+    builder.paints("bark #7c6a52 0.9, soil #4d4136 1.0, terracotta #b5714f 0.9")
     for seed, x, z, tall in ((58, -2.82, -2.75, 1.95), (59, -2.85, 2.8, 1.6)):
         fig = (*pot(0.21, 0.4), *tree(seed, tall, 220, 0.38))
         builder.add("terracotta, soil, bark, fig leaves", fig, (x, 0.0005, z))

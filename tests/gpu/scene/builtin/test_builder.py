@@ -21,7 +21,7 @@ def corners(scene: Scene, material: int) -> tuple[Doubles, Doubles]:
 
 def test_shapes_get_the_materials_named_and_the_places_of_their_frame() -> None:
     builder = Builder("cubes")
-    builder.paint("grey", "#808080")
+    builder.paints("grey #808080 0.6")
     builder.light("glow", (1.0, 2.0, 3.0))
     builder.add("grey", [CUBE, CUBE.moved(1.0)])
     builder.frame(90.0, (0.0, 5.0, 0.0)).add("grey, glow", (CUBE, CUBE), [(2.0, 0.0, 0.0), (4.0, 0.0, 0.0)])
@@ -48,10 +48,12 @@ def test_a_name_means_the_last_material_made_with_it() -> None:
 def test_paints_are_linear_and_no_darker_or_lighter_than_real_ones() -> None:
     builder = Builder("paints")
     for colour in ("#000000", "#808080", "#ffffff"):
-        builder.paint(colour, colour)
-        builder.add(colour, CUBE)
-    albedos = [material.base_color[0] for material in builder.scene(VIEW).materials]
+        builder.paints(f"the {colour} 0.5")
+        builder.add("the", CUBE)
+    materials = builder.scene(VIEW).materials
+    albedos = [material.base_color[0] for material in materials]
     assert albedos == pytest.approx([0.05, 0.2158605, 0.85])
+    assert [material.roughness for material in materials] == [0.5] * 3
 
 
 def test_a_name_that_no_material_has_is_an_error() -> None:
