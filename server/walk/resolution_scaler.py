@@ -1,4 +1,10 @@
-"""The size of frames while the camera moves: as large as comes in time, by what earlier frames took."""
+"""The size of frames while the camera moves: as large as comes in time, by what earlier frames took.
+
+Settings with a target are rendered at full size: gpu.adaptive meets a target by counts of clusters, and fewer pixels
+would only let these grow.
+"""
+
+from gpu.settings import RenderSettings
 
 # Sides of moving frames as shares of the wanted size. Few, since each size has device memory of its own.
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
@@ -22,7 +28,7 @@ LEAST_SIDE = 64  # px; smaller ones show nothing
 
 
 class ResolutionScaler:
-    """Chooses the scale of one viewer's moving frames, unless it is locked."""
+    """Chooses the scale of one viewer's moving frames, unless the viewer or its settings do."""
 
     def __init__(self) -> None:
         self._scale: float | None = None
@@ -39,8 +45,10 @@ class ResolutionScaler:
         self._too_slow.clear()
         self._forgiven.clear()
 
-    def size(self, full: tuple[int, int], locked: float | None) -> tuple[int, int]:
+    def size(self, full: tuple[int, int], settings: RenderSettings, locked: float | None = None) -> tuple[int, int]:
         """Width and height of the next moving frame; full: of a still one; locked: the scale that the viewer wants."""
+        if locked is None and settings.has_target:
+            locked = 1.0
         if locked is not None:
             return _scaled(full, locked)
         if self._scale is None:

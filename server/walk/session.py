@@ -1,8 +1,8 @@
-"""What one viewer wants and has been sent: the newest pose wins, and few frames are unacknowledged. No I/O here.
+"""What one viewer wants and has been sent. The newest pose wins, and only a few frames are unacknowledged. No I/O here.
 
-While the view changes, frames are by themselves and as small as they must be to come in time. When it has rested for a
-moment it is rendered whole, then again and again with other samples, averaged; some of those pictures are shown, until
-there are as many frames in one as were wanted. Then nothing is due before something changes.
+While the view changes, each frame is a picture of its own, as small as it must be to come in time. When the view has
+rested for a moment it is rendered at full size, then again and again with other samples, and averaged; some of these
+means are sent, until one has as many frames as were wanted. Then nothing is due before something changes.
 """
 
 from collections.abc import Callable
@@ -19,11 +19,11 @@ from server.wire.browser import Pose, Stream
 from server.wire.frame_header import LOSSLESS, Codec
 from server.wire.worker import CameraMatrix, Done, Render, SceneRef
 
-MAX_LOSSES = 3
-REST_SECONDS = 0.15
+MAX_LOSSES = 3  # of the worker in a row, before a view is blamed for them
+REST_SECONDS = 0.15  # without a new pose, before a view counts as still
 # A still frame that takes long would keep the next motion waiting: the view must have rested for longer.
 LONG_FRAME_MS, LONG_REST_SECONDS = 300.0, 0.6
-# Sides of still frames are halved so many times when the device has too little memory; then it is an error.
+# Times that the sides of still frames are halved when the device has too little memory, before that is an error.
 MAX_SHRINKS = 2
 # Samples a pixel of each frame of a method that refines by samples: few, so that frames come soon.
 SAMPLES_A_FRAME = 4
@@ -40,8 +40,8 @@ class Qualities:
 class Session:
     """The state of one viewer.
 
-    `scene` is None until one is open. A frame is due when there is something new to show, room in the window, and
-    nothing has shown that these settings cannot be rendered.
+    `scene` is None until one is open. A frame is due when there is something new to show and room in the window, unless
+    these settings have failed.
     """
 
     def __init__(
@@ -68,16 +68,16 @@ class Session:
         self._scaler = ResolutionScaler()
         self._now = now
         self._changed_at = 0.0
-        self._fresh = False  # something changed since the last moving frame was ordered
-        self._view = 0
-        self._averaged = 0  # frames of the still view that were ordered
-        self._target = settings.frames
+        self._fresh = False  # something changed since the last moving frame was asked for
+        self._view = 0  # counts changes of what is seen
+        self._averaged = 0  # frames of the still view that were asked for
+        self._target_frames = settings.frames
         self._still_ms = 0.0  # what a still frame took
         self._shrinks = 0
         self._blocked = False  # these settings failed: wait for others
         self._losses = 0  # workers lost in a row while rendering for this viewer
-        self._lost_view = -1  # the newest one of which a frame may have been lost with the last of them
-        self._last_frame = 0
+        self._lost_view = -1  # the newest view that may have lost a frame with the last of them
+        self._last_frame = 0  # its id
 
     @property
     def due(self) -> Urgency | None:
@@ -86,7 +86,7 @@ class Session:
             return None
         if self._fresh:
             return Urgency.MOVING if self.window.room else None
-        if self._target is not None and self._averaged >= self._target:
+        if self._target_frames is not None and self._averaged >= self._target_frames:
             return None
         if self.rest_seconds > 0.0 or not self.window.room:
             return None
@@ -153,9 +153,7 @@ class Session:
             render = replace(render, settings=self._settings.model_copy(update={"samples": SAMPLES_A_FRAME}))
         if urgency is Urgency.MOVING:
             self._fresh = False
-            # A target is met by counts of clusters; fewer pixels would only let them grow.
-            locked = self._stream.motion_scale or (1.0 if self._settings.has_target else None)
-            size = self._scaler.size(self._still_size, locked)
+            size = self._scaler.size(self._still_size, self._settings, self._stream.motion_scale)
             render = replace(render, size=size, walks=True, quality=self._qualities.moving)
             return self._request(render, self._changed_at, None), render
         rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
@@ -164,7 +162,7 @@ class Session:
         render = replace(render, size=self._still_size, sample=sample, quality=self._qualities.still)
         if not self._shown(self._averaged):
             render = replace(render, output="none")
-        elif self._averaged == self._target and self._stream.lossless and self._takes_png:
+        elif self._averaged == self._target_frames and self._stream.lossless and self._takes_png:
             render = replace(render, output=".png", quality=LOSSLESS)
         return self._request(render, rested_at, self._averaged), render
 
@@ -175,7 +173,7 @@ class Session:
             self._scaler.observe(waited_ms + done.render_ms)
         elif request.view == self._view:
             self._still_ms = done.render_ms
-            self._target = done.target
+            self._target_frames = done.target
             if done.samples < request.samples:  # the worker did not have the others any more
                 self._averaged = done.samples
                 self._view += 1  # the next one is on its way and will say so too, which must not count again
@@ -216,7 +214,7 @@ class Session:
 
     def _shown(self, samples: int) -> bool:
         """Whether the picture of so many frames is sent: each differs from the last one by about as much."""
-        return samples & (samples - 1) == 0 or samples == self._target
+        return samples & (samples - 1) == 0 or samples == self._target_frames
 
     def _request(self, render: Render, wanted_at: float, samples: int | None) -> FrameRequest:
         assert self._pose is not None
@@ -238,7 +236,7 @@ class Session:
         self._losses = 0
         self._shrinks = 0
         self._still_ms = 0.0
-        self._target = self._settings.frames
+        self._target_frames = self._settings.frames
 
     def _touch(self) -> None:
         self._view += 1

@@ -1,8 +1,10 @@
 import pytest
 
+from gpu.settings import RenderSettings
 from server.walk.resolution_scaler import LEAST_SIDE, SCALES, TARGET_MS, ResolutionScaler
 
 FULL = (1280, 720)
+SETTINGS = RenderSettings()
 
 
 def settle(
@@ -11,7 +13,7 @@ def settle(
     """The sizes of frames that take that much."""
     sizes = []
     for _ in range(frames):
-        width, height = scaler.size(FULL, None)
+        width, height = scaler.size(FULL, SETTINGS)
         sizes.append((width, height))
         scaler.observe(fixed_ms + ms_of_pixels * width * height)
     return sizes
@@ -31,7 +33,7 @@ def test_a_size_whose_first_frames_are_slow_is_tried_again_once() -> None:
         """Of a fast device, on which the first two frames of a size take long, the first `slow_times` that it comes."""
         scaler, seen, sizes = ResolutionScaler(), {}, [(0, 0)]
         for _ in range(300):
-            size = scaler.size(FULL, None)
+            size = scaler.size(FULL, SETTINGS)
             if size != sizes[-1]:
                 seen[size] = seen.get(size, 0) + 1
                 since = len(sizes)
@@ -57,9 +59,9 @@ def test_the_size_settles_and_keeps_to_the_target(full_ms: float, fixed_ms: floa
 
 def test_a_lock_is_obeyed_and_measures_nothing() -> None:
     scaler = ResolutionScaler()
-    assert scaler.size(FULL, 0.6) == (768, 432)
+    assert scaler.size(FULL, SETTINGS, 0.6) == (768, 432)
     scaler.observe(1e6)
-    assert scaler.size(FULL, None) == (640, 360)
+    assert scaler.size(FULL, SETTINGS) == (640, 360)
 
 
 def test_small_pictures_are_not_made_smaller_than_can_be_seen() -> None:
@@ -69,17 +71,26 @@ def test_small_pictures_are_not_made_smaller_than_can_be_seen() -> None:
 
 
 def pace_size(full: tuple[int, int]) -> tuple[int, int]:
-    return ResolutionScaler().size(full, 0.125)
+    return ResolutionScaler().size(full, SETTINGS, 0.125)
 
 
 def test_other_settings_begin_anew() -> None:
     scaler = ResolutionScaler()
     settle(scaler, 700.0 / (1280 * 720))
     scaler.restart()
-    assert scaler.size(FULL, None) == (640, 360)
+    assert scaler.size(FULL, SETTINGS) == (640, 360)
 
 
 def test_a_size_that_was_too_slow_is_tried_again_when_others_have_left() -> None:
     scaler = ResolutionScaler()
     assert settle(scaler, 200.0 / (1280 * 720))[-1] == (448, 252)
     assert settle(scaler, 10.0 / (1280 * 720), frames=1000)[-1] == FULL
+
+
+def test_a_target_keeps_full_size_unless_the_viewer_wants_another() -> None:
+    wanted = RenderSettings(target_ms=9.0)
+    scaler = ResolutionScaler()
+    for _ in range(9):
+        assert scaler.size(FULL, wanted) == FULL
+        scaler.observe(900.0)
+    assert scaler.size(FULL, wanted, 0.6) == (768, 432)
