@@ -1,10 +1,14 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import warp as wp
 from numpy.typing import NDArray
 from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
-from gpu.denoise.atrous import Smoothing
+from gpu.core.image_size import image_size
+from gpu.denoise.atrous import ATROUS_PARAMETERS, LightGuide, Smoothing, atrous_pixels_kernel, atrous_points_kernel
+from gpu.denoise.sparse_image import sparse_image
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
 
@@ -165,3 +169,55 @@ def test_less_is_shared_where_the_guide_has_other_light() -> None:
 def test_what_is_black_in_the_guide_shares_with_its_like() -> None:
     result, _ = shared(wall(), rare(), np.zeros((HEIGHT, WIDTH)))
     assert result.var() < rare().var() / 20.0
+
+
+def mixed(light: NDArray, step: int, weight: Callable[[tuple[slice, slice], tuple[slice, slice]], NDArray]) -> NDArray:
+    """`light` mixed with that of the eight pixels `step` away; weight: of the pixels there in those here."""
+    total, result = np.full((HEIGHT, WIDTH), 4.0), 4.0 * light
+    for dy, dx in np.ndindex(3, 3):
+        away = (dy - 1) * step, (dx - 1) * step
+        if any(away):
+            pairs = [(slice(max(-by, 0), end - max(by, 0)), by) for by, end in zip(away, light.shape, strict=True)]
+            here = pairs[0][0], pairs[1][0]
+            there = tuple(slice(run.start + by, run.stop + by) for run, by in pairs)
+            weights = (2 - abs(dx - 1)) * (2 - abs(dy - 1)) * weight(here, there)
+            total[here] += weights
+            result[here] += weights * light[there]
+    return np.asarray(result / total)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_neighbours_count_by_plane_guide_and_frames(step: int) -> None:
+    random = np.random.default_rng(4)
+    light, guide = random.uniform(0.5, 1.5, (2, HEIGHT, WIDTH))
+    depth, frames = random.uniform(-1.0, 1.0, (HEIGHT, WIDTH)), random.integers(0, 8, (HEIGHT, WIDTH))
+
+    def weight(here: tuple[slice, slice], there: tuple[slice, slice]) -> NDArray:
+        plane = np.exp(-(((depth[there] - depth[here]) / step) ** 2))
+        alike = np.exp(-np.abs(guide[there] - guide[here]) / guide[here])
+        return np.asarray(plane * alike * np.minimum((frames[there] + 1) / (frames[here] + 1), 1.0))
+
+    sps, guides, out = ShadingPoints((WIDTH, HEIGHT), 1, CPU), LightGuide(), grey_values(light)
+    gbuffer = wall(depth=depth)
+    sps.find(gbuffer)
+    guides.light, guides.frames = grey_values(guide), wp.array(frames.ravel(), dtype=int, device=CPU)
+    inputs = [0, gbuffer, sps.points, sparse_image((WIDTH, HEIGHT), sps), step, guides, ATROUS_PARAMETERS]
+    wp.launch(atrous_points_kernel, WIDTH * HEIGHT, [*inputs, grey_values(light), out], device=CPU)
+    assert numbers(out) == pytest.approx(mixed(light, step, weight), rel=1e-5)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_neighbours_count_by_plane_and_deviation(step: int) -> None:
+    random = np.random.default_rng(5)
+    light, deviation = random.uniform(0.5, 1.5, (2, HEIGHT, WIDTH))
+    depth = random.uniform(-1.0, 1.0, (HEIGHT, WIDTH))
+
+    def weight(here: tuple[slice, slice], there: tuple[slice, slice]) -> NDArray:
+        plane = np.exp(-(((depth[there] - depth[here]) / step) ** 2))
+        return np.asarray(plane * np.exp(-np.abs(light[there] - light[here]) / (3.0 * deviation[here])))
+
+    out = grey_values(light)
+    inputs = [0, wall(depth=depth), image_size((WIDTH, HEIGHT)), step, ATROUS_PARAMETERS, grey_values(light)]
+    noise = wp.array(deviation.ravel().astype(np.float32), device=CPU)
+    wp.launch(atrous_pixels_kernel, WIDTH * HEIGHT, [*inputs, noise, out], device=CPU)
+    assert numbers(out) == pytest.approx(mixed(light, step, weight), rel=1e-5)
