@@ -24,8 +24,7 @@ WHOLE_DEFICIT = wp.constant(16)
 class SpClusterParameters:
     """What decides the quality of SP clusters. Distances are in spacings of clusters unless said otherwise.
 
-    samples_per_cluster: SPs that k-means looks at; iterations: of it, which starts with points spread evenly over the
-    picture, so that more make no picture better; extra_share: of the clusters, kept for SPs that k-means serves badly.
+    samples_per_cluster: SPs that k-means looks at; extra_share: of the clusters, kept for SPs that it serves badly.
     exact_match: nearer SPs have the weight of one at this distance, for w = 1/d has a pole (2022 paper, Eq. 10);
     sparse_search: of all clusters, about so many are looked at where none is near.
     crowded: in accepted distances, nearer than this, two representatives are one too many; as new ones come to SPs that
@@ -38,7 +37,6 @@ class SpClusterParameters:
     """
 
     samples_per_cluster: int = 4
-    iterations: int = 1
     extra_share: float = 0.25
     exact_match: float = 1.0e-3
     sparse_search: int = 256

@@ -77,7 +77,8 @@ class SpClustering:
         points, budget = self._sps.points, self._kept.budget
         self._kept.forget()
         self._samples.draw(points, gbuffer, budget, seed)
-        self._kmeans.run(self._samples.points, self._chosen.iterations, seed)
+        # It starts with points spread evenly over the picture: more rounds make none better.
+        self._kmeans.run(self._samples.points, iterations=1, seed=seed)
         self._assign(gbuffer, DEFICIT_IN_FRAME)
         running_total(self.deficit, self._deficit_sums)
         inputs = [gbuffer, points, self._deficit_sums, budget, self._work, self.clusters]

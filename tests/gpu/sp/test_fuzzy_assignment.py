@@ -1,13 +1,19 @@
 """How badly SPs are served."""
 
+import numpy as np
+import pytest
 import warp as wp
 from scenes import column, results
 from walking import budget_of
+from walls import CPU, wall
 
+from gpu.clustering.grid import Grid
+from gpu.core.device import allocate
+from gpu.gbuffer.point_list import PointList
 from gpu.scene.types import Doubles
-from gpu.sp.budget import WHOLE_DEFICIT, ClusterBudget
-from gpu.sp.fuzzy_assignment import DEFICIT_IN_FRAME, DEFICIT_TO_FILL, DeficitScale, deficit_of
-from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT
+from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT, ClusterBudget
+from gpu.sp.fuzzy_assignment import DEFICIT_IN_FRAME, DEFICIT_TO_FILL, DeficitScale, deficit_of, fuzzy_assignment_kernel
+from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, UNSERVED_DEFICIT, SpClusters
 
 
 @wp.kernel
@@ -32,3 +38,28 @@ def test_deficits_grow_with_distance_up_to_a_bound() -> None:
     assert deficits(DEFICIT_TO_FILL, alike=False).tolist() == [2 * whole] * 6
     assert DEFICIT_TO_FILL.unserved == 8 * whole
     assert 255 < DEFICIT_IN_FRAME.unserved < int(UNASSIGNED_DEFICIT)
+
+
+@pytest.mark.parametrize(("least_deficit", "cluster", "weight"), [(1, 4, 1.0), (0, 0, 0.0)])
+def test_an_sp_far_from_all_takes_the_nearest_of_a_sample_when_the_needy_are_served(
+    least_deficit: int, cluster: int, weight: float
+) -> None:
+    """Of 1000 clusters every fourth is looked at, about 256 in all; the second is nearest, then the fourth."""
+    grid = Grid(1000, CPU)
+    positions = np.tile(np.float32([5000.0, 0.0, 0.0]), (1000, 1))
+    positions[[2, 4], 0] = 2000.0, 3000.0
+    grid.data.position.assign(positions)
+    grid.data.normal.assign(np.tile(np.float32([0.0, 0.0, 1.0]), (1000, 1)))
+    grid.data.spacing.fill_(1.0)
+    grid.build()
+    points = PointList()
+    points.pixels, points.count = column([0], wp.int32), column([1], wp.int32)
+    out = allocate(SpClusters, 1, CPU, 6)
+    out.serving, out.deficit = wp.zeros(1000, dtype=int, device=CPU), column([1], wp.int32)
+    budget = budget_of(1000, 0.75, extent=1000)
+    inputs = [0, wall(), points, grid.data, budget, SP_CLUSTER_PARAMETERS, DEFICIT_IN_FRAME, least_deficit, out]
+    wp.launch(fuzzy_assignment_kernel(6, True), 1, inputs, device=CPU)
+    assert out.deficit.numpy()[0] == int(UNSERVED_DEFICIT)
+    assert out.cluster.numpy()[:, 0].tolist() == [cluster, 0, 0, 0, 0, 0]
+    assert out.weight.numpy()[:, 0].tolist() == [weight, 0.0, 0.0, 0.0, 0.0, 0.0]
+    assert np.flatnonzero(out.serving.numpy()).tolist() == ([cluster] if least_deficit else [])

@@ -3,16 +3,18 @@
 import numpy as np
 import pytest
 import warp as wp
-from scenes import column, grey, quad, resident_of
+from scenes import column, grey, quad, resident_of, results
 from walking import Walk, budget_of, furnished, pose
+from walls import WIDTH, wall
 
 from gpu.core.device import duplicate
 from gpu.device_scene.upload import DeviceScene
+from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.visibility import Visibility
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
-from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT
-from gpu.sp.reuse import drop_surplus_kernel
+from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT, SpClusterParameters
+from gpu.sp.reuse import drop_surplus_kernel, is_visible_at
 from gpu.sp.sp_clusters import SpClusters
 
 CHOSEN = SP_CLUSTER_PARAMETERS
@@ -206,6 +208,25 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     assert inner.sum() < 0.35 * walk.count
     deficit = walk.clustering.deficit.numpy()[: walk.view.pixels]
     assert (deficit < WHOLE_DEFICIT).mean() > 0.95
+
+
+@wp.kernel
+def visible_kernel(first: int, gbuffer: GBuffer, pixel: int, positions: wp.array[wp.vec3], normal: wp.vec3,
+                   chosen: SpClusterParameters, out: wp.array[int]) -> None:  # fmt: skip
+    """One thread a place: whether the pixel shows it, with clusters ten spacings of pixels apart."""
+    index = first + wp.tid()
+    out[index] = int(is_visible_at(gbuffer, pixel, positions[index], normal, 10.0, chosen.same_place))
+
+
+@pytest.mark.parametrize(("turned", "shown"), [(False, [1, 1, 1, 0]), (True, [1, 1, 0, 0])])
+def test_a_place_is_shown_by_its_surface_and_whatever_its_normal_by_its_own_pixel(
+    turned: bool, shown: list[int]
+) -> None:
+    gbuffer, pixel = wall(), 20 * WIDTH + 20
+    places = gbuffer.position.numpy()[pixel] + np.array([[0.0], [1.4], [1.6], [10.5]]) * [1.0, 0.0, 0.0]
+    normal = wp.vec3(1.0, 0.0, 0.0) if turned else wp.vec3(0.0, 0.0, 1.0)
+    inputs = [gbuffer, pixel, column(places, wp.vec3), normal, CHOSEN]
+    assert results(visible_kernel, 4, inputs, wp.int32).tolist() == shown
 
 
 @pytest.mark.parametrize("most", [False, True])

@@ -110,6 +110,15 @@ def test_representatives_are_shading_points_of_their_own() -> None:
     assert all(tuple(p) in positions for p in clustering.clusters.position.numpy()[used])
 
 
+def test_k_means_looks_at_four_sps_a_cluster() -> None:
+    clustering, view = clustered(80, 6)
+    assert view.shading_points.count.numpy()[0] > 1000
+    assert clustering._samples.points.count.numpy()[0] == 4 * 60
+    clustering.use(40)
+    clustering.run(view.gbuffer, 0)
+    assert clustering._samples.points.count.numpy()[0] == 4 * 30
+
+
 def test_badly_served_sps_get_clusters_of_their_own() -> None:
     clustering, _ = clustered(120, 6)
     extra = clustering.clusters.used.numpy()[-int(120 * 0.25) :]
