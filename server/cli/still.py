@@ -38,11 +38,11 @@ def render_file(
         print(f"lumenwalk: note: {sentence}", file=sys.stderr)
     view = choose_camera(scene, camera, width / height)
     loaded = perf_counter()
-    resident = DeviceScene(scene, device)
+    device_scene = DeviceScene(scene, device)
     progress = Progress()
-    renderer = Renderer(resident, size, settings, progress=progress)
+    renderer = Renderer(device_scene, size, settings, progress=progress)
     built = perf_counter()
-    accumulation = Accumulation(width * height, resident.device)
+    accumulation = Accumulation(width * height, device_scene.device)
     frame = renderer.render(view, accumulation)
     while accumulation.samples < (settings.frames or 1):
         progress("averaging frames", accumulation.samples / (settings.frames or 1))
@@ -61,7 +61,7 @@ def render_file(
             "scene": scene.name,
             "output": str(path),
             "size": size,
-            "device": str(resident.device),
+            "device": str(device_scene.device),
             "settings": settings.model_dump(mode="json"),
             "seconds": {"load": loaded - started, "build": built - loaded, "render": rendered - built},
             "stage_ms": stats.stage_ms,

@@ -3,6 +3,7 @@ import os
 import signal
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
 
 import pytest
 from gradient_worker import (
@@ -196,6 +197,20 @@ def test_a_worker_whose_device_fails_is_replaced() -> None:
             await result(engine, job(seed=FAULT_SEED))
         await result(engine, job())
         assert engine.restarts == 1
+
+    check(scenario)
+
+
+def test_what_the_worker_kept_for_a_viewer_goes_when_it_leaves() -> None:
+    async def scenario(engine: Engine) -> None:
+        async def averaged(viewer: int, sample: int) -> int:
+            return (await result(engine, replace(job(viewer), sample=sample))).samples
+
+        for viewer in (1, 2):
+            assert [await averaged(viewer, sample) for sample in (0, 1)] == [1, 2]
+        engine.leave(1)
+        assert await averaged(1, 2) == 1
+        assert await averaged(2, 2) == 3
 
     check(scenario)
 
