@@ -10,7 +10,7 @@ import warp as wp
 from warp.utils import array_sum
 
 from gpu.adaptive.error_model import Estimate
-from gpu.adaptive.probe_gather import RAYS, ProbeLight
+from gpu.adaptive.probe_gather import ProbeLight
 from gpu.adaptive.probe_placement import ProbePlaces
 from gpu.adaptive.probe_white_point import Picture, White, radiance_at, white_of
 from gpu.core.device import launch
@@ -30,26 +30,20 @@ def turn_kernel(first: int, frame: wp.array[int]) -> None:
 
 
 @wp.kernel
-def compare_kernel(first: int, picture: Picture, pixels: wp.array[int], arrived: wp.array[wp.vec3],
+def compare_kernel(first: int, picture: Picture, pixels: wp.array[int], light: wp.array[wp.vec3],
                    render: wp.array[wp.vec3], one: wp.array[wp.vec3], other: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a probe: its radiance in the picture, and by the two estimates [W/m²/sr].
 
-    arrived: as in gpu.adaptive.probe_gather; render, one, other (probe,).
+    light (probe, estimate), flattened; render, one, other (probe,).
     """
     probe = first + wp.tid()
     pixel = pixels[probe]
     render[probe] = radiance_at(picture, pixel)
-    this = wp.vec3(0.0, 0.0, 0.0)
-    that = wp.vec3(0.0, 0.0, 0.0)
+    reflected = wp.vec3(0.0, 0.0, 0.0)
     if picture.gbuffer.face[pixel] != NO_HIT:
         reflected = reflectance(picture.gbuffer, pixel)
-        for ray in range(RAYS):
-            this += arrived[(2 * probe) * RAYS + ray]
-            that += arrived[(2 * probe + 1) * RAYS + ray]
-        this = wp.cw_mul(reflected, this)
-        that = wp.cw_mul(reflected, that)
-    one[probe] = this
-    other[probe] = that
+    one[probe] = wp.cw_mul(reflected, light[2 * probe])
+    other[probe] = wp.cw_mul(reflected, light[2 * probe + 1])
 
 
 @wp.func
@@ -119,7 +113,7 @@ class Probes:
             launch(turn_kernel, 1, [frame], device)
             places.draw(frame)
             self._light.gather(scene, picture.gbuffer, places.pixels, frame, vpls)
-        launch(compare_kernel, count, [picture, places.pixels, self._light.arrived, *radiance], device)
+        launch(compare_kernel, count, [picture, places.pixels, self._light.light, *radiance], device)
         white.find(frame, picture, places.counts, *radiance)
         inputs = [white.quantiles, white.whole, places.counts, *radiance, self._products, self._errors]
         launch(product_kernel, count, inputs, device)

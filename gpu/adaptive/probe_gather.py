@@ -7,20 +7,18 @@ runs. A cluster that is far for its extent, and faces the pixel well, is one sha
 rays that fall into it go to any of its members and count by what that sends, so nothing is off but for noise.
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
-from gpu.correction.vpl_sampling import sees_member_of
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.rays import connection
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, light_of, member_irradiance
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, is_behind
 
 # Rays of an estimate at a probe, and threads that look at all VPLs for it. These rays leave less noise than the choice
@@ -29,19 +27,6 @@ RAYS, PARTS = wp.constant(64), wp.constant(64)
 # So many times its extent is a cluster away that is one share of the light.
 FAR_EXTENTS = wp.constant(4.0)
 NOT, AS_ONE, BY_MEMBERS = wp.constant(0), wp.constant(1), wp.constant(2)
-
-
-@wp.struct
-class Steps:
-    """Steps through the light at probes.
-
-    light: (part, probe), of the VPLs of each part, then of those of the parts up to it [W/m²]; (probe, estimate, ray),
-    flattened: vpl, the VPL that a ray goes to, −1 for none; amount, the light that it stands for [W/m²].
-    """
-
-    light: wp.array2d[float]
-    vpl: wp.array[int]
-    amount: wp.array[float]
 
 
 @wp.func
@@ -74,8 +59,9 @@ def light_at(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, area: float,
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def sum_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters, steps: Steps) -> None:
-    """One thread a part at a probe: the light of its VPLs. pixels: (probe,).
+def probe_part_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters,
+                      parts: wp.array2d[float]) -> None:  # fmt: skip
+    """One thread a part at a probe: the light of its VPLs, in parts (part, probe). pixels: (probe,).
 
     Neighbouring threads have the same VPLs.
     """
@@ -98,11 +84,11 @@ def sum_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClu
                 area = disk.area / float(end - begin)
                 for vpl in range(begin, end):
                     total += light_at(position, normal, vpls, area, vpl)
-    steps.light[part, probe] = total
+    parts[part, probe] = total
 
 
 @wp.kernel
-def scan_kernel(first: int, steps: Steps) -> None:
+def probe_step_kernel(first: int, parts: wp.array2d[float], rays: ShadowRays) -> None:
     """One thread a probe: makes of its parts' light the light of each part and those before it; no ray goes anywhere.
 
     What all threads of a probe compare with is computed once: sums that round otherwise would lose rays.
@@ -110,10 +96,10 @@ def scan_kernel(first: int, steps: Steps) -> None:
     probe = first + wp.tid()
     total = float(0.0)
     for part in range(PARTS):
-        total += steps.light[part, probe]
-        steps.light[part, probe] = total
+        total += parts[part, probe]
+        parts[part, probe] = total
     for ray in range(2 * RAYS):
-        steps.vpl[probe * 2 * RAYS + ray] = -1
+        rays.vpl[ray_index(rays, probe, ray)] = NO_RAY
 
 
 @wp.func
@@ -126,8 +112,8 @@ def step_at(probe: int, estimate: int, ray: int, frame: int, whole: float) -> fl
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.array[int], vpls: VplClusters,
-                steps: Steps) -> None:  # fmt: skip
+def probe_ray_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.array[int], vpls: VplClusters,
+                     parts: wp.array2d[float], rays: ShadowRays) -> None:  # fmt: skip
     """One thread a part at a probe, of one estimate: which of its VPLs the rays go to whose steps it holds.
 
     frame: (1,). Neighbouring threads have the same VPLs.
@@ -136,13 +122,13 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.a
     probe = index % pixels.shape[0]
     estimate = index // pixels.shape[0] % 2
     part = index // pixels.shape[0] // 2
-    most = steps.light[part, probe]
+    most = parts[part, probe]
     total = float(0.0)
     if part > 0:
-        total = steps.light[part - 1, probe]
+        total = parts[part - 1, probe]
     if not most > total:
         return
-    whole = steps.light[PARTS - 1, probe]
+    whole = parts[PARTS - 1, probe]
     ray = wp.max(int(total / whole * float(RAYS)) - 1, 0)
     step = step_at(probe, estimate, ray, frame[0], whole)
     while step < total:
@@ -169,8 +155,8 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.a
             total += light
             while step < wp.min(total, most):
                 last = wp.min(begin + int((step - before) / light * number), end - 1)
-                steps.vpl[first_ray + ray] = last
-                steps.amount[first_ray + ray] = a_step * light_at(position, normal, vpls, area, last) * number / light
+                rays.vpl[first_ray + ray] = last
+                rays.share[first_ray + ray] = a_step * light_at(position, normal, vpls, area, last) * number / light
                 ray += 1
                 step = step_at(probe, estimate, ray, frame[0], whole)
             last = end - 1
@@ -181,64 +167,50 @@ def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.a
                     total += light
                     last = vpl
                     while step < wp.min(total, most):
-                        steps.vpl[first_ray + ray] = vpl
-                        steps.amount[first_ray + ray] = a_step
+                        rays.vpl[first_ray + ray] = vpl
+                        rays.share[first_ray + ray] = a_step
                         ray += 1
                         step = step_at(probe, estimate, ray, frame[0], whole)
         if step >= most:
             return
     # By rounding, a part may end a little short.
     while step < most:
-        steps.vpl[first_ray + ray] = last
-        steps.amount[first_ray + ray] = a_step
+        rays.vpl[first_ray + ray] = last
+        rays.share[first_ray + ray] = a_step
         ray += 1
         step = step_at(probe, estimate, ray, frame[0], whole)
 
 
-@cache
-def trace_kernel(connect: wp.Function) -> wp.Kernel:
-    """The kernel that traces with `connect`, one of gpu.device_scene.rays.connected and connected_solid."""
-    sees = sees_member_of(connect)
-
-    @wp.kernel(module="unique")
-    def kernel(
-        first: int,
-        scene: SceneData,
-        gbuffer: GBuffer,
-        pixels: wp.array[int],
-        vpls: VplClusters,
-        steps: Steps,
-        arrived: wp.array[wp.vec3],
-    ) -> None:
-        """One thread a ray: the light that it stands for, if it arrives. arrived: (probe, estimate, ray) [W/m²]."""
-        index = first + wp.tid()
-        arrived[index] = wp.vec3(0.0, 0.0, 0.0)
-        vpl = steps.vpl[index]
-        if vpl < 0:
-            return
-        probe = index // (2 * RAYS)
-        if sees(scene, gbuffer, pixels[probe], vpls, vpl):
-            arrived[index] = light_of(vpls, vpl, steps.amount[index])
-
-    return kernel
+@wp.kernel
+def probe_light_kernel(first: int, vpls: VplClusters, rays: ShadowRays, light: wp.array[wp.vec3]) -> None:
+    """One thread an estimate at a probe: the light of its rays that arrived, in light (probe, estimate) [W/m²]."""
+    estimate = first + wp.tid()
+    total = wp.vec3(0.0, 0.0, 0.0)
+    for ray in range(RAYS):
+        index = estimate * RAYS + ray
+        vpl = rays.vpl[index]
+        if vpl >= 0:
+            total += light_of(vpls, vpl, rays.share[index])
+    light[estimate] = total
 
 
 class ProbeLight:
-    """The light at `count` probes; its arrays are allocated once. arrived: (probe, 2, RAYS), flattened [W/m²]."""
+    """The light at `count` probes; its arrays are allocated once. light: (probe, 2), flattened [W/m²]."""
 
     def __init__(self, count: int, device: wp.Device) -> None:
-        self._count, self._device = count, device
-        self._steps = Steps()
-        self._steps.light = wp.zeros((int(PARTS), count), dtype=float, device=device)
-        self._steps.vpl = wp.zeros(count * 2 * int(RAYS), dtype=int, device=device)
-        self._steps.amount = wp.zeros(count * 2 * int(RAYS), dtype=float, device=device)
-        self.arrived = wp.zeros(count * 2 * int(RAYS), dtype=wp.vec3, device=device)
+        self.device, self.capacity = device, count
+        self._parts = wp.zeros((int(PARTS), count), dtype=float, device=device)
+        self._rays = shadow_rays(count, 2 * int(RAYS), device, side_by_side=True, control_variate=False)
+        self.light = wp.zeros(2 * count, dtype=wp.vec3, device=device)
+        self.points = PointList()
+        self.points.count = wp.full(1, count, dtype=int, device=device)
 
     def gather(self, scene: SceneData, gbuffer: GBuffer, pixels: wp.array, frame: wp.array, vpls: VplClusters) -> None:
         """Two estimates of the light of `vpls` at `pixels` (probe,); other rays in each `frame` (1,)."""
-        count, device, steps = self._count, self._device, self._steps
-        launch(sum_kernel, count * int(PARTS), [gbuffer, pixels, vpls, steps], device)
-        launch(scan_kernel, count, [steps], device)
-        launch(draw_kernel, count * 2 * int(PARTS), [gbuffer, pixels, frame, vpls, steps], device)
-        launch(trace_kernel(connection(scene)), len(self.arrived), [scene, gbuffer, pixels, vpls, steps, self.arrived],
-               device)  # fmt: skip
+        count, device, parts, rays = self.capacity, self.device, self._parts, self._rays
+        self.points.pixels = pixels
+        launch(probe_part_kernel, count * int(PARTS), [gbuffer, pixels, vpls, parts], device)
+        launch(probe_step_kernel, count, [parts, rays], device)
+        launch(probe_ray_kernel, count * 2 * int(PARTS), [gbuffer, pixels, frame, vpls, parts, rays], device)
+        trace_shadow_rays(scene, gbuffer, self.points, vpls, rays)
+        launch(probe_light_kernel, 2 * count, [vpls, rays, self.light], device)

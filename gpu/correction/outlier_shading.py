@@ -5,47 +5,38 @@ between; what clusters of SPs believe does not count. Only SPs that these rays, 
 they say.
 """
 
-from functools import cache
-
 import warp as wp
 
 from gpu.core.color import brightness
-from gpu.core.device import allocate, launch
-from gpu.correction.vpl_sampling import member_of, sees_member_of
+from gpu.core.device import launch
+from gpu.correction.vpl_sampling import member_of
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.rays import connection
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened, light_of
-from gpu.vpl.group_sampling import groups_a_part, sample_group
-from gpu.vpl.vpl_clusters import VplClusters, is_behind, most_groups, out_of_reach
+from gpu.vpl.group_sampling import (
+    PARTS,
+    GroupTable,
+    column_total,
+    group_table,
+    groups_a_part,
+    offered,
+    reservoir,
+    sample_group,
+    sum_parts,
+)
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, trace_shadow_rays
+from gpu.vpl.vpl_clusters import VplClusters, is_behind, out_of_reach
 
 RAYS = 32
-# Groups of VPL clusters are looked at in parts, since there are few SPs to refine for a GPU's threads.
-PARTS = 64
 # Where more rays find more than this share of what was believed, that has less noise than they.
 CONFIRMED = wp.constant(0.5)
 # A cluster near a point counts at most this many times as much as its one disk, by which it is drawn.
 MOST_WHOLE = wp.constant(32.0)
-REFINE_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
-
-
-@wp.struct
-class Rays:
-    """Rays of refined SPs.
-
-    mass (group, place): about the light of each group of VPL clusters were nothing between; totals (part, place): the
-    sum of that over the groups of a part and of those before it; vpl (place, ray), flattened: the VPL that each ray
-    goes to, −1 for none; share (place, ray), flattened: its light over its density, relative to all light, 0 once it
-    was stopped.
-    """
-
-    importance: wp.array2d[float]
-    importance_cdf: wp.array2d[float]
-    vpl: wp.array[int]
-    share: wp.array[float]
+OUTLIER_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 
 
 @wp.func
@@ -58,141 +49,94 @@ def disk_brightness(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, vpl: 
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def importance_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
-                rays: Rays) -> None:  # fmt: skip
-    """One thread a part of the VPL clusters at one SP: what its groups would send were nothing between."""
+def outlier_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters,
+                        table: GroupTable) -> None:  # fmt: skip
+    """One thread a part of the VPL clusters at one SP: about what its groups would send were nothing between."""
     index = first + wp.tid()
-    if index >= rays.importance_cdf.shape[0] * count[0]:
+    if index >= table.cdf.shape[0] * points.count[0]:
         return
-    place = index % count[0]
-    part = index // count[0]
-    position = gbuffer.position[pixels[place]]
-    normal = gbuffer.normal[pixels[place]]
-    groups = groups_a_part(vpls, rays.importance_cdf.shape[0])
-    part_mass = float(0.0)
+    place = index % points.count[0]
+    part = index // points.count[0]
+    position = gbuffer.position[points.pixels[place]]
+    normal = gbuffer.normal[points.pixels[place]]
+    groups = groups_a_part(vpls, table.cdf.shape[0])
+    total = float(0.0)
     for group in range(part * groups, wp.min((part + 1) * groups, vpls.groups)):
         importance = float(0.0)
         if not out_of_reach(position, normal, vpls, group):
             for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
                 importance += disk_brightness(position, normal, vpls, vpl)
-        rays.importance[group, place] = importance
-        part_mass += importance
-    rays.importance_cdf[part, place] = part_mass
-
-
-@wp.func
-def all_light(rays: Rays, place: int) -> float:
-    """About what all VPL clusters send an SP if nothing is between."""
-    return rays.importance_cdf[rays.importance_cdf.shape[0] - 1, place]
-
-
-@wp.kernel
-def total_kernel(first: int, count: wp.array[int], rays: Rays) -> None:
-    """One thread an SP: adds up its parts."""
-    place = first + wp.tid()
-    if place >= count[0]:
-        return
-    whole = float(0.0)
-    for part in range(rays.importance_cdf.shape[0]):
-        whole += rays.importance_cdf[part, place]
-        rays.importance_cdf[part, place] = whole
+        table.importance[group, place] = importance
+        total += importance
+    table.cdf[part, place] = total
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def draw_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters,
-                seed: wp.array[int], rays: Rays) -> None:  # fmt: skip
+def outlier_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters, table: GroupTable,
+                       seed: wp.array[int], rays: ShadowRays) -> None:  # fmt: skip
     """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""
     index = first + wp.tid()
     place = index // RAYS
-    rays.vpl[index] = -1
-    if place >= count[0]:
+    if place >= points.count[0]:
         return
-    whole = all_light(rays, place)
+    rays.vpl[index] = NO_RAY
+    whole = column_total(table, place)
     if whole <= 0.0:
         return
-    pixel = pixels[place]
+    pixel = points.pixels[place]
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
     ray = index % RAYS
-    state = hashed(wp.uint32(pixel) ^ hashed(REFINE_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed[0])))
+    state = hashed(wp.uint32(pixel) ^ hashed(OUTLIER_KEY + wp.uint32(ray) + wp.uint32(RAYS) * wp.uint32(seed[0])))
     u = (float(ray) + float(state) * TO_UNIT) / float(RAYS) * whole
-    group = sample_group(vpls, rays.importance, rays.importance_cdf, place, u)
-    total = float(0.0)
-    expected = float(0.0)
-    drawn = int(-1)
+    group = sample_group(vpls, table, place, u)
+    drawn = reservoir(state)
     for vpl in range(vpls.per_group * group, wp.min(vpls.per_group * (group + 1), vpls.count)):
         light = disk_brightness(position, normal, vpls, vpl)
         if light > 0.0:
-            total += light
-            state = hashed(state)
-            if float(state) * TO_UNIT * total < light:
-                drawn = vpl
-                expected = light
-    if drawn >= 0:
-        target = member_of(position, normal, vpls, drawn, hashed(state))
+            drawn = offered(drawn, vpl, light)
+    if drawn.item >= 0:
+        target = member_of(position, normal, vpls, drawn.item, hashed(drawn.state))
         rays.vpl[index] = target.vpl
-        rays.share[index] = target.share * wp.min(target.whole / expected, MOST_WHOLE)
-
-
-@cache
-def trace_kernel(connect: wp.Function) -> wp.Kernel:
-    """The kernel that traces with `connect`, one of gpu.device_scene.rays.connected and connected_solid."""
-    sees = sees_member_of(connect)
-
-    @wp.kernel(module="unique")
-    def kernel(
-        first: int,
-        scene: SceneData,
-        gbuffer: GBuffer,
-        pixels: wp.array[int],
-        vpls: VplClusters,
-        rays: Rays,
-    ) -> None:
-        """One thread a ray: takes its light away if it is stopped."""
-        index = first + wp.tid()
-        vpl = rays.vpl[index]
-        if vpl < 0:
-            return
-        if not sees(scene, gbuffer, pixels[index // RAYS], vpls, vpl):
-            rays.share[index] = 0.0
-
-    return kernel
+        rays.share[index] = target.share * wp.min(target.whole / drawn.weight, MOST_WHOLE)
 
 
 @wp.kernel
-def sum_kernel(first: int, pixels: wp.array[int], count: wp.array[int], vpls: VplClusters, rays: Rays,
-               irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a refined SP: its irradiance becomes what arrived, if that is so much less that it was not chance."""
+def outlier_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, table: GroupTable, rays: ShadowRays,
+                              irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: its irradiance becomes what arrived, if that is so much less that it was not chance."""
     place = first + wp.tid()
-    if place >= count[0]:
+    if place >= points.count[0]:
         return
     total = wp.vec3(0.0, 0.0, 0.0)
     for ray in range(RAYS):
-        index = place * RAYS + ray
+        index = ray_index(rays, place, ray)
         vpl = rays.vpl[index]
         if vpl >= 0:
             total += light_of(vpls, vpl, rays.share[index])
-    total *= all_light(rays, place) / float(RAYS)
-    if brightness(total) < CONFIRMED * brightness(irradiance[pixels[place]]):
-        irradiance[pixels[place]] = total
+    total *= column_total(table, place) / float(RAYS)
+    pixel = points.pixels[place]
+    if brightness(total) < CONFIRMED * brightness(irradiance[pixel]):
+        irradiance[pixel] = total
 
 
 class Refinement:
-    """Re-shades up to `capacity` SPs with rays of their own; its arrays are allocated once."""
+    """Re-shades up to `capacity` SPs with rays of their own; its arrays are allocated once.
+
+    A ray's share is its VPL's light over its density, relative to all light.
+    """
 
     def __init__(self, capacity: int, vpl_count: int, device: wp.Device) -> None:
         self.device, self._capacity = device, capacity
-        self._rays: Rays = allocate(Rays, capacity, device, PARTS)
-        self._rays.importance = wp.zeros((most_groups(vpl_count), capacity), dtype=float, device=device)
-        self._rays.vpl = wp.zeros(RAYS * capacity, dtype=int, device=device)
-        self._rays.share = wp.zeros(RAYS * capacity, dtype=float, device=device)
+        self._table = group_table(vpl_count, capacity, device)
+        self._rays = shadow_rays(capacity, RAYS, device, side_by_side=True, control_variate=False)
 
     def run(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, vpls: VplClusters, seed: wp.array,
             irradiance: wp.array) -> None:  # fmt: skip
         """Overwrite the irradiance (pixel,) of those of `points` that rays of their own find to be much darker."""
-        rays, capacity, device, pixels = self._rays, self._capacity, self.device, points.pixels
-        launch(importance_kernel, PARTS * capacity, [gbuffer, pixels, points.count, vpls, rays], device)
-        launch(total_kernel, capacity, [points.count, rays], device)
-        launch(draw_kernel, RAYS * capacity, [gbuffer, pixels, points.count, vpls, seed, rays], device)
-        launch(trace_kernel(connection(scene)), RAYS * capacity, [scene, gbuffer, pixels, vpls, rays], device)
-        launch(sum_kernel, capacity, [pixels, points.count, vpls, rays, irradiance], device)
+        listed, table, rays, capacity, device = points.points, self._table, self._rays, self._capacity, self.device
+        launch(outlier_part_kernel, PARTS * capacity, [gbuffer, listed, vpls, table], device)
+        sum_parts(table, capacity, listed.count)
+        launch(outlier_ray_kernel, RAYS * capacity, [gbuffer, listed, vpls, table, seed, rays], device)
+        trace_shadow_rays(scene, gbuffer, listed, vpls, rays)
+        launch(outlier_irradiance_kernel, capacity, [listed, vpls, table, rays, irradiance], device)

@@ -1,4 +1,4 @@
-"""Where rays of shading points go: to which members of which VPL clusters, and whether they arrive."""
+"""Where rays of shading points go: to which members of which VPL clusters."""
 
 from functools import cache
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 import warp as wp
 
 from gpu.core.color import brightness
-from gpu.device_scene.data import SceneData
-from gpu.gbuffer.gbuffer import GBuffer
-from gpu.sampling.sobol import TO_UNIT, hashed
+from gpu.indirect.clustered_light import ClusteredLight, cluster_visibility_of, guides_of
+from gpu.indirect.far_field import visibility_weight
+from gpu.sampling.sobol import hashed
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened, is_subcluster_opened, member_irradiance
-from gpu.vpl.group_sampling import sample_group
+from gpu.vpl.group_sampling import GroupTable, column_total, offered, reservoir, sample_group
 from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters
 
 # A member of a cluster counts at most this many times as much as its cluster lets expect, and a group of clusters as
@@ -23,12 +23,14 @@ MOST_SHARE = wp.constant(4.0)
 class VplSample:
     """A VPL that a ray goes to, and its light over what its cluster lets expect of it.
 
-    whole: brightness of the cluster were nothing between.
+    whole: brightness of the cluster were nothing between; scale, cluster_visibility: of that cluster's ClusterSample.
     """
 
     vpl: int
     share: float
     whole: float
+    scale: float
+    cluster_visibility: float
 
 
 @wp.func
@@ -45,76 +47,36 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         target.whole = brightness(disk_irradiance(position, normal, disk))
         target.share = wp.min(light / target.whole, MOST_SHARE)
         return target
-    target.vpl = begin
-    target.share = 1.0
-    chosen = int(begin)
     area = disk.area / number
-    total = float(0.0)
+    chosen = reservoir(state)
+    start = int(begin)
     for subcluster in range(vpls.subcluster_starts[cluster], vpls.subcluster_starts[cluster + 1]):
         disk = disk_at(vpls.subclusters, subcluster)
-        last = wp.min(begin + PER_SUBCLUSTER, end)
+        last = wp.min(start + PER_SUBCLUSTER, end)
         light = float(0.0)
         if is_subcluster_opened(position, disk):
-            for member in range(begin, last):
+            for member in range(start, last):
                 light += brightness(member_irradiance(position, normal, vpls, member, area))
         else:
             light = brightness(disk_irradiance(position, normal, disk))
-        total += light
-        state = hashed(state)
-        if float(state) * TO_UNIT * total < light:
-            chosen = begin
-        begin = last
-    target.whole = total
-    total = float(0.0)
-    for member in range(chosen, wp.min(chosen + PER_SUBCLUSTER, end)):
-        light = brightness(member_irradiance(position, normal, vpls, member, area))
-        total += light
-        state = hashed(state)
-        if float(state) * TO_UNIT * total < light:
-            target.vpl = member
+        chosen = offered(chosen, start, light)
+        start = last
+    start = wp.max(chosen.item, begin)
+    drawn = reservoir(chosen.state)
+    for member in range(start, wp.min(start + PER_SUBCLUSTER, end)):
+        drawn = offered(drawn, member, brightness(member_irradiance(position, normal, vpls, member, area)))
+    target.vpl = wp.max(drawn.item, begin)
+    target.share = 1.0
+    target.whole = chosen.total
     return target
 
 
 @wp.struct
-class ClusterPick:
-    """One of an SP's clusters, −1 for none, and what is left of a pick of its light in visibility_weight."""
+class ClusterSample:
+    """A VPL cluster that a ray goes to, −1 for none, and the share of the SP's clusters that see it.
 
-    cluster: int
-    u: float
-
-
-@cache
-def cluster_pick_of(fuzziness: int) -> wp.Function:
-    """The function that finds which of an SP's F = `fuzziness` clusters a pick of their far light falls into.
-
-    pick: from 0 to the sum of what they know, each by its share; totals (part, cluster): of
-    gpu.indirect.far_field.FarLight.
-    """
-
-    @wp.func
-    def pick_cluster(guided: Any, importance_cdf: wp.array2d[float], u: float) -> ClusterPick:
-        guide = ClusterPick()
-        guide.cluster = -1
-        for f in range(wp.static(fuzziness)):
-            importance = guided.weight[f] * importance_cdf[importance_cdf.shape[0] - 1, guided.cluster[f]]
-            if importance > 0.0:
-                guide.cluster = guided.cluster[f]
-                guide.u = u
-                if u < importance:
-                    guide.u = u / guided.weight[f]
-                    break
-                u -= importance
-                guide.u = u
-        return guide
-
-    return pick_cluster
-
-
-@wp.struct
-class FarSample:
-    """A far VPL cluster that a ray goes to, −1 for none, and the share of the SP's clusters that see it.
-
-    scale: what the group that it is of sends the SP, over what the SP's clusters let expect; state: of draws.
+    scale: what the group that it is of sends the SP, over what the SP's clusters let expect; state: of the random
+    numbers.
     """
 
     cluster: int
@@ -124,82 +86,102 @@ class FarSample:
 
 
 @cache
-def far_sample_of(fuzziness: int) -> wp.Function:
+def far_sample_of(fuzziness: int, weighted: bool) -> wp.Function:
     """The function that draws a far VPL cluster for an SP of F = `fuzziness` clusters, `guided` by them.
 
-    In proportion to light, where all clusters take it for hidden to the share `least` of that: mass, totals are the
-    tables of gpu.indirect.far_field.FarLight that have it so; guide: where in them.
+    In proportion to its light, if `weighted` times its `visibility_weight` (gpu.indirect.far_field). pick: which of the
+    SP's clusters has its table used, from 0 to the sum of what they know; where in that table the ray falls, 0 to 1.
     """
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
 
     @wp.func
-    def sample_far(position: wp.vec3, normal: wp.vec3, guided: Any, visibility: wp.array2d[wp.uint32], vpls:
-    VplClusters,
-                 near_bits: wp.array2d[wp.uint32], importance: wp.array2d[float], importance_cdf: wp.array2d[float],
-                 least: float, guide: ClusterPick, state: wp.uint32) -> FarSample:  # fmt: skip
-        draw = FarSample()
-        draw.cluster = -1
-        draw.state = state
-        if guide.cluster < 0:
-            return draw
+    def pick_cluster(guided: Any, table: GroupTable, u: float) -> int:
+        picked = int(-1)
+        for f in range(wp.static(fuzziness)):
+            importance = guided.weight[f] * column_total(table, guided.cluster[f])
+            if importance > 0.0:
+                picked = guided.cluster[f]
+                if u < importance:
+                    break
+                u -= importance
+        return picked
+
+    @wp.func
+    def sample_far(position: wp.vec3, normal: wp.vec3, guided: Any, known: ClusteredLight, pick: wp.vec2,
+                   state: wp.uint32) -> ClusterSample:  # fmt: skip
+        table = known.far.unoccluded
+        if wp.static(weighted):
+            table = known.far.weighted
+        sample = ClusterSample()
+        sample.cluster = -1
+        column = pick_cluster(guided, table, pick[0])
+        if column < 0:
+            return sample
+        vpls = known.vpls
         cluster = guided.cluster
         weights = guided.weight
-        group = sample_group(vpls, importance, importance_cdf, guide.cluster, guide.u)
+        group = sample_group(vpls, table, column, wp.clamp(pick[1], 0.0, 1.0) * column_total(table, column))
         expected = float(0.0)
         for f in range(wp.static(fuzziness)):
             if weights[f] > 0.0:
-                expected += weights[f] * importance[group, cluster[f]]
+                expected += weights[f] * table.importance[group, cluster[f]]
         if expected <= 0.0:
-            return draw
-        seen = words_type()
-        total = float(0.0)
+            return sample
         near = wp.uint32(0)
+        seen = words_type()
+        drawn = reservoir(state)
         first_vpl = vpls.per_group * group
         for vpl in range(first_vpl, wp.min(first_vpl + vpls.per_group, vpls.count)):
             if vpl == first_vpl or vpl % 32 == 0:
                 near = wp.uint32(0)
                 for f in range(wp.static(fuzziness)):
-                    seen[f] = visibility[cluster[f], vpl // 32]
+                    seen[f] = known.visibility[cluster[f], vpl // 32]
                     if weights[f] > 0.0:
-                        near |= near_bits[cluster[f], vpl // 32]
+                        near |= known.far.near[cluster[f], vpl // 32]
             bit = wp.uint32(vpl % 32)
             amount = brightness(disk_irradiance(position, normal, disk_at(vpls.disks, vpl)))
             if amount > 0.0 and ((near >> bit) & wp.uint32(1)) == wp.uint32(0):
                 share = float(0.0)
                 for f in range(wp.static(fuzziness)):
                     share += weights[f] * float((seen[f] >> bit) & wp.uint32(1))
-                amount *= least + (1.0 - least) * share
-                total += amount
-                draw.state = hashed(draw.state)
-                if float(draw.state) * TO_UNIT * total < amount:
-                    draw.cluster = vpl
-                    draw.cluster_visibility = share
-        draw.scale = wp.min(total / expected, MOST_SHARE)
-        return draw
+                if wp.static(weighted):
+                    amount *= visibility_weight(share)
+                drawn = offered(drawn, vpl, amount)
+                if drawn.item == vpl:
+                    sample.cluster_visibility = share
+        sample.cluster = drawn.item
+        sample.scale = wp.min(drawn.total / expected, MOST_SHARE)
+        sample.state = drawn.state
+        return sample
 
     return sample_far
 
 
-@wp.func
-def cluster_visibility_of(guided: Any, visibility: wp.array2d[wp.uint32], cluster: int, fuzziness: int) -> float:
-    """The share of an SP's clusters that see a VPL cluster."""
-    share = float(0.0)
-    for f in range(fuzziness):
-        bits = visibility[guided.cluster[f], cluster // 32] >> wp.uint32(cluster % 32)
-        share += guided.weight[f] * float(bits & wp.uint32(1))
-    return share
-
-
 @cache
-def sees_member_of(connect: wp.Function) -> wp.Function:
-    """The function that tells by `connect`, one of gpu.device_scene.rays.connected and connected_solid, whether an SP
-    sees a VPL.
+def vpl_sample_of(fuzziness: int, weighted: bool) -> wp.Function:
+    """The function that draws where a ray of an SP goes: to a member of the cluster `near`, or, if that is −1, to one
+    of a far cluster, as `far_sample_of` tells. Its `vpl` is −1 where there is no light.
     """
+    guides, sample_far = guides_of(fuzziness), far_sample_of(fuzziness, weighted)
 
     @wp.func
-    def sees(scene: SceneData, gbuffer: GBuffer, pixel: int, vpls: VplClusters, vpl: int) -> bool:
-        position = vpls.members.position[vpl]
-        normal = vpls.members.normal[vpl]
-        return bool(connect(scene, gbuffer.position[pixel], gbuffer.geometric_normal[pixel], position, normal))
+    def sample_vpl(position: wp.vec3, normal: wp.vec3, sp: int, known: ClusteredLight, near: int, pick: wp.vec2,
+                   state: wp.uint32) -> VplSample:  # fmt: skip
+        guided = guides(known.clusters, sp, position, normal)
+        sample = VplSample()
+        sample.vpl = -1
+        drawn = ClusterSample()
+        drawn.cluster = near
+        drawn.scale = 1.0
+        drawn.state = state
+        if near >= 0:
+            drawn.cluster_visibility = cluster_visibility_of(guided, known.visibility, near, wp.static(fuzziness))
+        else:
+            drawn = sample_far(position, normal, guided, known, pick, state)
+        if drawn.cluster >= 0:
+            sample = member_of(position, normal, known.vpls, drawn.cluster, hashed(drawn.state))
+            sample.scale = drawn.scale
+            sample.cluster_visibility = drawn.cluster_visibility
+        return sample
 
-    return sees
+    return sample_vpl

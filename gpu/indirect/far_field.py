@@ -16,14 +16,12 @@ from gpu.core.intrinsics import bits_of_all, float_sum, lanes_of, lowest_bit, ve
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import Disk, disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened, is_subcluster_opened
-from gpu.vpl.group_sampling import groups_a_part
-from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, is_behind, member_disk, most_groups, out_of_reach
+from gpu.vpl.group_sampling import PARTS, GroupTable, group_table, groups_a_part
+from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, is_behind, member_disk, out_of_reach
 
 # VPL clusters nearer than so many spacings of a representative are near.
 NEAR_SPACINGS = wp.constant(3.0)
-# Groups are summed in parts, for threads to share.
-PARTS = 64
-# Whose sums are read so many at a time, before any is written: a thread would wait for each else.
+# Parts' sums are read so many at a time, before any is written: a thread would wait for each else.
 CHUNK = 8
 Chunk = wp.types.vector(length=CHUNK, dtype=float)
 # Cosines below this are so grazing that their light's gradient says nothing.
@@ -45,9 +43,8 @@ class FarLight:
     near (representative, word): bit b of word w is 1 where VPL cluster 32·w + b is near; octets (representative, byte):
     the same bits.
     light (representative,): irradiance of the others by what it sees of them [W/m²]; moved, turned: gradients of its
-    brightness by place and by normal; mass (group, representative): light of the group's far clusters were none hidden,
-    each times its `visibility_weight`; totals (part, representative): the sum of that over the groups of a part and of
-    those before it; unoccluded_importance, unoccluded_cdf: as these, without `visibility_weight`.
+    brightness by place and by normal; unoccluded: tables, with a column each representative, of the light of far
+    clusters were none hidden; weighted: of that light, each cluster's times its `visibility_weight`.
     """
 
     near: wp.array2d[wp.uint32]
@@ -55,10 +52,8 @@ class FarLight:
     light: wp.array[wp.vec3]
     position_gradient: wp.array[wp.vec3]
     normal_gradient: wp.array[wp.vec3]
-    importance: wp.array2d[float]
-    importance_cdf: wp.array2d[float]
-    unoccluded_importance: wp.array2d[float]
-    unoccluded_cdf: wp.array2d[float]
+    weighted: GroupTable
+    unoccluded: GroupTable
 
 
 @wp.struct
@@ -138,14 +133,14 @@ lane: int,
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
+def far_part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
                 all_near: bool, partial: Partial, out: FarLight) -> None:  # fmt: skip
     """`lanes` threads a part of the groups at one new representative; neighbours have neighbouring ones."""
     index = first + wp.tid()
     fresh = sps.fresh[0]
     lane = index % lanes
     place = index // lanes
-    if place >= out.importance_cdf.shape[0] * fresh:
+    if place >= out.weighted.cdf.shape[0] * fresh:
         return
     sp = sps.order[place % fresh]
     part = place // fresh
@@ -154,7 +149,7 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
     whole = IrradianceGradient()
     part_mass = float(0.0)
     part_open = float(0.0)
-    groups = groups_a_part(vpls, out.importance_cdf.shape[0])
+    groups = groups_a_part(vpls, out.weighted.cdf.shape[0])
     begin = part * groups
     for group in range(begin, wp.min(begin + groups, vpls.groups)):
         importance = float(0.0)
@@ -199,23 +194,23 @@ def part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visi
         importance = float_sum(importance, lanes)
         unoccluded_importance = float_sum(unoccluded_importance, lanes)
         if lane == 0:
-            out.importance[group, sp] = importance
-            out.unoccluded_importance[group, sp] = unoccluded_importance
+            out.weighted.importance[group, sp] = importance
+            out.unoccluded.importance[group, sp] = unoccluded_importance
         part_mass += importance
         part_open += unoccluded_importance
     light = vector_sum(whole.light, lanes)
     position_gradient = vector_sum(whole.position_gradient, lanes)
     normal_gradient = vector_sum(whole.normal_gradient, lanes)
     if lane == 0:
-        out.importance_cdf[part, sp] = part_mass
-        out.unoccluded_cdf[part, sp] = part_open
+        out.weighted.cdf[part, sp] = part_mass
+        out.unoccluded.cdf[part, sp] = part_open
         partial.light[part, sp] = light
         partial.position_gradient[part, sp] = position_gradient
         partial.normal_gradient[part, sp] = normal_gradient
 
 
 @wp.kernel
-def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partial, out: FarLight) -> None:
+def far_sum_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partial, out: FarLight) -> None:
     """One thread a new representative: the sums over its parts."""
     place = first + wp.tid()
     if place >= sps.fresh[0]:
@@ -231,19 +226,19 @@ def whole_kernel(first: int, sps: SpClusters, vpls: VplClusters, partial: Partia
     whole_open = float(0.0)
     masses = Chunk()
     opens = Chunk()
-    for chunk in range(out.importance_cdf.shape[0] // wp.static(CHUNK)):
+    for chunk in range(out.weighted.cdf.shape[0] // wp.static(CHUNK)):
         for row in range(wp.static(CHUNK)):
             part = chunk * wp.static(CHUNK) + row
             light += partial.light[part, sp]
             position_gradient += partial.position_gradient[part, sp]
             normal_gradient += partial.normal_gradient[part, sp]
-            masses[row] = out.importance_cdf[part, sp]
-            opens[row] = out.unoccluded_cdf[part, sp]
+            masses[row] = out.weighted.cdf[part, sp]
+            opens[row] = out.unoccluded.cdf[part, sp]
         for row in range(wp.static(CHUNK)):
             whole += masses[row]
-            out.importance_cdf[chunk * wp.static(CHUNK) + row, sp] = whole
+            out.weighted.cdf[chunk * wp.static(CHUNK) + row, sp] = whole
             whole_open += opens[row]
-            out.unoccluded_cdf[chunk * wp.static(CHUNK) + row, sp] = whole_open
+            out.unoccluded.cdf[chunk * wp.static(CHUNK) + row, sp] = whole_open
     out.light[sp] = light
     out.position_gradient[sp] = position_gradient
     out.normal_gradient[sp] = normal_gradient
@@ -276,10 +271,10 @@ class FarSums:
         return other
 
     def _allocate(self) -> FarLight:
-        sp_count, groups, words = self._sp_count, most_groups(self._vpl_count), max(1, -(-self._vpl_count // 32))
-        data: FarLight = allocate(FarLight, sp_count, self.device, PARTS)
-        data.importance = wp.zeros((groups, sp_count), dtype=float, device=self.device)
-        data.unoccluded_importance = wp.zeros((groups, sp_count), dtype=float, device=self.device)
+        sp_count, words = self._sp_count, max(1, -(-self._vpl_count // 32))
+        data: FarLight = allocate(FarLight, sp_count, self.device, 0)
+        data.weighted = group_table(self._vpl_count, sp_count, self.device)
+        data.unoccluded = group_table(self._vpl_count, sp_count, self.device)
         data.near = wp.zeros((sp_count, words), dtype=wp.uint32, device=self.device)
         data.octets = wp.array(ptr=data.near.ptr, dtype=wp.uint8, shape=(sp_count, 4 * words), device=self.device)
         return data
@@ -291,5 +286,5 @@ class FarSums:
         """
         lanes = lanes_of(self.device, few=few)
         inputs = [clusters, lanes, vpls, visibility, not self._enabled, self._partial, self.data]
-        launch(part_kernel, PARTS * self._sp_count * lanes, inputs, self.device)
-        launch(whole_kernel, self._sp_count, [clusters, vpls, self._partial, self.data], self.device)
+        launch(far_part_kernel, PARTS * self._sp_count * lanes, inputs, self.device)
+        launch(far_sum_kernel, self._sp_count, [clusters, vpls, self._partial, self.data], self.device)

@@ -1,7 +1,6 @@
 """Indirect light at every shading point from all VPL clusters. Step 6 and Eq. 6 and 9 of the 2022 paper."""
 
 from functools import cache
-from typing import Any
 
 import warp as wp
 
@@ -11,20 +10,18 @@ from gpu.core.device import launch
 from gpu.core.intrinsics import bits_of_warp, lowest_bit
 from gpu.core.kahan import Sum, kahan_add
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.indirect.far_field import FarLight, far_irradiance, visibility_weight
+from gpu.indirect.clustered_light import ClusteredLight, guides_of
+from gpu.indirect.far_field import far_irradiance, visibility_weight
 from gpu.indirect.irradiance import CHECKS, NEAR_PARTS, Indirect
-from gpu.indirect.visibility import Visibility
 from gpu.sampling.sobol import TO_UNIT, hashed
-from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.form_factor import unoccluded_irradiance
+from gpu.vpl.group_sampling import column_total
 from gpu.vpl.vpl_clusters import VplClusters
 
 Ints = wp.types.vector(length=CHECKS, dtype=int)
 Floats = wp.types.vector(length=CHECKS, dtype=float)
-# A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
-FARTHEST = wp.constant(3.0)
-LIKE_NORMAL = wp.constant(0.8)
 # Fewer than the compiler would take, so that more threads run at once.
 REGISTERS = 80
 SHADE_KEY = wp.constant(wp.uint32(0x68E31DA4))
@@ -37,73 +34,27 @@ def words_a_part(vpls: VplClusters) -> int:
 
 
 @cache
-def guides_of(fuzziness: int) -> wp.Function:
-    """The function that tells which of an SP's F = `fuzziness` clusters know of its light.
-
-    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those
-    that know it well, if any does.
-    """
-    ints: Any = wp.types.vector(length=fuzziness, dtype=int)
-    floats: Any = wp.types.vector(length=fuzziness, dtype=float)
-
-    @wp.struct
-    class Guides:
-        cluster: ints
-        weight: floats
-
-    @wp.func
-    def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> Guides:
-        found = Guides()
-        total = float(0.0)
-        for f in range(wp.static(fuzziness)):
-            cluster = clusters.cluster[f, sp]
-            weight = clusters.weight[f, sp]
-            off = wp.length(clusters.position[cluster] - position)
-            alike = wp.dot(clusters.normal[cluster], normal)
-            if off > FARTHEST * clusters.spacing[cluster] or alike < LIKE_NORMAL:
-                weight = 0.0
-            found.cluster[f] = cluster
-            found.weight[f] = weight
-            total += weight
-        for f in range(wp.static(fuzziness)):
-            if total > 0.0:
-                found.weight[f] = found.weight[f] / total
-            else:
-                found.weight[f] = clusters.weight[f, sp]
-        return found
-
-    return guides
-
-
-@cache
-def shade_kernel(fuzziness: int) -> wp.Kernel:
+def fuzzy_shading_kernel(fuzziness: int) -> wp.Kernel:
     """The kernel that shades SPs of F = `fuzziness` clusters each."""
     words_type = wp.types.vector(length=fuzziness, dtype=wp.uint32)
     guides = guides_of(fuzziness)
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
-    def kernel(
-        first: int,
-        gbuffer: GBuffer,
-        sps: wp.array[int],
-        sp_count: wp.array[int],
-        clusters: SpClusters,
-        visibility: wp.array2d[wp.uint32],
-        vpls: VplClusters,
-        far: FarLight,
-        seed: wp.array[int],
-        out: Indirect,
+    def fuzzy_shading_kernel(
+        first: int, gbuffer: GBuffer, points: PointList, known: ClusteredLight, seed: wp.array[int], out: Indirect
     ) -> None:
         """One thread an SP: its light from all VPL clusters, with visibility averaged over its SP clusters."""
         sp = first + wp.tid()
-        if sp >= sp_count[0]:
+        if sp >= points.count[0]:
             out.pairs[sp] = 0
             return
-        pixel = sps[sp]
+        vpls = known.vpls
+        far = known.far
+        pixel = points.pixels[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed[0])))
-        guided = guides(clusters, sp, position, normal)
+        guided = guides(known.clusters, sp, position, normal)
         cluster = guided.cluster
         weights = guided.weight
         irradiance = Sum()
@@ -111,10 +62,10 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         unoccluded_far = float(0.0)
         for f in range(wp.static(fuzziness)):
             if weights[f] > 0.0:
-                light = far_irradiance(far, clusters, cluster[f], position, normal)
+                light = far_irradiance(far, known.clusters, cluster[f], position, normal)
                 irradiance = kahan_add(irradiance, light * weights[f])
-                far_mass += weights[f] * far.importance_cdf[far.importance_cdf.shape[0] - 1, cluster[f]]
-                unoccluded_far += weights[f] * far.unoccluded_cdf[far.unoccluded_cdf.shape[0] - 1, cluster[f]]
+                far_mass += weights[f] * column_total(far.weighted, cluster[f])
+                unoccluded_far += weights[f] * column_total(far.unoccluded, cluster[f])
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
         target = Ints()
@@ -142,7 +93,7 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
             if together == wp.uint32(0):
                 continue
             for f in range(wp.static(fuzziness)):
-                seen[f] = visibility[cluster[f], word]
+                seen[f] = known.visibility[cluster[f], word]
             light = wp.vec3(0.0, 0.0, 0.0)
             while together != wp.uint32(0):
                 bit = wp.uint32(lowest_bit(together))
@@ -180,15 +131,13 @@ def shade_kernel(fuzziness: int) -> wp.Kernel:
         for check in range(wp.static(CHECKS)):
             out.target[check, sp] = target[check]
 
-    return kernel
+    return fuzzy_shading_kernel
 
 
-def shade(fuzziness: int, gbuffer: GBuffer, sps: ShadingPoints, clusters: SpClusters, visibility: Visibility,
-          vpls: VplClusters, far: FarLight, seed: wp.array, out: Indirect) -> None:  # fmt: skip
+def shade(fuzziness: int, gbuffer: GBuffer, sps: ShadingPoints, known: ClusteredLight, seed: wp.array,
+          out: Indirect) -> None:  # fmt: skip
     """Write the indirect light of `sps` into `out`, which draws what to check by `seed` (1,).
 
-    Visibility is interpolated over the SPs' `clusters`, to F = `fuzziness` of which each belongs; what these know of
-    `far` light, too.
+    What is `known` is interpolated over the clusters, to F = `fuzziness` of which each SP belongs.
     """
-    inputs = [gbuffer, sps.pixels, sps.count, clusters, visibility.words, vpls, far, seed, out]
-    launch(shade_kernel(fuzziness), sps.capacity, inputs, sps.device)
+    launch(fuzzy_shading_kernel(fuzziness), sps.capacity, [gbuffer, sps.points, known, seed, out], sps.device)

@@ -9,6 +9,7 @@ from gpu.correction.adaptive_rays import BrightPoints
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction
+from gpu.indirect.clustered_light import clustered_light
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_view import FuzzyView, KeptLight
 from gpu.methods.passes import FrameKind
@@ -83,7 +84,8 @@ class FuzzyCorrection:
         """
         frame, history, points = self._frame, view.histories.indirect, view.points
         scene, gbuffer, indirect, seed = frame.scene, frame.gbuffer, frame.indirect, frame.seed
-        light = view.clustering.clusters, kept.visibility.words, vpls, kept.far.data, indirect
+        known = clustered_light(view.clustering.clusters, kept.visibility.words, vpls, kept.far.data)
+        light = known, indirect
         passes = REFINING_PASSES if kind.refines else self._passes
         settled = history.settled if kind.denoise else frame.nothing
 
@@ -109,8 +111,8 @@ class FuzzyCorrection:
             self._refinement.run(scene, gbuffer, self.refined, vpls, seed, indirect.irradiance)
 
         def bright() -> None:
-            known = self.clustered_irradiance, history.frames, history.light
-            self.bright.take(gbuffer, vpls, *known, indirect.irradiance)
+            before = history.frames, history.light
+            self.bright.take(gbuffer, vpls, self.clustered_irradiance, *before, indirect.irradiance)
 
         if kind.denoise:
             stages.fork("bright", "rays", bright_rays, repeats=kind.captured)

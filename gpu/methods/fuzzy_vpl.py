@@ -8,6 +8,7 @@ from weakref import WeakSet
 
 from gpu.core.stages import Stages
 from gpu.gbuffer.sparse_shading import stride_of
+from gpu.indirect.clustered_light import clustered_light
 from gpu.indirect.fuzzy_shading import shade
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_lights import FuzzyLights
@@ -115,9 +116,9 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
             kept.visibility.trace(frame.scene, clustering.clusters, vpls)
 
         def shade_points() -> None:
-            light = clustering.clusters, kept.visibility, vpls, kept.far.data
             kept.far.run(clustering.clusters, kept.visibility.words, vpls, few=reuses)
-            shade(settings.fuzziness, frame.gbuffer, points, *light, frame.seed, frame.indirect)
+            known = clustered_light(clustering.clusters, kept.visibility.words, vpls, kept.far.data)
+            shade(settings.fuzziness, frame.gbuffer, points, known, frame.seed, frame.indirect)
             if kind.denoise:
                 lights.correction.remember(view)
 

@@ -16,9 +16,10 @@ from gpu.device_scene.rays import connected_solid
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ListedPoints
+from gpu.indirect.clustered_light import ClusteredLight, clustered_light, guides_of
 from gpu.indirect.exact_gather import gather
 from gpu.indirect.far_field import FarSums, visibility_weight
-from gpu.indirect.fuzzy_shading import guides_of, shade
+from gpu.indirect.fuzzy_shading import shade
 from gpu.indirect.irradiance import allocate_indirect
 from gpu.indirect.visibility import Visibility
 from gpu.scene.types import Camera, Doubles, Ints
@@ -139,13 +140,17 @@ class Pipeline:
         """The pixels of the SPs, (sp,)."""
         return np.asarray(self.view.shading_points.pixels.numpy()[: self.sp_count])
 
+    @property
+    def known(self) -> ClusteredLight:
+        """What the clusters know, as kernels take it."""
+        return clustered_light(self.clustering.clusters, self.visibility.words, self.lights, self.far.data)
+
     def shade(self, seed: int = 0) -> None:
         """Shade anew with the clusters and visibility as they are now."""
         view, clusters = self.view, self.clustering.clusters
         view.seed.fill_(seed)
         self.far.run(clusters, self.visibility.words, self.lights, few=False)
-        shade(self.fuzziness, view.gbuffer, view.shading_points, clusters, self.visibility, self.lights, self.far.data,
-              view.seed, view.indirect)  # fmt: skip
+        shade(self.fuzziness, view.gbuffer, view.shading_points, self.known, view.seed, view.indirect)
 
     def correct(self, correction: Correction, seed: int, numbers: range = range(1),
                 points: ListedPoints | None = None, settled: wp.array | None = None, *,
@@ -158,8 +163,7 @@ class Pipeline:
         if settled is None:
             settled = wp.zeros(view.pixels, dtype=int, device=view.device)
         view.seed.fill_(seed)
-        correction.trace(view.scene, view.gbuffer, points or view.shading_points, self.clustering.clusters,
-                         self.visibility.words, self.lights, self.far.data, view.indirect, settled,
+        correction.trace(view.scene, view.gbuffer, points or view.shading_points, self.known, view.indirect, settled,
                          view.seed, numbers, as_wanted=as_wanted)  # fmt: skip
 
     def believe(self, seen: Doubles) -> None:

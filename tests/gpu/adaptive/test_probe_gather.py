@@ -7,6 +7,7 @@ from gpu.adaptive.probe_gather import RAYS, ProbeLight
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.settings import Component, Method, RenderSettings
+from gpu.vpl.shadow_rays import NO_RAY
 
 SIZE = (32, 24)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
@@ -29,7 +30,7 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     for number in range(FRAMES):
         frame.fill_(number)
         light.gather(view.scene, view.gbuffer, placed, frame, vpls)
-        seen.append(light.arrived.numpy().reshape(len(pixels), 2, int(RAYS), 3).sum(axis=2))
+        seen.append(light.light.numpy().reshape(len(pixels), 2, 3).copy())
     every = np.array(seen, dtype=np.float64)
     exact = Renderer(room, SIZE, RenderSettings(**CHOICE, method=Method.EXACT_VPL))
     exact.render(CAMERA)
@@ -39,7 +40,7 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     one, other = every[:, :, 0].mean(axis=2), every[:, :, 1].mean(axis=2)
     together = [np.corrcoef(one[:, probe], other[:, probe])[0, 1] for probe in range(len(pixels))]
     assert abs(np.nanmean(together)) < 0.02, "the two estimates are independent"
-    assert np.all(light._steps.vpl.numpy() >= 0)
-    steps = np.array(light._steps.amount.numpy()).reshape(len(pixels), -1)
-    alone = np.isclose(steps, light._steps.light.numpy()[-1][:, None] / int(RAYS))
+    assert np.all(light._rays.vpl.numpy() != int(NO_RAY))
+    steps = np.array(light._rays.share.numpy()).reshape(len(pixels), -1)
+    alone = np.isclose(steps, light._parts.numpy()[-1][:, None] / int(RAYS))
     assert 0.1 < alone.mean() < 0.9, "some clusters are one share of the light, some are not"

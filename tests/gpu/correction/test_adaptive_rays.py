@@ -42,9 +42,8 @@ class Bright:
         view.seed.fill_(seed)
         dim = column(self.dim * fuzzy.irradiance(), wp.vec3)
         self.picture.find(view.gbuffer, view.shading_points, dim)
-        clusters, far = fuzzy.clustering.clusters, fuzzy.far.data
-        self.points.trace(view.scene, view.gbuffer, view.shading_points, clusters, fuzzy.visibility.words,
-                          fuzzy.lights, far, view.indirect, view.seed, self.picture)  # fmt: skip
+        self.points.trace(view.scene, view.gbuffer, view.shading_points, fuzzy.known, view.indirect, view.seed,
+                          self.picture)  # fmt: skip
         return np.asarray(self.points.pixels.numpy()[: self.points.count.numpy()[0]])
 
     def take(self, told: Doubles, known: Doubles, shown: Doubles, frames: int) -> tuple[Doubles, Doubles]:

@@ -2,14 +2,15 @@ import numpy as np
 import pytest
 import warp as wp
 from pipeline import Pipeline, relative_error
-from scenes import column, slats
+from scenes import slats
 
 from gpu.correction.brightness import MeanBrightness
-from gpu.correction.outlier_shading import CONFIRMED, PARTS, Refinement
+from gpu.correction.outlier_shading import CONFIRMED, Refinement
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.scene.types import Doubles
+from gpu.vpl.group_sampling import PARTS
 
 SEEDS = 200
 
@@ -66,7 +67,9 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     many.correct(correction, 0)
     irradiance = view.indirect.irradiance
     none = wp.zeros(view.pixels, dtype=int, device=view.device)
-    shared = view.smoothing.share(view.gbuffer, view.shading_points, irradiance, correction.own, none)
+    shared = view.smoothing.share(
+        view.gbuffer, view.shading_points, irradiance, correction.own, none, nearer_on_detail=False
+    )
     points = OutlierPoints(view.pixels, 400, 0.25, view.device)
     mean = MeanBrightness(view.device)
     mean.find(view.gbuffer, view.shading_points, irradiance)
@@ -105,5 +108,5 @@ def test_the_same_seed_gives_the_same_bits_and_another_other_rays(fuzzy: Pipelin
 
 def test_nobody_to_refine_changes_nothing(fuzzy: Pipeline) -> None:
     points = OutlierPoints(fuzzy.view.pixels, 10, 0.25, fuzzy.view.device)
-    points.count = column([0], int)
+    points.count.zero_()
     assert np.array_equal(refine(fuzzy, points)[0], fuzzy.irradiance())

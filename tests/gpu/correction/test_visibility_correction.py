@@ -7,6 +7,7 @@ from scenes import box, column, grey, quad, resident_of, slats
 
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import PASS_SEED, RUN, Correction, correction_kernel
+from gpu.gbuffer.point_list import PointList
 from gpu.indirect.irradiance import CHECKS
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles
@@ -132,8 +133,9 @@ def test_a_second_look_at_some_takes_as_many_rays_into_their_mean_and_leaves_the
     view, correction = clustered.view, Correction(clustered.view.pixels, clustered.view.device)
     sps, some = view.shading_points, np.arange(5, clustered.sp_count, 7)
     points = OutlierPoints(view.pixels, view.pixels, 0.25, view.device)
-    points.numbers, points.pixels = column(some, int), column(sps.pixels.numpy()[some], int)
-    points.count, points.capacity = column([len(some)], int), len(some)
+    listed = points.points = PointList()
+    listed.numbers, listed.pixels = column(some, int), column(sps.pixels.numpy()[some], int)
+    listed.count, points.capacity = column([len(some)], int), len(some)
     clustered.correct(correction, 3, range(2))
     both = correction.own.numpy().copy()
     clustered.correct(correction, 3)

@@ -107,8 +107,8 @@ def test_masses_are_the_far_light_of_groups_and_parts_in_doubt_and_were_none_hid
     amount = slopes(fuzzy)[:, :, 0].mean(axis=2) * (1.0 - near_bits(fuzzy))
     in_doubt = amount * doubts[fuzzy.beliefs().astype(int)]
     for light, importance, importance_cdf in (
-        (in_doubt, far.importance, far.importance_cdf),
-        (amount, far.unoccluded_importance, far.unoccluded_cdf),
+        (in_doubt, far.weighted.importance, far.weighted.cdf),
+        (amount, far.unoccluded.importance, far.unoccluded.cdf),
     ):
         groups = np.add.reduceat(light, lights.per_group * np.arange(lights.groups), axis=1)[used]
         assert groups.max() > 0.0
@@ -166,26 +166,32 @@ def test_clusters_that_are_coarse_there_count_by_their_twigs(fuzzy: Pipeline) ->
     assert not np.allclose(told[coarse], one[coarse], rtol=0.1)
 
 
+def sums_of(fuzzy: Pipeline) -> list[wp.array]:
+    """What the representatives know of far light: by representative, then tables."""
+    far = fuzzy.far.data
+    tables = [far.weighted.importance, far.weighted.cdf, far.unoccluded.importance, far.unoccluded.cdf]
+    return [far.light, far.position_gradient, far.normal_gradient, *tables]
+
+
 @NEEDS_CUDA
 def test_lanes_change_nothing_but_the_order_of_sums(fuzzy: Pipeline) -> None:
     device_scene = DeviceScene(fuzzy.device_scene.scene, wp.get_device("cuda:0"))
     alone = Pipeline(device_scene, fuzzy.camera, fuzzy.size, sp_clusters=300, vpl_clusters=150, far_field_sums=True)
     used = alone.clustering.clusters.used.numpy() == 1
-    names = ("light", "position_gradient", "normal_gradient", "importance", "importance_cdf")
-    near, before = near_bits(alone), {name: getattr(alone.far.data, name).numpy() for name in names}
+    near, before = near_bits(alone), [array.numpy() for array in sums_of(alone)]
     alone.far.run(alone.clustering.clusters, alone.visibility.words, alone.lights, few=True)
     assert (near_bits(alone) == near)[used].all()
-    for name in names:
-        told, rows = getattr(alone.far.data, name).numpy(), used if name in names[:3] else (slice(None), used)
-        assert np.allclose(told[rows], before[name][rows], rtol=1e-4, atol=1e-5 * np.abs(before[name][rows]).max())
+    for sums, those in zip(sums_of(alone), before, strict=True):
+        rows = used if len(sums) == len(used) else (slice(None), used)
+        assert np.allclose(sums.numpy()[rows], those[rows], rtol=1e-4, atol=1e-5 * np.abs(those[rows]).max())
 
 
 def test_switched_off_all_clusters_are_near(fuzzy: Pipeline) -> None:
     whole = Pipeline(fuzzy.device_scene, fuzzy.camera, (24, 18), sp_clusters=60)
     used = whole.clustering.clusters.used.numpy() == 1
     assert near_bits(whole)[used].all()
-    for name in ("light", "position_gradient", "normal_gradient", "importance", "importance_cdf"):
-        assert not getattr(whole.far.data, name).numpy().any()
+    for sums in sums_of(whole):
+        assert not sums.numpy().any()
 
 
 def test_the_same_clusters_give_the_same_bits(fuzzy: Pipeline) -> None:

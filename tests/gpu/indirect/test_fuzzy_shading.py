@@ -3,7 +3,7 @@ import pytest
 from pipeline import Pipeline, relative_error
 from scenes import slats
 
-from gpu.indirect.fuzzy_shading import FARTHEST, LIKE_NORMAL
+from gpu.indirect.clustered_light import FARTHEST, LIKE_NORMAL
 from gpu.indirect.irradiance import CHECKS
 from gpu.scene.types import Doubles
 

@@ -4,25 +4,23 @@ import warp as wp
 from scenes import column, results
 
 from gpu.scene.types import Doubles
-from gpu.vpl.group_sampling import groups_a_part, part_of, sample_group
+from gpu.vpl.group_sampling import GroupTable, groups_a_part, part_of, sample_group
 from gpu.vpl.vpl_clusters import VplClusters
 
 
 @wp.kernel
-def row_kernel(
-    first: int, importance_cdf: wp.array2d[float], column: int, picks: wp.array[float], out: wp.array[int]
-) -> None:
+def row_kernel(first: int, table: GroupTable, column: int, picks: wp.array[float], out: wp.array[int]) -> None:
     """One thread a pick: the row that it falls into."""
     index = first + wp.tid()
-    out[index] = part_of(importance_cdf, column, picks[index])
+    out[index] = part_of(table, column, picks[index])
 
 
 @wp.kernel
-def group_kernel(first: int, vpls: VplClusters, importance: wp.array2d[float], importance_cdf: wp.array2d[float],
+def group_kernel(first: int, vpls: VplClusters, table: GroupTable,
                  picks: wp.array[float], out: wp.array[int]) -> None:  # fmt: skip
     """One thread a pick of column 0: the group that it falls into."""
     index = first + wp.tid()
-    out[index] = sample_group(vpls, importance, importance_cdf, 0, picks[index])
+    out[index] = sample_group(vpls, table, 0, picks[index])
 
 
 @wp.kernel
@@ -31,8 +29,11 @@ def part_kernel(first: int, vpls: VplClusters, parts: int, out: wp.array[int]) -
     out[first + wp.tid()] = groups_a_part(vpls, parts)
 
 
-def table(values: Doubles) -> wp.array:
-    return wp.array(np.asarray(values, np.float32), dtype=float, device="cpu")
+def table_of(importance: Doubles, cdf: Doubles) -> GroupTable:
+    table = GroupTable()
+    table.importance = wp.array(np.asarray(importance, np.float32), dtype=float, device="cpu")
+    table.cdf = wp.array(np.asarray(cdf, np.float32), dtype=float, device="cpu")
+    return table
 
 
 def clusters_of(groups: int) -> VplClusters:
@@ -42,9 +43,9 @@ def clusters_of(groups: int) -> VplClusters:
 
 
 def test_rows_are_found_by_their_running_totals_and_empty_ones_never() -> None:
-    importance_cdf = table(np.cumsum([[0.0, 9.0], [2.0, 9.0], [0.0, 9.0], [3.0, 9.0], [0.0, 9.0]], axis=0))
+    cdf = np.cumsum([[0.0, 9.0], [2.0, 9.0], [0.0, 9.0], [3.0, 9.0], [0.0, 9.0]], axis=0)
     picks = [0.0, 1.9, 2.0, 4.9, 5.0, 7.0]
-    rows = results(row_kernel, len(picks), [importance_cdf, 0, column(picks, float)], wp.int32)
+    rows = results(row_kernel, len(picks), [table_of(cdf, cdf), 0, column(picks, float)], wp.int32)
     assert rows.tolist() == [1, 1, 3, 3, 3, 3]
 
 
@@ -62,7 +63,7 @@ def test_groups_are_found_in_their_parts(groups: int, parts: int) -> None:
     ends = np.cumsum(importance[:, 0])
     lit = np.flatnonzero(importance[:, 0] > 0.0)
     picks = [*(ends[lit] - 0.5 * importance[lit, 0]), importance_cdf[-1], 1.1 * importance_cdf[-1]]
-    inputs = [clusters_of(groups), table(importance), table(importance_cdf[:, None]), column(picks, float)]
+    inputs = [clusters_of(groups), table_of(importance, importance_cdf[:, None]), column(picks, float)]
     found = results(group_kernel, len(picks), inputs, wp.int32)
     assert found[:-2].tolist() == lit.tolist()
     assert ((found[-2:] >= lit[-1]) & (found[-2:] < groups)).all()

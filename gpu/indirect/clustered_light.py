@@ -1,0 +1,83 @@
+"""What is known of indirect light by clusters of shading points, and which of them know an SP's light well."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from gpu.indirect.far_field import FarLight
+from gpu.sp.sp_clusters import SpClusters
+from gpu.vpl.vpl_clusters import VplClusters
+
+# A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
+FARTHEST = wp.constant(3.0)
+LIKE_NORMAL = wp.constant(0.8)
+
+
+@wp.struct
+class ClusteredLight:
+    """SP clusters and VPL clusters, visibility between them, and what SP clusters know of far light.
+
+    visibility (SP cluster, word): bit b of word w is 1 where the representative sees VPL cluster 32·w + b.
+    """
+
+    clusters: SpClusters
+    visibility: wp.array2d[wp.uint32]
+    vpls: VplClusters
+    far: FarLight
+
+
+def clustered_light(clusters: SpClusters, visibility: wp.array, vpls: VplClusters, far: FarLight) -> ClusteredLight:
+    """These four as kernels take them."""
+    light = ClusteredLight()
+    light.clusters, light.visibility, light.vpls, light.far = clusters, visibility, vpls, far
+    return light
+
+
+@cache
+def guides_of(fuzziness: int) -> wp.Function:
+    """The function that tells which of an SP's F = `fuzziness` clusters know of its light.
+
+    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those
+    that know it well, if any does.
+    """
+    ints: Any = wp.types.vector(length=fuzziness, dtype=int)
+    floats: Any = wp.types.vector(length=fuzziness, dtype=float)
+
+    @wp.struct
+    class Guides:
+        cluster: ints
+        weight: floats
+
+    @wp.func
+    def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> Guides:
+        found = Guides()
+        total = float(0.0)
+        for f in range(wp.static(fuzziness)):
+            cluster = clusters.cluster[f, sp]
+            weight = clusters.weight[f, sp]
+            off = wp.length(clusters.position[cluster] - position)
+            alike = wp.dot(clusters.normal[cluster], normal)
+            if off > FARTHEST * clusters.spacing[cluster] or alike < LIKE_NORMAL:
+                weight = 0.0
+            found.cluster[f] = cluster
+            found.weight[f] = weight
+            total += weight
+        for f in range(wp.static(fuzziness)):
+            if total > 0.0:
+                found.weight[f] = found.weight[f] / total
+            else:
+                found.weight[f] = clusters.weight[f, sp]
+        return found
+
+    return guides
+
+
+@wp.func
+def cluster_visibility_of(guided: Any, visibility: wp.array2d[wp.uint32], cluster: int, fuzziness: int) -> float:
+    """The share of an SP's clusters that see a VPL cluster."""
+    share = float(0.0)
+    for f in range(fuzziness):
+        bits = visibility[guided.cluster[f], cluster // 32] >> wp.uint32(cluster % 32)
+        share += guided.weight[f] * float(bits & wp.uint32(1))
+    return share
