@@ -27,7 +27,7 @@ from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.sampling.sobol import hashed
 from gpu.sp.budget import ClusterBudget, SpClusterParameters, cluster_spacing, staying_of
-from gpu.sp.sp_clusters import ClusterWork, SpClusters
+from gpu.sp.sp_clusters import ClusterWork, KeptClusters, SpClusters
 
 CORNERS = 8  # of the cube around a representative that holds what may crowd it
 
@@ -141,14 +141,14 @@ def drop_surplus_kernel(first: int, budget: ClusterBudget, chosen: SpClusterPara
         spacing[cluster] = 0.0
 
 
-def keep_representatives(camera: wp.array, size: tuple[int, int], gbuffer: GBuffer, points: PointList,
-                         budget: ClusterBudget, chosen: SpClusterParameters, representatives: Representatives,
-                         clusters: SpClusters, work: ClusterWork) -> None:  # fmt: skip
-    """Keep of the last frame's `representatives`, which are those of `clusters`, what is still good; free the others.
+def keep_representatives(kept: KeptClusters, clusters: SpClusters, camera: wp.array, size: tuple[int, int],
+                         gbuffer: GBuffer, points: PointList, work: ClusterWork) -> None:  # fmt: skip
+    """Keep of the last frame's representatives, those of `clusters`, what is still good; free the others.
 
-    camera: (1,) CameraData of this frame, whose `gbuffer` has `size`. `work` holds the rest of ClusterWork then.
+    camera: (1,) CameraData of this frame, whose `gbuffer` has `size`. All of `work` is written.
     """
     count, device = len(work.spacing), work.spacing.device
+    budget, chosen, representatives = kept.budget, kept.chosen, kept.grid.data
     inputs = [camera, image_size(size), gbuffer, points, budget, chosen, clusters, work]
     launch(keep_visible_kernel, count, inputs, device)
     launch(mark_close_pairs_kernel, CORNERS * count, [budget, chosen.crowded, representatives, work], device)

@@ -91,9 +91,8 @@ class SpClustering:
 
         camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
         """
-        points, budget, chosen, work = self._sps.points, self._kept.budget, self._chosen, self._work
-        representatives = self._kept.grid.data
-        keep_representatives(camera, size, gbuffer, points, budget, chosen, representatives, self.clusters, work)
+        points, budget, chosen, work = self._sps.points, self._kept.budget, self._kept.chosen, self._work
+        keep_representatives(self._kept, self.clusters, camera, size, gbuffer, points, work)
         self._assign(gbuffer, DEFICIT_TO_FILL)
         running_total(self.deficit, self._deficit_sums)
         inputs = [gbuffer, points, self._deficit_sums, budget, chosen, work, self.clusters]
@@ -107,7 +106,7 @@ class SpClustering:
         """Find the clusters of all SPs, or of those that have such a deficit by the clusters before."""
         kept, points = self._kept, self._sps.points
         kept.grid.build()
-        inputs = [gbuffer, points, kept.grid.data, kept.budget, self._chosen, scale, least_deficit, self.clusters]
+        inputs = [gbuffer, points, kept.grid.data, kept.budget, kept.chosen, scale, least_deficit, self.clusters]
         launch(self._assignment_kernel, self._sps.capacity, inputs, self.device)
 
     def _list_new(self, gbuffer: GBuffer, *, begins: bool) -> None:

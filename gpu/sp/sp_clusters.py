@@ -50,7 +50,7 @@ class KeptClusters:
 
     def __init__(self, grid: Grid, stride: int, chosen: SpClusterParameters) -> None:
         """stride: of the pixels that have SPs."""
-        self.grid, self._stride, self._chosen = grid, stride, chosen
+        self.grid, self.chosen, self._stride = grid, chosen, stride
         self.geometric_normal = wp.zeros(grid.capacity, dtype=wp.vec3, device=grid.device)
         self.serving = wp.zeros(grid.capacity, dtype=int, device=grid.device)
         self.budget: ClusterBudget = allocate(ClusterBudget, 1, grid.device)
@@ -62,17 +62,17 @@ class KeptClusters:
         A walk goes on: evenly many of all stay where there are too many, and new ones come in turn, or `at_once`.
         """
         self.count = min(count, self.grid.capacity)
-        base = self.count - extra_of(self.count, self._chosen)
+        base = self.count - extra_of(self.count, self.chosen)
         self.budget.wanted.fill_(self.count)
         self.budget.base.fill_(base)
-        self.budget.max_new.fill_(self.count if at_once else 1 + int(self._chosen.max_new * self.count))
+        self.budget.max_new.fill_(self.count if at_once else 1 + int(self.chosen.max_new * self.count))
         self.budget.spacing_scale.fill_(self._stride * base**-0.5)
 
     def forget(self) -> None:
         """Begin a walk anew."""
         self.grid.data.spacing.zero_()
         self.serving.zero_()
-        self.budget.accepted_distance.fill_(self._chosen.accepted_distance)
+        self.budget.accepted_distance.fill_(self.chosen.accepted_distance)
         wp.copy(self.budget.max_new, self.budget.wanted)
         wp.copy(self.budget.extent, self.budget.wanted)
 

@@ -101,7 +101,7 @@ class Walk:
 
     @property
     def accepted_distance(self) -> float:
-        """The distance that is good enough."""
+        """The distance from its nearest representative that an SP accepts [spacings]."""
         return float(self.clustering._kept.budget.accepted_distance.numpy()[0])
 
     def assert_served(self) -> None:

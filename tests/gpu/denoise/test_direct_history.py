@@ -1,4 +1,4 @@
-"""Soft direct light that earlier frames of a walk found."""
+"""Direct light of area lights that earlier frames of a walk found."""
 
 from dataclasses import replace
 from typing import Any
@@ -40,7 +40,7 @@ def room() -> DeviceScene:
 
 
 class Seen:
-    """Frames of a view that find the soft light they are told to, and what their history makes of it."""
+    """Frames of a view that find the light of a lamp they are told to, and what their history makes of it."""
 
     def __init__(self, device_scene: DeviceScene, **choice: Any) -> None:
         self.view = FrameView(device_scene, SIZE, lambertian=choice.get("lambertian", True))

@@ -140,13 +140,13 @@ def test_clusters_of_folds_as_narrow_as_a_pixel_are_kept() -> None:
 def test_a_walk_keeps_few_clusters_free_for_what_comes_into_view(room: DeviceScene) -> None:
     """With one distance for all scenes, either flat surfaces take all or many are in no use."""
     walk = Walk(room)
-    goods, used = [], []
+    distances, used = [], []
     for number in range(60):
         walk.step(pose(abs(number % 40 - 20)), begins=number == 0)
-        goods.append(walk.accepted_distance)
+        distances.append(walk.accepted_distance)
         used.append(walk.used.mean())
-    assert goods[0] == pytest.approx(CHOSEN.accepted_distance)
-    assert CHOSEN.min_accepted < min(goods) < max(goods) < CHOSEN.max_accepted
+    assert distances[0] == pytest.approx(CHOSEN.accepted_distance)
+    assert CHOSEN.min_accepted < min(distances) < max(distances) < CHOSEN.max_accepted
     assert 0.94 < np.mean(used[-15:]) < 0.99
     deficit = walk.clustering.deficit.numpy()[: walk.view.pixels]
     assert (deficit < WHOLE_DEFICIT).mean() > 0.99
