@@ -70,9 +70,9 @@ def bucket_of(cell: wp.vec3i, level: int, buckets: int) -> int:
 @wp.func
 def separation(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> float:
     """Distance of two surface points with what lies along the normals stretched; Eq. 7 without its threshold."""
-    way = q - p
-    plane = wp.max(wp.abs(wp.dot(way, p_normal)), wp.abs(wp.dot(way, q_normal)))
-    return wp.sqrt(wp.length_sq(way) + (PLANE_WEIGHT * PLANE_WEIGHT - 1.0) * plane * plane)
+    offset = q - p
+    plane = wp.max(wp.abs(wp.dot(offset, p_normal)), wp.abs(wp.dot(offset, q_normal)))
+    return wp.sqrt(wp.length_sq(offset) + (PLANE_WEIGHT * PLANE_WEIGHT - 1.0) * plane * plane)
 
 
 @wp.kernel

@@ -81,7 +81,7 @@ def kmeans_assign_to_any_kernel(first: int, points: Points, clusters: Representa
 
 @wp.kernel
 def kmeans_mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], wanted: wp.array[int],
-                seed: int, clusters: Representatives) -> None:  # fmt: skip
+                       seed: int, clusters: Representatives) -> None:  # fmt: skip
     """One thread a cluster: moves it to its members' weighted mean; without any it starts again at a random point."""
     cluster = first + wp.tid()
     count = points.count[0]
@@ -111,7 +111,7 @@ def kmeans_mean_kernel(first: int, points: Points, members: wp.array[int], start
 
 @wp.kernel
 def kmeans_medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
-                  clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
+                         clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
     """One thread a cluster: its representative becomes the member nearest its mean; without members it is dropped."""
     cluster = first + wp.tid()
     best = int(-1)

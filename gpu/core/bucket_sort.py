@@ -1,7 +1,7 @@
-"""Sorting items into many small buckets, within a frame: a third of the time that a sort of any keys takes.
+"""Sorting items into many small buckets, in a third of the time of a radix sort.
 
-An item's place is found by comparing it with all others of its bucket, so the work grows with the square of what a
-bucket holds. Where one may hold many, gpu.core.radix_sort sorts.
+An item's place is found by comparing it with all others of its bucket, so the work grows with the square of a bucket's
+size. Where buckets may be large, use gpu.core.radix_sort.
 """
 
 import warp as wp
@@ -23,7 +23,7 @@ def count_in_buckets_kernel(
 
 @wp.kernel
 def place_in_buckets_kernel(first: int, keys: wp.array[int], shift: int, starts: wp.array[int], slots: wp.array[int],
-                 placed: wp.array[wp.vec2i]) -> None:  # fmt: skip
+                            placed: wp.array[wp.vec2i]) -> None:  # fmt: skip
     """One thread an item: puts (key, item) into its bucket, in no order."""
     item = first + wp.tid()
     key = keys[item]
@@ -34,7 +34,7 @@ def place_in_buckets_kernel(first: int, keys: wp.array[int], shift: int, starts:
 
 @wp.kernel
 def rank_in_buckets_kernel(first: int, shift: int, starts: wp.array[int], placed: wp.array[wp.vec2i],
-                items: wp.array[int]) -> None:  # fmt: skip
+                           items: wp.array[int]) -> None:  # fmt: skip
     """One thread a place: how many items of the bucket that is there come before the one that is, which goes there."""
     place = first + wp.tid()
     if place >= starts[starts.shape[0] - 1]:

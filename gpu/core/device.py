@@ -16,13 +16,13 @@ wp.config.enable_backward = False
 wp.config.max_unroll = 4
 
 CORES = cpu_count() or 1
-SMALLEST_SLICE = 1024
-# Threads that a GPU starts and ends together: where they take unlike long, as with rays, fewer wait for fewer.
+MIN_SLICE = 1024
+# Threads of a block, which end together: small, so that few wait for the longest where times differ, as with rays.
 BLOCK = 128
-# Of a launch, whose threads have several items each where there are more: so a launch for as many as there may be takes
-# little where there are few. Whole warps of threads, so that the lanes of an item (gpu.core.intrinsics) stay in one.
+# Blocks of a launch; with more items, each thread takes several. So a launch sized for the most items there may be
+# costs little when there are few. Multiples of a warp, so that lanes of an item (gpu.core.intrinsics) stay in one warp.
 MOST_BLOCKS = (1 << 20) // BLOCK
-# Of one that has nothing to do most of the time: about as many as run at once, since the others take time for nothing.
+# Blocks of a launch that mostly has nothing to do: about as many as run at once; starting more takes time for nothing.
 FEW_BLOCKS = (1 << 18) // BLOCK
 
 _prioritised: set[str] = set()
@@ -32,8 +32,8 @@ _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
 def choose_device(name: str | None) -> wp.Device:
     """The device called `name` ("cpu", "cuda:0", …), or the first CUDA device, or the CPU when there is none.
 
-    The current stream of a CUDA device becomes one that comes before others. Raises DeviceError, which lists the
-    devices there are, when `name` is not one of them.
+    On a CUDA device the current stream becomes one of high priority. Raises DeviceError, which lists the devices there
+    are, when `name` is not one of them.
     """
     if name is None:
         name = "cuda:0" if wp.is_cuda_available() else "cpu"
@@ -44,7 +44,7 @@ def choose_device(name: str | None) -> wp.Device:
         raise DeviceError(f"no device {name!r} here; available: {', '.join(available)}")
     device = available[name]
     if device.is_cuda and device.alias not in _prioritised:
-        # What runs beside a frame's stages (gpu.core.stages.Stages.fork) takes what these leave of the device.
+        # What is forked (gpu.core.stages.Stages.fork) runs on streams of usual priority, on what the stages leave free.
         wp.set_stream(wp.Stream(device, priority=-1), device)
         _prioritised.add(device.alias)
     return device
@@ -62,7 +62,7 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     if device.is_cuda:
         wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
         return
-    size = max(SMALLEST_SLICE, -(-count // (4 * CORES)))
+    size = max(MIN_SLICE, -(-count // (4 * CORES)))
     if size >= count:
         wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device)
         return
@@ -78,13 +78,13 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
 def launch_together(
     kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS
 ) -> None:
-    """As `launch`, of a kernel whose items add to the same elements: the CPU takes them in turn, on one core."""
+    """As `launch`, for a kernel whose items add to the same elements: the CPU runs it on one core."""
     if count > 0:
         wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
 
 
 def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:
-    """An instance of the Warp struct type `struct` whose arrays have `count` zero elements, tables `rows` such rows."""
+    """An instance of the Warp struct `struct` of zeros: arrays of `count` elements, 2D ones of `rows` by `count`."""
     instance = struct()
     for name, variable in struct.vars.items():
         if hasattr(variable.type, "dtype"):

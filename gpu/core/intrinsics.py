@@ -1,7 +1,8 @@
-"""Lanes: neighbouring threads that share the work of one item, where there are too few items for a GPU's threads.
+"""What Warp has no function for: warp shuffles and votes, wide loads, and counting of bits.
 
-Item i has the threads `lanes`·i to `lanes`·i + lanes − 1, of one warp. All of them must come to each sum. On a CPU,
-whose threads have work enough, an item has one lane.
+Lanes are neighbouring threads that share the work of one item, where there are too few items for a GPU's threads. Item
+i has the threads `lanes`·i to `lanes`·i + lanes − 1, which are in one warp and must all reach each sum. On a CPU an
+item has one lane.
 """
 
 import warp as wp
@@ -10,7 +11,7 @@ CUDA_LANES = 8
 
 
 def lanes_of(device: wp.Device, *, few: bool) -> int:
-    """How many threads of a device share an item: 8 or 1. few: whether a GPU's threads would not all have one."""
+    """How many threads of a device share an item, 8 or 1. few: there are fewer items than a GPU has threads."""
     return CUDA_LANES if few and device.is_cuda else 1
 
 
@@ -44,9 +45,10 @@ def bits_of_all(value: int, lanes: int) -> wp.int32:
 #endif
 """)
 def bits_of_warp(bits: wp.uint32) -> wp.uint32:
-    """The bits that are set in any thread that runs with this one; at least its own. No result may depend on others.
+    """The bits that are set in any thread that runs with this one; at least its own.
 
-    Threads that walk the same bits come to each of them together and share what they read.
+    Threads that go through the same bits reach each of them together and share what they read. Which threads run
+    together is not defined, so no result may depend on the bits of others.
     """
 
 
@@ -82,9 +84,10 @@ def count_in(counts: wp.array[int], element: int) -> None:
 #endif
 """)
 def room_in(ends: wp.array[int], element: int, number: int) -> wp.int32:
-    """Where a list of which `ends` [element] is the length has room for `number` items more, 0 to 63; it grows by them.
+    """Reserves `number` places, 0 to 63, at the end of a list whose length is ends[element], and returns the first.
 
-    Once for all threads that run together, which must mean the same list. No result may depend on where that is.
+    The length is changed once for all threads that run together, which must reserve in one list. Which places a thread
+    gets is not defined, so no result may depend on it.
     """
 
 

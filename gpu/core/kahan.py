@@ -1,14 +1,14 @@
-"""Sums of many terms that stay as precise as the terms are."""
+"""Compensated summation: sums of many terms that stay as precise as their terms."""
 
 import warp as wp
 
 
 @wp.struct
 class Sum:
-    """A sum in the making: `total`, and `lost`, what rounding added to it too much."""
+    """A running sum: `total`, and `compensation`, the excess that rounding has added to it."""
 
     total: wp.vec3
-    lost: wp.vec3
+    compensation: wp.vec3
 
 
 @wp.func
@@ -17,8 +17,8 @@ def kahan_add(before: Sum, term: wp.vec3) -> Sum:
 
     After 100,000 terms a plain sum in float32 is off by 1e-5, this one by less than 1e-6.
     """
-    mended = term - before.lost
+    corrected = term - before.compensation
     after = Sum()
-    after.total = before.total + mended
-    after.lost = (after.total - before.total) - mended
+    after.total = before.total + corrected
+    after.compensation = (after.total - before.total) - corrected
     return after

@@ -1,4 +1,4 @@
-"""An order of surface points in which neighbours follow each other: for coherent rays and shared answers."""
+"""Morton order of pixels and of surface points: neighbours follow each other, for coherent rays and shared reads."""
 
 import warp as wp
 from warp.utils import radix_sort_pairs

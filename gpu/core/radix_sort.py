@@ -1,5 +1,6 @@
-"""Sorting items by key on the device, so that each key's items lie together; gpu.core.bucket_sort sorts what is small
-faster.
+"""Sorting items by key on the device, so that each key's items lie together.
+
+Few keys with few items each are sorted faster by gpu.core.bucket_sort.
 """
 
 import warp as wp

@@ -7,7 +7,7 @@ import warp as wp
 from gpu.core.device import launch
 from gpu.core.staging import StagingBuffer
 
-# A GPU's threads, each with few values; their sums are summed on the device once more before they travel.
+# Threads of the first pass, each with few values; a second pass on the device leaves SUMS to download.
 PARTIALS = 16_384
 SUMS = 1024
 READ = 8
@@ -17,7 +17,7 @@ Some = wp.types.vector(length=READ, dtype=int)
 
 @wp.kernel
 def sum_ints_kernel(first: int, values: wp.array[int], least: int, most: int, counts: bool, row: int,
-               partials: wp.array2d[int]) -> None:  # fmt: skip
+                    partials: wp.array2d[int]) -> None:  # fmt: skip
     """One thread a partial sum over every PARTIALS-th value from `least` to `most`; counts: of 1 for each of these.
 
     READ values are read before one is used: a thread waits for memory most of the time.

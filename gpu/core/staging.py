@@ -1,4 +1,4 @@
-"""Small arrays that host and device share by copies that neither waits for."""
+"""Pinned staging buffers: small arrays that are copied between host and device without either waiting."""
 
 import numpy as np
 import warp as wp

@@ -7,7 +7,7 @@ from gpu.device_scene.surface import Surface
 from gpu.sampling.warps import orthonormal
 
 # No real surface reflects less than 2 % at normal incidence; below, the material's specular factor fades the lobe out.
-LEAST_F0 = wp.constant(0.02)
+MIN_F0 = wp.constant(0.02)
 # Rougher lobes are wide enough for samples of the lights alone.
 GLOSSY_ROUGHNESS = wp.constant(0.5)
 # A view along the surface divides by zero.
@@ -76,7 +76,7 @@ def reflected(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
     if f0 == 0.0:
         return surface.diffuse * (cos_light / PI)
     half = wp.normalize(view + light)
-    f90 = wp.min(f0 / LEAST_F0, 1.0)
+    f90 = wp.min(f0 / MIN_F0, 1.0)
     rise = wp.pow(1.0 - wp.clamp(wp.dot(view, half), 0.0, 1.0), 5.0)
     fresnel = surface.f0 * (1.0 - rise) + wp.vec3(f90, f90, f90) * rise
     alpha = surface.roughness * surface.roughness

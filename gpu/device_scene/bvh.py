@@ -9,7 +9,7 @@ to read. gpu.device_scene.bvh_build makes the tree.
 import warp as wp
 
 # As of the binary trees that Warp builds. Each level leaves at most three nodes for later.
-MOST_LEVELS = 32
+MAX_LEVELS = 32
 
 
 @wp.struct
@@ -166,7 +166,7 @@ _TRAVERSAL = """
         }
         node = next;
     }
-""".replace("STACK", str(3 * MOST_LEVELS))
+""".replace("STACK", str(3 * MAX_LEVELS))
 
 
 @wp.func_native(_TRAVERSAL)

@@ -8,7 +8,7 @@ import warp as wp
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.radix_sort import running_total
-from gpu.device_scene.bvh import MOST_LEVELS, Bvh
+from gpu.device_scene.bvh import MAX_LEVELS, Bvh
 
 NO_NODE = wp.constant(-1)
 WIDTH = 4
@@ -100,8 +100,8 @@ def bvh_open_kernel(
 
 @wp.kernel
 def bvh_level_kernel(first: int, mesh: wp.uint64, slots: wp.array2d[int], inner: wp.array[int], totals: wp.array[int],
-                 next_base: int, bounds: wp.array[wp.vec4], children: wp.array[wp.vec4i],
-                 following: wp.array[int]) -> None:  # fmt: skip
+                     next_base: int, bounds: wp.array[wp.vec4], children: wp.array[wp.vec4i],
+                     following: wp.array[int]) -> None:  # fmt: skip
     """One thread a node of a level: writes it, and lists those of its children that are of the next.
 
     next_base: the number of the next level's first node; bounds, children: of this level.
@@ -134,7 +134,7 @@ def bvh_level_kernel(first: int, mesh: wp.uint64, slots: wp.array2d[int], inner:
 
 @wp.kernel
 def bvh_corner_kernel(first: int, mesh: wp.uint64, vertices: wp.array[wp.vec3], indices: wp.array[int],
-                  corners: wp.array[wp.vec4], faces: wp.array[int]) -> None:  # fmt: skip
+                      corners: wp.array[wp.vec4], faces: wp.array[int]) -> None:  # fmt: skip
     """One thread a place of the leaves: its triangle and that one's corners."""
     place = first + wp.tid()
     face = face_at(mesh, place)
@@ -168,8 +168,8 @@ def build(vertices: wp.array, indices: wp.array) -> Bvh:
     children: list[wp.array] = []
     base = 0
     while len(nodes) > 0:
-        if len(bounds) == MOST_LEVELS:
-            raise RuntimeError(f"the tree over {len(indices) // 3} triangles has more than {MOST_LEVELS} levels")
+        if len(bounds) == MAX_LEVELS:
+            raise RuntimeError(f"the tree over {len(indices) // 3} triangles has more than {MAX_LEVELS} levels")
         count = len(nodes)
         slots = wp.empty((WIDTH, count), dtype=int, device=device)
         inner, totals = (wp.empty(count, dtype=int, device=device) for _ in range(2))

@@ -68,7 +68,7 @@ class SceneData:
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
-    linear. alpha: rays must look at masks; textured, glossy: whether any texture, any narrow specular lobe may be met;
+    linear. alpha: rays must test masks; textured, glossy: rays may hit textures, narrow specular lobes;
     lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through.
     """
 

@@ -1,4 +1,4 @@
-"""Rays against the scene: the only place that knows about offsets at a ray's ends, alpha and trees."""
+"""Rays against the scene: the only place that knows of offsets at a ray's ends, of alpha masks and of the BVHs."""
 
 import warp as wp
 

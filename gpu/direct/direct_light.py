@@ -32,8 +32,9 @@ DIRECT_PAIRS = wp.constant(3)
 
 @wp.func
 def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, glossy: bool) -> wp.vec3:
-    """What `surface` reflects of a light sample that nothing hides; if glossy, without the share of
-    `bsdf_sampled_light`.
+    """What `surface` reflects of a light sample that nothing hides.
+
+    glossy: weighed by the balance heuristic against `bsdf_sampled_light`.
     """
     light = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
     if glossy:
@@ -43,7 +44,7 @@ def unshadowed_light(surface: Surface, view: wp.vec3, sample: LightSample, gloss
 
 @wp.func
 def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
-                    seed: int, glossy: bool) -> wp.vec3:  # fmt: skip
+              seed: int, glossy: bool) -> wp.vec3:  # fmt: skip
     """An estimate of the light of `table.sampled` that `surface` reflects to `view`, with one shadow ray.
 
     Candidates share a place on their emitters and stand in the emitters' order. So the choice among them, by one number
@@ -78,8 +79,8 @@ def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.ve
 
 @wp.func
 def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, place: int, moment: int,
-               seed: int) -> wp.vec3:  # fmt: skip
-    """The other part of the estimate on a glossy surface: light that a ray of the specular lobe meets."""
+                       seed: int) -> wp.vec3:  # fmt: skip
+    """The other part of the estimate on a glossy surface: light that a ray of the specular lobe hits."""
     point = sobol_pair_at(place, moment, 2, seed)
     lobe = sample_specular(surface, view, point.x, point.y)
     if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric_normal) <= 0.0:

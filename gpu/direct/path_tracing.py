@@ -74,8 +74,8 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, paths: P
     surface = first
     for bounce in range(paths.bounces):
         pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
-        way = sobol_pair(index, pair, seed)
-        direction = cosine_direction(surface.normal, way.x, way.y)
+        bounce_sample = sobol_pair(index, pair, seed)
+        direction = cosine_direction(surface.normal, bounce_sample.x, bounce_sample.y)
         if wp.dot(direction, surface.geometric_normal) <= 0.0:
             return light
         throughput = wp.cw_mul(throughput, surface.albedo)

@@ -12,7 +12,8 @@ from gpu.scene.types import Bytes, Floats
 class FrameStats:
     """Times of the stages [ms] in their order, counts of what the picture is made of, and what was skipped, by name.
 
-    The rays of `direct` and `near` run beside other stages on a GPU: these two take what the frame waits for them.
+    On a GPU the rays of `direct` and `near` run beside other stages; the times of these two are the frame's wait for
+    them.
 
     skips has the names of gpu.settings.Skips; each counts what was not done, so 0 where there was nothing to skip or
     the switch is off: pixels that were not rendered again (unchanged_camera) or take

@@ -77,14 +77,14 @@ def pixel_ray(camera: CameraData, pixel: int, image: ImageSize) -> CameraRay:
 @wp.func
 def image_point(camera: CameraData, position: wp.vec3, image: ImageSize) -> wp.vec2:
     """Where `position` is in the image [pixels]: whole numbers where pixels' rays pass; −1, −1 where it is outside."""
-    way = position - camera.origin
+    offset = position - camera.origin
     depth = float(1.0)
     if not camera.orthographic:
-        depth = -wp.dot(way, camera.back)
+        depth = -wp.dot(offset, camera.back)
         if depth <= 0.0:
             return wp.vec2(-1.0, -1.0)
-    right = wp.dot(way, camera.right) / (depth * camera.half_width)
-    up = wp.dot(way, camera.up) / (depth * camera.half_height)
+    right = wp.dot(offset, camera.right) / (depth * camera.half_width)
+    up = wp.dot(offset, camera.up) / (depth * camera.half_height)
     if wp.abs(right) > 1.0 or wp.abs(up) > 1.0:
         return wp.vec2(-1.0, -1.0)
     x = 0.5 * (right + 1.0) * float(image.width) - camera.x

@@ -1,4 +1,8 @@
-"""Which points and pixels are of one surface, so that they may share light."""
+"""Edge-stopping weights: how far points and pixels show one surface, so that they may share light.
+
+Such weights are those of SVGF (C. Schied et al., Spatiotemporal Variance-Guided Filtering, 2017), with the
+distance from the plane in place of the gradient of depth.
+"""
 
 import warp as wp
 
@@ -9,23 +13,24 @@ NORMAL_POWER = wp.constant(16.0)
 
 
 @wp.func
-def surface_weight(normal: wp.vec3, geometric_normal: wp.vec3, way: wp.vec3, other: wp.vec3, limit: float) -> float:
-    """How much a point that lies `way` from one with these normals is of its surface, 0 to 1, by its normal `other`.
+def surface_weight(normal: wp.vec3, geometric_normal: wp.vec3, offset: wp.vec3, other: wp.vec3, limit: float) -> float:
+    """How far a point at `offset` from one with these normals belongs to its surface, 0 to 1, by its normal `other`.
 
-    limit: how far off the plane it may be, about.
+    limit: distance from the plane at which the weight has fallen to 1/e.
     """
-    off = wp.dot(geometric_normal, way)
-    return wp.pow(wp.max(wp.dot(normal, other), 0.0), NORMAL_POWER) * wp.exp(-(off * off) / (limit * limit + 1.0e-30))
+    distance = wp.dot(geometric_normal, offset)
+    alike = wp.pow(wp.max(wp.dot(normal, other), 0.0), NORMAL_POWER)
+    return alike * wp.exp(-(distance * distance) / (limit * limit + 1.0e-30))
 
 
 @wp.func
 def edge_stopping_weight(gbuffer: GBuffer, p: int, q: int, step: int, tolerance: float) -> float:
-    """Share that pixel `q`, `step` pixels away, has in pixel `p` by their surfaces: 0 for different ones.
+    """How far pixel `q`, `step` pixels away, shows the surface of pixel `p`, 0 to 1.
 
-    tolerance: how many of its spacings a step a pixel may be off the plane of another's surface.
+    tolerance: distance from the plane of `p` at which the weight has fallen to 1/e, in spacings of `p` times `step`.
     """
     if gbuffer.face[q] == NO_HIT:
         return 0.0
-    way = gbuffer.position[q] - gbuffer.position[p]
+    offset = gbuffer.position[q] - gbuffer.position[p]
     limit = tolerance * gbuffer.spacing[p] * float(step)
-    return surface_weight(gbuffer.normal[p], gbuffer.geometric_normal[p], way, gbuffer.normal[q], limit)
+    return surface_weight(gbuffer.normal[p], gbuffer.geometric_normal[p], offset, gbuffer.normal[q], limit)

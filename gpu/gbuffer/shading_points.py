@@ -18,8 +18,8 @@ from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.sparse_shading import (
     PreviousEdges,
     SparseShadingParameters,
+    is_at_edge,
     is_shaded,
-    light_ended,
     reflect_irradiance_kernel,
 )
 
@@ -39,7 +39,7 @@ def mark_shaded_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: S
         if is_shaded(gbuffer, pixel, image, sparse):
             shaded[index] = 1
         elif before.follows[0] == 1:
-            shaded[index] = int(light_ended(before, gbuffer.position[pixel], image))
+            shaded[index] = int(is_at_edge(before, gbuffer.position[pixel], image))
     listed[pixel] = shaded[index]
 
 
@@ -86,7 +86,7 @@ class ShadingPoints:
 
     pixels (sp,): their pixels in Morton order, of which the first count[0] are valid; listed (pixel,): 1 for these,
     else 0. stride: of the anchors of gpu.gbuffer.sparse_shading; with 1 every pixel that meets a surface has an SP.
-    before: where light ended in the frame before. thresholds: of SparseShadingParameters.
+    before: edges of light in the frame before; thresholds: of SparseShadingParameters.
     """
 
     def __init__(self, size: tuple[int, int], stride: int, device: wp.Device, **thresholds: float) -> None:
@@ -113,7 +113,7 @@ class ShadingPoints:
         return edges
 
     def for_another_viewer(self) -> "ShadingPoints":
-        """One that knows where light ended in frames of its own; all lists are shared, of whoever found SPs last."""
+        """One with edges of light of its own frames; all lists are shared and are of whoever found SPs last."""
         other = copy(self)
         other.before = other._edges_of_no_frame()
         return other

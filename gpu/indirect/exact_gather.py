@@ -50,10 +50,10 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
         before = Sum()
         if begin > 0:
             before.total = out.irradiance[pixel]
-            before.lost = out.lost[pixel]
+            before.compensation = out.lost[pixel]
         after = kahan_add(before, irradiance.total)
         out.irradiance[pixel] = after.total
-        out.lost[pixel] = after.lost
+        out.lost[pixel] = after.compensation
 
     return kernel
 

@@ -1,4 +1,7 @@
-"""Virtual point lights: light particles traced from the emitters. Step 1 of the 2022 paper (A. Keller, 1997)."""
+"""Virtual point lights (VPLs) where light paths from the emitters hit surfaces: A. Keller, Instant Radiosity, 1997.
+
+Step 1 of the 2022 paper.
+"""
 
 from functools import cache
 
@@ -78,8 +81,8 @@ def light_path_kernel(texels: bool) -> wp.Kernel:
             if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
                 return
             flux = flux / survival
-            way = sobol_pair(path, 3 + 2 * bounce, seed)
-            direction = cosine_direction(surface.geometric_normal, way.x, way.y)
+            bounce_sample = sobol_pair(path, 3 + 2 * bounce, seed)
+            direction = cosine_direction(surface.geometric_normal, bounce_sample.x, bounce_sample.y)
             origin = offset_origin(surface.position, surface.geometric_normal, direction)
 
     return light_path_kernel

@@ -1,4 +1,4 @@
-"""Samples of the light that reaches a point, and the densities with which other ways of sampling are weighed."""
+"""Samples of the light that reaches a point, and their densities, which multiple importance sampling needs."""
 
 import warp as wp
 
@@ -27,7 +27,7 @@ from gpu.sampling.spherical_triangle import Corners, triangle_direction, triangl
 from gpu.sampling.warps import sky_direction, triangle_barycentrics
 
 # Points less than this above an emitter's plane are on it, for all that float32 knows.
-LEAST_HEIGHT = wp.constant(1.0e-6)
+MIN_HEIGHT = wp.constant(1.0e-6)
 
 
 @wp.struct
@@ -47,7 +47,7 @@ class LightSample:
 
 @wp.struct
 class HitLight:
-    """Light that a ray met: its radiance, and the density [1/sr] with which `sample_light` chooses that direction."""
+    """Light at a ray's hit: its radiance, and the density [1/sr] with which `sample_light` chooses that direction."""
 
     radiance: wp.vec3
     density: float
@@ -55,7 +55,7 @@ class HitLight:
 
 @wp.func
 def punctual_sample(light: LightData, position: wp.vec3) -> LightSample:
-    """The light that reaches `position` from a punctual light, visibility left to the caller."""
+    """The light that reaches `position` from a punctual light, as if nothing were in between."""
     sample = LightSample()
     if light.kind == DIRECTIONAL:
         sample.direction = -light.direction
@@ -63,10 +63,10 @@ def punctual_sample(light: LightData, position: wp.vec3) -> LightSample:
         sample.irradiance = light.intensity
         return sample
     sample.point = light.position
-    way = light.position - position
-    distance = wp.length(way)
+    to_light = light.position - position
+    distance = wp.length(to_light)
     if distance > 0.0:
-        sample.direction = way / distance
+        sample.direction = to_light / distance
         share = wp.where(light.kind == SPOT, spot_falloff(light, -sample.direction), 1.0)
         sample.irradiance = light.intensity * (share / (distance * distance))
     return sample
@@ -87,7 +87,7 @@ def corners_from(scene: SceneData, face: int, position: wp.vec3) -> Corners:
 def solid_angle_from(scene: SceneData, face: int, position: wp.vec3, corners: Corners) -> float:
     """The solid angle [sr] of a triangle that `position` sees so; none from its own plane, where it is not defined."""
     height = wp.dot(position - scene.vertices[scene.triangles[face][0]], triangle_normal(scene, face))
-    return wp.where(height > LEAST_HEIGHT, triangle_solid_angle(corners), 0.0)
+    return wp.where(height > MIN_HEIGHT, triangle_solid_angle(corners), 0.0)
 
 
 @wp.func
@@ -105,24 +105,24 @@ def barycentrics_towards(scene: SceneData, face: int, position: wp.vec3, directi
 
 @wp.func
 def triangle_density(table: LightTable, emitter: int, probability: float, solid_angle: float, normal: wp.vec3,
-                     way: wp.vec3) -> float:  # fmt: skip
-    """Density [1/sr] that `sample_light` has at `way` from the receiver on an emissive triangle; 0 seen from behind.
+                     to_light: wp.vec3) -> float:  # fmt: skip
+    """Density [1/sr] with which `sample_light` chooses the point of an emissive triangle at `to_light`; 0 from behind.
 
-    solid_angle: of the whole triangle.
+    to_light: from the receiver; probability: of the triangle; solid_angle: of all of it [sr].
     """
     if solid_angle > table.min_solid_angle:
         return probability / solid_angle
-    facing = -wp.dot(way, normal)
+    facing = -wp.dot(to_light, normal)
     if facing <= 0.0:
         return 0.0
-    square = wp.length_sq(way)
+    square = wp.length_sq(to_light)
     return probability * square * wp.sqrt(square) / (table.areas[emitter] * facing)
 
 
 @wp.func
 def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: wp.vec3, pick: wp.uint32,
                  place: Pair) -> LightSample:  # fmt: skip
-    """A sample of the light that reaches `position` from the emitters that `cdf` has, visibility left to the caller."""
+    """A sample of the light that reaches `position` from the emitters of `cdf`, as if nothing were in between."""
     choice = choose_emitter(cdf, pick)
     if is_light(table, choice.index):
         sample = punctual_sample(table.lights[choice.index - table.triangle_count - table.sky_count], position)
@@ -139,9 +139,9 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
             uv = barycentrics_towards(scene, face, position, direction)
         sample.point = point_on(scene, face, uv)
         sample.normal = triangle_normal(scene, face)
-        way = sample.point - position
-        sample.direction = wp.normalize(way)
-        density = triangle_density(table, choice.index, choice.probability, solid_angle, sample.normal, way)
+        to_light = sample.point - position
+        sample.direction = wp.normalize(to_light)
+        density = triangle_density(table, choice.index, choice.probability, solid_angle, sample.normal, to_light)
         if density > 0.0:
             sample.solid_angle = 1.0 / density
             sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * sample.solid_angle
@@ -156,7 +156,7 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
 @wp.func
 def light_at_hit(scene: SceneData, table: LightTable, cdf: PowerCdf, origin: wp.vec3, direction: wp.vec3,
                  hit: Hit) -> HitLight:  # fmt: skip
-    """The light that a ray along unit `direction` met at `hit`; `cdf` must have all emitters that it can hit."""
+    """The light that a ray along unit `direction` sees at its `hit`; `cdf` must have all emitters it can hit."""
     found = HitLight()
     if hit.face == NO_HIT:
         found.radiance = sky_radiance(scene, direction)
@@ -168,6 +168,6 @@ def light_at_hit(scene: SceneData, table: LightTable, cdf: PowerCdf, origin: wp.
     if emitter != NOT_AN_EMITTER and wp.dot(normal, direction) < 0.0:
         found.radiance = emission_at(scene, hit.face, hit.u, hit.v)
         solid_angle = solid_angle_from(scene, hit.face, origin, corners_from(scene, hit.face, origin))
-        way = direction * hit.t
-        found.density = triangle_density(table, emitter, probability_of(cdf, emitter), solid_angle, normal, way)
+        to_light = direction * hit.t
+        found.density = triangle_density(table, emitter, probability_of(cdf, emitter), solid_angle, normal, to_light)
     return found

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from gpu.core.device import SMALLEST_SLICE, allocate, choose_device, duplicate, launch
+from gpu.core.device import MIN_SLICE, allocate, choose_device, duplicate, launch
 from gpu.errors import DeviceError
 from gpu.lights.light_paths import Vpls
 
@@ -19,7 +19,7 @@ def test_an_unknown_device_is_refused_with_those_there_are() -> None:
         choose_device("cuda:77")
 
 
-@pytest.mark.parametrize("count", [0, 1, SMALLEST_SLICE - 1, SMALLEST_SLICE + 1, 50_001])
+@pytest.mark.parametrize("count", [0, 1, MIN_SLICE - 1, MIN_SLICE + 1, 50_001])
 def test_a_launch_visits_every_item_once(count: int) -> None:
     visits = wp.zeros(max(count, 1), dtype=int, device="cpu")
     launch(count_kernel, count, [visits], choose_device("cpu"))

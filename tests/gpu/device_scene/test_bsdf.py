@@ -102,3 +102,11 @@ def test_a_faint_lobe_fades_out_with_its_reflectance() -> None:
     grazing = at_angle(85.0), at_angle(85.0, (-1.0, 0.0, 0.0))
     full, faint = (value(surface_of(0.0, f0, 0.3), *grazing)[0] for f0 in (0.02, 0.001))
     assert faint == pytest.approx(0.05 * full, rel=0.05)
+
+
+def test_the_lobe_fades_where_less_than_2_percent_is_reflected_at_normal_incidence() -> None:
+    view, light = at_angle(85.0), at_angle(85.0, (-1.0, 0.0, 0.0))
+    faint, least, usual = (value(surface_of(0.0, f0, 0.3), view, light)[0] for f0 in (0.01, 0.02, 0.04))
+    assert faint == pytest.approx(0.5 * least, rel=1e-4)
+    rise = (1.0 - np.cos(np.radians(85.0))) ** 5
+    assert usual / least == pytest.approx((0.04 + 0.96 * rise) / (0.02 + 0.98 * rise), rel=1e-3)

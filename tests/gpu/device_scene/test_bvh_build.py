@@ -59,6 +59,6 @@ def test_nodes_are_wide_where_there_is_enough_to_hold() -> None:
 
 
 def test_more_levels_than_a_ray_can_keep_in_mind_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bvh_build, "MOST_LEVELS", 2)
+    monkeypatch.setattr(bvh_build, "MAX_LEVELS", 2)
     with pytest.raises(RuntimeError, match="3000 triangles has more than 2 levels"):
         tree_of(3000)

@@ -150,3 +150,9 @@ def test_the_normal_scale_flattens() -> None:
     surface = seen(wall(material, textures=[textured((255, 128, 255))]), [0.0, 0.1, 1.0], [0, 0, -1])
     expected = np.array([0.5, 0.0, 1.0]) / 1.25**0.5
     assert np.allclose(surface[NORMAL], expected, atol=0.01)
+
+
+def test_no_surface_is_smoother_than_highlights_can_be_seen() -> None:
+    for roughness, expected in ((0.0, 0.05), (0.04, 0.05), (0.06, 0.06)):
+        found = seen(wall(Material(roughness=roughness)), [0.0, 0.1, 1.0], [0, 0, -1])
+        assert found[ROUGHNESS][0] == pytest.approx(expected)

@@ -46,6 +46,7 @@ def paths(
             direct=component is not Component.INDIRECT,
             indirect=component is not Component.DIRECT,
             seed=options.get("seed", 0),
+            **{name: value for name, value in options.items() if name == "roulette_bounce"},
         )
         trace_paths(scene, table, data, size, which, mean)
         first += samples
@@ -132,3 +133,11 @@ def test_the_cornell_box_agrees_with_its_reference(shared: Path) -> None:
         ours, theirs = (image.reshape(32, 8, 32, 8, 3).mean(axis=(1, 3)) for image in (picture, expected))
         error = np.mean((ours - theirs) ** 2 / (theirs**2 + 0.01 * theirs.mean() ** 2))
         assert error < 0.01
+
+
+def test_roulette_begins_at_its_bounce_and_leaves_the_mean() -> None:
+    device_scene = resident_of(box(), [grey(0.5)], lights=[BULB])
+    usual, early = (paths(device_scene, runs=(64,), **options) for options in ({}, {"roulette_bounce": 0}))
+    assert early.mean() == pytest.approx(usual.mean(), rel=0.03)
+    assert np.array_equal(paths(device_scene, bounces=2), paths(device_scene, bounces=2, roulette_bounce=9))
+    assert not np.array_equal(paths(device_scene, bounces=3), paths(device_scene, bounces=3, roulette_bounce=3))

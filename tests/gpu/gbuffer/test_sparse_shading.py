@@ -164,7 +164,7 @@ def test_how_much_of_a_pixel_its_anchors_must_tell() -> None:
     # Of the anchors around an odd pixel, half are an anchor of the same row: in column 23, between the halves.
     gbuffer = split_walls()["normals"]
     halves = ROWS[:, 23] % STRIDE == 0
-    assert shaded(gbuffer, STRIDE, min_share=0.4)[:-1, 23].sum() == 0
+    assert shaded(gbuffer, STRIDE, min_weight=0.4)[:-1, 23].sum() == 0
     assert shaded(gbuffer, STRIDE)[halves, 23].all()
 
 

@@ -154,3 +154,9 @@ def test_triangles_that_are_seen_large_are_sampled_evenly_in_solid_angle(
     inputs = [device_scene.data, build_light_table(device_scene, **options), wp.vec3(0.0, -height / 2.0, 0.0)]
     solid_angles = results(solid_angle_kernel, 256, inputs, float)
     assert (np.ptp(solid_angles) < 1e-3 * solid_angles.mean()) == even
+
+
+def test_a_lamp_lights_nothing_in_its_own_plane() -> None:
+    lamp = quad([-0.5, 0.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0)
+    device_scene = resident_of([lamp], [grey(0.0, emission=2.0)])
+    assert not irradiance(device_scene, (0.25, 0.0, 0.125), (1.0, 0.0, 0.0)).any()

@@ -109,7 +109,7 @@ def test_pixels_that_see_nothing_are_counted(terrace: DeviceScene, usual: Frame)
 @pytest.fixture
 def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures as small as these are interpolated, too."""
-    monkeypatch.setattr(interpolate, "LEAST_PIXELS", 0)
+    monkeypatch.setattr(interpolate, "MIN_PIXELS", 0)
 
 
 def test_indirect_light_of_most_pixels_is_interpolated(room: DeviceScene, of_any_size: None) -> None:
