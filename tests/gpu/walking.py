@@ -26,6 +26,11 @@ def pose(step: float) -> Camera:
     return look_at((0.01 * step, 0.0, 0.45), (-0.03 * step, -0.1, -0.5), yfov_degrees=75.0)
 
 
+def slow_pose(step: float) -> Camera:
+    """A camera that turns and steps aside: half a pixel a step, about."""
+    return look_at((0.003 * step, 0.0, 0.45), (-0.006 * step, -0.1, -0.5), yfov_degrees=75.0)
+
+
 def furnished() -> DeviceScene:
     """A closed box with a lamp below its ceiling and a block on its floor."""
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)

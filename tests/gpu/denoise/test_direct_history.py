@@ -8,23 +8,18 @@ import pytest
 import warp as wp
 from frame_view import FrameView
 from scenes import box, column, grey, quad, resident_of
+from walking import SIZE
+from walking import slow_pose as pose
 
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.reprojection import REPROJECTION_PARAMETERS, PreviousFrame
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
-from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Material
 from gpu.settings import Component, Method, RenderSettings, Skips
 
-SIZE = (64, 48)
 PIXELS = SIZE[0] * SIZE[1]
-
-
-def pose(step: float) -> Camera:
-    """A camera that turns and steps aside: half a pixel a step, about."""
-    return look_at((0.003 * step, 0.0, 0.45), (-0.006 * step, -0.1, -0.5), yfov_degrees=75.0)
 
 
 def room_of(material: Material) -> DeviceScene:

@@ -7,32 +7,25 @@ import pytest
 import warp as wp
 from frame_view import FrameView
 from scenes import box, grey, quad, resident_of
+from walking import SIZE, furnished
+from walking import slow_pose as pose
 
 from gpu.denoise.indirect_history import IndirectHistory
 from gpu.denoise.reprojection import REPROJECTION_PARAMETERS, PreviousFrame
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
-from gpu.scene.camera import look_at, rotated
+from gpu.scene.camera import rotated
 from gpu.scene.types import Camera, Doubles
 from gpu.settings import Component, Method, RenderSettings, Skips
 
 CHOSEN = REPROJECTION_PARAMETERS
-SIZE = (64, 48)
 QUALITY = {"sp_clusters": 100, "vpls": 2000, "vpl_clusters": 200, "component": Component.INDIRECT, "lambertian": True}
 
 
 @pytest.fixture(scope="module")
 def room() -> DeviceScene:
-    """A closed box with a lamp below its ceiling and a block on its floor."""
-    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
-    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
-    return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)])
-
-
-def pose(step: float) -> Camera:
-    """A camera that turns and steps aside: half a pixel a step, about."""
-    return look_at((0.003 * step, 0.0, 0.45), (-0.006 * step, -0.1, -0.5), yfov_degrees=75.0)
+    return furnished()
 
 
 class Seen:
