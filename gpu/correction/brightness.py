@@ -5,6 +5,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.device import BLOCK, launch
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 
 # SPs whose brightness stands for that of the picture.
@@ -12,18 +13,18 @@ SAMPLES = wp.constant(1024)
 
 
 @wp.kernel
-def brightness_kernel(first: int, gbuffer: GBuffer, sps: wp.array[int], sp_count: wp.array[int],
+def brightness_sample_kernel(first: int, gbuffer: GBuffer, points: PointList,
                       irradiance: wp.array[wp.vec3], samples: wp.array[float]) -> None:  # fmt: skip
     """One thread a sample: the brightness of the first SP of each of SAMPLES equal runs of the list."""
     sample = first + wp.tid()
     samples[sample] = 0.0
-    if sp_count[0] > 0:
-        pixel = sps[int(wp.int64(sample) * wp.int64(sp_count[0]) / wp.int64(SAMPLES))]
+    if points.count[0] > 0:
+        pixel = points.pixels[int(wp.int64(sample) * wp.int64(points.count[0]) / wp.int64(SAMPLES))]
         samples[sample] = brightness(wp.cw_mul(reflectance(gbuffer, pixel), irradiance[pixel]))
 
 
 @wp.kernel(module="unique")
-def mean_kernel(samples: wp.array[float], mean: wp.array[float]) -> None:
+def mean_brightness_kernel(samples: wp.array[float], mean: wp.array[float]) -> None:
     """One block: the mean of the samples."""
     total = wp.tile_sum(wp.tile_load(samples, shape=SAMPLES))
     wp.tile_store(mean, total * wp.static(1.0 / float(SAMPLES)))
@@ -39,7 +40,7 @@ class MeanBrightness:
 
     def find(self, gbuffer: GBuffer, sps: ShadingPoints, irradiance: wp.array) -> None:
         """Measure it by some of all `sps`; irradiance (pixel,)."""
-        inputs = [gbuffer, sps.pixels, sps.count, irradiance, self.samples]
-        launch(brightness_kernel, SAMPLES, inputs, self.device)
+        inputs = [gbuffer, sps.points, irradiance, self.samples]
+        launch(brightness_sample_kernel, SAMPLES, inputs, self.device)
         inputs = [self.samples, self.value]
-        wp.launch_tiled(mean_kernel, dim=[1], inputs=inputs, device=self.device, block_dim=BLOCK)
+        wp.launch_tiled(mean_brightness_kernel, dim=[1], inputs=inputs, device=self.device, block_dim=BLOCK)

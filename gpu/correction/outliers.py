@@ -15,6 +15,7 @@ from gpu.core.device import launch
 from gpu.correction.brightness import MeanBrightness
 from gpu.correction.top_k import LAST, Selection
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.sp.sp_clusters import UNSERVED_DEFICIT
 
@@ -26,22 +27,22 @@ DARK = wp.constant(0.1)
 
 
 @wp.kernel
-def dispute_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], numbers: wp.array[int], count: wp.array[int],
+def outlier_key_kernel(first: int, gbuffer: GBuffer, points: PointList,
                    deficit: wp.array[int], irradiance: wp.array[wp.vec3], own: wp.array[wp.vec3],
                    shared: wp.array[wp.vec3], mean: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
     """One thread a listed SP: by how much it may be too bright, relative to how dark it may be, as a key; worst first.
 
-    need (sp,): UNSERVED_DEFICIT marks SPs without a cluster, which come before all others; own, shared (pixel,): what
-    corrects the `irradiance` (pixel,) by the SP's rays alone, and with its neighbours'.
+    deficit (sp,): UNSERVED_DEFICIT marks SPs without a cluster, which come before all others; own, shared (pixel,):
+    what corrects the `irradiance` (pixel,) by the SP's rays alone, and with its neighbours'.
     """
     place = first + wp.tid()
     keys[place] = LAST
-    if place >= count[0]:
+    if place >= points.count[0]:
         return
-    if deficit[numbers[place]] >= UNSERVED_DEFICIT:
+    if deficit[points.numbers[place]] >= UNSERVED_DEFICIT:
         keys[place] = 0
         return
-    pixel = pixels[place]
+    pixel = points.pixels[place]
     reflected = reflectance(gbuffer, pixel)
     high = brightness(wp.cw_mul(reflected, irradiance[pixel] + shared[pixel]))
     low = wp.max(brightness(wp.cw_mul(reflected, irradiance[pixel] + own[pixel])), 0.0)
@@ -62,8 +63,7 @@ class OutlierPoints(Selection):
 
     def find(self, points: ListedPoints, gbuffer: GBuffer, deficit: wp.array, irradiance: wp.array, own: wp.array,
              shared: wp.array, mean: MeanBrightness) -> None:  # fmt: skip
-        """List the worst of `points`, as `dispute_kernel` tells."""
-        listed = [points.pixels, points.numbers, points.count]
-        inputs = [gbuffer, *listed, deficit, irradiance, own, shared, mean.value, self.keys]
-        launch(dispute_kernel, points.capacity, inputs, self.device)
+        """List the worst of `points`, as `outlier_key_kernel` tells."""
+        inputs = [gbuffer, points.points, deficit, irradiance, own, shared, mean.value, self.keys]
+        launch(outlier_key_kernel, points.capacity, inputs, self.device)
         self.choose(points)

@@ -17,7 +17,7 @@ CHOSEN, TIED = wp.constant(wp.int64(1 << 32)), wp.constant(wp.int64(1))
 
 
 @wp.kernel
-def count_kernel(first: int, keys: wp.array[int], end: int, counts: wp.array[int]) -> None:
+def top_k_count_kernel(first: int, keys: wp.array[int], end: int, counts: wp.array[int]) -> None:
     """One thread a listed SP: counts (key,) how many there are of each key below `end`."""
     key = keys[first + wp.tid()]
     if key < end:
@@ -25,7 +25,7 @@ def count_kernel(first: int, keys: wp.array[int], end: int, counts: wp.array[int
 
 
 @wp.kernel
-def mark_kernel(first: int, keys: wp.array[int], end: int, totals: wp.array[int], most: wp.array[int],
+def top_k_mark_kernel(first: int, keys: wp.array[int], end: int, totals: wp.array[int], most: wp.array[int],
                 marks: wp.array[wp.int64]) -> None:  # fmt: skip
     """One thread a listed SP: CHOSEN where all up to its key are at most `most` (1,), TIED where but some of it are."""
     place = first + wp.tid()
@@ -46,9 +46,8 @@ def listed_before(total: wp.int64, most_tied: int) -> int:
 
 
 @wp.kernel
-def list_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], totals: wp.array[wp.int64], last: int,
-                most: wp.array[int], count: wp.array[int], to_pixels: wp.array[int],
-                to_numbers: wp.array[int]) -> None:  # fmt: skip
+def top_k_list_kernel(first: int, points: PointList, totals: wp.array[wp.int64], last: int, most: wp.array[int],
+                      chosen: PointList) -> None:  # fmt: skip
     """One thread a listed SP: lists it among the chosen if it is one; totals (place,): of marks, with its own.
 
     last: the place whose totals are of all; most (1,): how many are listed at most.
@@ -60,10 +59,10 @@ def list_kernel(first: int, pixels: wp.array[int], numbers: wp.array[int], total
     if place > 0:
         begin = listed_before(totals[place - 1], most_tied)
     if begin < end:
-        to_pixels[begin] = pixels[place]
-        to_numbers[begin] = numbers[place]
+        chosen.pixels[begin] = points.pixels[place]
+        chosen.numbers[begin] = points.numbers[place]
     if place == last:
-        count[0] = end
+        chosen.count[0] = end
 
 
 class Selection:
@@ -94,9 +93,8 @@ class Selection:
         """List those of all `points`, whose keys are set; LAST for places beyond their count."""
         among, device, most, counts, marks = len(self.keys), self.device, self._most, self._counts, self._marks
         counts.zero_()
-        launch_together(count_kernel, among, [self.keys, self._end, counts], device)
+        launch_together(top_k_count_kernel, among, [self.keys, self._end, counts], device)
         array_scan(counts, counts)
-        launch(mark_kernel, among, [self.keys, self._end, counts, most, marks], device)
+        launch(top_k_mark_kernel, among, [self.keys, self._end, counts, most, marks], device)
         array_scan(marks, marks)
-        inputs = [points.pixels, points.numbers, marks, among - 1, most]
-        launch(list_kernel, among, [*inputs, self.count, self.pixels, self.numbers], device)
+        launch(top_k_list_kernel, among, [points.points, marks, among - 1, most, self.points], device)

@@ -78,7 +78,7 @@ def correction_ray_kernel(fuzziness: int) -> wp.Kernel:
             return
         sp = points.numbers[place]
         pixel = points.pixels[place]
-        whole = indirect.near[sp] + indirect.far[sp]
+        whole = indirect.near_importance[sp] + indirect.far_importance[sp]
         if whole <= 0.0 or (settled[pixel] == 1 and not again):
             return
         position = gbuffer.position[pixel]
@@ -87,11 +87,11 @@ def correction_ray_kernel(fuzziness: int) -> wp.Kernel:
         key = hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * own)
         state = hashed(wp.uint32(pixel) ^ key)
         step = float(wp.uint32(sp) * GOLDEN_STEP + key) * TO_UNIT
-        u = (float(check) + step) / float(CHECKS) * whole - indirect.near[sp]
+        u = (float(check) + step) / float(CHECKS) * whole - indirect.near_importance[sp]
         near = indirect.target[check, sp]
         if u >= 0.0:
             near = -1
-        pick = wp.vec2(float(state) * TO_UNIT * indirect.far[sp], u / indirect.far[sp])
+        pick = wp.vec2(float(state) * TO_UNIT * indirect.far_importance[sp], u / indirect.far_importance[sp])
         sample = sample_vpl(position, normal, sp, known, near, pick, state)
         if sample.vpl >= 0:
             rays.vpl[index] = sample.vpl

@@ -10,6 +10,7 @@ from gpu.core.kahan import Sum, kahan_add
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connection
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.indirect.irradiance import Indirect
 from gpu.vpl.disk_light import disk_at
@@ -18,16 +19,15 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 
 @cache
-def gather_kernel(connect: wp.Function) -> wp.Kernel:
+def exact_gather_kernel(connect: wp.Function) -> wp.Kernel:
     """The kernel that traces with `connect`, one of gpu.device_scene.rays.connected and connected_solid."""
 
     @wp.kernel(module="unique")
-    def kernel(
+    def exact_gather_kernel(
         first: int,
         scene: SceneData,
         gbuffer: GBuffer,
-        sps: wp.array[int],
-        sp_count: wp.array[int],
+        points: PointList,
         vpls: VplClusters,
         begin: int,
         end: int,
@@ -35,9 +35,9 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
     ) -> None:
         """One thread an SP: adds the light of VPL clusters begin … end − 1, with a shadow ray to each."""
         sp = first + wp.tid()
-        if sp >= sp_count[0]:
+        if sp >= points.count[0]:
             return
-        pixel = sps[sp]
+        pixel = points.pixels[sp]
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         geometric_normal = gbuffer.geometric_normal[pixel]
@@ -55,11 +55,11 @@ def gather_kernel(connect: wp.Function) -> wp.Kernel:
         out.irradiance[pixel] = after.total
         out.lost[pixel] = after.compensation
 
-    return kernel
+    return exact_gather_kernel
 
 
 def gather(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, begin: int, end: int,
            out: Indirect) -> None:  # fmt: skip
     """Add the light of VPL clusters begin … end − 1 to `out`, every pair's visibility traced; the first run sets it."""
-    inputs = [scene, gbuffer, sps.pixels, sps.count, vpls, begin, end, out]
-    launch(gather_kernel(connection(scene)), sps.capacity, inputs, sps.device)
+    inputs = [scene, gbuffer, sps.points, vpls, begin, end, out]
+    launch(exact_gather_kernel(connection(scene)), sps.capacity, inputs, sps.device)

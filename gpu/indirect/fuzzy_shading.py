@@ -58,13 +58,13 @@ def fuzzy_shading_kernel(fuzziness: int) -> wp.Kernel:
         cluster = guided.cluster
         weights = guided.weight
         irradiance = Sum()
-        far_mass = float(0.0)
+        far_importance = float(0.0)
         unoccluded_far = float(0.0)
         for f in range(wp.static(fuzziness)):
             if weights[f] > 0.0:
                 light = far_irradiance(far, known.clusters, cluster[f], position, normal)
                 irradiance = kahan_add(irradiance, light * weights[f])
-                far_mass += weights[f] * column_total(far.weighted, cluster[f])
+                far_importance += weights[f] * column_total(far.weighted, cluster[f])
                 unoccluded_far += weights[f] * column_total(far.unoccluded, cluster[f])
         # A check's target stays while the sum grows with the probability that the old sum has in the new, so the sum at
         # which the next takes its place is drawn at once (P. Efraimidis and P. Spirakis 2006, A-ExpJ).
@@ -123,8 +123,8 @@ def fuzzy_shading_kernel(fuzziness: int) -> wp.Kernel:
                             next_change = wp.min(next_change, following[check])
             irradiance = kahan_add(irradiance, light)
         out.irradiance[pixel] = irradiance.total
-        out.near[sp] = importance
-        out.far[sp] = far_mass
+        out.near_importance[sp] = importance
+        out.far_importance[sp] = far_importance
         out.unoccluded_near[sp] = unoccluded_near
         out.unoccluded_far[sp] = unoccluded_far
         out.pairs[sp] = pairs

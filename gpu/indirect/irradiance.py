@@ -17,16 +17,17 @@ class Indirect:
 
     irradiance (pixel,) [W/m²]; lost (pixel,): what rounding added to an `irradiance` that is gathered run by run, as
     gpu.core.kahan.Sum; target (CHECKS, sp): near VPL clusters, each drawn in proportion to its light in
-    visibility_weight, −1 for none; near, far (sp,): all light in visibility_weight of near VPL clusters, and of the
-    others; unoccluded_near, unoccluded_far (sp,): their light were none hidden; unoccluded_prefix (part, sp): that of
-    the near ones before each part of VPL clusters (`words_a_part`); pairs (sp,): how many are near.
+    visibility_weight, −1 for none; near_importance, far_importance (sp,): all light in visibility_weight of near VPL
+    clusters, and of the others; unoccluded_near, unoccluded_far (sp,): their light were none hidden;
+    unoccluded_prefix (part, sp): that of the near ones before each part of VPL clusters (`words_a_part`); pairs (sp,):
+    how many are near.
     """
 
     irradiance: wp.array[wp.vec3]
     lost: wp.array[wp.vec3]
     target: wp.array2d[int]
-    near: wp.array[float]
-    far: wp.array[float]
+    near_importance: wp.array[float]
+    far_importance: wp.array[float]
     unoccluded_near: wp.array[float]
     unoccluded_far: wp.array[float]
     unoccluded_prefix: wp.array2d[float]

@@ -17,6 +17,7 @@ from gpu.device_scene.rays import blocking, closest_hit, offset_origin
 from gpu.device_scene.surface import triangle_normal
 from gpu.gbuffer.camera_rays import RAY_LENGTH
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -51,22 +52,21 @@ class Hits:
 
 
 @wp.func
-def looks_every(frames: int) -> int:
+def ray_period(frames: int) -> int:
     """One in how many SPs whose light is known of so many `frames` before has a ray; another in the next frame."""
     return wp.where(frames > 0, KNOWN_EVERY, 1)
 
 
 @cache
-def trace_kernel(alpha: bool) -> wp.Kernel:
+def near_field_ray_kernel(alpha: bool) -> wp.Kernel:
     """The kernel that traces the rays; alpha: whether these must look at masks."""
 
     @wp.kernel(module="unique")
-    def kernel(
+    def near_field_ray_kernel(
         first: int,
         scene: SceneData,
         gbuffer: GBuffer,
-        sps: wp.array[int],
-        sp_count: wp.array[int],
+        points: PointList,
         seed: wp.array[int],
         frames: wp.array[int],
         hits: Hits,
@@ -74,12 +74,12 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
         """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share a sequence."""
         sp = first + wp.tid()
         hits.distance[sp] = 0.0
-        if sp >= sp_count[0]:
+        if sp >= points.count[0]:
             return
         if wp.static(not alpha):
             scene.ignore_alpha = True
-        pixel = sps[sp]
-        every = looks_every(frames[pixel])
+        pixel = points.pixels[sp]
+        every = ray_period(frames[pixel])
         if (sp + seed[0]) % every != 0:
             return
         place = sobol_pair(sp, NEAR_PAIR, seed[0])
@@ -98,11 +98,11 @@ def trace_kernel(alpha: bool) -> wp.Kernel:
         hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
         hits.distance[sp] = hit.t
 
-    return kernel
+    return near_field_ray_kernel
 
 
 @wp.kernel
-def find_kernel(first: int, hits: Hits, lit: RadiosityCache, vpl: wp.array[int]) -> None:
+def near_field_vpl_kernel(first: int, hits: Hits, lit: RadiosityCache, vpl: wp.array[int]) -> None:
     """One thread an SP: the VPL that answers for where its ray went. vpl (sp,): −1 for none."""
     sp = first + wp.tid()
     vpl[sp] = -1
@@ -112,7 +112,7 @@ def find_kernel(first: int, hits: Hits, lit: RadiosityCache, vpl: wp.array[int])
 
 
 @cache
-def light_kernel(blocked: wp.Function) -> wp.Kernel:
+def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
     """The kernel that looks along the surface with `blocked`, one of gpu.device_scene.rays.occluded and
     occluded_solid.
     """
@@ -127,12 +127,11 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
         return blocked(scene, position + lift, way / length, length)
 
     @wp.kernel(module="unique")
-    def kernel(
+    def near_field_light_kernel(
         first: int,
         scene: SceneData,
         gbuffer: GBuffer,
-        sps: wp.array[int],
-        count: wp.array[int],
+        points: PointList,
         hits: Hits,
         vpls: VplClusters,
         lit: RadiosityCache,
@@ -148,22 +147,22 @@ def light_kernel(blocked: wp.Function) -> wp.Kernel:
         """
         sp = first + wp.tid()
         found[sp] = 0
-        if sp >= count[0]:
+        if sp >= points.count[0]:
             return
-        pixel = sps[sp]
+        pixel = points.pixels[sp]
         light[pixel] = wp.vec3(0.0, 0.0, 0.0)
         near = vpl[sp]
         distance = hits.distance[sp]
         if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
             squared = distance * distance
             area = disk_area(gbuffer.position[pixel], vpls, near)
-            share = float(looks_every(frames[pixel])) * area / (PI * squared + area)
+            share = float(ray_period(frames[pixel])) * area / (PI * squared + area)
             if distance > NEAR_LENGTH:
                 share *= float(FAR_EVERY)
             light[pixel] = lit.radiosity[near] * share
             found[sp] = 1
 
-    return kernel
+    return near_field_light_kernel
 
 
 class NearField:
@@ -185,11 +184,11 @@ class NearField:
 
         seed: (1,); frames (pixel,): of how many earlier frames the light of each is known.
         """
-        capacity, points, hits = sps.capacity, (scene, gbuffer, sps.pixels, sps.count), self._hits
-        launch(trace_kernel(scene.alpha), capacity, [*points, seed, frames, hits], self.device)
-        launch(find_kernel, capacity, [hits, lit, self._vpl], self.device)
+        capacity, points, hits = sps.capacity, (scene, gbuffer, sps.points), self._hits
+        launch(near_field_ray_kernel(scene.alpha), capacity, [*points, seed, frames, hits], self.device)
+        launch(near_field_vpl_kernel, capacity, [hits, lit, self._vpl], self.device)
         inputs = [*points, hits, vpls, lit, frames, self._vpl, self.light, self.found]
-        launch(light_kernel(blocking(scene)), capacity, inputs, self.device)
+        launch(near_field_light_kernel(blocking(scene)), capacity, inputs, self.device)
 
     def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, frames: wp.array) -> None:
         """Share `light`, known of so many earlier `frames`, between neighbours of one surface, guided by other light.

@@ -82,7 +82,7 @@ def pair_light(p: wp.vec3, p_normal: wp.vec3, vpls: VplClusters, vpl: int) -> fl
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def part_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float]) -> None:
+def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[float]) -> None:
     """One thread a PARTS-th of the VPL clusters at one new representative: the sum of their light.
 
     parts: (part, place in the SP clusters' order).
@@ -101,7 +101,7 @@ def part_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.array[
 
 
 @wp.kernel
-def weak_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.array[float]) -> None:
+def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.array[float]) -> None:
     """One thread a new representative, in order: the light below which a VPL cluster is weak there."""
     place = first + wp.tid()
     fresh = sps.fresh[0]
@@ -114,11 +114,11 @@ def weak_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.ar
 
 
 @cache
-def plan_kernel(facing_away: bool, shared_weak_rays: bool) -> wp.Kernel:
+def ray_plan_kernel(facing_away: bool, shared_weak_rays: bool) -> wp.Kernel:
     """The kernel that plans the rays; facing_away, shared_weak_rays: whether such pairs have no rays of their own."""
 
     @wp.kernel(module="unique", module_options={"fast_math": True})
-    def kernel(
+    def ray_plan_kernel(
         first: int,
         sps: SpClusters,
         vpls: VplClusters,
@@ -181,11 +181,11 @@ def plan_kernel(facing_away: bool, shared_weak_rays: bool) -> wp.Kernel:
         plan.shared[index] = shared & ~traced
         plan.leaders[index] = leaders
 
-    return kernel
+    return ray_plan_kernel
 
 
 @wp.kernel
-def list_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, rays: wp.array[int], shared: wp.array[int],
+def ray_list_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, rays: wp.array[int], shared: wp.array[int],
                 pairs: wp.array[int]) -> None:  # fmt: skip
     """One thread a word at a new representative: lists its rays, as 32 · index + bit, where there is room.
 

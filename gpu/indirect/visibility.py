@@ -18,13 +18,12 @@ from gpu.indirect.ray_plan import (
     RayPlan,
     Run,
     length_of,
-    list_kernel,
-    part_kernel,
-    plan_kernel,
-    weak_kernel,
+    pair_light_kernel,
+    ray_list_kernel,
+    ray_plan_kernel,
+    weak_light_kernel,
     with_shared,
 )
-from gpu.settings import EVERY_SKIP, Skips
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.vpl_clusters import VplClusters
@@ -35,13 +34,13 @@ SPREAD = wp.constant(4)
 
 
 @cache
-def trace_kernel(see: wp.Function) -> wp.Kernel:
+def visibility_ray_kernel(see: wp.Function) -> wp.Kernel:
     """The kernel that traces with `see`, one of gpu.device_scene.rays.connected, unblocked and those of solid
     scenes.
     """
 
     @wp.kernel(module="unique")
-    def kernel(
+    def visibility_ray_kernel(
         first: int,
         scene: SceneData,
         sps: SpClusters,
@@ -73,11 +72,11 @@ def trace_kernel(see: wp.Function) -> wp.Kernel:
             pairs[ray] = seen
             ray += (threads + spread - 1) // spread
 
-    return kernel
+    return visibility_ray_kernel
 
 
 @wp.kernel
-def pack_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, answers: wp.array[int],
+def visibility_word_kernel(first: int, sps: SpClusters, run: Run, plan: RayPlan, answers: wp.array[int],
                 words: wp.array2d[wp.uint32]) -> None:  # fmt: skip
     """One thread a word: packs 32 VPL clusters' answers for one new representative. words: (sp cluster, word)."""
     index = first + wp.tid()
@@ -99,11 +98,13 @@ class Visibility:
 
     A cluster that is not in use has the bits of whichever had its place before.
 
-    rays, shared (run,): how many pairs were traced, and how many took another pair's answer.
+    rays, shared (run,): how many pairs were traced, and how many took another pair's answer. facing_away,
+    shared_weak_rays: whether pairs that exchange no light have no rays, and weak pairs share theirs.
     """
 
-    def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, skip: Skips = EVERY_SKIP) -> None:
-        self.device, self._skip = device, skip
+    def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, facing_away: bool = True,
+                 shared_weak_rays: bool = True) -> None:  # fmt: skip
+        self.device, self._facing_away, self._shared_weak_rays = device, facing_away, shared_weak_rays
         self._sp_count = sp_count
         self._word_count = max(1, -(-vpl_count // int(WORD_BITS)))
         self._run = min(sp_count, max(1, MAX_PAIRS // (int(WORD_BITS) * self._word_count)))
@@ -129,13 +130,12 @@ class Visibility:
         Only the device knows how many are new, so all runs are launched: those after the first are seldom needed. Of
         the threads that trace each takes every so-manieth ray.
         """
-        count, device, skip = self._sp_count, self.device, self._skip
-        plan, pairs = self._plan, self._pairs
-        if skip.shared_weak_rays:
-            launch(part_kernel, len(self._parts), [sps, vpls, self._parts], device)
-            launch(weak_kernel, count, [sps, self._parts, self._weak], device)
-        plans = plan_kernel(skip.facing_away, skip.shared_weak_rays)
-        trace = trace_kernel(connection(scene) if skip.facing_away else free_path(scene))
+        count, device, plan, pairs = self._sp_count, self.device, self._plan, self._pairs
+        if self._shared_weak_rays:
+            launch(pair_light_kernel, len(self._parts), [sps, vpls, self._parts], device)
+            launch(weak_light_kernel, count, [sps, self._parts, self._weak], device)
+        plans = ray_plan_kernel(self._facing_away, self._shared_weak_rays)
+        trace = visibility_ray_kernel(connection(scene) if self._facing_away else free_path(scene))
         words = len(plan.traced)
         self.rays.zero_()
         self.shared.zero_()
@@ -145,6 +145,6 @@ class Visibility:
             blocks = FEW_BLOCKS if number else MOST_BLOCKS
             threads = min(BLOCK * blocks, len(pairs))
             launch(plans, words, [sps, vpls, run, self._weak, plan], device, blocks)
-            launch_together(list_kernel, words, [sps, run, plan, self.rays, self.shared, pairs], device, blocks)
+            launch_together(ray_list_kernel, words, [sps, run, plan, self.rays, self.shared, pairs], device, blocks)
             launch(trace, threads, [scene, sps, vpls, run, self.rays, threads, pairs], device, blocks)
-            launch(pack_kernel, words, [sps, run, plan, pairs, self.words], device, blocks)
+            launch(visibility_word_kernel, words, [sps, run, plan, pairs, self.words], device, blocks)

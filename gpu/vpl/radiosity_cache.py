@@ -74,7 +74,7 @@ class RadiosityCache:
 
 
 @wp.kernel
-def search_kernel(first: int, clusters: VplClusters, spacing: wp.array[float]) -> None:
+def neighbour_spacing_kernel(first: int, clusters: VplClusters, spacing: wp.array[float]) -> None:
     """One thread a cluster: the spacing of cells that its members' neighbours are searched in; 0 if it has no extent.
 
     A cluster of strays is far wider than its members are apart. Searching all of that would keep the others waiting.
@@ -114,7 +114,7 @@ def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3],
 
 
 @wp.kernel
-def coverage_kernel(first: int, scene: SceneData, vpls: Representatives, radius: wp.array[float],
+def disk_coverage_kernel(first: int, scene: SceneData, vpls: Representatives, radius: wp.array[float],
                     covered: wp.array[int]) -> None:  # fmt: skip
     """One thread a place around a VPL, in the middle of its disk's area: 1 where its surface goes on, else 0.
 
@@ -139,7 +139,7 @@ def coverage_kernel(first: int, scene: SceneData, vpls: Representatives, radius:
 
 
 @wp.kernel
-def cover_kernel(first: int, covered: wp.array[int], radiosity: wp.array[wp.vec3]) -> None:
+def covered_radiosity_kernel(first: int, covered: wp.array[int], radiosity: wp.array[wp.vec3]) -> None:
     """One thread a VPL: its radiosity is that of the part of its disk that is surface."""
     vpl = first + wp.tid()
     number = int(0)
@@ -159,7 +159,7 @@ def bucket_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, level
 
 
 @wp.kernel
-def bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[int]) -> None:
+def radiosity_bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[int]) -> None:
     """One thread an entry: its bucket, or `buckets` of the map where the VPL knows nothing."""
     entry = first + wp.tid()
     vpl = entry // LEVELS_HELD
@@ -175,7 +175,7 @@ def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplCl
     grid = Grid(members.count, device)
     vpls = grid.data
     vpls.position, vpls.normal = members.position, members.normal
-    launch(search_kernel, clusters.count, [clusters, vpls.spacing], device)
+    launch(neighbour_spacing_kernel, clusters.count, [clusters, vpls.spacing], device)
     grid.build()
     lit = RadiosityCache()
     lit.position, lit.normal = members.position, members.normal
@@ -183,8 +183,8 @@ def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplCl
     lit.radiosity = wp.zeros(members.count, dtype=wp.vec3, device=device)
     launch(radiosity_kernel, members.count, [vpls, members.flux, lit.radius, lit.radiosity], device)
     covered = wp.zeros(int(PLACES) * members.count, dtype=int, device=device)
-    launch(coverage_kernel, int(PLACES) * members.count, [scene, vpls, lit.radius, covered], device)
-    launch(cover_kernel, members.count, [covered, lit.radiosity], device)
+    launch(disk_coverage_kernel, int(PLACES) * members.count, [scene, vpls, lit.radius, covered], device)
+    launch(covered_radiosity_kernel, members.count, [covered, lit.radiosity], device)
     sort_into_cells(lit, device)
     return lit
 
@@ -200,7 +200,7 @@ def sort_into_cells(lit: RadiosityCache, device: wp.Device) -> None:
     entries = LEVELS_HELD * len(radii)
     lit.buckets = 1 << (entries - 1).bit_length()
     groups = Groups(entries, lit.buckets, device)
-    launch(bucket_kernel, entries, [lit, groups.keys], device)
+    launch(radiosity_bucket_kernel, entries, [lit, groups.keys], device)
     groups.sort()
     lit.entries, lit.starts = groups.items, groups.starts
 

@@ -18,8 +18,8 @@ COUNT = 300  # of the pixels, so many have an SP
 def sps_backwards() -> ShadingPoints:
     """SP k lies at pixel 399 − k."""
     sps = ShadingPoints((20, 20), 1, CPU)
-    sps.pixels = column(PIXELS - 1 - np.arange(PIXELS), wp.int32)
-    sps.count = column([COUNT], wp.int32)
+    sps.pixels.assign(PIXELS - 1 - np.arange(PIXELS, dtype=np.int32))
+    sps.count.fill_(COUNT)
     return sps
 
 

@@ -8,6 +8,7 @@ from scenes import column
 
 from gpu.core.device import choose_device
 from gpu.correction.top_k import LAST, Selection
+from gpu.gbuffer.point_list import PointList
 
 
 class Listed:
@@ -18,6 +19,8 @@ class Listed:
         pixels = np.random.default_rng(0).permutation(self.capacity)
         arrays = column(pixels, int), column(np.arange(self.capacity) + 1000, int), column([count], int)
         self.pixels, self.numbers, self.count = (values.to(device) for values in arrays)
+        self.points = PointList()
+        self.points.pixels, self.points.numbers, self.points.count = self.pixels, self.numbers, self.count
 
 
 @pytest.mark.parametrize("name", DEVICES)

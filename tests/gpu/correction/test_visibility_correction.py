@@ -72,7 +72,7 @@ def test_the_mean_of_corrections_is_what_clusters_are_wrong_by(beliefs: str, far
     assert np.abs(off[exact]).max(initial=0.0) < 1e-3 * error.max()
     # Far targets are drawn by what representatives know of them, which is near what SPs would know.
     assert 0.7 < np.mean((off[~exact] / error[~exact]) ** 2) < (1.8 if far_field_sums else 1.4)
-    assert (fuzzy.view.indirect.far.numpy() > 0.0).any() == far_field_sums
+    assert (fuzzy.view.indirect.far_importance.numpy() > 0.0).any() == far_field_sums
 
 
 def test_rays_of_neighbours_take_other_parts_of_their_light() -> None:
@@ -85,7 +85,10 @@ def test_rays_of_neighbours_take_other_parts_of_their_light() -> None:
     shape = room.clustering.count, room.lights.count
     room.believe(np.broadcast_to(np.arange(shape[1]) < shape[1] // 2, shape))
     found = corrections(room, SEEDS)[:, room.pixels].mean(axis=2)
-    far, near = (array.numpy()[: room.sp_count] for array in (room.view.indirect.far, room.view.indirect.near))
+    far, near = (
+        array.numpy()[: room.sp_count]
+        for array in (room.view.indirect.far_importance, room.view.indirect.near_importance)
+    )
     mostly_far = far > 4.0 * near
     assert mostly_far.sum() > 20
     found, at_random = found[:, mostly_far], variance_of(room)[mostly_far].sum()

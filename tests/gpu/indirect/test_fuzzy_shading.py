@@ -62,8 +62,8 @@ def in_doubt(fuzzy: Pipeline) -> Doubles:
 def test_the_light_in_doubt_is_told(fuzzy: Pipeline) -> None:
     expected = in_doubt(fuzzy).sum(axis=1)
     assert (expected > 0.0).any()
-    assert fuzzy.view.indirect.near.numpy()[: fuzzy.sp_count] == pytest.approx(expected, rel=1e-3)
-    assert not fuzzy.view.indirect.far.numpy().any()
+    assert fuzzy.view.indirect.near_importance.numpy()[: fuzzy.sp_count] == pytest.approx(expected, rel=1e-3)
+    assert not fuzzy.view.indirect.far_importance.numpy().any()
 
 
 def test_targets_are_drawn_in_proportion_to_their_light_in_doubt(fuzzy: Pipeline) -> None:

@@ -10,7 +10,6 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connected_solid
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
-from gpu.settings import EVERY_SKIP, Skips
 from gpu.sp.sp_clustering import SpClustering
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.disk_light import disk_at
@@ -51,11 +50,11 @@ def traced() -> tuple[DeviceScene, FrameView, SpClustering, VplClusters]:
 
 
 def bits_of(
-    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters], skip: Skips = EVERY_SKIP
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters], **skips: bool
 ) -> tuple[NDArray, Visibility]:
-    """What the stage says of each pair, (sp cluster, vpl cluster)."""
+    """What the stage says of each pair, (sp cluster, vpl cluster); skips: as for Visibility."""
     _, view, clustering, vpls = traced
-    stage = Visibility(clustering.count, vpls.count, view.device, skip)
+    stage = Visibility(clustering.count, vpls.count, view.device, **skips)
     stage.trace(view.scene, clustering.clusters, vpls)
     bytes_ = stage.words.numpy().astype("<u4").view(np.uint8)
     return np.unpackbits(bytes_, axis=1, bitorder="little")[:, : vpls.count], stage
@@ -114,22 +113,22 @@ def test_most_answers_are_exact_and_those_shared_are_of_weak_pairs(
 def test_without_sharing_every_answer_is_exact(
     traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters],
 ) -> None:
-    bits, stage = bits_of(traced, Skips(shared_weak_rays=False))
+    bits, stage = bits_of(traced, shared_weak_rays=False)
     pairs = facing(traced)
     assert pairs.sum() > 1000
     assert np.array_equal(bits[pairs], exact_bits(traced)[pairs])
     assert stage.shared.numpy().sum() == 0
 
 
-@pytest.mark.parametrize(
-    "skip", [EVERY_SKIP, Skips(shared_weak_rays=False), Skips(shared_weak_rays=False, facing_away=False)]
-)
+@pytest.mark.parametrize("skips", [{}, {"shared_weak_rays": False}, {"shared_weak_rays": False, "facing_away": False}])
 def test_runs_of_representatives_give_what_all_at_once_give(
-    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters], skip: Skips, monkeypatch: pytest.MonkeyPatch
+    traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters],
+    skips: dict[str, bool],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    bits, stage = bits_of(traced, skip)
+    bits, stage = bits_of(traced, **skips)
     monkeypatch.setattr("gpu.indirect.visibility.MAX_PAIRS", 2 * 32 * traced[2].count)  # two fifths at a time
-    other, in_runs = bits_of(traced, skip)
+    other, in_runs = bits_of(traced, **skips)
     assert np.array_equal(other, bits)
     assert len(in_runs.rays) > len(stage.rays) == 1
     assert in_runs.rays.numpy().sum() == stage.rays.numpy().sum()
@@ -164,8 +163,8 @@ def test_a_stage_for_more_vpl_clusters_than_there_are_sees_none_beyond(
 def test_pairs_that_face_away_exchange_hardly_any_light_whatever_a_ray_would_find(
     traced: tuple[DeviceScene, FrameView, SpClustering, VplClusters],
 ) -> None:
-    bits, stage = bits_of(traced, Skips(shared_weak_rays=False))
-    other, all_emitters = bits_of(traced, Skips(shared_weak_rays=False, facing_away=False))
+    bits, stage = bits_of(traced, shared_weak_rays=False)
+    other, all_emitters = bits_of(traced, shared_weak_rays=False, facing_away=False)
     used = traced[2].clusters.used.numpy().sum()
     assert all_emitters.rays.numpy().sum() == used * vpl_count(traced)
     assert stage.rays.numpy().sum() < 0.8 * all_emitters.rays.numpy().sum()
