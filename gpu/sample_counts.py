@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.settings import Method, RenderSettings
+from gpu.settings import RenderSettings
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ PATHS = 64
 def sample_counts_of(settings: RenderSettings, device: wp.Device) -> SampleCounts:
     """The counts of `settings`, the open ones chosen for `device`."""
     usual = ON_CUDA if device.is_cuda else ON_CPU
-    samples = PATHS if settings.method is Method.PATH else usual.samples
+    samples = PATHS if settings.method.refines_by_samples else usual.samples
     return SampleCounts(
         sp_clusters=settings.sp_clusters or usual.sp_clusters,
         vpls=settings.vpls or usual.vpls,

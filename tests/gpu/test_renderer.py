@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
-from scenes import box, grey, quad, resident_of, slats
+from scenes import box, grey, quad, resident_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Floats, Light, LightKind, Sky
-from gpu.settings import Clustering, Component, Method, RenderSettings, Skips, Weighting
+from gpu.settings import Component, Method, RenderSettings, Skips
+from gpu.vpl.light_sets import LightSets
 
 SIZE = (48, 36)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
@@ -45,68 +46,6 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not(room: DeviceScen
     first, second = renderer.render(CAMERA).radiance(), renderer.render(CAMERA).radiance()
     assert first.tobytes() == second.tobytes() == picture(room, **settings).tobytes()
     assert first.tobytes() != picture(room, **settings, seed=1).tobytes()
-
-
-@pytest.mark.parametrize("clustering", list(Clustering))
-@pytest.mark.parametrize(("fuzziness", "weighting"), [(1, Weighting.AVERAGE), (6, Weighting.DISTANCE), (8, "average")])
-def test_every_choice_of_the_ablation_is_near_exact_vpl(
-    room: DeviceScene, clustering: Clustering, fuzziness: int, weighting: Weighting
-) -> None:
-    exact = picture(room, method=Method.EXACT_VPL, component=Component.INDIRECT)
-    choice = {"clustering": clustering, "fuzziness": fuzziness, "weighting": weighting}
-    assert relative_error(picture(room, component=Component.INDIRECT, **choice), exact) < 0.03
-
-
-def test_exact_vpl_agrees_with_path_tracing(room: DeviceScene) -> None:
-    settings = {"component": Component.INDIRECT, "lambertian": True}
-    exact = picture(room, method=Method.EXACT_VPL, **settings, vpls=8000, vpl_clusters=400)
-    paths = picture(room, method=Method.PATH, samples=256, **settings)
-    assert exact.mean() == pytest.approx(paths.mean(), rel=0.04)
-    assert relative_error(exact, paths) < 0.02
-
-
-def test_refinement_mends_what_clusters_get_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    device_scene, camera, size = slats()
-    errors = []
-    for seed in range(4):
-        settings = RenderSettings(component=Component.INDIRECT, sp_clusters=80, vpls=4000, vpl_clusters=800, seed=seed,
-                                  near_field=False)  # fmt: skip
-        exact = Renderer(device_scene, size, settings.model_copy(update={"method": Method.EXACT_VPL}))
-        reference = exact.render(camera).radiance()
-        refined = Renderer(device_scene, size, settings).render(camera)
-        with monkeypatch.context() as patched:
-            patched.setattr("gpu.methods.fuzzy_correction.LEAST_DISPUTE", 4000.0)
-            plain = Renderer(device_scene, size, settings).render(camera)
-        assert refined.stats.counts["refined"] > 20
-        assert plain.stats.counts["refined"] < refined.stats.counts["refined"]
-        changed = (refined.radiance() != plain.radiance()).any(axis=2)
-        assert changed.any()
-        # The mean of the whole picture is what dark means, so those that were refined are compared inside it.
-        weights = 1.0 / (reference[changed] ** 2 + 0.01 * reference.mean() ** 2)
-        errors.append([np.mean((frame.radiance()[changed] - reference[changed]) ** 2 * weights)
-                       for frame in (plain, refined)])  # fmt: skip
-    before, after = np.mean(errors, axis=0)
-    assert after < 0.5 * before
-
-
-@pytest.mark.parametrize("smooth", [False, True])
-def test_rays_of_shading_points_lower_the_error_of_their_clusters(smooth: bool) -> None:
-    device_scene, camera, size = slats()
-    settings = RenderSettings(component=Component.INDIRECT, sp_clusters=80, vpls=4000, vpl_clusters=800,
-                              near_field=False, smooth=smooth)  # fmt: skip
-    reference = Renderer(device_scene, size, settings.model_copy(update={"method": Method.EXACT_VPL})).render(camera)
-    exact = reference.radiance()
-    errors = []
-    for correct in (False, True):
-        renderer = Renderer(device_scene, size, settings.model_copy(update={"correct": correct}))
-        frame = renderer.render(camera)
-        assert ("correct" in frame.stats.stage_ms, "refine" in frame.stats.stage_ms) == (correct, correct and smooth)
-        errors.append(relative_error(frame.radiance(), exact))
-    # By themselves a few rays a pixel are noise, which is for many frames to average.
-    if smooth:
-        assert errors[1] < 0.7 * errors[0]
-    else:
-        assert errors[1] != errors[0]
 
 
 def test_a_frame_tells_what_it_did_and_what_it_skipped(room: DeviceScene) -> None:
@@ -174,9 +113,9 @@ def test_an_impossible_size_is_refused(room: DeviceScene, size: tuple[int, int])
 
 def test_renderers_of_a_scene_share_its_light_sets(room: DeviceScene) -> None:
     reports: list[str] = []
-    settings = RenderSettings(**QUALITY, seed=99)
-    Renderer(room, SIZE, settings, lambda what, fraction: reports.append(what))
+    settings, light_sets = RenderSettings(**QUALITY, seed=99), LightSets(room)
+    Renderer(room, SIZE, settings, lambda what, fraction: reports.append(what), light_sets)
     first = len(reports)
-    Renderer(room, (8, 8), settings, lambda what, fraction: reports.append(what))
+    Renderer(room, (8, 8), settings, lambda what, fraction: reports.append(what), light_sets)
     assert first > 0
     assert len(reports) == first

@@ -1,11 +1,9 @@
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gpu.errors import UserError
-from gpu.methods.view_overlap import view_overlap
 from gpu.scene.camera import CameraError, look_at
 
 
@@ -56,29 +54,3 @@ def test_names_what_is_wrong(arguments: dict[str, Any], word: str) -> None:
     with pytest.raises(CameraError, match=word) as error:
         look_at(**{"eye": (0, 0, 0), "target": (0, 0, -1)} | arguments)
     assert isinstance(error.value, UserError)
-
-
-@pytest.mark.parametrize("orthographic", [False, True])
-def test_a_view_is_seen_again_as_far_as_the_last_one_saw_it(orthographic: bool) -> None:
-    camera = replace(look_at((1, 2, 3), (1, 2, -7), yfov_degrees=60.0), orthographic=orthographic)
-
-    def again(eye: tuple[float, float, float], target: tuple[float, float, float], zoom: float = 1.0) -> float:
-        view = look_at(eye, target, yfov_degrees=60.0)
-        view = replace(view, half_height=camera.half_height * zoom, orthographic=orthographic)
-        return view_overlap(view, camera, 1.5, 2.0)
-
-    assert again((1, 2, 3), (1, 2, -7)) == 1.0
-    assert again((1, 2, 3), (1, 2, -7), zoom=0.5) == 1.0
-    assert again((1, 2, 3), (1, 2, -7), zoom=2.0) == pytest.approx(0.25, abs=0.05)
-    width = 2.0 * 1.5 * camera.half_height * (1.0 if orthographic else 2.0)
-    assert again((1 + width / 2, 2, 3), (1 + width / 2, 2, -7)) == pytest.approx(0.5, abs=0.06)
-    assert again((1 + 2 * width, 2, 3), (1 + 2 * width, 2, -7)) == 0.0
-    assert again((1, 2, 3), (1, 2, 10)) == 0.0
-    assert again((1, 2, -1), (1, 2, 3)) == 0.0  # the other side of what is there
-
-
-def test_views_of_both_kinds_compare() -> None:
-    camera = look_at((0, 0, 0), (0, 0, -1), yfov_degrees=90.0)
-    plan = replace(camera, half_height=2.0, orthographic=True)
-    assert view_overlap(camera, plan, 1.0, 2.0) == view_overlap(plan, camera, 1.0, 2.0) == 1.0
-    assert view_overlap(plan, camera, 1.0, 1.0) == pytest.approx(0.25, abs=0.05)

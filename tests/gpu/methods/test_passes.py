@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+import warp as wp
+from frame_view import FrameView
+from scenes import box, column, grey, resident_of
+
+from gpu.methods.passes import frame_kind, frame_seed
+from gpu.scene.camera import look_at
+from gpu.settings import RenderSettings
+
+SIZE = (12, 8)
+
+
+def test_indirect_light_is_added_to_what_is_there() -> None:
+    view = FrameView(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
+    view.set_camera(look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0)))
+    view.find_shading_points()
+    direct, irradiance = np.random.default_rng(0).uniform(size=(2, 96, 3)).astype(np.float32)
+    view.radiance.assign(column(direct, wp.vec3))
+    view.indirect.irradiance.assign(column(irradiance, wp.vec3))
+    view.shading_points.reflect(view.gbuffer, view.indirect.irradiance, view.brightness.value, view.radiance)
+    assert np.allclose(view.radiance.numpy(), direct + 0.5 / np.pi * irradiance)
+
+
+@pytest.mark.parametrize(
+    ("sample", "length", "smooth", "expected"),
+    [
+        (0, 0, True, {"index": 0, "refines": False, "denoise": True, "read_history": False, "write_history": True}),
+        (0, 3, True, {"index": 3, "refines": False, "denoise": True, "read_history": True, "write_history": True}),
+        (3, 0, True, {"index": 3, "refines": False, "denoise": True, "read_history": False, "write_history": False}),
+        (4, 0, True, {"index": 4, "refines": True, "denoise": False, "read_history": False, "write_history": False}),
+        (0, 0, False, {"index": 0, "refines": False, "denoise": False, "read_history": False, "write_history": False}),
+    ],
+)
+def test_a_frames_number_tells_what_is_done_in_it(
+    sample: int, length: int, smooth: bool, expected: dict[str, object]
+) -> None:
+    view = FrameView(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
+    view.history_length = length
+    kind = frame_kind(RenderSettings(smooth=smooth, seed=7), view, sample)
+    assert {name: getattr(kind, name) for name in expected} == expected
+    assert kind.seed == frame_seed(7, kind.index)
+    assert kind.captured == (sample == 0)
+
+
+def test_frames_have_seeds_of_their_own_and_the_first_has_that_of_the_settings() -> None:
+    assert frame_seed(5, 0) == 5
+    assert len({frame_seed(5, number) for number in range(1000)}) == 1000
