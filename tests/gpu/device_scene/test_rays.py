@@ -67,6 +67,22 @@ def test_no_ray_meets_the_triangle_that_it_leaves() -> None:
     assert (intersect != int(NO_HIT)).sum() > 0
 
 
+def test_nor_do_rays_from_near_the_origin_where_floats_are_finer() -> None:
+    rng = np.random.default_rng(2)
+    corners = rng.normal(size=(100, 3, 3))
+    corners -= corners.mean(axis=1, keepdims=True)  # large triangles through the origin
+    corners = np.concatenate([corners, -corners])  # whose box is about it, too
+    device_scene = resident_of([MeshPart(corners.reshape(-1, 3), np.arange(600).reshape(-1, 3))], [grey(0.5)])
+    middle = -np.asarray(device_scene.scene.placement.centre) * device_scene.scene.placement.scale
+    assert np.abs(middle).max() < 1e-6
+    count = 20_000
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    left, places = rng.integers(0, 200, count), 1.0 / 3.0 + rng.normal(0.0, 1e-4, (count, 2))
+    inputs = [column(left, wp.int32), column(places, wp.vec2), column(directions, wp.vec3)]
+    assert (results(leave_kernel, count, [device_scene.data, *inputs], int) != left).all()
+
+
 def test_points_see_each_other_both_ways_unless_something_is_between() -> None:
     half = [0.25, 0.0, 0.0]
     parts = [*box(), quad([-0.5, 0.0, -0.5], half, [0.0, 0.0, 1.0]), quad([0.25, 0.0, -0.5], [0.0, 0.0, 1.0], half)]
@@ -137,6 +153,16 @@ def test_the_first_solid_surface_behind_a_mask_is_hit() -> None:
     assert int(face) < device_scene.data.opaque_count
     assert distance == pytest.approx(2.5, abs=1e-5)
     assert dark == 1.0
+
+
+@pytest.mark.parametrize(("clear", "met"), [(63, 1.0), (64, 0.0)])
+def test_rays_look_through_64_layers_of_masks(clear: int, met: float) -> None:
+    heights = np.linspace(0.5, -0.5, clear + 1)
+    sheets = [quad([-0.5, -0.5, z], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], int(z == heights[-1])) for z in heights.tolist()]
+    materials = [Material(alpha_mode=AlphaMode.MASK, base_color=(1.0, 1.0, 1.0, alpha)) for alpha in (0.0, 1.0)]
+    device_scene = resident_of(sheets, materials)
+    face, _, dark = shoot(device_scene, device_scene.data, 0.2)
+    assert (float(face != int(NO_HIT)), dark) == (met, met)
 
 
 def test_the_cutoff_and_the_factor_count() -> None:
