@@ -16,12 +16,3 @@ def image_size(size: tuple[int, int]) -> ImageSize:
     result = ImageSize()
     result.width, result.height = size
     return result
-
-
-@wp.func
-def image_of(width: int, height: int) -> ImageSize:
-    """The struct of a width and a height that a kernel has apart."""
-    image = ImageSize()
-    image.width = width
-    image.height = height
-    return image

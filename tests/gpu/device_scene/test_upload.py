@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+from scenes import box, grey, quad, resident_of
+
+from gpu.device_scene.upload import DeviceScene
+from gpu.errors import DeviceError
+from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
+
+MASKED = Material(alpha_mode=AlphaMode.MASK)
+FLOOR, WALL = quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0], 0), quad([-0.5, 0, -0.5], [1, 0, 0], [0, 1, 0], 1)
+
+
+def test_opaque_triangles_come_first_in_the_order_of_the_scene() -> None:
+    device_scene = resident_of([FLOOR, WALL, FLOOR], [MASKED, grey(0.5)])
+    assert device_scene.triangle_order.tolist() == [2, 3, 0, 1, 4, 5]
+    data = device_scene.data
+    assert (data.opaque_count, data.masked_count) == (2, 4)
+    assert np.array_equal(data.triangles.numpy(), device_scene.scene.triangles[device_scene.triangle_order])
+    assert data.triangle_material.numpy().tolist() == [1, 1, 0, 0, 0, 0]
+
+
+def test_an_image_of_several_textures_is_stored_once() -> None:
+    pixels, other = np.zeros((4, 8, 4), np.uint8), np.ones((2, 2, 4), np.uint8)
+    textures = [
+        Texture("one", pixels, srgb=True),
+        Texture("same", pixels, srgb=False),
+        Texture("other", other, srgb=True),
+    ]
+    materials = [Material(base_color_slot=TextureSlot(number)) for number in range(3)]
+    data = resident_of([quad([0, 0, 0], [1, 0, 0], [0, 1, 0], number) for number in range(3)], materials,
+                       textures=textures).data  # fmt: skip
+    entries = data.textures.numpy()
+    assert entries["first"].tolist() == [0, 0, 32]
+    assert entries["width"].tolist() == [8, 8, 2]
+    assert entries["srgb"].tolist() == [True, False, True]
+    assert len(data.texels) == 36
+
+
+@pytest.mark.parametrize(
+    ("lambertian", "assumed", "alpha"), [(False, False, True), (True, False, False), (True, True, True)]
+)
+def test_a_lambertian_view_takes_masks_for_solid(lambertian: bool, assumed: bool, alpha: bool) -> None:
+    device_scene = resident_of([FLOOR, WALL], [MASKED, grey(0.5)])
+    view = device_scene.view(lambertian=lambertian, assume_alpha=assumed)
+    assert (view.lambertian, view.ignore_alpha, view.alpha) == (lambertian, lambertian, alpha)
+    assert not device_scene.data.lambertian
+    assert not resident_of(box(), [grey(0.5)]).view(lambertian=False).alpha
+
+
+def test_a_device_that_is_not_there_is_named() -> None:
+    with pytest.raises(DeviceError, match="no device 'abacus' here"):
+        DeviceScene(resident_of(box(), [grey(0.5)]).scene, "abacus")
