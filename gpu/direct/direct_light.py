@@ -9,6 +9,7 @@ from functools import cache
 
 import warp as wp
 
+from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
@@ -17,7 +18,6 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface
-from gpu.gbuffer.camera_rays import RAY_LENGTH
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
 from gpu.lights.light_table import LightTable
@@ -26,7 +26,7 @@ from gpu.sampling.sobol import sobol_pair_at
 CANDIDATES = wp.constant(8)
 STRATUM = wp.constant(wp.uint32(2**32 // int(CANDIDATES)))
 Weights = wp.types.vector(length=int(CANDIDATES), dtype=float)
-# `direct_light` takes sample pairs below this one; the rest are free for its callers.
+# `area_light` takes sample pairs below this one; the rest are free for its callers.
 DIRECT_PAIRS = wp.constant(3)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.core.constants import PI
+from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import largest
@@ -16,7 +16,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light
-from gpu.gbuffer.camera_rays import RAY_LENGTH, CameraData, pixel_ray
+from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable, sky_radiance
 from gpu.sampling.sobol import pixel_seed, sobol_pair

@@ -6,8 +6,6 @@ import warp as wp
 from gpu.core.image_size import ImageSize
 from gpu.scene.types import Camera, Placement
 
-RAY_LENGTH = wp.constant(1.0e6)
-
 
 @wp.struct
 class CameraData:

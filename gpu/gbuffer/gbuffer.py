@@ -4,14 +4,14 @@ from functools import cache
 
 import warp as wp
 
-from gpu.core.constants import PI
+from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit
 from gpu.device_scene.surface import surface_at
-from gpu.gbuffer.camera_rays import RAY_LENGTH, CameraData, pixel_ray
+from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.lights.light_table import sky_radiance
 
 

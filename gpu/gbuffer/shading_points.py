@@ -1,4 +1,4 @@
-"""A frame's shading points, listed in an order that keeps neighbours together, and the sample that is clustered."""
+"""A frame's shading points, listed in Morton order, which keeps neighbours together."""
 
 from copy import copy
 from typing import Protocol
@@ -28,7 +28,7 @@ from gpu.gbuffer.sparse_shading import (
 def mark_shaded_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: SparseShadingParameters,
                        order: wp.array[int], before: PreviousEdges, shaded: wp.array[int],
                        listed: wp.array[int]) -> None:  # fmt: skip
-    """One thread a pixel, in Morton order: 1 where the camera meets a surface that is shaded there, else 0.
+    """One thread a pixel, in Morton order: 1 where the pixel has an SP, else 0.
 
     shaded: in that order; listed (pixel,): by pixel.
     """
@@ -57,7 +57,7 @@ def list_shaded_kernel(first: int, shaded: wp.array[int], totals: wp.array[int],
 @wp.kernel
 def add_at_points_kernel(first: int, points: PointList, term: wp.array[wp.vec3], bounded: bool,
                          total: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread an SP: adds `term` (pixel,) to `total` (pixel,); bounded: not to below zero."""
+    """One thread an SP: adds `term` (pixel,) to `total` (pixel,); bounded: no sum is below zero."""
     sp = first + wp.tid()
     if sp >= points.count[0]:
         return
@@ -92,7 +92,7 @@ class ShadingPoints:
     def __init__(self, size: tuple[int, int], stride: int, device: wp.Device, **thresholds: float) -> None:
         self.device, self.stride = device, stride
         self.sparse: SparseShadingParameters = parameters(SparseShadingParameters, stride=stride, **thresholds)
-        self._size, self._image = size, image_size(size)
+        self._image = image_size(size)
         self.capacity = size[0] * size[1]
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.numbers = wp.array(np.arange(self.capacity), dtype=int, device=device)
@@ -127,9 +127,9 @@ class ShadingPoints:
         launch(list_shaded_kernel, self.capacity, inputs, self.device)
 
     def add(self, term: wp.array, total: wp.array, *, bounded: bool) -> None:
-        """Add `term` (pixel,) to `total` (pixel,) at the pixels that are shaded; bounded: not to below zero.
+        """Add `term` (pixel,) to `total` (pixel,) at the pixels that are shaded; bounded: no sum is below zero.
 
-        A mean of frames needs what is below zero in some of them.
+        Frames that are averaged are not bounded: their mean would be too large.
         """
         launch(add_at_points_kernel, self.capacity, [self.points, term, bounded, total], self.device)
 

@@ -9,13 +9,12 @@ from functools import cache
 
 import warp as wp
 
-from gpu.core.constants import PI
+from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import blocking, closest_hit, offset_origin
 from gpu.device_scene.surface import triangle_normal
-from gpu.gbuffer.camera_rays import RAY_LENGTH
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints

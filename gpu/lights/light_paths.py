@@ -8,6 +8,7 @@ from functools import cache
 import warp as wp
 from warp.utils import radix_sort_pairs
 
+from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
@@ -19,8 +20,6 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightTable, emit
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
-
-RAY_LENGTH = wp.constant(1.0e6)
 
 
 @wp.struct
