@@ -1,6 +1,4 @@
 """Frames a second of a walk at default settings, and of two walks on one renderer; display included, not encoding."""
-encoding.
-"""
 
 from functools import partial
 from time import perf_counter
