@@ -98,7 +98,7 @@ def adaptive_near_kernel(fuzziness: int) -> wp.Kernel:
             step = step_at(rays, place, ray)
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        guided = guides(known.clusters, sp, position, normal)
+        guided = guides(known, sp, position, normal)
         last = int(-1)
         for word in range(begin, end):
             bits = wp.uint32(0)

@@ -167,7 +167,7 @@ def vpl_sample_of(fuzziness: int, weighted: bool) -> wp.Function:
     @wp.func
     def sample_vpl(position: wp.vec3, normal: wp.vec3, sp: int, known: ClusteredLight, near: int, pick: wp.vec2,
                    state: wp.uint32) -> VplSample:  # fmt: skip
-        guided = guides(known.clusters, sp, position, normal)
+        guided = guides(known, sp, position, normal)
         sample = VplSample()
         sample.vpl = -1
         drawn = ClusterSample()

@@ -1,17 +1,30 @@
 """What is known of indirect light by clusters of shading points, and which of them know an SP's light well."""
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import warp as wp
 
+from gpu.core.parameters import parameters
 from gpu.indirect.far_field import FarLight
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.vpl_clusters import VplClusters
 
-# A representative that is farther than so many of its spacings or turned away does not know an SP's light well.
-FARTHEST = wp.constant(3.0)
-LIKE_NORMAL = wp.constant(0.8)
+
+@wp.struct
+@dataclass
+class GuideParameters:
+    """Which representatives know an SP's light well.
+
+    farthest: away they are at most, in their spacings; least_cosine: between their normals and the SP's, at least.
+    """
+
+    farthest: float = 3.0
+    least_cosine: float = 0.8
+
+
+GUIDE_PARAMETERS = parameters(GuideParameters)
 
 
 @wp.struct
@@ -25,12 +38,15 @@ class ClusteredLight:
     visibility: wp.array2d[wp.uint32]
     vpls: VplClusters
     far: FarLight
+    guide: GuideParameters
 
 
-def clustered_light(clusters: SpClusters, visibility: wp.array, vpls: VplClusters, far: FarLight) -> ClusteredLight:
-    """These four as kernels take them."""
+def clustered_light(clusters: SpClusters, visibility: wp.array, vpls: VplClusters, far: FarLight,
+                    guide: Any = GUIDE_PARAMETERS) -> ClusteredLight:  # fmt: skip
+    """These as kernels take them; guide: GuideParameters."""
     light = ClusteredLight()
     light.clusters, light.visibility, light.vpls, light.far = clusters, visibility, vpls, far
+    light.guide = guide
     return light
 
 
@@ -38,7 +54,7 @@ def clustered_light(clusters: SpClusters, visibility: wp.array, vpls: VplCluster
 def guides_of(fuzziness: int) -> wp.Function:
     """The function that tells which of an SP's F = `fuzziness` clusters know of its light.
 
-    guides(clusters, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those
+    guides(known, sp, position, normal) has `cluster`, all of them, and `weight`, their shares, which go to those
     that know it well, if any does.
     """
     ints: Any = wp.types.vector(length=fuzziness, dtype=int)
@@ -50,15 +66,16 @@ def guides_of(fuzziness: int) -> wp.Function:
         weight: floats
 
     @wp.func
-    def guides(clusters: SpClusters, sp: int, position: wp.vec3, normal: wp.vec3) -> Guides:
+    def guides(known: ClusteredLight, sp: int, position: wp.vec3, normal: wp.vec3) -> Guides:
         found = Guides()
+        clusters = known.clusters
         total = float(0.0)
         for f in range(wp.static(fuzziness)):
             cluster = clusters.cluster[f, sp]
             weight = clusters.weight[f, sp]
             off = wp.length(clusters.position[cluster] - position)
             alike = wp.dot(clusters.normal[cluster], normal)
-            if off > FARTHEST * clusters.spacing[cluster] or alike < LIKE_NORMAL:
+            if off > known.guide.farthest * clusters.spacing[cluster] or alike < known.guide.least_cosine:
                 weight = 0.0
             found.cluster[f] = cluster
             found.weight[f] = weight

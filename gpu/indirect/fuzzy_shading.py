@@ -54,7 +54,7 @@ def fuzzy_shading_kernel(fuzziness: int) -> wp.Kernel:
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         state = hashed(wp.uint32(pixel) ^ hashed(SHADE_KEY + wp.uint32(seed[0])))
-        guided = guides(known.clusters, sp, position, normal)
+        guided = guides(known, sp, position, normal)
         cluster = guided.cluster
         weights = guided.weight
         irradiance = Sum()

@@ -84,11 +84,11 @@ def weight_kernel(fuzziness: int) -> wp.Kernel:
     guides = guides_of(fuzziness)
 
     @wp.kernel(module="unique")
-    def kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], clusters: SpClusters, count: int,
+    def kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], known: ClusteredLight, count: int,
                out: wp.array[float]) -> None:  # fmt: skip
         """One thread an SP."""
         sp = first + wp.tid()
-        guided = guides(clusters, sp, gbuffer.position[pixels[sp]], gbuffer.normal[pixels[sp]])
+        guided = guides(known, sp, gbuffer.position[pixels[sp]], gbuffer.normal[pixels[sp]])
         for f in range(wp.static(fuzziness)):
             out[f * count + sp] = guided.weight[f]
 
@@ -181,7 +181,7 @@ class Pipeline:
     def shares(self) -> Doubles:
         """The share of each SP's clusters, by weight, that believes to see each VPL cluster, (sp, VPL cluster)."""
         clusters, count, fuzziness = self.clustering.clusters, self.sp_count, self.fuzziness
-        inputs = [self.view.gbuffer, self.view.shading_points.pixels, clusters, count]
+        inputs = [self.view.gbuffer, self.view.shading_points.pixels, self.known, count]
         weights = results(weight_kernel(fuzziness), count, inputs, float, fuzziness).reshape(fuzziness, count)
         return np.einsum("fs,fsv->sv", weights, self.beliefs()[clusters.cluster.numpy()[:, :count]])
 

@@ -3,7 +3,6 @@ import pytest
 from pipeline import Pipeline, relative_error
 from scenes import slats
 
-from gpu.indirect.clustered_light import FARTHEST, LIKE_NORMAL
 from gpu.indirect.irradiance import CHECKS
 from gpu.scene.types import Doubles
 
@@ -111,19 +110,3 @@ def test_far_light_of_representatives_is_near_that_of_each_pair(fuzzy: Pipeline)
     expected = one_by_one.irradiance()
     assert relative_error(summed.irradiance(), expected) < 2e-3
     assert summed.irradiance().mean() == pytest.approx(expected.mean(), rel=0.01)
-
-
-def test_a_representative_that_is_turned_away_or_far_away_does_not_tell_an_sps_light(fuzzy: Pipeline) -> None:
-    shares, clusters, count = fuzzy.shares(), fuzzy.clustering.clusters, fuzzy.sp_count
-    weight = clusters.weight.numpy()[:, :count]
-    plain = np.einsum("fs,fsv->sv", weight, fuzzy.beliefs()[clusters.cluster.numpy()[:, :count]])
-    own, place = clusters.cluster.numpy()[:, :count], fuzzy.view.gbuffer.position.numpy()[fuzzy.pixels]
-    off = np.linalg.norm(clusters.position.numpy()[own] - place[None], axis=2)
-    normal = fuzzy.view.gbuffer.normal.numpy()[fuzzy.pixels]
-    alike = (clusters.normal.numpy()[own] * normal[None]).sum(axis=2)
-    knows = (off <= float(FARTHEST) * clusters.spacing.numpy()[own]) & (alike >= float(LIKE_NORMAL))
-    all_know = (knows | (weight == 0.0)).all(axis=0)
-    assert 0.1 < all_know.mean() < 1.0
-    assert np.allclose(shares[all_know], plain[all_know], atol=1e-5)
-    some = ~all_know & (knows & (weight > 0.0)).any(axis=0)
-    assert not np.allclose(shares[some], plain[some], atol=1e-2)

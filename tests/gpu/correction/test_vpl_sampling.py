@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+import warp as wp
+from pipeline import Pipeline
+from scenes import results, slats
+
+from gpu.correction.vpl_sampling import member_of
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.vpl.vpl_clusters import VplClusters
+
+
+@wp.kernel
+def member_share_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters, seed: int,
+                        out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pair of an SP and a VPL cluster: the member that is drawn, its share, and the cluster's light."""
+    pair = first + wp.tid()
+    pixel = pixels[pair // vpls.count]
+    state = wp.uint32(pair) * wp.uint32(747796405) + wp.uint32(seed)
+    sample = member_of(gbuffer.position[pixel], gbuffer.normal[pixel], vpls, pair % vpls.count, state)
+    out[pair] = wp.vec3(float(sample.vpl), sample.share, sample.whole)
+
+
+@pytest.fixture(scope="module")
+def fuzzy() -> Pipeline:
+    device_scene, camera, size = slats((24, 18))
+    return Pipeline(device_scene, camera, size, sp_clusters=20)
+
+
+def test_a_member_is_of_its_cluster_and_counts_at_most_four_times_what_that_lets_expect(fuzzy: Pipeline) -> None:
+    view, lights, count = fuzzy.view, fuzzy.lights, fuzzy.sp_count
+    inputs = [view.gbuffer, view.shading_points.pixels, lights, 1]
+    drawn = results(member_share_kernel, count * lights.count, inputs, wp.vec3).reshape(count, lights.count, 3)
+    starts = lights.starts.numpy()
+    assert (drawn[..., 0] >= starts[:-1]).all()
+    assert (drawn[..., 0] < starts[1:]).all()
+    lit = drawn[..., 2] > 0.0
+    assert drawn[..., 1][lit].max() == pytest.approx(4.0)
+    assert np.mean(drawn[..., 1][lit] == drawn[..., 1][lit].max()) < 0.05
+
+
+def test_members_send_in_the_mean_what_their_cluster_lets_expect(fuzzy: Pipeline) -> None:
+    view, lights, count = fuzzy.view, fuzzy.lights, fuzzy.sp_count
+    shares = []
+    for seed in range(100):
+        inputs = [view.gbuffer, view.shading_points.pixels, lights, seed]
+        shares.append(results(member_share_kernel, count * lights.count, inputs, wp.vec3))
+    drawn = np.stack(shares)
+    lit = drawn[0, :, 2] > 0.0
+    sent = (drawn[:, lit, 1] * drawn[:, lit, 2]).mean(axis=0).sum()
+    assert sent == pytest.approx(drawn[0, lit, 2].sum(), rel=0.05)
