@@ -1,12 +1,16 @@
 import numpy as np
 import pytest
-from scenes import box, grey, quad, resident_of
+import warp as wp
+from pipeline import Pipeline
+from scenes import box, grey, quad, resident_of, slats
 
 from gpu.device_scene.upload import DeviceScene
+from gpu.indirect.near_field import NearField
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Floats, Light, LightKind
 from gpu.settings import Clustering, Component, Method, RenderSettings
+from gpu.vpl.radiosity_cache import radiosity_cache
 
 SIZE = (48, 36)
 FEW = {"sp_clusters": 400, "vpls": 1000, "vpl_clusters": 60}
@@ -104,3 +108,25 @@ def test_a_wall_between_keeps_light_from_crossing() -> None:
 def test_nothing_lit_stays_black() -> None:
     away = Light("away", LightKind.SPOT, (5.0, 5.0, 5.0), (0.0, 0.0, 2.0), (0.0, 0.0, 1.0), 0.99, 0.9)
     assert (picture(resident_of(box(), [grey(0.5)], lights=[away])) == 0.0).all()
+
+
+def test_one_ray_in_four_looks_far_and_of_known_points_one_in_three_looks_at_all() -> None:
+    device_scene, camera, size = slats((24, 18))
+    fuzzy = Pipeline(device_scene, camera, size, sp_clusters=20)
+    view, count = fuzzy.view, fuzzy.sp_count
+    near = NearField(view.pixels, view.smoothing, view.device)
+    cache = radiosity_cache(device_scene, view.scene, fuzzy.lights)
+
+    def lengths(frames: int, seed: int) -> Floats:
+        view.seed.fill_(seed)
+        known = wp.full(view.pixels, frames, dtype=int, device=view.device)
+        near.trace(view.scene, view.gbuffer, view.shading_points, fuzzy.lights, cache, view.seed, known)
+        return np.asarray(near._hits.distance.numpy()[:count].copy())
+
+    for frames, period in ((0, 1), (5, 3)):
+        found = np.concatenate([lengths(frames, seed) for seed in range(24)])
+        turn = np.concatenate([np.arange(count) + seed for seed in range(24)])
+        assert not found[turn % period != 0].any()
+        assert found[turn % (2 * period) == period].any()
+        assert 0.045 < found[turn % (4 * period) != 0].max() < 0.0501
+        assert found[turn % (8 * period) == 4 * period].max() > 0.1
