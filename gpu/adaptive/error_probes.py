@@ -12,11 +12,12 @@ from warp.utils import array_sum
 from gpu.adaptive.error_model import Estimate
 from gpu.adaptive.probe_gather import ProbeLight
 from gpu.adaptive.probe_placement import ProbePlaces
-from gpu.adaptive.probe_white_point import Picture, White, radiance_at, white_of
-from gpu.core.device import launch
+from gpu.adaptive.probe_white_point import Picture, ProbeRadiance, White, radiance_at, white_of
+from gpu.core.device import allocate, launch
 from gpu.core.staging import StagingBuffer
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.gbuffer.gbuffer import reflectance
+from gpu.gbuffer.point_list import PointList
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Probes of a frame.
@@ -24,26 +25,26 @@ ON_CUDA, ON_CPU = 1 << 14, 1 << 12
 
 
 @wp.kernel
-def turn_kernel(first: int, frame: wp.array[int]) -> None:
+def next_probes_kernel(first: int, frame: wp.array[int]) -> None:
     """One thread: the next frame has other probes and rays, also where this is replayed."""
     frame[first + wp.tid()] += 1
 
 
 @wp.kernel
-def compare_kernel(first: int, picture: Picture, pixels: wp.array[int], light: wp.array[wp.vec3],
-                   render: wp.array[wp.vec3], one: wp.array[wp.vec3], other: wp.array[wp.vec3]) -> None:  # fmt: skip
+def probe_radiance_kernel(first: int, picture: Picture, points: PointList, light: wp.array[wp.vec3],
+                          radiance: ProbeRadiance) -> None:  # fmt: skip
     """One thread a probe: its radiance in the picture, and by the two estimates [W/m²/sr].
 
-    light (probe, estimate), flattened; render, one, other (probe,).
+    light (probe, estimate), flattened.
     """
     probe = first + wp.tid()
-    pixel = pixels[probe]
-    render[probe] = radiance_at(picture, pixel)
+    pixel = points.pixels[probe]
+    radiance.render[probe] = radiance_at(picture, pixel)
     reflected = wp.vec3(0.0, 0.0, 0.0)
     if picture.gbuffer.face[pixel] != NO_HIT:
         reflected = reflectance(picture.gbuffer, pixel)
-    one[probe] = wp.cw_mul(reflected, light[2 * probe])
-    other[probe] = wp.cw_mul(reflected, light[2 * probe + 1])
+    radiance.one[probe] = wp.cw_mul(reflected, light[2 * probe])
+    radiance.other[probe] = wp.cw_mul(reflected, light[2 * probe + 1])
 
 
 @wp.func
@@ -53,9 +54,9 @@ def clipped(radiance: wp.vec3, white: float) -> wp.vec3:
 
 
 @wp.kernel
-def product_kernel(first: int, quantiles: wp.array[float], whole: wp.array[wp.vec2], counts: wp.array[float],
-                   render: wp.array[wp.vec3], one: wp.array[wp.vec3], other: wp.array[wp.vec3],
-                   products: wp.array[float], errors: wp.array[wp.vec2]) -> None:  # fmt: skip
+def probe_error_kernel(first: int, quantiles: wp.array[float], whole: wp.array[wp.vec2], counts: wp.array[float],
+                       radiance: ProbeRadiance, products: wp.array[float],
+                       errors: wp.array[wp.vec2]) -> None:  # fmt: skip
     """One thread a probe: its squared error (gpu.film.metrics) by two estimates of the truth, right in the mean.
 
     quantiles, whole: of gpu.adaptive.probe_white_point; errors (probe,): times what the probe counts for, and the
@@ -65,15 +66,17 @@ def product_kernel(first: int, quantiles: wp.array[float], whole: wp.array[wp.ve
     white = white_of(quantiles, whole)
     product = white
     if white > 0.0 and wp.isfinite(white):
-        shown = clipped(render[probe], white)
-        product = wp.dot(shown - clipped(one[probe], white), shown - clipped(other[probe], white)) / 3.0
+        shown = clipped(radiance.render[probe], white)
+        product = (
+            wp.dot(shown - clipped(radiance.one[probe], white), shown - clipped(radiance.other[probe], white)) / 3.0
+        )
     products[probe] = product
     error = counts[probe] * product
     errors[probe] = wp.vec2(error, error * error)
 
 
 @wp.kernel
-def estimate_kernel(first: int, sums: wp.array[wp.vec2], probes: int, lit: wp.array[int], even: int,
+def error_estimate_kernel(first: int, sums: wp.array[wp.vec2], probes: int, lit: wp.array[int], even: int,
                     estimate: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread: error, deviation and lit share of gpu.adaptive.error_model.Estimate, by `sums` (1,) of `errors`.
 
@@ -94,7 +97,7 @@ class Probes:
         self._places = ProbePlaces(size, count, device)
         self._light = ProbeLight(count, device)
         self._white = White(size[0] * size[1], count, device)
-        self._render, self._one, self._other = (wp.zeros(count, dtype=wp.vec3, device=device) for _ in range(3))
+        self._radiance: ProbeRadiance = allocate(ProbeRadiance, count, device)
         self._products = wp.zeros(count, dtype=float, device=device)
         self._errors = wp.zeros(count, dtype=wp.vec2, device=device)
         self._sums = wp.zeros(1, dtype=wp.vec2, device=device)
@@ -107,19 +110,19 @@ class Probes:
         The next frame's probes go to where these found errors.
         """
         device, places, white, frame = self._device, self._places, self._white, self._frame
-        radiance = [self._render, self._one, self._other]
+        radiance = self._radiance
         count = len(self._products)
         if not again:
-            launch(turn_kernel, 1, [frame], device)
+            launch(next_probes_kernel, 1, [frame], device)
             places.draw(frame)
-            self._light.gather(scene, picture.gbuffer, places.pixels, frame, vpls)
-        launch(compare_kernel, count, [picture, places.pixels, self._light.light, *radiance], device)
-        white.find(frame, picture, places.counts, *radiance)
-        inputs = [white.quantiles, white.whole, places.counts, *radiance, self._products, self._errors]
-        launch(product_kernel, count, inputs, device)
+            self._light.gather(scene, picture.gbuffer, places.points, frame, vpls)
+        launch(probe_radiance_kernel, count, [picture, places.points, self._light.light, radiance], device)
+        white.find(frame, picture, places.counts, radiance)
+        inputs = [white.quantiles, white.whole, places.counts, radiance, self._products, self._errors]
+        launch(probe_error_kernel, count, inputs, device)
         places.learn(self._products)
         array_sum(self._errors, self._sums)
-        launch(estimate_kernel, 1, [self._sums, count, white.lit, white.even, self._estimate.array], device)
+        launch(error_estimate_kernel, 1, [self._sums, count, white.lit, white.even, self._estimate.array], device)
         self._estimate.download()
 
     def estimate(self) -> Estimate:

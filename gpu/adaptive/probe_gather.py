@@ -59,16 +59,16 @@ def light_at(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, area: float,
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def probe_part_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters,
+def probe_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters,
                       parts: wp.array2d[float]) -> None:  # fmt: skip
-    """One thread a part at a probe: the light of its VPLs, in parts (part, probe). pixels: (probe,).
+    """One thread a part at a probe: the light of its VPLs, in parts (part, probe). points: the probes.
 
     Neighbouring threads have the same VPLs.
     """
     index = first + wp.tid()
-    probe = index % pixels.shape[0]
-    part = index // pixels.shape[0]
-    pixel = pixels[probe]
+    probe = index % points.pixels.shape[0]
+    part = index // points.pixels.shape[0]
+    pixel = points.pixels[probe]
     total = float(0.0)
     if gbuffer.face[pixel] != NO_HIT:
         position = gbuffer.position[pixel]
@@ -112,16 +112,16 @@ def step_at(probe: int, estimate: int, ray: int, frame: int, whole: float) -> fl
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def probe_ray_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame: wp.array[int], vpls: VplClusters,
+def probe_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, frame: wp.array[int], vpls: VplClusters,
                      parts: wp.array2d[float], rays: ShadowRays) -> None:  # fmt: skip
     """One thread a part at a probe, of one estimate: which of its VPLs the rays go to whose steps it holds.
 
     frame: (1,). Neighbouring threads have the same VPLs.
     """
     index = first + wp.tid()
-    probe = index % pixels.shape[0]
-    estimate = index // pixels.shape[0] % 2
-    part = index // pixels.shape[0] // 2
+    probe = index % points.pixels.shape[0]
+    estimate = index // points.pixels.shape[0] % 2
+    part = index // points.pixels.shape[0] // 2
     most = parts[part, probe]
     total = float(0.0)
     if part > 0:
@@ -136,7 +136,7 @@ def probe_ray_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], frame:
         step = step_at(probe, estimate, ray, frame[0], whole)
     if step >= most:
         return
-    pixel = pixels[probe]
+    pixel = points.pixels[probe]
     position = gbuffer.position[pixel]
     normal = gbuffer.normal[pixel]
     first_ray = (2 * probe + estimate) * RAYS
@@ -202,15 +202,12 @@ class ProbeLight:
         self._parts = wp.zeros((int(PARTS), count), dtype=float, device=device)
         self._rays = shadow_rays(count, 2 * int(RAYS), device, side_by_side=True, control_variate=False)
         self.light = wp.zeros(2 * count, dtype=wp.vec3, device=device)
-        self.points = PointList()
-        self.points.count = wp.full(1, count, dtype=int, device=device)
 
-    def gather(self, scene: SceneData, gbuffer: GBuffer, pixels: wp.array, frame: wp.array, vpls: VplClusters) -> None:
-        """Two estimates of the light of `vpls` at `pixels` (probe,); other rays in each `frame` (1,)."""
+    def gather(self, scene: SceneData, gbuffer: GBuffer, points: PointList, frame: wp.array, vpls: VplClusters) -> None:
+        """Two estimates of the light of `vpls` at `points`; other rays in each `frame` (1,)."""
         count, device, parts, rays = self.capacity, self.device, self._parts, self._rays
-        self.points.pixels = pixels
-        launch(probe_part_kernel, count * int(PARTS), [gbuffer, pixels, vpls, parts], device)
+        launch(probe_part_kernel, count * int(PARTS), [gbuffer, points, vpls, parts], device)
         launch(probe_step_kernel, count, [parts, rays], device)
-        launch(probe_ray_kernel, count * 2 * int(PARTS), [gbuffer, pixels, frame, vpls, parts, rays], device)
-        trace_shadow_rays(scene, gbuffer, self.points, vpls, rays)
+        launch(probe_ray_kernel, count * 2 * int(PARTS), [gbuffer, points, frame, vpls, parts, rays], device)
+        trace_shadow_rays(scene, gbuffer, points, vpls, rays)
         launch(probe_light_kernel, 2 * count, [vpls, rays, self.light], device)

@@ -10,7 +10,9 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import launch
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.search import upper_bound
+from gpu.gbuffer.point_list import PointList
 from gpu.sampling.sobol import TO_UNIT, hashed
 
 # Pixels on each side of a tile.
@@ -20,27 +22,27 @@ FLOOR, LASTING = wp.constant(0.3), wp.constant(0.6)
 
 
 @wp.func
-def pixel_of_probe(tile: int, width: int, height: int, state: wp.uint32) -> int:
+def pixel_of_probe(tile: int, image: ImageSize, state: wp.uint32) -> int:
     """One of a tile's pixels."""
-    tiles = (width + TILE - 1) // TILE
+    tiles = (image.width + TILE - 1) // TILE
     left = tile % tiles * TILE
     top = tile // tiles * TILE
-    wide = wp.min(TILE, width - left)
-    pick = int(state % wp.uint32(wide * wp.min(TILE, height - top)))
-    return (top + pick // wide) * width + left + pick % wide
+    wide = wp.min(TILE, image.width - left)
+    pick = int(state % wp.uint32(wide * wp.min(TILE, image.height - top)))
+    return (top + pick // wide) * image.width + left + pick % wide
 
 
 @wp.func
-def area_of(tile: int, width: int, height: int) -> float:
+def area_of(tile: int, image: ImageSize) -> float:
     """A tile's share of the image."""
-    tiles = (width + TILE - 1) // TILE
-    across = wp.min(TILE, width - tile % tiles * TILE)
-    down = wp.min(TILE, height - tile // tiles * TILE)
-    return float(across * down) / (float(width) * float(height))
+    tiles = (image.width + TILE - 1) // TILE
+    across = wp.min(TILE, image.width - tile % tiles * TILE)
+    down = wp.min(TILE, image.height - tile // tiles * TILE)
+    return float(across * down) / (float(image.width) * float(image.height))
 
 
 @wp.kernel
-def place_kernel(first: int, width: int, height: int, frame: wp.array[int], until: wp.array[float],
+def probe_pixel_kernel(first: int, image: ImageSize, frame: wp.array[int], until: wp.array[float],
                  tiles: wp.array[int], pixels: wp.array[int], counts: wp.array[float]) -> None:  # fmt: skip
     """One thread a probe: draws its pixel, in even steps through `until` (tile,): shares of all probes up to its end.
 
@@ -54,8 +56,8 @@ def place_kernel(first: int, width: int, height: int, frame: wp.array[int], unti
     if tile > 0:
         share -= until[tile - 1]
     tiles[probe] = tile
-    pixels[probe] = pixel_of_probe(tile, width, height, hashed(state))
-    counts[probe] = area_of(tile, width, height) / share
+    pixels[probe] = pixel_of_probe(tile, image, hashed(state))
+    counts[probe] = area_of(tile, image) / share
 
 
 @wp.func
@@ -65,7 +67,7 @@ def first_of(tiles: wp.array[int], tile: int) -> int:
 
 
 @wp.kernel
-def learn_kernel(first: int, tiles: wp.array[int], counts: wp.array[float], products: wp.array[float],
+def tile_error_kernel(first: int, tiles: wp.array[int], counts: wp.array[float], products: wp.array[float],
                  squares: wp.array2d[float], looks: wp.array2d[float]) -> None:  # fmt: skip
     """One thread a tile: takes in what its probes found, their `products` (probe,) of two estimates of an error.
 
@@ -99,18 +101,18 @@ def blurred(tiles: wp.array2d[float], row: int, column: int) -> float:
 
 
 @wp.kernel
-def deviation_kernel(first: int, width: int, height: int, squares: wp.array2d[float], looks: wp.array2d[float],
+def tile_weight_kernel(first: int, image: ImageSize, squares: wp.array2d[float], looks: wp.array2d[float],
                      deviations: wp.array2d[float]) -> None:  # fmt: skip
     """One thread a tile: how much products deviate there, times the tile's area."""
     tile = first + wp.tid()
     row = tile // looks.shape[1]
     column = tile % looks.shape[1]
     found = wp.sqrt(blurred(squares, row, column) / wp.max(blurred(looks, row, column), 1.0e-6))
-    deviations[row, column] = found * area_of(tile, width, height)
+    deviations[row, column] = found * area_of(tile, image)
 
 
 @wp.kernel
-def row_kernel(first: int, deviations: wp.array2d[float]) -> None:
+def tile_row_kernel(first: int, deviations: wp.array2d[float]) -> None:
     """One thread a row of tiles: running totals of them."""
     row = first + wp.tid()
     total = float(0.0)
@@ -120,7 +122,7 @@ def row_kernel(first: int, deviations: wp.array2d[float]) -> None:
 
 
 @wp.kernel
-def until_kernel(first: int, evenly: wp.array[float], totals: wp.array2d[float], until: wp.array[float]) -> None:
+def tile_cdf_kernel(first: int, evenly: wp.array[float], totals: wp.array2d[float], until: wp.array[float]) -> None:
     """One thread a tile: the share of all probes up to its end, by running `totals` of each row.
 
     evenly (tile,): that share if they were drawn evenly. Where all totals are 0 it stays.
@@ -140,13 +142,15 @@ def until_kernel(first: int, evenly: wp.array[float], totals: wp.array2d[float],
 class ProbePlaces:
     """Places of `count` probes in an image of `size` (width, height); its arrays are allocated once.
 
-    pixels (probe,); counts (probe,): how many pixels each stands for, 1 in the mean.
+    points: the probes; counts (probe,): how many pixels each stands for, 1 in the mean.
     """
 
     def __init__(self, size: tuple[int, int], count: int, device: wp.Device) -> None:
-        self._size, self._device = size, device
+        self._image, self._device = image_size(size), device
         self._tiles = wp.zeros(count, dtype=int, device=device)
-        self.pixels = wp.zeros(count, dtype=int, device=device)
+        self.points = PointList()
+        self.points.pixels = wp.zeros(count, dtype=int, device=device)
+        self.points.count = wp.full(1, count, dtype=int, device=device)
         self.counts = wp.zeros(count, dtype=float, device=device)
         across, down = (np.diff(np.append(np.arange(0, side, int(TILE)), side)) for side in size)
         area = np.outer(down, across)
@@ -157,9 +161,9 @@ class ProbePlaces:
         )
 
     def draw(self, frame: wp.array) -> None:
-        """Draw `pixels`, others in each `frame` (1,)."""
-        inputs = [*self._size, frame, self._until, self._tiles, self.pixels, self.counts]
-        launch(place_kernel, len(self.pixels), inputs, self._device)
+        """Draw `points`, others in each `frame` (1,)."""
+        inputs = [self._image, frame, self._until, self._tiles, self.points.pixels, self.counts]
+        launch(probe_pixel_kernel, len(self.points.pixels), inputs, self._device)
 
     def learn(self, products: wp.array) -> None:
         """Have the next probes go to where these (probe,) found errors: their `products` of two estimates of them.
@@ -167,7 +171,7 @@ class ProbePlaces:
         Those that are not finite, or all 0, tell nothing.
         """
         device, deviations, sums = self._device, self._deviations, [self._squares, self._looks]
-        launch(learn_kernel, len(self._until), [self._tiles, self.counts, products, *sums], device)
-        launch(deviation_kernel, len(self._until), [*self._size, *sums, deviations], device)
-        launch(row_kernel, deviations.shape[0], [deviations], device)
-        launch(until_kernel, len(self._until), [self._evenly, deviations, self._until], device)
+        launch(tile_error_kernel, len(self._until), [self._tiles, self.counts, products, *sums], device)
+        launch(tile_weight_kernel, len(self._until), [self._image, *sums, deviations], device)
+        launch(tile_row_kernel, deviations.shape[0], [deviations], device)
+        launch(tile_cdf_kernel, len(self._until), [self._evenly, deviations, self._until], device)

@@ -44,6 +44,15 @@ class Picture:
     irradiance: wp.array[wp.vec3]
 
 
+@wp.struct
+class ProbeRadiance:
+    """Radiance at probes (probe,) [W/m²/sr]: in the picture, and of the truth by two independent estimates."""
+
+    render: wp.array[wp.vec3]
+    one: wp.array[wp.vec3]
+    other: wp.array[wp.vec3]
+
+
 def picture_of(gbuffer: GBuffer, size: tuple[int, int], points: ShadingPoints, irradiance: wp.array) -> Picture:
     """The picture of `size` (width, height) that the `irradiance` (pixel,) of `points` makes."""
     picture = Picture()
@@ -86,7 +95,7 @@ def least_of(number: int) -> float:
 
 
 @wp.kernel
-def count_kernel(first: int, frame: wp.array[int], count: int, picture: Picture, bins: wp.array[int],
+def radiance_histogram_kernel(first: int, frame: wp.array[int], count: int, picture: Picture, bins: wp.array[int],
                  lit: wp.array[int]) -> None:  # fmt: skip
     """One thread an even pixel: counts each channel of its radiance in `bins`, and whether it has light in `lit` (1,).
 
@@ -114,25 +123,25 @@ def quantile(totals: wp.array[int], share: float) -> float:
 
 
 @wp.kernel
-def quantile_kernel(first: int, totals: wp.array[int], quantiles: wp.array[float]) -> None:
+def radiance_quantile_kernel(first: int, totals: wp.array[int], quantiles: wp.array[float]) -> None:
     """One thread a quantile: what is bright, and what is white in the picture."""
     number = first + wp.tid()
     quantiles[number] = quantile(totals, wp.where(number == 0, BRIGHT_SHARE, WHITE_SHARE))
 
 
 @wp.kernel
-def bright_kernel(first: int, quantiles: wp.array[float], counts: wp.array[float], render: wp.array[wp.vec3],
-                  one: wp.array[wp.vec3], other: wp.array[wp.vec3], bright: wp.array[wp.vec2]) -> None:  # fmt: skip
+def probe_brightness_kernel(first: int, quantiles: wp.array[float], counts: wp.array[float],
+                            radiance: ProbeRadiance, bright: wp.array[wp.vec2]) -> None:  # fmt: skip
     """One thread a probe: what the picture and the truth, by two estimates of it, have where the picture is bright.
 
-    counts, render, one, other (probe,): as in gpu.adaptive.error_probes.
+    counts (probe,): how many pixels each stands for.
     """
     probe = first + wp.tid()
     found = wp.vec2(0.0, 0.0)
     for channel in range(3):
-        shown = render[probe][channel]
+        shown = radiance.render[probe][channel]
         if shown >= quantiles[0]:
-            found += wp.vec2(shown, 0.5 * (one[probe][channel] + other[probe][channel]))
+            found += wp.vec2(shown, 0.5 * (radiance.one[probe][channel] + radiance.other[probe][channel]))
     bright[probe] = found * counts[probe]
 
 
@@ -159,14 +168,13 @@ class White:
         self.quantiles = wp.zeros(2, dtype=float, device=device)
         self.whole = wp.zeros(1, dtype=wp.vec2, device=device)
 
-    def find(self, frame: wp.array, picture: Picture, counts: wp.array, render: wp.array, one: wp.array,
-             other: wp.array) -> None:  # fmt: skip
-        """Look at other pixels in each `frame` (1,); the others as `bright_kernel` takes them."""
+    def find(self, frame: wp.array, picture: Picture, counts: wp.array, radiance: ProbeRadiance) -> None:
+        """Look at other pixels in each `frame` (1,); the others as `probe_brightness_kernel` takes them."""
         device, bins, bright = self._device, self._bins, self._bright
         bins.zero_()
         self.lit.zero_()
-        launch_together(count_kernel, self.even, [frame, self.even, picture, bins, self.lit], device)
+        launch_together(radiance_histogram_kernel, self.even, [frame, self.even, picture, bins, self.lit], device)
         running_total(bins, bins)
-        launch(quantile_kernel, 2, [bins, self.quantiles], device)
-        launch(bright_kernel, len(bright), [self.quantiles, counts, render, one, other, bright], device)
+        launch(radiance_quantile_kernel, 2, [bins, self.quantiles], device)
+        launch(probe_brightness_kernel, len(bright), [self.quantiles, counts, radiance, bright], device)
         array_sum(bright, self.whole)

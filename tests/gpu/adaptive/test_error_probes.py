@@ -5,7 +5,8 @@ from devices import DEVICES
 from scenes import box, column, grey, quad, resident_of
 
 from gpu.adaptive.error_model import Estimate
-from gpu.adaptive.error_probes import Probes, product_kernel
+from gpu.adaptive.error_probes import Probes, probe_error_kernel
+from gpu.adaptive.probe_white_point import ProbeRadiance
 from gpu.core.device import launch
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.metrics import mse
@@ -28,11 +29,12 @@ def room_on(device: str) -> DeviceScene:
 
 def products(render: np.ndarray, one: np.ndarray, other: np.ndarray, white: float) -> np.ndarray:
     """Squared errors (probe,) by values (probe, 3)."""
-    values = [column(array, wp.vec3) for array in (render, one, other)]
+    radiance = ProbeRadiance()
+    radiance.render, radiance.one, radiance.other = (column(array, wp.vec3) for array in (render, one, other))
     counts, found, errors = (wp.zeros(len(render), dtype=kind, device="cpu") for kind in (float, float, wp.vec2))
     whole = column([[1.0, 1.0]], wp.vec2)
-    inputs = [column([0.0, white], float), whole, counts, *values, found, errors]
-    launch(product_kernel, len(render), inputs, wp.get_device("cpu"))
+    inputs = [column([0.0, white], float), whole, counts, radiance, found, errors]
+    launch(probe_error_kernel, len(render), inputs, wp.get_device("cpu"))
     return np.array(found.numpy())
 
 

@@ -4,6 +4,7 @@ import warp as wp
 from scenes import box, grey, quad, resident_of
 
 from gpu.adaptive.probe_gather import RAYS, ProbeLight
+from gpu.gbuffer.point_list import PointList
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.settings import Component, Method, RenderSettings
@@ -25,11 +26,13 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     view, vpls = renderer._method._frame, renderer._method.lights.vpls  # type: ignore[attr-defined]
     pixels = np.arange(0, view.pixels, 7, dtype=np.int32)
     light = ProbeLight(len(pixels), view.device)
-    placed, frame = wp.array(pixels, dtype=int, device="cpu"), wp.zeros(1, dtype=int, device="cpu")
+    points, frame = PointList(), wp.zeros(1, dtype=int, device="cpu")
+    points.pixels = wp.array(pixels, dtype=int, device="cpu")
+    points.count = wp.full(1, len(pixels), dtype=int, device="cpu")
     seen = []
     for number in range(FRAMES):
         frame.fill_(number)
-        light.gather(view.scene, view.gbuffer, placed, frame, vpls)
+        light.gather(view.scene, view.gbuffer, points, frame, vpls)
         seen.append(light.light.numpy().reshape(len(pixels), 2, 3).copy())
     every = np.array(seen, dtype=np.float64)
     exact = Renderer(room, SIZE, RenderSettings(**CHOICE, method=Method.EXACT_VPL))

@@ -26,7 +26,7 @@ def drawn(frames: int) -> list[tuple[np.ndarray, np.ndarray]]:
     for number in range(frames):
         frame.fill_(number)
         places.draw(frame)
-        pixels, counts = places.pixels.numpy().copy(), places.counts.numpy().copy()
+        pixels, counts = places.points.pixels.numpy().copy(), places.counts.numpy().copy()
         seen.append((pixels, counts))
         places.learn(column(errors_at(pixels), float))
     return seen
@@ -61,10 +61,10 @@ def test_probes_go_to_where_errors_were_so_that_estimates_have_less_noise() -> N
 def test_probes_that_tell_nothing_leave_places_as_they_are(value: float) -> None:
     places, frame = ProbePlaces(SIZE, PROBES, CPU), wp.zeros(1, dtype=int, device=CPU)
     places.draw(frame)
-    before = places.pixels.numpy().copy()
+    before = places.points.pixels.numpy().copy()
     places.learn(wp.full(PROBES, value, dtype=float, device=CPU))
     places.draw(frame)
-    assert np.array_equal(places.pixels.numpy(), before)
+    assert np.array_equal(places.points.pixels.numpy(), before)
     assert places.counts.numpy() == pytest.approx(np.ones(PROBES), rel=1e-3)
     places.learn(column(errors_at(before), float))
     places.draw(frame)
@@ -77,7 +77,7 @@ def test_one_probe_and_an_image_smaller_than_a_tile_will_do() -> None:
     for number in range(100):
         frame.fill_(number)
         places.draw(frame)
-        seen.add(int(places.pixels.numpy()[0]))
+        seen.add(int(places.points.pixels.numpy()[0]))
         places.learn(column([0.5], float))
         assert places.counts.numpy()[0] == pytest.approx(1.0)
     assert seen == set(range(6))

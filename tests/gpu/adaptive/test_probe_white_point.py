@@ -6,7 +6,7 @@ import warp as wp
 from devices import DEVICES
 from scenes import column
 
-from gpu.adaptive.probe_white_point import EVEN, Picture, White
+from gpu.adaptive.probe_white_point import EVEN, Picture, ProbeRadiance, White
 from gpu.core.device import allocate, choose_device
 from gpu.core.image_size import image_size
 from gpu.core.parameters import parameters
@@ -38,8 +38,9 @@ def found(
     """What is found with probes' values (probe, 3) and counts (probe,)."""
     device = picture.irradiance.device
     white = White(WIDTH * HEIGHT, len(render), device)
-    values = [column(array, wp.vec3, device) for array in (render, one, other)]
-    white.find(column([frame], int, device), picture, column(counts, float, device), *values)
+    radiance = ProbeRadiance()
+    radiance.render, radiance.one, radiance.other = (column(array, wp.vec3, device) for array in (render, one, other))
+    white.find(column([frame], int, device), picture, column(counts, float, device), radiance)
     return white
 
 

@@ -12,9 +12,9 @@ from gpu.adaptive.probe_gather import ProbeLight
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import FrameStats
-from gpu.methods.targeted import TargetedVpl
-from gpu.renderer import MOST_TRIES, Renderer
-from gpu.scene.camera import look_at, turned
+from gpu.methods.targeted import MOST_TRIES, TargetedView, TargetedVpl
+from gpu.renderer import Renderer
+from gpu.scene.camera import look_at, rotated
 from gpu.settings import Component, RenderSettings
 
 SIZE = (64, 48)
@@ -57,10 +57,10 @@ def test_another_try_knows_what_probes_of_the_one_before_did(
     before = renderer.render(CAMERA).stats.counts["vpl_clusters"]
     gathered.clear()
     told[:] = [1.2e-3, 1.03e-3]
-    stats = renderer.render(turned(CAMERA, 1.0)).stats
+    stats = renderer.render(rotated(CAMERA, 1.0)).stats
     assert (stats.estimates["tries"], stats.counts["vpl_clusters"]) == (2, before)
     assert len(gathered) == 1
-    renderer.render(turned(CAMERA, 2.0))
+    renderer.render(rotated(CAMERA, 2.0))
     assert len(gathered) == 2
 
 
@@ -73,18 +73,18 @@ def test_probes_know_nothing_of_a_try_that_failed(room: DeviceScene, monkeypatch
     renderer.render(CAMERA)
     told[:] = [1.2e-3]
     with monkeypatch.context() as patched:
-        tries_again = TargetedVpl.tries_again
+        tries_again = TargetedVpl._tries_again
 
-        def then_fails(method: TargetedVpl, tries: int) -> bool:
+        def then_fails(method: TargetedVpl, view: TargetedView, tries: int) -> bool:
             patched.setattr("gpu.indirect.visibility.Visibility.trace", fail)
-            return tries_again(method, tries)
+            return tries_again(method, view, tries)
 
-        patched.setattr(TargetedVpl, "tries_again", then_fails)
+        patched.setattr(TargetedVpl, "_tries_again", then_fails)
         with pytest.raises(RuntimeError, match="no memory"):
-            renderer.render(turned(CAMERA, 1.0))
+            renderer.render(rotated(CAMERA, 1.0))
     gathered = gathering(monkeypatch)
     told[:] = [1.03e-3]
-    renderer.render(turned(CAMERA, 2.0))
+    renderer.render(rotated(CAMERA, 2.0))
     assert len(gathered) == 1
 
 
@@ -92,11 +92,11 @@ def test_a_frame_with_too_large_an_error_is_tried_some_times_more(
     room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     told = telling(monkeypatch, 1.03e-3)
-    tried, kahan_add = [], FrameStats.after
+    tried, add_times = [], FrameStats.after
 
     def after(better: FrameStats, before: FrameStats) -> FrameStats:
         tried.append([stats.counts["sp_clusters"] * stats.counts["vpl_clusters"] for stats in (before, better)])
-        return kahan_add(better, before)
+        return add_times(better, before)
 
     monkeypatch.setattr(FrameStats, "after", after)
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=1e-3))

@@ -4,7 +4,7 @@ import pytest
 import warp as wp
 from devices import NEEDS_CUDA
 
-from gpu.adaptive.error_probes import turn_kernel
+from gpu.adaptive.error_probes import next_probes_kernel
 from gpu.core.device import launch
 from gpu.core.stages import Stages
 
@@ -80,7 +80,7 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
         if source:
             wp.copy(values, source)
         for _ in range(20):
-            launch(turn_kernel, count, [values], device)
+            launch(next_probes_kernel, count, [values], device)
 
     for frame in range(1, 5):
         stages.start_frame()
@@ -101,7 +101,7 @@ def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_tak
 
     def turn(times: int) -> None:
         for _ in range(times):
-            launch(turn_kernel, count, [values], device)
+            launch(next_probes_kernel, count, [values], device)
 
     def work() -> None:
         sleep(0.5)
@@ -132,7 +132,7 @@ def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
     def frame(size: int) -> bool:
         def work() -> None:
             works.append(size)
-            launch(turn_kernel, size, [values[size]], device)
+            launch(next_probes_kernel, size, [values[size]], device)
 
         stages.start_frame()
         stages.graph_key = size
@@ -159,7 +159,7 @@ def test_each_way_of_a_stage_is_captured_once() -> None:
     def frame(branch: bool) -> None:
         def work() -> None:
             works.append(branch)
-            launch(turn_kernel, 10, [values[branch]], device)
+            launch(next_probes_kernel, 10, [values[branch]], device)
 
         stages.start_frame()
         stages.run("turn", work, branch=branch)
