@@ -10,7 +10,7 @@ PYTHON ?=
 export PYTHON
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint types-js unit-js browser bench load format lock clean
+.PHONY: help run test lint types-js unit-js browser bench load docs format lock clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -32,6 +32,9 @@ bench: .venv/.installed ## measure times and errors, with plots, into build/benc
 
 load: .venv/.installed ## walk with VIEWERS (4) viewers through the service at URL, or through one started for it; 1 if they get too little
 	$(BIN)/python -m tests.load run $(if $(URL),--url "$(URL)",--serve) $(if $(VIEWERS),--viewers $(VIEWERS)) $(ARGS)
+
+docs: .venv/.installed ## write docs/options.md from the settings
+	$(BIN)/python -m server.cli.reference
 
 format: .venv/.installed ## lay out the Python files as lint wants them
 	$(BIN)/ruff format .

@@ -22,7 +22,7 @@ def add_options(parser: ArgumentParser, model: type[BaseModel], title: str) -> N
     """
     group = parser.add_argument_group(title)
     for name, field in model.model_fields.items():
-        kind = _kind(field)
+        kind = kind_of(field)
         details: dict[str, Any] = {"dest": name, "default": SUPPRESS, "help": _help(field)}
         if kind is bool:
             details["action"] = BooleanOptionalAction
@@ -34,7 +34,7 @@ def add_options(parser: ArgumentParser, model: type[BaseModel], title: str) -> N
             details["choices"] = [member.value for member in kind]
         else:
             details["metavar"] = {int: "N", float: "X"}.get(kind, "TEXT")
-        group.add_argument(_flag(name), **details)
+        group.add_argument(flag_of(name), **details)
 
 
 def _add_switches(group: _ArgumentGroup, name: str, description: str, switches: list[str]) -> None:
@@ -61,14 +61,15 @@ def model_from(options: Namespace, model: type[Model]) -> Model:
         return model(**given_options(options, model))
     except ValidationError as error:
         problem = error.errors(include_url=False)[0]
-        raise UserError(f"{_flag(str(problem['loc'][0]))}: {problem['msg']}, got {problem['input']!r}") from None
+        raise UserError(f"{flag_of(str(problem['loc'][0]))}: {problem['msg']}, got {problem['input']!r}") from None
 
 
-def _flag(name: str) -> str:
+def flag_of(name: str) -> str:
+    """The option of a field: sp_clusters becomes --sp-clusters."""
     return "--" + name.replace("_", "-")
 
 
-def _kind(field: FieldInfo) -> Any:
+def kind_of(field: FieldInfo) -> Any:
     """The field's type without `| None`."""
     kinds = [kind for kind in get_args(field.annotation) if kind is not NoneType]
     return kinds[0] if len(kinds) == 1 and NoneType in get_args(field.annotation) else field.annotation
@@ -76,18 +77,18 @@ def _kind(field: FieldInfo) -> Any:
 
 def _help(field: FieldInfo) -> str:
     """Description, limits and default, as argparse wants them (% doubled)."""
-    notes = [limits] if (limits := _limits(field)) else []
+    notes = [limits] if (limits := limits_of(field)) else []
     default = field.get_default(call_default_factory=True, validated_data={})
-    if default not in (None, ()) and _kind(field) is not bool:
+    if default not in (None, ()) and kind_of(field) is not bool:
         notes.append(f"default {default.value if isinstance(default, Enum) else default}")
     text = field.description or ""
     return (f"{text} ({'; '.join(notes)})" if notes else text).replace("%", "%%")
 
 
-def _limits(field: FieldInfo) -> str:
+def limits_of(field: FieldInfo) -> str:
     """What the field's constraints say, in words."""
     words = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
     bounds = {key: getattr(limit, key) for limit in field.metadata for key in words if hasattr(limit, key)}
     if set(bounds) == {"ge", "le"}:
         return f"{bounds['ge']} to {bounds['le']}"
-    return ", ".join(f"{words[key]} {bound:g}" for key, bound in bounds.items())
+    return ", ".join(f"{words[key]} {bound:{'d' if isinstance(bound, int) else 'g'}}" for key, bound in bounds.items())

@@ -160,7 +160,7 @@ give these figures again. Times are medians, with the 5th to 95th percentile in 
 ELSEWHERE = """\
 Stability (scale and place of a scene, same bits for the same seed, furnaces, leaks, broken meshes, sums in float32) is
 tested by `tests/stability`, errors of small renders, which must not rise, by `python -m tests.bench gate`; `make test`
-runs both. The service under load is measured by `python -m tests.load`; its figures are in the README."""
+runs both. The service under load is measured by `python -m tests.load`; its figures are in docs/figures.md."""
 
 COMMANDS = """\
     python -m tests.bench survey --scenes DIR --references DIR --out RESULTS    # about twenty minutes of an H100

@@ -1,0 +1,86 @@
+import re
+from pathlib import Path
+
+import pytest
+
+from gpu.methods.registry import METHODS
+from gpu.settings import Method, RenderSettings, Skips
+from server.settings import ServerSettings
+from tests.bench.__main__ import PARTS
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docker").glob("*.md")])
+WRITTEN = [page for page in PAGES if not page.name.startswith(("results", "options"))]
+METHOD, ARCHITECTURE = (ROOT / "docs" / name for name in ("method.md", "architecture.md"))
+FOLDERS = ("gpu", "server", "web", "tests", "docs", "docker")
+
+
+def _name(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+def _anchors(page: Path) -> set[str]:
+    """GitHub's: headings in lower case, without punctuation, with dashes for spaces."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text(), re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=_name)
+def test_links_resolve(page: Path) -> None:
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+        if "://" not in link:
+            path, _, anchor = link.partition("#")
+            target = page.parent / path if path else page
+            assert target.exists(), link
+            assert not anchor or anchor in _anchors(target), link
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=_name)
+def test_files_named_exist(page: Path) -> None:
+    for name in re.findall(r"`([\w./-]+/[\w./-]*)`", page.read_text()):
+        if name.split("/")[0] in FOLDERS:
+            assert (ROOT / name).exists() or name == "tests/gpu/ROOM/test_X.py" or name == "gpu/ROOM/X.py", name
+        elif name.endswith(".py"):
+            assert any((ROOT / folder / name).exists() for folder in ("gpu", "gpu/vpl", "gpu/sp", "server")), name
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=_name)
+def test_settings_named_exist(page: Path) -> None:
+    models = {*RenderSettings.model_fields, *ServerSettings.model_fields}
+    for flag in re.findall(
+        r"`--(max-[a-z-]+|target-[a-z]+|[a-z]+-clusters|[a-z]+-seconds|[a-z]+-bytes)`", page.read_text()
+    ):
+        assert flag.replace("-", "_") in models, flag
+
+
+def test_methods_and_skips_are_explained() -> None:
+    text = METHOD.read_text()
+    assert all(f"`{name}`" in text for name in [*METHODS, *Skips.model_fields])
+    table = text.split("## What is left out")[1].split("\n## ")[0]
+    rows = {
+        name for line in table.splitlines() for name in re.findall(r"`(\w+)`", line.split(" | ")[0]) if line[0:1] == "|"
+    }
+    assert rows == set(Skips.model_fields)
+
+
+@pytest.mark.parametrize("part", ["gpu", "server"])
+def test_every_room_is_in_the_architecture(part: str) -> None:
+    text = ARCHITECTURE.read_text().split(f"## Rooms of {part}/")[1].split("\n## ")[0]
+    rooms = {path.name for path in (ROOT / part).iterdir() if (path / "__init__.py").exists()}
+    assert {name.strip("/") for name in re.findall(r"\| `(\w+/)` \|", text)} == rooms
+
+
+def test_every_stage_is_in_the_architecture() -> None:
+    text = ARCHITECTURE.read_text().split("## The way of a frame")[1].split("\n## ")[0]
+    cells = " ".join(line.split(" | ")[0] for line in text.splitlines() if line.startswith("| `"))
+    assert {*re.findall(r"`(\w+)`", cells)} == {*METHODS[Method.FUZZY_VPL].stage_names, "display"}
+    assert all(f"`{stage}`" in text for method in METHODS.values() for stage in method.stage_names)
+
+
+def test_parts_of_the_benchmark_named_exist() -> None:
+    text = "\n".join(page.read_text() for page in WRITTEN)
+    named = {
+        name for line in re.findall(r"python -m tests\.bench ([a-z ]+?)(?: --|`|\n)", text) for name in line.split()
+    }
+    assert named
+    assert named <= set(PARTS)
