@@ -52,27 +52,33 @@ class MeshPart:
     name: str = "mesh"
 
 
-def assemble(
-    name: str,
-    parts: Sequence[MeshPart],
-    materials: Sequence[Material],
-    textures: Sequence[Texture] = (),
-    lights: Sequence[Light] = (),
-    cameras: Sequence[Camera] = (),
-    sky: Sky | None = None,
-    ignored: Sequence[str] = (),
-    limits: SceneLimits = DEFAULT_LIMITS,
-) -> Scene:
-    """Merge `parts` into one scene, scaled so that its largest extent is 1 and centred on the origin.
+@dataclass(frozen=True)
+class SceneParts:
+    """What a reader found in a file: `lights` (intensity [W/sr], directional [W/m²]) and `cameras` in world space.
 
-    `lights` (intensity [W/sr], directional [W/m²]) and `cameras` are in world space. Degenerate triangles are dropped
-    and counted; normals that are missing, zero or not finite become geometric ones. A scene that nothing lights gets a
+    ignored: what it did not use, by name.
+    """
+
+    meshes: Sequence[MeshPart]
+    materials: Sequence[Material]
+    textures: Sequence[Texture] = ()
+    lights: Sequence[Light] = ()
+    cameras: Sequence[Camera] = ()
+    sky: Sky | None = None
+    ignored: Sequence[str] = ()
+
+
+def assemble(name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
+    """Merge what was `found` into one scene, scaled so that its largest extent is 1 and centred on the origin.
+
+    Degenerate triangles are dropped and counted; normals that are missing, zero or not finite become geometric ones. A scene that nothing lights gets a
     soft sky, one without a camera a view; the report's notes say so.
     Raises SceneError when an array is not finite or refers to what is not there, a number is too large to compute with,
     nothing visible is left, or a limit is exceeded.
     """
-    _check(name, parts, materials, textures, lights, cameras, limits)
-    parts = [_flat(part) if part.normals is None else part for part in parts if len(part.triangles)]
+    _check(name, found, limits)
+    materials, lights, cameras, sky = found.materials, found.lights, list(found.cameras), found.sky
+    parts = [_flat(part) if part.normals is None else part for part in found.meshes if len(part.triangles)]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")
     if not parts:
         raise SceneError(name, "", "no triangles; points and lines are not rendered")
@@ -111,35 +117,27 @@ def assemble(
         triangles=triangles,
         triangle_material=material.astype(np.int32),
         materials=tuple(materials),
-        textures=tuple(textures),
+        textures=tuple(found.textures),
         lights=tuple(_placed(light, placement) for light in lights),
         sky=sky,
         cameras=tuple(cameras),
         placement=placement,
-        report=LoadReport(tuple(ignored), int(np.count_nonzero(~sound)), tuple(notes)),
+        report=LoadReport(tuple(found.ignored), int(np.count_nonzero(~sound)), tuple(notes)),
     )
 
 
-def _check(
-    name: str,
-    parts: Sequence[MeshPart],
-    materials: Sequence[Material],
-    textures: Sequence[Texture],
-    lights: Sequence[Light],
-    cameras: Sequence[Camera],
-    limits: SceneLimits,
-) -> None:
-    validate.check_textures(name, textures, limits)
-    validate.check_materials(name, materials, len(textures), limits)
-    validate.check_lights(name, lights, limits)
-    validate.check_cameras(name, cameras, limits)
-    triangles = sum(len(part.triangles) for part in parts)
+def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:
+    validate.check_textures(name, found.textures, limits)
+    validate.check_materials(name, found.materials, len(found.textures), limits)
+    validate.check_lights(name, found.lights, limits)
+    validate.check_cameras(name, found.cameras, limits)
+    triangles = sum(len(part.triangles) for part in found.meshes)
     validate.check_count(name, "triangles", triangles, limits.max_triangles, "max_triangles")
-    for part in parts:
+    for part in found.meshes:
         validate.check_finite(name, f"{part.name}.positions", part.positions)
         validate.check_size(name, f"{part.name}.positions", part.positions, _FARTHEST)
         validate.check_indices(name, f"{part.name}.triangles", part.triangles, len(part.positions))
-        validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(materials))
+        validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(found.materials))
         for number, uv in enumerate(part.uvs):
             validate.check_finite(name, f"{part.name}.uvs[{number}]", uv)
         if part.colors is not None:

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import assemble
+from gpu.scene.assemble import SceneParts, assemble
 from gpu.scene.files import read_bytes
 from gpu.scene.limits import SceneLimits
 from gpu.scene.mtl import DEFAULT_MATERIAL
@@ -26,7 +26,7 @@ def load_mesh(path: Path, limits: SceneLimits) -> Scene:
     if re.search(rb"comment\s+TextureFile", header):
         ignored.append("the texture of a PLY file is not supported and was ignored")
     parts = load_parts(str(path), content, kind, shaded)
-    return assemble(str(path), parts, [DEFAULT_MATERIAL], ignored=ignored, limits=limits)
+    return assemble(str(path), SceneParts(parts, [DEFAULT_MATERIAL], ignored=ignored), limits)
 
 
 def _check_off(source: str, content: bytes) -> None:

@@ -10,7 +10,7 @@ from math import isfinite
 from pathlib import Path
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.files import read_bytes
 from gpu.scene.limits import SceneLimits
 from gpu.scene.mtl import DEFAULT_MATERIAL, MaterialLibrary
@@ -53,7 +53,7 @@ def load_obj(path: Path, limits: SceneLimits) -> Scene:
         # v = 0 is the bottom of an OBJ texture, the top of a glTF one.
         parts = load_parts(str(path), content, "obj", shaded, flip_v=True, split_groups=True, skip_materials=True)
     ignored = [*canonical.ignored, *library.ignored]
-    return assemble(str(path), parts, materials, library.textures, ignored=ignored, limits=limits)
+    return assemble(str(path), SceneParts(parts, materials, library.textures, ignored=ignored), limits)
 
 
 def _read(source: str, text: str) -> _Canonical:

@@ -12,7 +12,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, allocate_vpls, paths_for, trace_light_paths
-from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
 
@@ -50,7 +50,7 @@ def scene_of(
     textures: Sequence[Texture] = (),
 ) -> Scene:
     """The parts as a scene. Its unit space is the world where the parts fill [−½, ½]³ along one axis, centred."""
-    return assemble("test", parts, materials, textures, lights, sky=sky)
+    return assemble("test", SceneParts(parts, materials, textures, lights, sky=sky))
 
 
 def resident_of(

@@ -6,7 +6,7 @@ from copy import copy
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.textures import LEAST_ALBEDO, MOST_ALBEDO, palette
 from gpu.scene.colors import srgb_to_linear
@@ -69,6 +69,5 @@ class Builder:
         for number, (material, shapes) in enumerate(self._made):
             s = join(shapes)
             parts.append(MeshPart(s.positions, s.triangles, s.normals, (s.uvs,), material=number, name=material.name))
-        return assemble(
-            self._name, parts, [material for material, _ in self._made], self._textures, lights, cameras, sky
-        )
+        materials = [material for material, _ in self._made]
+        return assemble(self._name, SceneParts(parts, materials, self._textures, lights, cameras, sky))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from gpu.scene.assemble import assemble
+from gpu.scene.assemble import SceneParts, assemble
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.document import open_document
 from gpu.scene.gltf.extensions import check_extensions
@@ -32,13 +32,7 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
     parts = list(Geometry(buffers, materials).parts(placed))
     if not any(part.material == len(materials) - 1 for part in parts):
         materials.pop()
-    return assemble(
-        str(path),
-        parts,
-        materials,
-        images.textures,
-        [light for node in placed.values() if (light := read_light(document, node))],
-        [camera for node in placed.values() if (camera := read_camera(document, node))],
-        ignored=tuple(document.ignored),
-        limits=limits,
-    )
+    lights = [light for node in placed.values() if (light := read_light(document, node))]
+    cameras = [camera for node in placed.values() if (camera := read_camera(document, node))]
+    found = SceneParts(parts, materials, images.textures, lights, cameras, ignored=tuple(document.ignored))
+    return assemble(str(path), found, limits)

@@ -1,9 +1,11 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
 from gpu.errors import SceneError
-from gpu.scene.assemble import MeshPart, assemble
-from gpu.scene.limits import SceneLimits
+from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
 
 QUAD = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]])
@@ -12,8 +14,10 @@ GREY = Material()
 LAMP = Material(emission=(1.0, 1.0, 1.0))
 
 
-def scene_of(*parts: MeshPart, materials: tuple[Material, ...] = (GREY,), **more: object) -> Scene:
-    return assemble("scene", parts, materials, **more)
+def scene_of(
+    *parts: MeshPart, materials: tuple[Material, ...] = (GREY,), limits: SceneLimits = DEFAULT_LIMITS, **more: Any
+) -> Scene:
+    return assemble("scene", SceneParts(parts, materials, **more), limits)
 
 
 def test_the_largest_extent_becomes_one_around_the_origin() -> None:

@@ -4,7 +4,7 @@ from math import cos, pi
 import numpy as np
 import pytest
 
-from gpu.scene.assemble import MeshPart, assemble
+from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.summary import memory_bytes, summarise, summary_text
 from gpu.scene.types import Light, LightKind, Material, Scene, Texture, TextureSlot
 
@@ -16,7 +16,7 @@ def scene_of(*lights: Light, **material: object) -> Scene:
     pixels = np.zeros((1, 2, 4), np.uint8)
     pixels[0, 0] = 255
     textures = [Texture("half", pixels, srgb=True), Texture("half", pixels, srgb=False)]
-    return assemble("room", [PART], [Material("m", **material)], textures, lights, ignored=("that",))
+    return assemble("room", SceneParts([PART], [Material("m", **material)], textures, lights, ignored=("that",)))
 
 
 def test_lengths_are_in_world_units() -> None:
