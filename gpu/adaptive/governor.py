@@ -5,6 +5,9 @@ takes the level that comes nearest to the target, and stays where it is while th
 passes of SPs' rays, do most of the governing. VPL clusters come in few numbers, since each needs a light set of its
 own: before anything is shown, that is taken whose usual level comes nearest, then another only where SP clusters and
 passes do not suffice. Nothing here renders.
+
+A governor picks counts of clusters at a fixed size of frames, for a wanted time or error; server.walk.resolution_scaler
+picks the size, for usual counts; never both for one viewer, since frames with a target have their full size.
 """
 
 from bisect import bisect_left, bisect_right

@@ -1,7 +1,8 @@
 """The size of frames while the camera moves: as large as comes in time, by what earlier frames took.
 
-Settings with a target are rendered at full size: gpu.adaptive meets a target by counts of clusters, and fewer pixels
-would only let these grow.
+The scaler picks the size of frames for usual counts of clusters, gpu.adaptive.governor picks the counts at a fixed size
+for a wanted time or error; never both for one viewer: settings with a target are rendered at full size, since fewer
+pixels would only let counts grow.
 """
 
 from gpu.settings import RenderSettings
