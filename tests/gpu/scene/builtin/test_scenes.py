@@ -2,50 +2,13 @@
 
 import subprocess
 import sys
-from functools import cache
 
 import numpy as np
 import pytest
+from builtin_scenes import face_normals, nearest_hit, scene_of, world_corners
 
 from gpu.scene.builtin import BUILTIN
-from gpu.scene.load import load_scene
-from gpu.scene.types import Doubles, LightKind, Scene
-
-ROOMS = ("conference-room", "living-room")
-
-
-@cache
-def scene_of(name: str) -> Scene:
-    return load_scene(name)
-
-
-def world_corners(scene: Scene) -> Doubles:
-    """Triangles' corners (triangle, 3, 3) in metres."""
-    world = scene.vertices.astype(np.float64) / scene.placement.scale + scene.placement.centre
-    return world[scene.triangles]
-
-
-def face_normals(corners: Doubles) -> Doubles:
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return normals / np.linalg.norm(normals, axis=1)[:, None]
-
-
-def nearest_hit(corners: Doubles, origin: Doubles, direction: Doubles) -> tuple[float, int]:
-    """Distance and triangle of the first hit (Möller and Trumbore 1997); infinity and −1 for none."""
-    a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = np.cross(direction, f)
-    determinant = np.einsum("tc,tc->t", e, p)
-    inverse = 1.0 / np.where(np.abs(determinant) < 1e-15, np.inf, determinant)
-    s = origin - a
-    u = np.einsum("tc,tc->t", s, p) * inverse
-    q = np.cross(s, e)
-    v = q @ direction * inverse
-    distance = np.einsum("tc,tc->t", f, q) * inverse
-    hit = (inverse != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (distance > 0.0)
-    if not hit.any():
-        return np.inf, -1
-    index = int(np.argmin(np.where(hit, distance, np.inf)))
-    return float(distance[index]), index
+from gpu.scene.types import LightKind
 
 
 @pytest.mark.parametrize(
@@ -135,44 +98,6 @@ def test_cameras_stand_free_on_a_floor(name: str) -> None:
         ahead, _ = nearest_hit(corners, eye, -camera.to_world[:3, 2])
         assert ahead > 1.5, camera.name
         assert np.linalg.norm(corners.reshape(-1, 3) - eye, axis=1).min() > 0.25
-
-
-@pytest.mark.parametrize("name", ROOMS)
-def test_rooms_are_closed_and_show_their_fronts(name: str) -> None:
-    scene = scene_of(name)
-    corners = world_corners(scene)
-    normals = face_normals(corners)
-    single = [
-        n for n, material in enumerate(scene.materials) if material.name in ("fig leaves", "twig leaves", "linen")
-    ]
-    rng = np.random.default_rng(1)
-    directions = rng.standard_normal((12, 3))
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    for direction in [*np.eye(3), *-np.eye(3), *directions]:
-        distance, index = nearest_hit(corners, scene.cameras[0].to_world[:3, 3], direction)
-        assert np.isfinite(distance)
-        if scene.triangle_material[index] not in single:
-            assert normals[index] @ direction < 0.0
-
-
-def test_the_cornell_box_has_its_measures() -> None:
-    scene = scene_of("cornell-box")
-    np.testing.assert_allclose(np.ptp(world_corners(scene), axis=(0, 1)), (0.556, 0.5488, 0.5592), atol=1e-6)
-    colours = {material.name: material.base_color[:3] for material in scene.materials}
-    corners = world_corners(scene)
-    middle = {m.name: corners[scene.triangle_material == n].mean(axis=(0, 1)) for n, m in enumerate(scene.materials)}
-    assert middle["red"][0] < 0.0 < middle["green"][0]  # red on the left of the camera, which looks along −Z
-    assert colours["red"][0] > 4.0 * colours["red"][1]
-    assert 0.5 < middle["light"][1] < 0.5488
-
-
-def test_the_sun_reaches_the_court_of_the_atrium() -> None:
-    scene = scene_of("atrium")
-    corners = world_corners(scene)
-    towards = -np.array(scene.lights[0].direction)
-    assert nearest_hit(corners, np.array([2.0, 0.2, -2.5]), towards)[0] == np.inf
-    assert nearest_hit(corners, np.array([2.0, 0.2, 5.5]), towards)[0] < np.inf  # the south walk lies in the shade
-    assert scene.sky is not None
 
 
 def test_importing_makes_no_scene() -> None:
