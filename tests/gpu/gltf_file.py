@@ -1,17 +1,20 @@
 """Makes small glTF files in code, so that each test shows what is in its file."""
 
+import io
 import json
 import struct
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from gpu.scene.gltf import load_gltf
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
-from gpu.scene.types import Scene
+from gpu.scene.types import Material, Scene
 
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+UV = TRIANGLE[:, :2]
 _CODES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
@@ -76,3 +79,17 @@ def corners(scene: Scene) -> np.ndarray:
     """World positions (triangle, 3, 3) of all triangles' corners."""
     world = scene.vertices.astype(np.float64) / scene.placement.scale + scene.placement.centre
     return np.round(world[scene.triangles], 5) + 0.0
+
+
+def image(gltf: GltfFile, kind: str = "PNG", size: tuple[int, int] = (2, 1), **options: object) -> int:
+    """Adds a red image of `size` (width, height) to the file's binary data; its number."""
+    file = io.BytesIO()
+    Image.new("RGB", size, (255, 0, 0)).save(file, kind, **options)
+    return gltf.add("images", bufferView=gltf.view(file.getvalue()), mimeType=f"image/{kind.lower()}")
+
+
+def material_of(gltf: GltfFile, uvs: int = 1, **material: object) -> Material:
+    """What is read of a material, used by a triangle with so many sets of UVs."""
+    gltf.add("materials", **material)
+    gltf.mesh_node(gltf.primitive(material=0, **{f"TEXCOORD_{number}": UV for number in range(uvs)}))
+    return gltf.load().materials[0]

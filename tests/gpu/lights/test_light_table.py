@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
+from emitters import DOWN, POINT, SPOT, SUN, lamp_room, share_kernel
 from scenes import box, grey, quad, resident_of, results
 from scipy import stats
 
@@ -14,16 +15,11 @@ from gpu.lights.light_table import (
     choose_emitter,
     emit,
     emitter_of,
-    probability_of,
 )
 from gpu.sampling.sobol import hashed, sobol_pair
 from gpu.scene.types import Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
 
 COUNT = 1 << 14
-DOWN = (0.0, -1.0, 0.0)
-POINT = Light("point", LightKind.POINT, (1.0, 2.0, 3.0), position=(0.1, 0.2, -0.1))
-SPOT = Light("spot", LightKind.SPOT, (4.0, 3.0, 2.0), direction=DOWN, cos_inner=0.9, cos_outer=0.6)
-SUN = Light("sun", LightKind.DIRECTIONAL, (2.0, 1.0, 0.5), direction=(0.6, -0.8, 0.0))
 
 
 @wp.kernel
@@ -31,12 +27,6 @@ def choose_kernel(first: int, shares: PowerCdf, out: wp.array[wp.vec2]) -> None:
     index = first + wp.tid()
     choice = choose_emitter(shares, hashed(wp.uint32(index)))
     out[index] = wp.vec2(float(choice.index), choice.probability)
-
-
-@wp.kernel
-def share_kernel(first: int, shares: PowerCdf, out: wp.array[float]) -> None:
-    index = first + wp.tid()
-    out[index] = probability_of(shares, index)
 
 
 @wp.kernel
@@ -55,12 +45,6 @@ def emit_kernel(first: int, scene: SceneData, table: LightTable, out: wp.array[w
     out[4 * index + 1] = particle.normal
     out[4 * index + 2] = particle.direction
     out[4 * index + 3] = particle.flux
-
-
-def lamp_room(**rest: object) -> DeviceScene:
-    """A box of half a unit about the origin, with a lamp of radiance 3 and a fifth by a fifth under its ceiling."""
-    lamp = quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
-    return resident_of([*box(), lamp], [grey(0.5), grey(0.0, emission=3.0)], **rest)
 
 
 def particles(device_scene: DeviceScene) -> Doubles:
@@ -86,28 +70,11 @@ def test_emitters_are_chosen_in_proportion_to_power() -> None:
     assert results(share_kernel, 6, [table.all_emitters], float).sum() == pytest.approx(1.0, abs=1e-6)
 
 
-def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
-    few = build_light_table(lamp_room(lights=[POINT] * 8))
-    assert (few.enumerated_count, few.sampled.count, few.count) == (8, 2, 2 + 8)
-    many = build_light_table(lamp_room(lights=[POINT] * 9))
-    assert (many.enumerated_count, many.sampled.count) == (0, 2 + 9)
-
-
 def test_each_emissive_triangle_is_found_among_all() -> None:
     device_scene = lamp_room()
     emitters = results(emitter_kernel, 14, [build_light_table(device_scene)], int)
     assert emitters[12:].tolist() == [0, 1]
     assert (emitters[:12] == int(NOT_AN_EMITTER)).all()
-
-
-def test_nothing_emits() -> None:
-    table = build_light_table(resident_of([*box()], [grey(0.5)], sky=Sky((0.0, 0.0, 0.0))))
-    assert (table.count, table.all_emitters.count, table.sampled.count) == (0, 0, 0)
-
-
-def test_unlit_materials_are_no_lights() -> None:
-    device_scene = resident_of(box(), [Material(emission=(1.0, 1.0, 1.0), unlit=True)], lights=[POINT])
-    assert build_light_table(device_scene).triangle_count == 0
 
 
 @pytest.mark.parametrize("kind", ["lamp", "point", "spot", "sun", "sky", "all"])
@@ -156,35 +123,6 @@ def test_textured_emission_keeps_its_power() -> None:
     device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
                            textures=[Texture("half", pixels, srgb=True, nearest=True)])  # fmt: skip
     assert np.allclose(particles(device_scene)[:, 3].mean(axis=0), np.pi, rtol=0.02)
-
-
-@pytest.mark.parametrize("samples", [None, 5])
-def test_a_triangles_power_is_the_mean_over_a_lattice_of_its_points(samples: int | None) -> None:
-    columns = np.random.default_rng(2).integers(0, 256, 64).astype(np.uint8)
-    pixels = np.full((64, 64, 4), 255, np.uint8)
-    pixels[:, :, :3] = columns[None, :, None]
-    lamp, plain = Material(emission=(1.0, 1.0, 1.0), emission_slot=TextureSlot(0)), grey(0.0, emission=1.0)
-    parts = [quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1]), quad([-0.5, 0.5, -0.5], [1, 0, 0], [0, 0, 1], 1)]
-    device_scene = resident_of(parts, [lamp, plain], textures=[Texture("bars", pixels, srgb=False, nearest=True)])
-    options = {} if samples is None else {"power_samples": samples}
-    chance = results(share_kernel, 4, [build_light_table(device_scene, **options).all_emitters], float)
-    count = samples or 16
-    x, y = (np.arange(count) + 0.5) / count, np.arange(count) * 0.618034 % 1.0
-    u, v = 1.0 - np.sqrt(x), y * np.sqrt(x)
-    for triangle, across in enumerate((1.0 - u, v)):  # of UVs (0, 0), (1, 0), (1, 1) and (0, 0), (1, 1), (0, 1)
-        mean = columns[(across * 64).astype(int)].mean() / 255.0
-        assert chance[triangle] / chance[2] == pytest.approx(mean, rel=1e-3)
-
-
-def test_a_dark_texel_does_not_end_a_particle_unchosen() -> None:
-    pixels = np.zeros((64, 64, 4), np.uint8)
-    pixels[3, 60] = 255  # one bright texel that the estimate of power misses
-    lamp = Material(emission=(2.0, 2.0, 2.0), emission_slot=TextureSlot(0))
-    device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
-                           textures=[Texture("spark", pixels, srgb=True, nearest=True)])  # fmt: skip
-    table = build_light_table(device_scene)
-    assert table.count == 2
-    assert (results(share_kernel, 2, [table.all_emitters], float) > 0.1).all()
 
 
 def test_shares_hold_for_lights_of_no_power() -> None:

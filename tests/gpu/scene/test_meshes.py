@@ -46,12 +46,6 @@ def test_each_format(tmp_path: Path, suffix: str, content: str | bytes, triangle
     assert scene.materials[0].base_color == (0.8, 0.8, 0.8, 1.0)
 
 
-def test_the_colours_of_a_ply_file_become_linear(tmp_path: Path) -> None:
-    colors = load(tmp_path, "ply", PLY).colors
-    assert colors is not None
-    assert np.allclose(colors, (1.0, 0.503, 0.0, 1.0), atol=1e-3)
-
-
 @pytest.mark.parametrize("normal", ["1 0 0", "nan 0 0"])
 def test_the_normals_of_a_ply_file_are_used_where_they_are_sound(tmp_path: Path, normal: str) -> None:
     scene = load(tmp_path, "ply", PLY.replace("0 0 2", normal))

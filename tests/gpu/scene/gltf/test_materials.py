@@ -1,28 +1,11 @@
-import base64
-import io
 from math import inf, pi
 
 import numpy as np
 import pytest
-from gltf_file import TRIANGLE, GltfFile
-from PIL import Image
+from gltf_file import UV, GltfFile, image, material_of
 
 from gpu.errors import SceneError
-from gpu.scene.types import AlphaMode, Material, Wrap
-
-UV = TRIANGLE[:, :2]
-
-
-def image(gltf: GltfFile, kind: str = "PNG", size: tuple[int, int] = (2, 1), **options: object) -> int:
-    file = io.BytesIO()
-    Image.new("RGB", size, (255, 0, 0)).save(file, kind, **options)
-    return gltf.add("images", bufferView=gltf.view(file.getvalue()), mimeType=f"image/{kind.lower()}")
-
-
-def material_of(gltf: GltfFile, uvs: int = 1, **material: object) -> Material:
-    gltf.add("materials", **material)
-    gltf.mesh_node(gltf.primitive(material=0, **{f"TEXCOORD_{number}": UV for number in range(uvs)}))
-    return gltf.load().materials[0]
+from gpu.scene.types import AlphaMode, Material
 
 
 def test_defaults_are_those_of_the_specification(gltf: GltfFile) -> None:
@@ -114,13 +97,6 @@ def test_every_texture_is_read_and_one_used_in_two_ways_becomes_two(gltf: GltfFi
     assert scene.report.ignored == ("occlusion textures were ignored: the light itself is computed",)
 
 
-def test_samplers(gltf: GltfFile) -> None:
-    gltf.add("textures", source=image(gltf), sampler=gltf.add("samplers", wrapS=33071, wrapT=33648, magFilter=9728))
-    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
-    (texture,) = gltf.load().textures
-    assert (texture.wrap_s, texture.wrap_t, texture.nearest) == (Wrap.CLAMP, Wrap.MIRROR, True)
-
-
 def test_uv_sets_and_their_override(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     change = {"KHR_texture_transform": {"texCoord": 2}}
@@ -146,35 +122,6 @@ def test_a_texture_transform_as_in_the_extensions_example(gltf: GltfFile) -> Non
     matrix = np.array(slot.base_color_slot.transform).reshape(2, 3)
     corners = np.array([matrix @ [u, v, 1] for u, v in ((0, 0), (1, 0), (0, 1), (1, 1))])
     assert np.allclose(corners, [[0, 1], [0, 0.5], [0.5, 1], [0.5, 0.5]])
-
-
-def test_webp_goes_before_its_fallback(gltf: GltfFile) -> None:
-    webp = image(gltf, "WEBP", (3, 1), lossless=True)
-    gltf.add("textures", source=image(gltf), extensions={"EXT_texture_webp": {"source": webp}})
-    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
-    assert gltf.load().textures[0].pixels.shape == (1, 3, 4)
-
-
-def test_an_image_in_a_data_uri_and_one_in_a_file(gltf: GltfFile) -> None:
-    file = io.BytesIO()
-    Image.new("RGB", (4, 4)).save(file, "PNG")
-    (gltf.folder / "an image.png").write_bytes(file.getvalue())
-    for uri in ("data:image/png;base64," + base64.b64encode(file.getvalue()).decode(), "an%20image.png"):
-        gltf.add("textures", source=gltf.add("images", uri=uri))
-    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}, normalTexture={"index": 1})
-    assert [texture.pixels.shape for texture in gltf.load().textures] == [(4, 4, 4)] * 2
-
-
-def test_a_broken_image(gltf: GltfFile) -> None:
-    gltf.add("textures", source=gltf.add("images", bufferView=gltf.view(b"not an image"), mimeType="image/png"))
-    with pytest.raises(SceneError, match=r"images\[0\]: not an image"):
-        material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
-
-
-def test_a_texture_without_an_image_that_can_be_read_is_said(gltf: GltfFile) -> None:
-    gltf.add("textures", extensions={"KHR_texture_basisu": {"source": 0}})
-    assert material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}).base_color_slot is None
-    assert gltf.load().report.ignored == ("textures[0] has no PNG, JPEG or WebP image and was ignored",)
 
 
 def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> None:

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+from emitters import POINT, lamp_room, share_kernel
+from scenes import box, grey, quad, resident_of, results
+
+from gpu.lights.build import build_light_table
+from gpu.scene.types import Material, Sky, Texture, TextureSlot
+
+
+def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
+    few = build_light_table(lamp_room(lights=[POINT] * 8))
+    assert (few.enumerated_count, few.sampled.count, few.count) == (8, 2, 2 + 8)
+    many = build_light_table(lamp_room(lights=[POINT] * 9))
+    assert (many.enumerated_count, many.sampled.count) == (0, 2 + 9)
+
+
+def test_nothing_emits() -> None:
+    table = build_light_table(resident_of([*box()], [grey(0.5)], sky=Sky((0.0, 0.0, 0.0))))
+    assert (table.count, table.all_emitters.count, table.sampled.count) == (0, 0, 0)
+
+
+def test_unlit_materials_are_no_lights() -> None:
+    device_scene = resident_of(box(), [Material(emission=(1.0, 1.0, 1.0), unlit=True)], lights=[POINT])
+    assert build_light_table(device_scene).triangle_count == 0
+
+
+@pytest.mark.parametrize("samples", [None, 5])
+def test_a_triangles_power_is_the_mean_over_a_lattice_of_its_points(samples: int | None) -> None:
+    columns = np.random.default_rng(2).integers(0, 256, 64).astype(np.uint8)
+    pixels = np.full((64, 64, 4), 255, np.uint8)
+    pixels[:, :, :3] = columns[None, :, None]
+    lamp, plain = Material(emission=(1.0, 1.0, 1.0), emission_slot=TextureSlot(0)), grey(0.0, emission=1.0)
+    parts = [quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1]), quad([-0.5, 0.5, -0.5], [1, 0, 0], [0, 0, 1], 1)]
+    device_scene = resident_of(parts, [lamp, plain], textures=[Texture("bars", pixels, srgb=False, nearest=True)])
+    options = {} if samples is None else {"power_samples": samples}
+    chance = results(share_kernel, 4, [build_light_table(device_scene, **options).all_emitters], float)
+    count = samples or 16
+    x, y = (np.arange(count) + 0.5) / count, np.arange(count) * 0.618034 % 1.0
+    u, v = 1.0 - np.sqrt(x), y * np.sqrt(x)
+    for triangle, across in enumerate((1.0 - u, v)):  # of UVs (0, 0), (1, 0), (1, 1) and (0, 0), (1, 1), (0, 1)
+        mean = columns[(across * 64).astype(int)].mean() / 255.0
+        assert chance[triangle] / chance[2] == pytest.approx(mean, rel=1e-3)
+
+
+def test_a_dark_texel_does_not_end_a_particle_unchosen() -> None:
+    pixels = np.zeros((64, 64, 4), np.uint8)
+    pixels[3, 60] = 255  # one bright texel that the estimate of power misses
+    lamp = Material(emission=(2.0, 2.0, 2.0), emission_slot=TextureSlot(0))
+    device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
+                           textures=[Texture("spark", pixels, srgb=True, nearest=True)])  # fmt: skip
+    table = build_light_table(device_scene)
+    assert table.count == 2
+    assert (results(share_kernel, 2, [table.all_emitters], float) > 0.1).all()
