@@ -71,8 +71,8 @@ class SceneParts:
 def assemble(name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
     """Merge what was `found` into one scene, scaled so that its largest extent is 1 and centred on the origin.
 
-    Degenerate triangles are dropped and counted; normals that are missing, zero or not finite become geometric ones. A scene that nothing lights gets a
-    soft sky, one without a camera a view; the report's notes say so.
+    Degenerate triangles are dropped and counted; normals that are missing, zero or not finite become geometric ones. A
+    scene that nothing lights gets a soft sky, one without a camera a view; the report's notes say so.
     Raises SceneError when an array is not finite or refers to what is not there, a number is too large to compute with,
     nothing visible is left, or a limit is exceeded.
     """
