@@ -101,6 +101,22 @@ def square_of_vpls(count: int, height: float = 0.0, flux: float = 1.0, *, seed: 
     return vpls
 
 
+def strewn_vpls(count: int, tilt: float, seed: int) -> Vpls:
+    """VPLs on patches here and there, of normals that stray by about `tilt` from those of their patch."""
+    rng = np.random.default_rng(seed)
+    patches, patch = 40, rng.integers(0, 40, count)
+    centre, axis = rng.uniform(-0.5, 0.5, (patches, 3)), rng.normal(size=(patches, 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    offset = rng.normal(0.0, 0.05, (count, 3))
+    offset -= (offset * axis[patch]).sum(axis=1, keepdims=True) * axis[patch]
+    normal = axis[patch] + rng.normal(0.0, tilt, (count, 3))
+    vpls = allocate_vpls(count, wp.get_device("cpu"))
+    vpls.position = column(centre[patch] + offset, wp.vec3)
+    vpls.normal = column(normal / np.linalg.norm(normal, axis=1, keepdims=True), wp.vec3)
+    vpls.flux = column(rng.uniform(0.1, 3.0, (count, 3)), wp.vec3)
+    return vpls
+
+
 def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[DeviceScene, Camera, tuple[int, int]]:
     """A room lit from above with thin, close slats before its back wall: hard for clusters of shading points."""
     parts = box(0)

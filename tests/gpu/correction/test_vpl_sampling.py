@@ -2,10 +2,15 @@ import numpy as np
 import pytest
 import warp as wp
 from pipeline import Pipeline
-from scenes import results, slats
+from scenes import box, grey, resident_of, results, slats, square_of_vpls
+from scipy import stats
 
+from gpu.core.color import brightness
 from gpu.correction.vpl_sampling import member_of
 from gpu.gbuffer.gbuffer import GBuffer
+from gpu.sampling.sobol import hashed
+from gpu.vpl.build import cluster_vpls
+from gpu.vpl.form_factor import member_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 
 
@@ -48,3 +53,32 @@ def test_members_send_in_the_mean_what_their_cluster_lets_expect(fuzzy: Pipeline
     lit = drawn[0, :, 2] > 0.0
     sent = (drawn[:, lit, 1] * drawn[:, lit, 2]).mean(axis=0).sum()
     assert sent == pytest.approx(drawn[0, lit, 2].sum(), rel=0.05)
+
+
+@wp.kernel
+def member_light_kernel(first: int, position: wp.vec3, normal: wp.vec3, vpls: VplClusters,
+                        out: wp.array[float]) -> None:  # fmt: skip
+    """One thread a member of the only cluster: its light where members are shaded one by one."""
+    member = first + wp.tid()
+    area = vpls.disks[0].area / float(vpls.members.count)
+    out[member] = brightness(member_irradiance(position, normal, vpls, member, area))
+
+
+@wp.kernel
+def draw_member_kernel(first: int, position: wp.vec3, normal: wp.vec3, vpls: VplClusters,
+                       out: wp.array[int]) -> None:  # fmt: skip
+    """One thread a draw of a member of the only cluster."""
+    draw = first + wp.tid()
+    out[draw] = member_of(position, normal, vpls, 0, hashed(wp.uint32(draw))).vpl
+
+
+@pytest.mark.parametrize("height", [0.05, 50.0])
+def test_members_are_drawn_by_their_light_near_a_cluster_and_evenly_far_away(height: float) -> None:
+    vpls = cluster_vpls(resident_of(box(), [grey(0.5)]), square_of_vpls(8), 1, 0)
+    assert (vpls.count, vpls.members.count) == (1, 4)
+    inputs = [wp.vec3(0.05, height, 0.02), wp.vec3(0.0, -1.0, 0.0), vpls]
+    light = results(member_light_kernel, 4, inputs, float)
+    expected = light / light.sum() if height < 1.0 else np.full(4, 0.25)
+    counts = np.bincount(results(draw_member_kernel, 20_000, inputs, wp.int32).astype(int), minlength=4)
+    assert stats.chisquare(counts, expected / expected.sum() * 20_000).pvalue > 1e-3
+    assert light.max() > 1.2 * light.min()

@@ -85,22 +85,6 @@ def test_checks_of_an_sp_are_drawn_independently(fuzzy: Pipeline) -> None:
     assert abs((same.mean(axis=0) - expected).sum()) < 4.0 * error
 
 
-def test_gather_and_shade_agree_when_every_sp_is_a_cluster_of_its_own(fuzzy: Pipeline) -> None:
-    own = Pipeline(fuzzy.device_scene, fuzzy.camera, fuzzy.size, sp_clusters=60, fuzziness=1)
-    exact = own.exact()
-    assert relative_error(own.irradiance(), exact) > 1e-3
-    own.know_the_truth()
-    assert np.allclose(own.irradiance(), exact, rtol=1e-3, atol=1e-5 * exact.max())
-
-
-def test_runs_of_vpl_clusters_add_up(fuzzy: Pipeline) -> None:
-    middle = fuzzy.lights.count // 2
-    one, other = fuzzy.gathered(fuzzy.lights, 0, middle), fuzzy.gathered(fuzzy.lights, middle)
-    assert one.sum() > 0.0
-    assert other.sum() > 0.0
-    assert np.allclose(one + other, fuzzy.exact(), rtol=1e-5)
-
-
 def test_far_light_of_representatives_is_near_that_of_each_pair(fuzzy: Pipeline) -> None:
     summed = Pipeline(fuzzy.device_scene, fuzzy.camera, (48, 36), sp_clusters=400, far_field_sums=True)
     one_by_one = Pipeline(fuzzy.device_scene, fuzzy.camera, (48, 36), sp_clusters=400)

@@ -1,0 +1,177 @@
+"""Which pairs have rays: the plan of words of 32 VPL clusters against one made in plain Python."""
+
+import numpy as np
+import pytest
+import warp as wp
+from numpy.typing import NDArray
+from scenes import box, column, grey, resident_of, results, strewn_vpls
+
+from gpu.core.device import allocate, launch
+from gpu.indirect.ray_plan import (
+    NO_LIGHT,
+    PARTS,
+    WEAK_SHARE,
+    RayPlan,
+    Run,
+    pair_light,
+    pair_light_kernel,
+    ray_list_kernel,
+    ray_plan_kernel,
+    weak_light_kernel,
+    with_shared,
+)
+from gpu.sp.sp_clusters import SpClusters
+from gpu.vpl.build import cluster_vpls
+from gpu.vpl.vpl_clusters import VplClusters
+
+CPU = wp.get_device("cpu")
+SPS, VPLS = 40, 150
+WORDS = -(-VPLS // 32)
+
+
+@wp.kernel
+def each_pair_kernel(first: int, sps: SpClusters, vpls: VplClusters, out: wp.array[float]) -> None:
+    """One thread a pair, (VPL cluster, representative)."""
+    index = first + wp.tid()
+    sp = index % sps.position.shape[0]
+    out[index] = pair_light(sps.position[sp], sps.geometric_normal[sp], vpls, index // sps.position.shape[0])
+
+
+@wp.kernel
+def whole_kernel(first: int, plan: RayPlan, seen: wp.array[wp.uint32], out: wp.array[wp.uint32]) -> None:
+    """One thread a word."""
+    index = first + wp.tid()
+    out[index] = with_shared(seen[index], plan, index)
+
+
+@pytest.fixture(scope="module")
+def vpls() -> VplClusters:
+    clusters = cluster_vpls(resident_of(box(), [grey(0.5, 1.0)]), strewn_vpls(4000, 0.1, 7), VPLS, 0)
+    assert 32 * (WORDS - 1) < clusters.count <= VPLS
+    return clusters
+
+
+@pytest.fixture(scope="module")
+def sps() -> SpClusters:
+    """Representatives here and there, all new, in the order of their numbers."""
+    rng = np.random.default_rng(4)
+    normals = rng.normal(size=(SPS, 3))
+    clusters: SpClusters = allocate(SpClusters, SPS, CPU)
+    clusters.position = column(rng.uniform(-0.5, 0.5, (SPS, 3)), wp.vec3)
+    clusters.geometric_normal = column(normals / np.linalg.norm(normals, axis=1, keepdims=True), wp.vec3)
+    clusters.order = column(np.arange(SPS), wp.int32)
+    clusters.fresh = wp.full(1, SPS, dtype=int, device=CPU)
+    return clusters
+
+
+def pair_lights(sps: SpClusters, vpls: VplClusters) -> NDArray:
+    """(VPL cluster, representative)."""
+    return results(each_pair_kernel, SPS * vpls.count, [sps, vpls], float).reshape(vpls.count, SPS)
+
+
+def weak_lights(sps: SpClusters, vpls: VplClusters) -> wp.array:
+    parts = wp.zeros(int(PARTS) * SPS, dtype=float, device=CPU)
+    weak = wp.zeros(SPS, dtype=float, device=CPU)
+    launch(pair_light_kernel, int(PARTS) * SPS, [sps, vpls, parts], CPU)
+    launch(weak_light_kernel, SPS, [sps, parts, weak], CPU)
+    return weak
+
+
+def planned(sps: SpClusters, vpls: VplClusters, facing_away: bool, shared: bool) -> tuple[RayPlan, Run]:
+    run, plan = Run(), allocate(RayPlan, WORDS * SPS, CPU)
+    run.number, run.begin, run.most, run.words = 0, 0, SPS, WORDS
+    launch(ray_plan_kernel(facing_away, shared), WORDS * SPS, [sps, vpls, run, weak_lights(sps, vpls), plan], CPU)
+    return plan, run
+
+
+def bits(words: wp.array) -> NDArray:
+    """(word, representative, bit)."""
+    return (words.numpy().reshape(WORDS, SPS, 1) >> np.arange(32, dtype=np.uint32) & 1).astype(bool)
+
+
+def test_pairs_that_face_away_exchange_nothing(sps: SpClusters, vpls: VplClusters) -> None:
+    light = pair_lights(sps, vpls)
+    way = vpls.disks.numpy()["position"][:, None] - sps.position.numpy()
+    behind = (way * sps.geometric_normal.numpy()).sum(axis=2) <= -1e-6
+    sine = np.sqrt(np.maximum(1.0 - vpls.normal_cone_cos.numpy() ** 2, 0.0))[:, None]
+    along = (way * vpls.disks.numpy()["normal"][:, None]).sum(axis=2)
+    away = along >= sine * np.linalg.norm(way, axis=2) + 1e-6
+    assert 0.2 < (behind | away).mean() < 0.8
+    assert (light[behind | away] == float(NO_LIGHT)).all()
+    assert (light == float(NO_LIGHT)).mean() < (behind | away).mean() + 0.01
+    assert ((light >= 0.0) | (light == float(NO_LIGHT))).all()
+
+
+def test_weak_is_what_sends_less_than_a_512th_of_all_light(sps: SpClusters, vpls: VplClusters) -> None:
+    assert float(WEAK_SHARE) == 1.0 / 512.0
+    total = np.maximum(pair_lights(sps, vpls), 0.0).sum(axis=0)
+    assert weak_lights(sps, vpls).numpy() == pytest.approx(total / 512.0, rel=1e-4)
+
+
+def test_rays_are_shared_by_weak_neighbours_alone(sps: SpClusters, vpls: VplClusters) -> None:
+    plan, _ = planned(sps, vpls, facing_away=True, shared=True)
+    light, weak = pair_lights(sps, vpls), weak_lights(sps, vpls).numpy()
+    traced, shared = bits(plan.traced), bits(plan.shared)
+    answers = 0
+    for word in range(WORDS):
+        for sp in range(SPS):
+            own = np.full(32, -1.0)
+            own[: min(32, vpls.count - 32 * word)] = light[32 * word : 32 * (word + 1), sp]
+            faint = (own >= 0.0) & (own < weak[sp])
+            rays, pool = (own >= 0.0) & ~faint, []
+            leaders = {}
+            for eight in range(4):
+                members = [k for k in range(8 * eight, 8 * eight + 8) if faint[k]]
+                if not members:
+                    continue
+                leaders[eight] = max(members, key=lambda k: own[k])
+                if sum(own[members]) < weak[sp]:
+                    pool.append(eight)
+            if pool:
+                brightest = max((leaders[eight] for eight in pool), key=lambda k: own[k])
+                leaders.update(dict.fromkeys(pool, brightest))
+            rays[list(leaders.values())] = True
+            assert np.array_equal(traced[word, sp], rays)
+            assert np.array_equal(shared[word, sp], faint & ~rays)
+            packed = int(plan.leaders.numpy().reshape(WORDS, SPS)[word, sp])
+            assert {eight: packed >> 8 * eight & 255 for eight in leaders} == leaders
+            answers += int((faint & ~rays).sum())
+    assert answers > 100
+
+
+@pytest.mark.parametrize("facing_away", [False, True])
+def test_without_sharing_each_pair_has_a_ray_of_its_own(sps: SpClusters, vpls: VplClusters, facing_away: bool) -> None:
+    plan, _ = planned(sps, vpls, facing_away, shared=False)
+    has_ray = bits(plan.traced).transpose(0, 2, 1).reshape(32 * WORDS, SPS)
+    assert not has_ray[vpls.count :].any()
+    expected = pair_lights(sps, vpls) >= 0.0 if facing_away else np.ones((vpls.count, SPS), bool)
+    assert np.array_equal(has_ray[: vpls.count], expected)
+    assert not plan.shared.numpy().any()
+
+
+def test_rays_are_listed_word_by_word(sps: SpClusters, vpls: VplClusters) -> None:
+    plan, run = planned(sps, vpls, facing_away=True, shared=True)
+    traced, shared = bits(plan.traced).reshape(-1, 32), bits(plan.shared)
+    rays, answers = wp.zeros(1, dtype=int, device=CPU), wp.zeros(1, dtype=int, device=CPU)
+    pairs = wp.full(32 * WORDS * SPS, -1, dtype=int, device=CPU)
+    launch(ray_list_kernel, WORDS * SPS, [sps, run, plan, rays, answers, pairs], CPU)
+    assert rays.numpy()[0] == traced.sum()
+    assert answers.numpy()[0] == shared.sum()
+    listed = pairs.numpy()
+    for word, begin in enumerate(plan.first_ray.numpy()):
+        expected = 32 * word + np.flatnonzero(traced[word])
+        assert np.array_equal(listed[begin : begin + len(expected)], expected)
+    assert (listed[traced.sum() :] == -1).all()
+
+
+def test_those_that_share_take_their_leaders_answer(sps: SpClusters, vpls: VplClusters) -> None:
+    plan, _ = planned(sps, vpls, facing_away=True, shared=True)
+    traced = plan.traced.numpy()
+    seen = traced & np.random.default_rng(5).integers(0, 1 << 32, len(traced), dtype=np.uint32)
+    inputs = [plan, column(seen, wp.uint32)]
+    out = wp.zeros(len(traced), dtype=wp.uint32, device=CPU)
+    launch(whole_kernel, len(traced), [*inputs, out], CPU)
+    answer, own, shared = bits(out), bits(column(seen, wp.uint32)), bits(plan.shared)
+    leaders = plan.leaders.numpy().reshape(WORDS, SPS, 1) >> np.repeat(8 * np.arange(4, dtype=np.uint32), 8) & 31
+    assert np.array_equal(answer, own | (shared & np.take_along_axis(own, leaders.astype(np.int64), axis=2)))
+    assert answer.sum() > own.sum()
