@@ -3,6 +3,9 @@ import pytest
 from pipeline import Pipeline, relative_error
 from scenes import slats
 
+from gpu.indirect.exact_gather import gather
+from gpu.indirect.irradiance import allocate_indirect
+
 
 @pytest.fixture
 def fuzzy() -> Pipeline:
@@ -29,3 +32,14 @@ def test_runs_of_vpl_clusters_add_up(fuzzy: Pipeline) -> None:
     assert one.sum() > 0.0
     assert other.sum() > 0.0
     assert np.allclose(one + other, fuzzy.exact(), rtol=1e-5)
+
+
+def test_many_small_runs_are_not_lost_in_rounding(fuzzy: Pipeline) -> None:
+    view, out = fuzzy.view, allocate_indirect(fuzzy.view.pixels, fuzzy.view.device)
+    light = fuzzy.gathered(fuzzy.lights, 1, 2)
+    much, runs = float(2**26 * light.max()), 100
+    out.irradiance.fill_(much)
+    for _ in range(runs):
+        gather(view.scene, view.gbuffer, view.shading_points, fuzzy.lights, 1, 2, out)
+    grown = out.irradiance.numpy().astype(np.float64) - out.lost.numpy() - np.float32(much)
+    assert grown == pytest.approx(runs * light, rel=1e-3, abs=1e-3 * light.max())
