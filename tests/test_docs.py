@@ -4,9 +4,15 @@ from pathlib import Path
 import pytest
 
 from gpu.methods.registry import METHODS
+from gpu.renderer import MAX_SIDE
 from gpu.settings import Method, RenderSettings, Skips
+from server.http import middleware
+from server.rest import render, requests
+from server.scenes import archives, checker, uploads
 from server.settings import ServerSettings
+from server.walk import stream, viewer
 from tests.bench.__main__ import PARTS
+from tests.server.test_imports import FLOOR
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docker").glob("*.md")])
@@ -84,3 +90,32 @@ def test_parts_of_the_benchmark_named_exist() -> None:
     }
     assert named
     assert named <= set(PARTS)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        f"An archive may hold {archives.MAX_FILES} files, {archives.MAX_DEPTH} folders deep, and unpack to at most "
+        f"{archives.MAX_RATIO} times its size",
+        f"Sides are 1 to {MAX_SIDE:,} pixels",
+        f"says hello within {stream.HELLO_SECONDS:.0f} s",
+        f"acknowledges no frame for {viewer.STALLED_SECONDS:.0f} s is closed",
+        f"arrives within {middleware.BODY_SECONDS:.0f} s; an upload may not pause for longer",
+        f"averages at most {render.MAX_FRAMES} frames",
+        f"path tracing counts one for each {requests.SAMPLES_A_FRAME} samples",
+        f"Two scene files are read at a time, and {checker.MAX_WAITING} may be read or wait",
+        f"{uploads.MAX_AT_ONCE} uploads may arrive at a time",
+    ],
+)
+def test_limits_are_those_of_the_code(sentence: str) -> None:
+    assert sentence in " ".join((ROOT / "docs" / "limits.md").read_text().split())
+    assert checker.AT_ONCE == 2
+    assert middleware.BODY_SECONDS == uploads.STALL_SECONDS
+
+
+def test_rooms_of_the_service_stand_in_the_order_of_their_floors() -> None:
+    text = ARCHITECTURE.read_text().split("## Rooms of server/")[1].split("\n## ")[0]
+    rows = [re.findall(r"`(\w+)(?:/|\.py)`", line.split(" | ")[1]) for line in text.splitlines() if " | " in line]
+    rooms = [room for row in rows for room in row]
+    assert {*rooms} == FLOOR.keys()
+    assert [FLOOR[room] for room in rooms] == sorted(FLOOR.values())

@@ -1,8 +1,10 @@
 import re
+import shlex
 from pathlib import Path
 
 from gpu.scene.builtin import BUILTIN
 from gpu.settings import RenderSettings
+from server.cli.main import _parser
 from server.settings import ServerSettings
 
 ROOT = Path(__file__).parents[1]
@@ -23,6 +25,12 @@ def test_every_option_in_the_readme_exists() -> None:
     assert "--target-ms" in named
 
 
+def test_every_command_in_the_readme_is_understood() -> None:
+    commands = re.findall(r"^(?:    |`)lumenwalk (.+?)`?$", README, re.M)
+    understood = [_parser().parse_args(shlex.split(command, comments=True)).command for command in commands]
+    assert len(set(understood)) == 3  # render, compare and info; `make run` serves
+
+
 def test_every_built_in_scene_is_in_the_readme() -> None:
     assert all(f"`{name}`" in README for name in BUILTIN)
 
@@ -31,8 +39,15 @@ def test_every_page_of_docs_is_linked_from_the_readme() -> None:
     assert all(f"(docs/{page.name})" in README for page in (ROOT / "docs").glob("*.md"))
 
 
-def test_the_library_snippet_imports_what_there_is() -> None:
+def test_the_library_snippet_renders() -> None:
     (snippet,) = re.findall(r"```python\n(.*?)```", README, re.S)
-    imports = "\n".join(line for line in snippet.splitlines() if line.startswith("from "))
-    assert len(imports.splitlines()) == 5
-    exec(imports, {})
+    (walk,) = re.findall(r"`(view = renderer\.new_view\(\))`", README)
+    (frame,) = re.findall(r"`(renderer\.render\(camera, view=view, walks=True\))`", README)
+    for there, here in (('"house.glb")', '"cornell-box"), "cpu"'), ("(1280, 720)", "(48, 32)")):
+        assert there in snippet
+        snippet = snippet.replace(there, here)
+    names: dict[str, object] = {}
+    exec(f"{snippet}\ncamera = look_at(eye=(0, 1, 3), target=(0, 1, 0))\n{walk}\nwalked = {frame}\n", names)
+    for name in ("frame", "walked"):
+        exec(f"shape = {name}.pixels().shape, str({name}.radiance().dtype)", names)
+        assert names["shape"] == ((32, 48, 3), "float32")
