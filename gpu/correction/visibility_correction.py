@@ -7,6 +7,7 @@ right, so its noise is small, and neighbours on a surface share it. Rays end at 
 clustering VPLs does to penumbrae is corrected, too.
 """
 
+from dataclasses import dataclass
 from functools import cache, partial
 
 import warp as wp
@@ -36,12 +37,27 @@ RUN = wp.constant(32 // CHECKS)
 ALL_PASSES = 1e3
 
 
+@wp.struct
+class CorrectionPass:
+    """A pass of rays, of which each SP that has it sends CHECKS.
+
+    number: from 0; passes (1,): how many an SP has in the mean; seed: (1,); settled (pixel,): 1 for SPs that have rays
+    only `again`, in passes after a first look.
+    """
+
+    number: int
+    passes: wp.array[float]
+    seed: wp.array[int]
+    settled: wp.array[int]
+    again: bool
+
+
 @wp.func
-def has_pass(place: int, number: int, passes: float, seed: int) -> bool:
-    """Whether the SP at a place of a list has rays in pass `number`, where SPs have so many `passes` in the mean."""
-    offset = hashed(PASS_SEED + wp.uint32(seed))
+def has_pass(place: int, this_pass: CorrectionPass) -> bool:
+    """Whether the SP at a place of a list has rays in a pass."""
+    offset = hashed(PASS_SEED + wp.uint32(this_pass.seed[0]))
     part = float(wp.uint32(place // RUN) * GOLDEN_STEP + offset) * TO_UNIT
-    return part < passes - float(number)
+    return part < this_pass.passes[0] - float(this_pass.number)
 
 
 @cache
@@ -55,18 +71,14 @@ def correction_ray_kernel(fuzziness: int) -> wp.Kernel:
         gbuffer: GBuffer,
         points: PointList,
         known: ClusteredLight,
-        settled: wp.array[int],
-        seed: wp.array[int],
-        number: int,
-        passes: wp.array[float],
-        again: bool,
+        this_pass: CorrectionPass,
         indirect: Indirect,
         rays: ShadowRays,
     ) -> None:
-        """One thread a ray of pass `number`: draws to which member of which VPL cluster it goes.
+        """One thread a ray of a pass: draws to which member of which VPL cluster it goes.
 
-        passes (1,): of an SP, in the mean; again: whether what is settled has rays, too. An SP's rays take equal shares
-        of all light, and those of neighbours, who share what they find, other parts of these.
+        An SP's rays take equal shares of all light, and those of neighbours, who share what they find, other parts of
+        these.
         """
         index = first + wp.tid()
         place = index // CHECKS
@@ -74,16 +86,16 @@ def correction_ray_kernel(fuzziness: int) -> wp.Kernel:
         if place >= points.count[0]:
             return
         rays.vpl[index] = NO_RAY
-        if not has_pass(place, number, passes[0], seed[0]):
+        if not has_pass(place, this_pass):
             return
         sp = points.numbers[place]
         pixel = points.pixels[place]
         whole = indirect.near_importance[sp] + indirect.far_importance[sp]
-        if whole <= 0.0 or (settled[pixel] == 1 and not again):
+        if whole <= 0.0 or (this_pass.settled[pixel] == 1 and not this_pass.again):
             return
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
-        own = wp.uint32(seed[0]) + wp.uint32(number) * PASS_SEED
+        own = wp.uint32(this_pass.seed[0]) + wp.uint32(this_pass.number) * PASS_SEED
         key = hashed(CHECK_KEY + wp.uint32(check) + wp.uint32(CHECKS) * own)
         state = hashed(wp.uint32(pixel) ^ key)
         step = float(wp.uint32(sp) * GOLDEN_STEP + key) * TO_UNIT
@@ -103,15 +115,14 @@ def correction_ray_kernel(fuzziness: int) -> wp.Kernel:
 
 
 @wp.kernel
-def correction_kernel(first: int, points: PointList, vpls: VplClusters, rays: ShadowRays, seed: wp.array[int],
-                      number: int, passes: wp.array[float], means: wp.array[int],
-                      correction: wp.array[wp.vec3]) -> None:  # fmt: skip
+def correction_kernel(first: int, points: PointList, vpls: VplClusters, rays: ShadowRays, this_pass: CorrectionPass,
+                      means: wp.array[int], correction: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread an SP: the mean over its traced rays of what its irradiance lacks, taken into `correction` (pixel,).
 
-    means (pixel,): of how many passes that is the mean. number, passes: as in correction_ray_kernel.
+    means (pixel,): of how many passes that is the mean.
     """
     place = first + wp.tid()
-    if place >= points.count[0] or not has_pass(place, number, passes[0], seed[0]):
+    if place >= points.count[0] or not has_pass(place, this_pass):
         return
     mean = wp.vec3(0.0, 0.0, 0.0)
     for check in range(CHECKS):
@@ -122,11 +133,25 @@ def correction_kernel(first: int, points: PointList, vpls: VplClusters, rays: Sh
             mean += light_of(vpls, vpl, rays.share[index] * wrong)
     mean = mean / float(CHECKS)
     pixel = points.pixels[place]
-    before = wp.where(number > 0, means[pixel], 0)
+    before = wp.where(this_pass.number > 0, means[pixel], 0)
     if before > 0:
         mean = correction[pixel] + (mean - correction[pixel]) / float(before + 1)
     means[pixel] = before + 1
     correction[pixel] = mean
+
+
+@dataclass(frozen=True)
+class Passes:
+    """Which passes of rays SPs have, by which `seed` (1,).
+
+    settled (pixel,): 1 for SPs that have no rays, unless `numbers` begin later than 0; as_wanted: whether passes are
+    left out beyond as many as were wanted (`Correction.use`).
+    """
+
+    seed: wp.array
+    settled: wp.array
+    numbers: range
+    as_wanted: bool = False
 
 
 class Correction:
@@ -151,38 +176,27 @@ class Correction:
         self._wanted.fill_(passes)
         self._has.assign([int(number < passes) for number in range(len(self._has))])
 
-    def trace(
-        self,
-        scene: SceneData,
-        gbuffer: GBuffer,
-        points: ListedPoints,
-        known: ClusteredLight,
-        indirect: Indirect,
-        settled: wp.array,
-        seed: wp.array,
-        numbers: range = range(1),
-        *,
-        as_wanted: bool = False,
-    ) -> None:
-        """Check the light of `points`, which were shaded by all these, in passes of these `numbers`.
+    def trace(self, scene: SceneData, gbuffer: GBuffer, points: ListedPoints, known: ClusteredLight,
+              indirect: Indirect, passes: Passes) -> None:  # fmt: skip
+        """Check the light of `points`, which were shaded by all these, in some `passes`.
 
-        Each takes its mean into that of those before, unless it is number 0. settled
-        (pixel,): 1 for those that have no rays, unless `numbers` begin later; seed: (1,). as_wanted: whether
-        passes are left out beyond as many as were wanted (`use`).
+        Each takes its mean into that of those before, unless it is number 0.
         """
         listed, rays = points.points, self._rays
-        passes, again = self._wanted if as_wanted else self._all, numbers.start > 0
 
         def run(number: int) -> None:
+            one = CorrectionPass()
+            one.number, one.again = number, passes.numbers.start > 0
+            one.passes = self._wanted if passes.as_wanted else self._all
+            one.seed, one.settled = passes.seed, passes.settled
             draw = correction_ray_kernel(known.clusters.cluster.shape[0])
-            inputs = [gbuffer, listed, known, settled, seed, number, passes, again, indirect, rays]
-            launch(draw, CHECKS * points.capacity, inputs, self.device)
+            launch(draw, CHECKS * points.capacity, [gbuffer, listed, known, one, indirect, rays], self.device)
             trace_shadow_rays(scene, gbuffer, listed, known.vpls, rays)
-            inputs = [listed, known.vpls, rays, seed, number, passes, self._means, self.own]
+            inputs = [listed, known.vpls, rays, one, self._means, self.own]
             launch(correction_kernel, points.capacity, inputs, self.device)
 
-        for number in numbers:
-            if as_wanted and number > 0:
+        for number in passes.numbers:
+            if passes.as_wanted and number > 0:
                 wp.capture_if(self._has[number : number + 1], partial(run, number))
             else:
                 run(number)

@@ -8,7 +8,7 @@ from gpu.core.stages import Stages
 from gpu.correction.adaptive_rays import BrightPoints
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
-from gpu.correction.visibility_correction import Correction
+from gpu.correction.visibility_correction import Correction, Passes
 from gpu.indirect.clustered_light import clustered_light
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_view import FuzzyView, KeptLight
@@ -92,7 +92,7 @@ class FuzzyCorrection:
         def correct() -> None:
             rays = self._rays
             trace = partial(rays.trace, scene, gbuffer)
-            trace(points, *light, settled, seed, range(passes), as_wanted=not kind.refines)
+            trace(points, *light, Passes(seed, settled, range(passes), as_wanted=not kind.refines))
             filtered = rays.own
             if kind.denoise:
                 residual = history.take_light(points, indirect.irradiance, rays.own)
@@ -100,7 +100,7 @@ class FuzzyCorrection:
                 filtered = frame.smoothing.share(gbuffer, points, *guide, nearer_on_detail=True)
                 dispute = view.clustering.deficit, indirect.irradiance, rays.own, filtered, frame.brightness
                 self.suspected.find(points, gbuffer, *dispute)
-                trace(self.suspected, *light, settled, seed, range(passes, passes + 1))
+                trace(self.suspected, *light, Passes(seed, settled, range(passes, passes + 1)))
                 self.refined.find(self.suspected, gbuffer, *dispute)
             points.add(filtered, indirect.irradiance, bounded=kind.denoise)
 
