@@ -1,0 +1,22 @@
+from dataclasses import replace
+
+import numpy as np
+
+from gpu.scene.types import Camera
+
+CAMERA = Camera("a", np.eye(4), 0.5)
+
+
+def test_cameras_that_see_the_same_have_one_key_whatever_their_name_and_aspect() -> None:
+    assert replace(CAMERA, name="b", aspect=1.0, to_world=np.eye(4)).view_key == CAMERA.view_key
+
+
+def test_cameras_that_see_otherwise_have_other_keys() -> None:
+    moved = np.eye(4)
+    moved[0, 3] = 1e-9
+    others = [
+        replace(CAMERA, to_world=moved),
+        replace(CAMERA, half_height=0.6),
+        replace(CAMERA, orthographic=True),
+    ]
+    assert len({camera.view_key for camera in (CAMERA, *others)}) == 4
