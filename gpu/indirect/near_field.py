@@ -5,12 +5,14 @@ of each SP: where that meets a surface, its radiosity counts with this share (T.
 the Presence of Weak Singularities, 2004, with radiosity from a density estimate in place of a path).
 """
 
+from dataclasses import dataclass
 from functools import cache
 
 import warp as wp
 
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import allocate, launch
+from gpu.core.parameters import parameters
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import blocking, closest_hit, offset_origin
@@ -26,34 +28,50 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 # Of the sample sequences of a frame's seed, one that nothing else takes.
 NEAR_PAIR = wp.constant(64)
-# VPLs whose radius is far below this share of the distance lose too little to be looked for.
-RADIUS_SHARE = wp.constant(0.06)
-# Of the scene's extent: farther than this, the rays of one SP in so many look, and count as often. What is found there
-# is little and much the same for neighbours.
-NEAR_LENGTH = wp.constant(0.05)
-FAR_EVERY = wp.constant(4)
-# Of the SPs whose light earlier frames found, too, one in so many has a ray, which counts as often.
-KNOWN_EVERY = wp.constant(3)
-# How far above its surface the way between two of its points is looked along, as a share of its length.
-CLEARANCE = wp.constant(0.1)
 
 
 @wp.struct
-class Hits:
-    """What the SPs' rays met. position, normal (sp,), the normal to the side that was hit; distance (sp,): 0 for none.
+@dataclass
+class NearFieldParameters:
+    """Where near-field light is looked for.
 
-    Unit space.
+    radius_share: VPLs whose radius is far below this share of the distance lose too little to be looked for.
+    near_length: farther than this, in unit space, only one ray in far_period looks, and counts as often: what is found
+    there is little and much the same for neighbours.
+    known_period: of the SPs whose light earlier frames found, one in so many has a ray, which counts as often.
+    clearance: how far above its surface the way between two of its points is traced, as a share of its length.
+    """
+
+    radius_share: float = 0.06
+    near_length: float = 0.05
+    far_period: int = 4
+    known_period: int = 3
+    clearance: float = 0.1
+
+
+NEAR_FIELD_PARAMETERS: NearFieldParameters = parameters(NearFieldParameters)
+
+
+@wp.struct
+class NearRays:
+    """What the SPs' rays met and found; (sp,) but for `light`. Unit space.
+
+    position, normal: of the surface, to the side that was hit; distance: 0 for none; vpl: that answers there, −1 for
+    none; light (pixel,): the irradiance that disks took from there [W/m²]; found: 1 where there is some, or 0.
     """
 
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     distance: wp.array[float]
+    vpl: wp.array[int]
+    light: wp.array[wp.vec3]
+    found: wp.array[int]
 
 
 @wp.func
-def ray_period(frames: int) -> int:
+def ray_period(frames: int, chosen: NearFieldParameters) -> int:
     """One in how many SPs whose light is known of so many `frames` before has a ray; another in the next frame."""
-    return wp.where(frames > 0, KNOWN_EVERY, 1)
+    return wp.where(frames > 0, chosen.known_period, 1)
 
 
 @cache
@@ -68,17 +86,18 @@ def near_field_ray_kernel(alpha: bool) -> wp.Kernel:
         points: PointList,
         seed: wp.array[int],
         frames: wp.array[int],
-        hits: Hits,
+        chosen: NearFieldParameters,
+        rays: NearRays,
     ) -> None:
         """One thread an SP: a ray with density cosθ/π. SPs, whose order keeps neighbours together, share a sequence."""
         sp = first + wp.tid()
-        hits.distance[sp] = 0.0
+        rays.distance[sp] = 0.0
         if sp >= points.count[0]:
             return
         if wp.static(not alpha):
             scene.ignore_alpha = True
         pixel = points.pixels[sp]
-        every = ray_period(frames[pixel])
+        every = ray_period(frames[pixel], chosen)
         if (sp + seed[0]) % every != 0:
             return
         place = sobol_pair(sp, NEAR_PAIR, seed[0])
@@ -87,27 +106,27 @@ def near_field_ray_kernel(alpha: bool) -> wp.Kernel:
         if wp.dot(direction, geometric_normal) <= 0.0:
             return
         origin = offset_origin(gbuffer.position[pixel], geometric_normal, direction)
-        looks_far = (sp + seed[0]) % (FAR_EVERY * every) == 0
-        length = wp.where(looks_far, RAY_LENGTH, NEAR_LENGTH)
+        looks_far = (sp + seed[0]) % (chosen.far_period * every) == 0
+        length = wp.where(looks_far, RAY_LENGTH, chosen.near_length)
         hit = closest_hit(scene, origin, direction, length)
         if hit.face == NO_HIT:
             return
         normal = triangle_normal(scene, hit.face)
-        hits.position[sp] = origin + direction * hit.t
-        hits.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
-        hits.distance[sp] = hit.t
+        rays.position[sp] = origin + direction * hit.t
+        rays.normal[sp] = wp.where(wp.dot(normal, direction) < 0.0, normal, -normal)
+        rays.distance[sp] = hit.t
 
     return near_field_ray_kernel
 
 
 @wp.kernel
-def near_field_vpl_kernel(first: int, hits: Hits, lit: RadiosityCache, vpl: wp.array[int]) -> None:
-    """One thread an SP: the VPL that answers for where its ray went. vpl (sp,): −1 for none."""
+def near_field_vpl_kernel(first: int, lit: RadiosityCache, radius_share: float, rays: NearRays) -> None:
+    """One thread an SP: the VPL that answers for where its ray went."""
     sp = first + wp.tid()
-    vpl[sp] = -1
-    distance = hits.distance[sp]
+    rays.vpl[sp] = -1
+    distance = rays.distance[sp]
     if distance > 0.0:
-        vpl[sp] = vpl_around(lit, hits.position[sp], hits.normal[sp], RADIUS_SHARE * distance)
+        rays.vpl[sp] = vpl_around(lit, rays.position[sp], rays.normal[sp], radius_share * distance)
 
 
 @cache
@@ -117,12 +136,13 @@ def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
     """
 
     @wp.func
-    def is_apart(scene: SceneData, position: wp.vec3, normal: wp.vec3, other: wp.vec3, distance: float) -> bool:
+    def is_apart(scene: SceneData, rays: NearRays, sp: int, other: wp.vec3, clearance: float) -> bool:
+        position = rays.position[sp]
         way = other - position
         length = wp.length(way)
         if length == 0.0:
             return False
-        lift = normal * wp.min(CLEARANCE * length, 0.5 * distance)
+        lift = rays.normal[sp] * wp.min(clearance * length, 0.5 * rays.distance[sp])
         return blocked(scene, position + lift, way / length, length)
 
     @wp.kernel(module="unique")
@@ -131,51 +151,48 @@ def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
         scene: SceneData,
         gbuffer: GBuffer,
         points: PointList,
-        hits: Hits,
         vpls: VplClusters,
         lit: RadiosityCache,
         frames: wp.array[int],
-        vpl: wp.array[int],
-        light: wp.array[wp.vec3],
-        found: wp.array[int],
+        chosen: NearFieldParameters,
+        rays: NearRays,
     ) -> None:
-        """One thread an SP: the irradiance that disks took from where its ray went [W/m²], in light (pixel,).
+        """One thread an SP: the irradiance that disks took from where its ray went.
 
         Where something stands between that point and the VPL, as a wall on a floor does, what the VPL knows is not so
-        there. found (sp,): 1 where there is light, or 0.
+        there.
         """
         sp = first + wp.tid()
-        found[sp] = 0
+        rays.found[sp] = 0
         if sp >= points.count[0]:
             return
         pixel = points.pixels[sp]
-        light[pixel] = wp.vec3(0.0, 0.0, 0.0)
-        near = vpl[sp]
-        distance = hits.distance[sp]
-        if near >= 0 and not is_apart(scene, hits.position[sp], hits.normal[sp], lit.position[near], distance):
+        rays.light[pixel] = wp.vec3(0.0, 0.0, 0.0)
+        near = rays.vpl[sp]
+        if near >= 0 and not is_apart(scene, rays, sp, lit.position[near], chosen.clearance):
+            distance = rays.distance[sp]
             squared = distance * distance
             area = disk_area(gbuffer.position[pixel], vpls, near)
-            share = float(ray_period(frames[pixel])) * area / (PI * squared + area)
-            if distance > NEAR_LENGTH:
-                share *= float(FAR_EVERY)
-            light[pixel] = lit.radiosity[near] * share
-            found[sp] = 1
+            share = float(ray_period(frames[pixel], chosen)) * area / (PI * squared + area)
+            if distance > chosen.near_length:
+                share *= float(chosen.far_period)
+            rays.light[pixel] = lit.radiosity[near] * share
+            rays.found[sp] = 1
 
     return near_field_light_kernel
 
 
 class NearField:
-    """Near-field light of the SPs of an image of `size` (width, height); arrays are allocated once.
+    """Near-field light of up to `capacity` SPs, one a pixel at the most; arrays are allocated once.
 
     light (pixel,): what each SP's ray found [W/m²]; found (sp,): 1 where that is some, or 0.
     """
 
-    def __init__(self, capacity: int, smoothing: Smoothing, device: wp.Device) -> None:
-        self.device, self._smoothing = device, smoothing
-        self._hits: Hits = allocate(Hits, capacity, device)
-        self._vpl = wp.zeros(capacity, dtype=int, device=device)
-        self.light = wp.zeros(capacity, dtype=wp.vec3, device=device)
-        self.found = wp.zeros(capacity, dtype=int, device=device)
+    def __init__(self, capacity: int, smoothing: Smoothing, device: wp.Device,
+                 chosen: NearFieldParameters = NEAR_FIELD_PARAMETERS) -> None:  # fmt: skip
+        self.device, self._smoothing, self._chosen = device, smoothing, chosen
+        self._rays: NearRays = allocate(NearRays, capacity, device)
+        self.light, self.found = self._rays.light, self._rays.found
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityCache,
               seed: wp.array, frames: wp.array) -> None:  # fmt: skip
@@ -183,10 +200,10 @@ class NearField:
 
         seed: (1,); frames (pixel,): of how many earlier frames the light of each is known.
         """
-        capacity, points, hits = sps.capacity, (scene, gbuffer, sps.points), self._hits
-        launch(near_field_ray_kernel(scene.alpha), capacity, [*points, seed, frames, hits], self.device)
-        launch(near_field_vpl_kernel, capacity, [hits, lit, self._vpl], self.device)
-        inputs = [*points, hits, vpls, lit, frames, self._vpl, self.light, self.found]
+        capacity, points, rays, chosen = sps.capacity, (scene, gbuffer, sps.points), self._rays, self._chosen
+        launch(near_field_ray_kernel(scene.alpha), capacity, [*points, seed, frames, chosen, rays], self.device)
+        launch(near_field_vpl_kernel, capacity, [lit, chosen.radius_share, rays], self.device)
+        inputs = [*points, vpls, lit, frames, chosen, rays]
         launch(near_field_light_kernel(blocking(scene)), capacity, inputs, self.device)
 
     def share(self, gbuffer: GBuffer, sps: ShadingPoints, guide: wp.array, frames: wp.array) -> None:

@@ -39,7 +39,7 @@ def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int) -> float:
 
 
 @wp.kernel
-def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClusters) -> None:
+def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClusters) -> None:
     """One thread a cluster: the disk light that stands for its members. medoids (cluster,): indices of `vpls`."""
     cluster = first + wp.tid()
     centre = vpls.position[medoids[cluster]]
@@ -74,7 +74,7 @@ def summarise_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClu
 
 
 @wp.kernel
-def subcluster_kernel(first: int, out: VplClusters) -> None:
+def vpl_subcluster_disk_kernel(first: int, out: VplClusters) -> None:
     """One thread a cluster: the disks that stand for its subclusters, each with its members' share of the cluster's
     area.
     """
@@ -109,7 +109,7 @@ def subcluster_kernel(first: int, out: VplClusters) -> None:
 
 
 @wp.kernel
-def bound_kernel(first: int, out: VplClusters) -> None:
+def vpl_group_bounds_kernel(first: int, out: VplClusters) -> None:
     """One thread a group of clusters: the bounds of their members and of their normals."""
     group = first + wp.tid()
     begin = out.per_group * group
@@ -142,7 +142,7 @@ def set_groups(clusters: VplClusters, device: wp.Device) -> None:
         setattr(clusters, name, wp.zeros(clusters.groups, dtype=wp.vec3, device=device))
     for name in ("radius", "axis_cone_cos"):
         setattr(clusters, name, wp.zeros(clusters.groups, dtype=float, device=device))
-    launch(bound_kernel, clusters.groups, [clusters], device)
+    launch(vpl_group_bounds_kernel, clusters.groups, [clusters], device)
 
 
 def set_subclusters(clusters: VplClusters, starts: Ints, device: wp.Device) -> None:
@@ -150,7 +150,7 @@ def set_subclusters(clusters: VplClusters, starts: Ints, device: wp.Device) -> N
     subcluster_starts = np.append(0, np.cumsum(-(-np.diff(starts) // PER_SUBCLUSTER)))
     clusters.subcluster_starts = wp.array(subcluster_starts, dtype=int, device=device)
     clusters.subclusters = wp.zeros(int(subcluster_starts[-1]), dtype=Disk, device=device)
-    launch(subcluster_kernel, clusters.count, [clusters], device)
+    launch(vpl_subcluster_disk_kernel, clusters.count, [clusters], device)
 
 
 def no_clusters() -> VplClusters:
@@ -176,14 +176,14 @@ def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int) 
     clusters.members = allocate_vpls(vpls.count, device)
     launch(gather_vpls_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
-    launch(summarise_kernel, clusters.count, [vpls, medoids, clusters], device)
+    launch(vpl_cluster_disk_kernel, clusters.count, [vpls, medoids, clusters], device)
     set_subclusters(clusters, starts, device)
     set_groups(clusters, device)
     return clusters
 
 
 @wp.kernel
-def single_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) -> None:
+def vpl_singles_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) -> None:
     """One thread a cluster: makes each member a disk of its own with its share of the cluster's area."""
     cluster = first + wp.tid()
     begin = clusters.starts[cluster]
@@ -202,7 +202,7 @@ def unclustered(device_scene: DeviceScene, clusters: VplClusters) -> VplClusters
     singles.count = members.count
     singles.normal_cone_cos.fill_(1.0)
     singles.members = members
-    launch(single_kernel, clusters.count, [clusters, singles.disks], device)
+    launch(vpl_singles_kernel, clusters.count, [clusters, singles.disks], device)
     starts = np.arange(members.count + 1, dtype=np.int32)
     singles.starts = wp.array(starts, dtype=int, device=device)
     set_subclusters(singles, starts, device)

@@ -2,15 +2,26 @@ import numpy as np
 import pytest
 import warp as wp
 from pipeline import Pipeline
-from scenes import box, grey, quad, resident_of, slats
+from scenes import box, column, grey, quad, resident_of, slats, square_of_vpls
 
+from gpu.core.device import allocate, launch
+from gpu.device_scene.rays import blocking
 from gpu.device_scene.upload import DeviceScene
-from gpu.indirect.near_field import NearField
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
+from gpu.indirect.near_field import (
+    NEAR_FIELD_PARAMETERS,
+    NearField,
+    NearRays,
+    near_field_light_kernel,
+    near_field_vpl_kernel,
+)
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Floats, Light, LightKind
 from gpu.settings import Clustering, Component, Method, RenderSettings
-from gpu.vpl.radiosity_cache import radiosity_cache
+from gpu.vpl.build import cluster_vpls
+from gpu.vpl.radiosity_cache import RadiosityCache, radiosity_cache, sort_into_cells
 
 SIZE = (48, 36)
 FEW = {"sp_clusters": 400, "vpls": 1000, "vpl_clusters": 60}
@@ -121,7 +132,7 @@ def test_one_ray_in_four_looks_far_and_of_known_points_one_in_three_looks_at_all
         view.seed.fill_(seed)
         known = wp.full(view.pixels, frames, dtype=int, device=view.device)
         near.trace(view.scene, view.gbuffer, view.shading_points, fuzzy.lights, cache, view.seed, known)
-        return np.asarray(near._hits.distance.numpy()[:count].copy())
+        return np.asarray(near._rays.distance.numpy()[:count].copy())
 
     for frames, period in ((0, 1), (5, 3)):
         found = np.concatenate([lengths(frames, seed) for seed in range(24)])
@@ -130,3 +141,47 @@ def test_one_ray_in_four_looks_far_and_of_known_points_one_in_three_looks_at_all
         assert found[turn % (2 * period) == period].any()
         assert 0.045 < found[turn % (4 * period) != 0].max() < 0.0501
         assert found[turn % (8 * period) == 4 * period].max() > 0.1
+
+
+CPU = wp.get_device("cpu")
+
+
+def rays_to(position: tuple[float, float, float], distance: float) -> NearRays:
+    """One ray, which met a floor."""
+    rays: NearRays = allocate(NearRays, 1, CPU)
+    rays.position, rays.normal = column([position], wp.vec3), column([(0.0, 1.0, 0.0)], wp.vec3)
+    rays.distance.fill_(distance)
+    return rays
+
+
+@pytest.mark.parametrize(("height", "blocks"), [(0.012, False), (0.03, True)])
+def test_what_stands_up_by_a_tenth_of_the_way_to_a_vpl_hides_it(height: float, blocks: bool) -> None:
+    """The VPL is 0.2 away, so the ray runs at a height of 0.02."""
+    slat = quad((0.0, -0.5, -0.4), (0.0, 0.0, 0.8), (0.0, height, 0.0))
+    device_scene = resident_of([*box(), slat], [grey(0.5)])
+    rays = rays_to((-0.1, -0.5, 0.0), 0.3)
+    rays.vpl.zero_()
+    vpls = cluster_vpls(device_scene, square_of_vpls(9, -0.5), 1, 0)
+    cache = RadiosityCache()
+    cache.position, cache.radiosity = column([(0.1, -0.5, 0.0)], wp.vec3), column([(1.0, 1.0, 1.0)], wp.vec3)
+    gbuffer: GBuffer = allocate(GBuffer, 1, CPU)
+    points = PointList()
+    points.pixels, points.numbers, points.count = (column([value], wp.int32) for value in (0, 0, 1))
+    frames = wp.zeros(1, dtype=int, device=CPU)
+    inputs = [device_scene.data, gbuffer, points, vpls, cache, frames, NEAR_FIELD_PARAMETERS, rays]
+    launch(near_field_light_kernel(blocking(device_scene.data)), 1, inputs, CPU)
+    assert rays.found.numpy()[0] == (0 if blocks else 1)
+    assert (rays.light.numpy()[0] > 0.0).all() != blocks
+
+
+@pytest.mark.parametrize(("radii", "answers"), [(38.0, True), (58.0, False)])
+def test_vpls_of_radii_far_below_the_distance_are_not_asked(radii: float, answers: bool) -> None:
+    """A VPL stands in the cells of 0.75 to 6 radii, and 0.06 of the distance is looked for in cells of 1.5 of that."""
+    device_scene = resident_of(box(), [grey(0.5)])
+    cache = radiosity_cache(device_scene, device_scene.data, cluster_vpls(device_scene, square_of_vpls(2500), 60, 0))
+    radius = 0.0148  # in the middle of a level
+    cache.radius.fill_(radius)
+    sort_into_cells(cache, CPU)
+    rays = rays_to((0.0, 0.0, 0.0), radii * radius)
+    launch(near_field_vpl_kernel, 1, [cache, NEAR_FIELD_PARAMETERS.radius_share, rays], CPU)
+    assert (rays.vpl.numpy()[0] >= 0) == answers
