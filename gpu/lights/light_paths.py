@@ -17,7 +17,8 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.light_table import LightTable, emit
+from gpu.lights.emission import emit
+from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 

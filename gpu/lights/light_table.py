@@ -2,19 +2,9 @@
 
 import warp as wp
 
-from gpu.core.constants import PI
 from gpu.core.search import upper_bound
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.surface import emission_at, triangle_normal
-from gpu.sampling.sobol import TO_UNIT, Pair
-from gpu.sampling.warps import (
-    cone_direction,
-    cosine_direction,
-    on_disk,
-    orthonormal,
-    sky_direction,
-    triangle_barycentrics,
-)
+from gpu.sampling.sobol import TO_UNIT
 from gpu.scene.types import LightKind
 
 SPOT = wp.constant(int(LightKind.SPOT))
@@ -77,16 +67,6 @@ class EmitterChoice:
 
     index: int
     probability: float
-
-
-@wp.struct
-class Particle:
-    """A light particle: where it starts (with the surface's normal, or zero), its unit direction and flux [W]."""
-
-    origin: wp.vec3
-    normal: wp.vec3
-    direction: wp.vec3
-    flux: wp.vec3
 
 
 @wp.func
@@ -156,42 +136,3 @@ def point_on(scene: SceneData, face: int, place: wp.vec2) -> wp.vec3:
         + scene.vertices[corner[1]] * place[1]
         + scene.vertices[corner[2]] * (1.0 - place[0] - place[1])
     )
-
-
-@wp.func
-def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair, outgoing: Pair) -> Particle:
-    """A light particle whose expected flux is the power of the whole scene (H. W. Jensen, Global Illumination using
-    Photon Maps, 1996).
-
-    pick, on_emitter, outgoing: samples of the emitter, of the point on it and of the direction.
-    """
-    choice = choose_emitter(table.all_emitters, pick)
-    particle = Particle()
-    if is_triangle(table, choice.index):
-        face = table.faces[choice.index]
-        uv = triangle_barycentrics(on_emitter.x, on_emitter.y)
-        particle.origin = point_on(scene, face, uv)
-        particle.normal = triangle_normal(scene, face)
-        particle.direction = cosine_direction(particle.normal, outgoing.x, outgoing.y)
-        power = PI * table.areas[choice.index] / choice.probability
-        particle.flux = emission_at(scene, face, uv[0], uv[1]) * power
-        return particle
-    if not is_light(table, choice.index):
-        disk = on_disk(on_emitter.x, on_emitter.y) * table.radius
-        particle.direction = -sky_direction(outgoing.x, outgoing.y)
-        particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
-        particle.flux = scene.sky * (2.0 * PI * PI * table.radius * table.radius / choice.probability)
-        return particle
-    light = table.lights[choice.index - table.triangle_count - table.sky_count]
-    if light.kind == DIRECTIONAL:
-        disk = on_disk(on_emitter.x, on_emitter.y) * table.radius
-        particle.origin = orthonormal(light.direction) * wp.vec3(disk[0], disk[1], -FAR)
-        particle.direction = light.direction
-        particle.flux = light.intensity * (PI * table.radius * table.radius / choice.probability)
-        return particle
-    cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
-    particle.origin = light.position
-    particle.direction = cone_direction(light.direction, cos_angle, outgoing.x, outgoing.y)
-    share = wp.where(light.kind == SPOT, spot_falloff(light, particle.direction), 1.0)
-    particle.flux = light.intensity * (share * 2.0 * PI * (1.0 - cos_angle) / choice.probability)
-    return particle

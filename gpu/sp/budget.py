@@ -1,4 +1,4 @@
-"""How many SP clusters a frame has: those that are wanted, those that may be new, and room for what comes into view.
+"""Of so many SP clusters as a frame is to have, which a walk keeps and how many are new (gpu.adaptive tells how many).
 
 A walk keeps clusters from frame to frame. What decides how many places of a view lack one is the distance of an SP from
 its nearest representative that is accepted. A walk adapts it until a small share of the clusters stays free: else flat

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from gpu.scene.assemble import SceneParts, assemble
 from gpu.scene.gltf.buffers import Buffers
+from gpu.scene.gltf.cameras_and_lights import read_camera, read_light
 from gpu.scene.gltf.document import open_document
 from gpu.scene.gltf.extensions import check_extensions
 from gpu.scene.gltf.geometry import Geometry
 from gpu.scene.gltf.hierarchy import placed_nodes
 from gpu.scene.gltf.images import Images
 from gpu.scene.gltf.materials import DEFAULT_MATERIAL, read_materials
-from gpu.scene.gltf.views import read_camera, read_light
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
 
