@@ -13,7 +13,7 @@ from gpu.lights.light_table import (
     LightTable,
 )
 from gpu.sampling.sobol import sobol_pair
-from gpu.scene.types import Doubles, Material, Sky, Texture, TextureSlot
+from gpu.scene.types import Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
 
 COUNT = 1 << 14
 
@@ -82,3 +82,10 @@ def test_textured_emission_keeps_its_power() -> None:
     device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
                            textures=[Texture("half", pixels, srgb=True, nearest=True)])  # fmt: skip
     assert np.allclose(particles(device_scene)[:, 3].mean(axis=0), np.pi, rtol=0.02)
+
+
+def test_particles_are_finite_beside_lights_of_no_power() -> None:
+    dark = Light("dark", LightKind.POINT, (0.0, 0.0, 0.0))
+    found = particles(resident_of(box(), [grey(0.5)], lights=[POINT, dark]))
+    assert np.isfinite(found).all()
+    assert np.linalg.norm(found[:, 2], axis=1) == pytest.approx(1.0, abs=1e-5)
