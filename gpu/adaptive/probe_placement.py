@@ -6,8 +6,11 @@ estimate least noise. Probes drawn evenly leave it a deviation of 7.5, 5.4 and 6
 Cornell box, an atrium, a conference room), in proportion to brightness 5.9, 4.2 and 6.0, so 2.7, 3.3 and 4.2.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import warp as wp
+from warp.utils import array_scan
 
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
@@ -17,8 +20,17 @@ from gpu.sampling.sobol import TO_UNIT, hashed
 
 # Pixels on each side of a tile.
 TILE = wp.constant(16)
-# Share of the mean that is added to each tile's, for errors that are new; and what is left of a frame in the next one.
-FLOOR, LASTING = wp.constant(0.3), wp.constant(0.6)
+
+
+@dataclass(frozen=True)
+class ProbePlacementParameters:
+    """even_share: as many probes as this of those drawn by errors are drawn evenly, for errors that are new.
+
+    lasting: what is left of a frame in the next one.
+    """
+
+    even_share: float = 0.3
+    lasting: float = 0.6
 
 
 @wp.func
@@ -33,31 +45,29 @@ def pixel_of_probe(tile: int, image: ImageSize, state: wp.uint32) -> int:
 
 
 @wp.func
-def area_of(tile: int, image: ImageSize) -> float:
-    """A tile's share of the image."""
-    tiles = (image.width + TILE - 1) // TILE
-    across = wp.min(TILE, image.width - tile % tiles * TILE)
-    down = wp.min(TILE, image.height - tile // tiles * TILE)
-    return float(across * down) / (float(image.width) * float(image.height))
+def share_of(cdf: wp.array[float], tile: int) -> float:
+    """A tile's own share."""
+    if tile == 0:
+        return cdf[0]
+    return cdf[tile] - cdf[tile - 1]
 
 
 @wp.kernel
-def probe_pixel_kernel(first: int, image: ImageSize, frame: wp.array[int], until: wp.array[float],
-                 tiles: wp.array[int], pixels: wp.array[int], counts: wp.array[float]) -> None:  # fmt: skip
-    """One thread a probe: draws its pixel, in even steps through `until` (tile,): shares of all probes up to its end.
+def probe_pixel_kernel(first: int, image: ImageSize, frame: wp.array[int], evenly: wp.array[float],
+                       cdf: wp.array[float], tiles: wp.array[int], points: PointList,
+                       counts: wp.array[float]) -> None:  # fmt: skip
+    """One thread a probe: draws its pixel, in even steps through the `cdf` (tile,) of all probes.
 
-    tiles (probe,): where it is, in ascending order; counts (probe,): how many pixels it stands for, 1 in the mean.
+    evenly (tile,): the CDF of pixels; tiles (probe,): where each is, in ascending order; counts (probe,): how many
+    pixels it stands for, 1 in the mean.
     """
     probe = first + wp.tid()
     state = hashed(wp.uint32(probe) ^ hashed(~wp.uint32(frame[0])))
-    step = (float(probe) + float(state) * TO_UNIT) / float(pixels.shape[0])
-    tile = upper_bound(until, until.shape[0] - 1, step)
-    share = until[tile]
-    if tile > 0:
-        share -= until[tile - 1]
+    step = (float(probe) + float(state) * TO_UNIT) / float(tiles.shape[0])
+    tile = upper_bound(cdf, cdf.shape[0] - 1, step)
     tiles[probe] = tile
-    pixels[probe] = pixel_of_probe(tile, image, hashed(state))
-    counts[probe] = area_of(tile, image) / share
+    points.pixels[probe] = pixel_of_probe(tile, image, hashed(state))
+    counts[probe] = share_of(evenly, tile) / share_of(cdf, tile)
 
 
 @wp.func
@@ -67,76 +77,31 @@ def first_of(tiles: wp.array[int], tile: int) -> int:
 
 
 @wp.kernel
-def tile_error_kernel(first: int, tiles: wp.array[int], counts: wp.array[float], products: wp.array[float],
-                 squares: wp.array2d[float], looks: wp.array2d[float]) -> None:  # fmt: skip
+def tile_error_kernel(first: int, lasting: float, tiles: wp.array[int], counts: wp.array[float],
+                      products: wp.array[float], evenly: wp.array[float], found: wp.array[wp.vec2],
+                      weights: wp.array[float]) -> None:  # fmt: skip
     """One thread a tile: takes in what its probes found, their `products` (probe,) of two estimates of an error.
 
-    squares, looks (row, column): what products' squares, and the pixels that these stand for, sum up to.
+    found (tile,): sums of products' squares, and of the pixels that these stand for; weights (tile,): how much products
+    deviate there, times the tile's area.
     """
     tile = first + wp.tid()
-    found = float(0.0)
-    looked = float(0.0)
+    total = lasting * found[tile]
     for probe in range(first_of(tiles, tile), first_of(tiles, tile + 1)):
         if wp.isfinite(products[probe]):
-            found += counts[probe] * products[probe] * products[probe]
-            looked += counts[probe]
-    row = tile // looks.shape[1]
-    column = tile % looks.shape[1]
-    squares[row, column] = LASTING * squares[row, column] + found
-    looks[row, column] = LASTING * looks[row, column] + looked
-
-
-@wp.func
-def blurred(tiles: wp.array2d[float], row: int, column: int) -> float:
-    """The sum of a tile (row, column) with those around, by 1/4, 1/2, 1/4 on each axis."""
-    total = float(0.0)
-    for near in range(9):
-        down = near // 3 - 1
-        across = near % 3 - 1
-        y = row + down
-        x = column + across
-        if y >= 0 and y < tiles.shape[0] and x >= 0 and x < tiles.shape[1]:
-            total += tiles[y, x] * (0.5 - 0.25 * float(wp.abs(down))) * (0.5 - 0.25 * float(wp.abs(across)))
-    return total
+            total += counts[probe] * wp.vec2(products[probe] * products[probe], 1.0)
+    found[tile] = total
+    weights[tile] = wp.sqrt(total[0] / wp.max(total[1], 1.0e-6)) * share_of(evenly, tile)
 
 
 @wp.kernel
-def tile_weight_kernel(first: int, image: ImageSize, squares: wp.array2d[float], looks: wp.array2d[float],
-                     deviations: wp.array2d[float]) -> None:  # fmt: skip
-    """One thread a tile: how much products deviate there, times the tile's area."""
+def tile_cdf_kernel(first: int, even_share: float, evenly: wp.array[float], totals: wp.array[float],
+                    cdf: wp.array[float]) -> None:  # fmt: skip
+    """One thread a tile: the share of probes up to its end, by running `totals` (tile,); where all are 0 it stays."""
     tile = first + wp.tid()
-    row = tile // looks.shape[1]
-    column = tile % looks.shape[1]
-    found = wp.sqrt(blurred(squares, row, column) / wp.max(blurred(looks, row, column), 1.0e-6))
-    deviations[row, column] = found * area_of(tile, image)
-
-
-@wp.kernel
-def tile_row_kernel(first: int, deviations: wp.array2d[float]) -> None:
-    """One thread a row of tiles: running totals of them."""
-    row = first + wp.tid()
-    total = float(0.0)
-    for column in range(deviations.shape[1]):
-        total += deviations[row, column]
-        deviations[row, column] = total
-
-
-@wp.kernel
-def tile_cdf_kernel(first: int, evenly: wp.array[float], totals: wp.array2d[float], until: wp.array[float]) -> None:
-    """One thread a tile: the share of all probes up to its end, by running `totals` of each row.
-
-    evenly (tile,): that share if they were drawn evenly. Where all totals are 0 it stays.
-    """
-    tile = first + wp.tid()
-    last = totals.shape[1] - 1
-    own = totals[tile // totals.shape[1], tile % totals.shape[1]]
-    whole = float(0.0)
-    for row in range(totals.shape[0]):
-        if row == tile // totals.shape[1]:
-            own += whole
-        whole += totals[row, last]
+    whole = totals[totals.shape[0] - 1]
     if whole > 0.0:
-        until[tile] = (own / whole + FLOOR * evenly[tile]) / (1.0 + FLOOR)
+        cdf[tile] = (totals[tile] / whole + even_share * evenly[tile]) / (1.0 + even_share)
 
 
 class ProbePlaces:
@@ -145,8 +110,15 @@ class ProbePlaces:
     points: the probes; counts (probe,): how many pixels each stands for, 1 in the mean.
     """
 
-    def __init__(self, size: tuple[int, int], count: int, device: wp.Device) -> None:
+    def __init__(
+        self,
+        size: tuple[int, int],
+        count: int,
+        device: wp.Device,
+        parameters: ProbePlacementParameters | None = None,
+    ) -> None:
         self._image, self._device = image_size(size), device
+        self._parameters = parameters or ProbePlacementParameters()
         self._tiles = wp.zeros(count, dtype=int, device=device)
         self.points = PointList()
         self.points.pixels = wp.zeros(count, dtype=int, device=device)
@@ -155,23 +127,22 @@ class ProbePlaces:
         across, down = (np.diff(np.append(np.arange(0, side, int(TILE)), side)) for side in size)
         area = np.outer(down, across)
         self._evenly = wp.array(np.cumsum(area) / area.sum(), dtype=float, device=device)
-        self._until = wp.clone(self._evenly)
-        self._squares, self._looks, self._deviations = (
-            wp.zeros(area.shape, dtype=float, device=device) for _ in range(3)
-        )
+        self._cdf = wp.clone(self._evenly)
+        self._found = wp.zeros(area.size, dtype=wp.vec2, device=device)
+        self._weights = wp.zeros(area.size, dtype=float, device=device)
 
     def draw(self, frame: wp.array) -> None:
         """Draw `points`, others in each `frame` (1,)."""
-        inputs = [self._image, frame, self._until, self._tiles, self.points.pixels, self.counts]
-        launch(probe_pixel_kernel, len(self.points.pixels), inputs, self._device)
+        inputs = [self._image, frame, self._evenly, self._cdf, self._tiles, self.points, self.counts]
+        launch(probe_pixel_kernel, len(self.counts), inputs, self._device)
 
     def learn(self, products: wp.array) -> None:
         """Have the next probes go to where these (probe,) found errors: their `products` of two estimates of them.
 
         Those that are not finite, or all 0, tell nothing.
         """
-        device, deviations, sums = self._device, self._deviations, [self._squares, self._looks]
-        launch(tile_error_kernel, len(self._until), [self._tiles, self.counts, products, *sums], device)
-        launch(tile_weight_kernel, len(self._until), [self._image, *sums, deviations], device)
-        launch(tile_row_kernel, deviations.shape[0], [deviations], device)
-        launch(tile_cdf_kernel, len(self._until), [self._evenly, deviations, self._until], device)
+        own, device, tiles, weights = self._parameters, self._device, len(self._cdf), self._weights
+        inputs = [own.lasting, self._tiles, self.counts, products, self._evenly, self._found, weights]
+        launch(tile_error_kernel, tiles, inputs, device)
+        array_scan(weights, weights, inclusive=True)
+        launch(tile_cdf_kernel, tiles, [own.even_share, self._evenly, weights, self._cdf], device)

@@ -22,9 +22,10 @@ from gpu.sampling.sobol import hashed
 
 # Pixels whose radiance tells the picture's.
 EVEN = 1 << 16
-# PowerCdf of the values that are below white, as in gpu.film.metrics, and below what is bright, where the picture is
-# less or more so than the truth.
-WHITE_SHARE, BRIGHT_SHARE = wp.constant(0.99), wp.constant(0.95)
+# Share of the values that are below white, as gpu.film.metrics defines it.
+WHITE_SHARE = wp.constant(0.99)
+# Of the values that are below what is bright, where the picture is compared with the truth.
+BRIGHT_SHARE = 0.95
 # Values are counted by a float's bits without so many of the last, in steps of 1/128 of an octave, up to this one.
 DROPPED_BITS, LARGEST = wp.constant(16), wp.constant(3.0e38)
 INFINITE = 0x7F800000
@@ -88,15 +89,9 @@ def bin_of(value: float) -> int:
     return wp.cast(wp.min(value, LARGEST), int) >> DROPPED_BITS
 
 
-@wp.func
-def least_of(number: int) -> float:
-    """The least value of a bin."""
-    return wp.cast(number << DROPPED_BITS, float)
-
-
 @wp.kernel
 def radiance_histogram_kernel(first: int, frame: wp.array[int], count: int, picture: Picture, bins: wp.array[int],
-                 lit: wp.array[int]) -> None:  # fmt: skip
+                              lit: wp.array[int]) -> None:  # fmt: skip
     """One thread an even pixel: counts each channel of its radiance in `bins`, and whether it has light in `lit` (1,).
 
     frame (1,): others in each.
@@ -109,24 +104,20 @@ def radiance_histogram_kernel(first: int, frame: wp.array[int], count: int, pict
         count_in(bins, bin_of(radiance[channel]))
 
 
-@wp.func
-def quantile(totals: wp.array[int], share: float) -> float:
-    """The value that this share of all is below, by running `totals` of bins, evenly within one; 0 in the first."""
-    last = totals.shape[0] - 1
-    rank = share * float(totals[last])
-    place = upper_bound(totals, last, int(rank))
-    if place == 0:
-        return 0.0
-    before = totals[place - 1]
-    inside = (rank - float(before)) / float(wp.max(totals[place] - before, 1))
-    return least_of(place) + (least_of(place + 1) - least_of(place)) * inside
-
-
 @wp.kernel
-def radiance_quantile_kernel(first: int, totals: wp.array[int], quantiles: wp.array[float]) -> None:
-    """One thread a quantile: what is bright, and what is white in the picture."""
+def radiance_quantile_kernel(
+    first: int, totals: wp.array[int], bright_share: float, quantiles: wp.array[float]
+) -> None:
+    """One thread a quantile: what is bright, and what is white in the picture, by running `totals` of bins.
+
+    Each is the middle of its bin, 0 in the first.
+    """
     number = first + wp.tid()
-    quantiles[number] = quantile(totals, wp.where(number == 0, BRIGHT_SHARE, WHITE_SHARE))
+    last = totals.shape[0] - 1
+    share = wp.where(number == 0, bright_share, WHITE_SHARE)
+    place = upper_bound(totals, last, int(share * float(totals[last])))
+    middle = wp.cast((place << DROPPED_BITS) + (1 << (DROPPED_BITS - 1)), float)
+    quantiles[number] = wp.where(place == 0, 0.0, middle)
 
 
 @wp.kernel
@@ -175,6 +166,6 @@ class White:
         self.lit.zero_()
         launch_together(radiance_histogram_kernel, self.even, [frame, self.even, picture, bins, self.lit], device)
         running_total(bins, bins)
-        launch(radiance_quantile_kernel, 2, [bins, self.quantiles], device)
+        launch(radiance_quantile_kernel, 2, [bins, BRIGHT_SHARE, self.quantiles], device)
         launch(probe_brightness_kernel, len(bright), [self.quantiles, counts, radiance, bright], device)
         array_sum(bright, self.whole)

@@ -3,7 +3,7 @@ import pytest
 import warp as wp
 from scenes import column
 
-from gpu.adaptive.probe_placement import ProbePlaces, blurred
+from gpu.adaptive.probe_placement import ProbePlaces
 
 CPU = wp.get_device("cpu")
 # Sides that are no multiples of a tile's.
@@ -81,21 +81,3 @@ def test_one_probe_and_an_image_smaller_than_a_tile_will_do() -> None:
         places.learn(column([0.5], float))
         assert places.counts.numpy()[0] == pytest.approx(1.0)
     assert seen == set(range(6))
-
-
-@wp.kernel
-def blur_kernel(tiles: wp.array2d[float], out: wp.array2d[float]) -> None:
-    """One thread a tile: what is blurred there."""
-    row, column = wp.tid()
-    out[row, column] = blurred(tiles, row, column)
-
-
-@pytest.mark.parametrize("shape", [(4, 5), (1, 1), (1, 3)])
-def test_blurring_shares_with_tiles_around(shape: tuple[int, int]) -> None:
-    tiles = np.random.default_rng(1).uniform(size=shape).astype(np.float32)
-    out = wp.zeros(shape, dtype=float, device=CPU)
-    wp.launch(blur_kernel, dim=shape, inputs=[wp.array(tiles, device=CPU), out], device=CPU)
-    wanted = np.pad(tiles, 1)
-    for _ in range(2):  # along columns, then, turned over, along rows
-        wanted = (0.25 * wanted[:-2] + 0.5 * wanted[1:-1] + 0.25 * wanted[2:]).T
-    assert out.numpy() == pytest.approx(wanted, rel=1e-5)
