@@ -104,20 +104,29 @@ def radiance_histogram_kernel(first: int, frame: wp.array[int], count: int, pict
         count_in(bins, bin_of(radiance[channel]))
 
 
+@wp.func
+def least_of(number: int) -> float:
+    """The least value of a bin."""
+    return wp.cast(number << DROPPED_BITS, float)
+
+
 @wp.kernel
 def radiance_quantile_kernel(
     first: int, totals: wp.array[int], bright_share: float, quantiles: wp.array[float]
 ) -> None:
     """One thread a quantile: what is bright, and what is white in the picture, by running `totals` of bins.
 
-    Each is the middle of its bin, 0 in the first.
+    Values are taken to lie evenly within a bin, and to be 0 in the first.
     """
     number = first + wp.tid()
     last = totals.shape[0] - 1
-    share = wp.where(number == 0, bright_share, WHITE_SHARE)
-    place = upper_bound(totals, last, int(share * float(totals[last])))
-    middle = wp.cast((place << DROPPED_BITS) + (1 << (DROPPED_BITS - 1)), float)
-    quantiles[number] = wp.where(place == 0, 0.0, middle)
+    rank = wp.where(number == 0, bright_share, WHITE_SHARE) * float(totals[last])
+    place = upper_bound(totals, last, int(rank))
+    quantiles[number] = 0.0
+    if place > 0:
+        before = totals[place - 1]
+        inside = (rank - float(before)) / float(wp.max(totals[place] - before, 1))
+        quantiles[number] = wp.lerp(least_of(place), least_of(place + 1), inside)
 
 
 @wp.kernel

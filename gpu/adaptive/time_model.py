@@ -1,33 +1,47 @@
 """What a frame of other counts of clusters would take, learnt from what frames took."""
 
 from collections.abc import Mapping
-from math import log, sqrt
+from dataclasses import dataclass, field
+from math import sqrt
 
 from gpu.adaptive.levels import Level
 
-# Powers of SP clusters, of VPL clusters and of passes that a stage's time is in proportion to, between 1000 and 30,000
-# SP clusters and 750 and 4000 VPL clusters, in six scenes on an H100. Shading's of SP clusters is by walks on an H200,
-# with 6000 to 65,000 of them, correcting's by 1 to 4 passes in four scenes there. Other stages change with none.
-POWERS = {
-    "cluster": (0.2, 0.0, 0.0),
-    "visibility": (0.8, 0.8, 0.0),
-    "shade": (0.4, 0.8, 0.0),
-    "correct": (0.0, 0.0, 0.65),
-    "refine": (0.5, 0.0, 0.0),
-}
-# Frames that are pooled, and the share of each miss by which the next frames are taken to change.
-FRAMES, TREND = 2.0, 0.2
-# A frame with more than so many times what was expected, or less than that part of it, for which the system around may
-# be to blame, counts only when the next one is no better, and then in full.
-SURPRISE = 1.5
-# So near the target a level stays: the first frame of another takes longer.
-NEAR = log(1.05)
+# Of SP clusters, of VPL clusters and of passes: what a stage's time is in proportion to. Others change with none.
+Powers = Mapping[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True)
+class TimeModelParameters:
+    """powers: of stages, between 1000 and 30,000 SP clusters and 750 and 4000 VPL clusters, in six scenes on an H100;
+    shading's of SP clusters by walks on an H200, with 6000 to 65,000; correcting's by 1 to 4 passes in four scenes
+    there.
+
+    frames: that are pooled; trend: the share of each miss by which the next frames are taken to change.
+    surprise: a frame with more than so many times what was expected, or less than that part of it, for which the system
+    around may be to blame, counts only when the next one is no better, and then in full.
+    near: so far from the target, in logarithms, a level stays, since the first frame of another takes longer.
+    """
+
+    powers: Powers = field(
+        default_factory=lambda: {
+            "cluster": (0.2, 0.0, 0.0),
+            "visibility": (0.8, 0.8, 0.0),
+            "shade": (0.4, 0.8, 0.0),
+            "correct": (0.0, 0.0, 0.65),
+            "refine": (0.5, 0.0, 0.0),
+        }
+    )
+    frames: float = 2.0
+    trend: float = 0.2
+    surprise: float = 1.5
+    near: float = 0.05
 
 
 class TimeModel:
     """Times of a frame's parts [ms], its stages and the host's, by name: a frame's are like those of the one before."""
 
-    def __init__(self) -> None:
+    def __init__(self, parameters: TimeModelParameters | None = None) -> None:
+        self._parameters = parameters or TimeModelParameters()
         self._seen = 0
         self._units: dict[str, float] = {}
         self._trend, self._square = 1.0, 0.0
@@ -40,17 +54,18 @@ class TimeModel:
         if self._seen < 2:
             return 1.0
         share = self._share
-        return NEAR + sqrt(self._square * share / (2.0 - share))
+        return self._parameters.near + sqrt(self._square * share / (2.0 - share))
 
     @property
     def ready(self) -> bool:
         """Whether enough was seen for a first picture."""
-        return self._seen >= FRAMES
+        return self._seen >= self._parameters.frames
 
     def observe(self, level: Level, stages: Mapping[str, float]) -> None:
         """A frame of `level` took so long for these `stages` [ms]."""
         ratio = sum(stages.values()) / self.predict(level) if self._seen else 1.0
-        surprised = not 1.0 / SURPRISE <= ratio <= SURPRISE
+        most = self._parameters.surprise
+        surprised = not 1.0 / most <= ratio <= most
         if surprised and not self._surprised:
             self._surprised = True
             return
@@ -58,7 +73,7 @@ class TimeModel:
             self._units = {name: unit * ratio for name, unit in self._units.items()}
         else:
             miss = min(max(ratio - 1.0, -1.0), 1.0)
-            self._trend *= 1.0 + TREND * miss
+            self._trend *= 1.0 + self._parameters.trend * miss
             if level == self._level:  # else a miss tells of the powers, not of noise
                 self._square += self._share * (miss**2 - self._square)
         self._surprised, self._level = False, level
@@ -75,10 +90,8 @@ class TimeModel:
 
     @property
     def _share(self) -> float:
-        return 1.0 / max(min(self._seen, FRAMES), 1.0)
+        return 1.0 / max(min(self._seen, self._parameters.frames), 1.0)
 
     def _scale(self, name: str, level: Level) -> float:
-        if name not in POWERS:
-            return 1.0
-        sps, vpls, passes = POWERS[name]
+        sps, vpls, passes = self._parameters.powers.get(name, (0.0, 0.0, 0.0))
         return float(level.sp_clusters**sps * level.vpl_clusters**vpls * level.passes**passes)

@@ -81,3 +81,16 @@ def test_one_probe_and_an_image_smaller_than_a_tile_will_do() -> None:
         places.learn(column([0.5], float))
         assert places.counts.numpy()[0] == pytest.approx(1.0)
     assert seen == set(range(6))
+
+
+def test_some_probes_are_drawn_evenly_and_old_errors_fade() -> None:
+    """All errors are in the left quarter of an image, for 20 frames, and then in its right quarter."""
+    places, frame, left = ProbePlaces((128, 64), PROBES, CPU), wp.zeros(1, dtype=int, device=CPU), []
+    for number in range(25):
+        frame.fill_(number)
+        places.draw(frame)
+        x = places.points.pixels.numpy() % 128
+        left.append(float(np.mean(x < 32)))
+        places.learn(column(np.where(x < 32 if number < 20 else x >= 96, 1.0, 0.0), float))
+    assert 0.78 < left[20] < 0.87
+    assert 0.25 < left[24] < 0.4
