@@ -12,7 +12,7 @@ from math import exp, isfinite, log
 import numpy as np
 from numpy.typing import NDArray
 
-from gpu.adaptive.levels import SPS_PER_VPL, Level
+from gpu.adaptive.levels import FOR_ERROR, Level
 
 # Errors fall with about these powers of SP clusters, near their usual number, and of VPL clusters, where the ratio of
 # both stays; give or take this much from scene to scene. By 40 pairs of counts in three scenes on a CPU.
@@ -62,7 +62,7 @@ class Estimate:
 
 def harm(level: Level) -> float:
     """The logarithm of an error that falls as that of SP clusters does, by a power of 1 near their usual number."""
-    ratio = level.sp_clusters / (SPS_PER_VPL * level.vpl_clusters)
+    ratio = level.sp_clusters / (FOR_ERROR.sps_per_vpl * level.vpl_clusters)
     return log(1.0 + SP_SHARE * ratio**-SP_FALL) * (1.0 + SP_SHARE) / (SP_SHARE * SP_FALL)
 
 

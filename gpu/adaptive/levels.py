@@ -3,22 +3,36 @@
 from dataclasses import dataclass
 from math import log
 
-# Numbers of SP clusters, or of passes, are so far apart. Of VPL clusters they are whole words of visibility bits.
-STEP = 1.06
-WORD, VPL_STEP = 32, 2.0**0.25
-# SP clusters for each VPL cluster: as in the default counts of a GPU, and how many times that or how little of it.
-SPS_PER_VPL, RANGE = 4.0, 6.0
-# How little of it for an error: SPs' own rays find most of what few clusters lack, and views of even walls need few.
-ERROR_RANGE = 48.0
-# How little of it for a time: the fewer SP clusters there are, the more VPL clusters are near them, which are shaded
-# one by one (gpu.indirect.far_field), so that shading takes hardly less and fewer VPL clusters save more.
-TIME_RANGE = 2.0
-# For a time, SPs have rays that correct their light in up to so many passes. That takes time at once and at any view,
-# for about as much less error as more SP clusters, which surfaces near by may have no room for.
-MOST_PASSES = 4
-# Members that a VPL cluster has on average. Those of fewer are not worth their name; those of more than a GPU's default
-# counts have are shaded in their parts from afar, so that fewer of them take longer and leave no more error.
-LEAST_MEMBERS, MOST_MEMBERS = 12, 48
+# Numbers of VPL clusters are whole words of visibility bits.
+WORD = 32
+
+
+@dataclass(frozen=True)
+class LevelParameters:
+    """step: numbers of SP clusters, or of passes, are so many times the next; vpl_step: those of VPL clusters.
+
+    sps_per_vpl: SP clusters for each VPL cluster, as in the default counts of a GPU. above, below: how many times that,
+    or how little of it, there are at the most. For an error few will do: SPs' own rays find most of what few clusters
+    lack, and views of even walls need few. For a time they would save nothing: the fewer SP clusters there are, the
+    more VPL clusters are near them, which are shaded one by one (gpu.indirect.far_field).
+    passes: that SPs' rays which correct their light have at the most. They take time at once and at any view, for about
+    as much less error as more SP clusters, which surfaces near by may have no room for.
+    least_members, most_members: of a VPL cluster on average. Those of fewer are not worth their name; those of more
+    than a GPU's default counts have are shaded in their parts from afar, so that fewer take longer and leave no
+    more error.
+    """
+
+    step: float = 1.06
+    vpl_step: float = 2.0**0.25
+    sps_per_vpl: float = 4.0
+    above: float = 6.0
+    below: float = 48.0
+    passes: int = 1
+    least_members: int = 12
+    most_members: int = 48
+
+
+FOR_ERROR, FOR_TIME = LevelParameters(), LevelParameters(below=2.0, passes=4)
 
 
 @dataclass(frozen=True)
@@ -34,11 +48,6 @@ class Level:
         """Pairs of clusters, which most rays are in proportion to, times passes."""
         return self.sp_clusters * self.vpl_clusters * self.passes
 
-    @property
-    def vpls(self) -> int:
-        """VPLs that they need at most."""
-        return MOST_MEMBERS * self.vpl_clusters
-
 
 MOST = Level(sp_clusters=131_072, vpl_clusters=16_384)
 
@@ -46,8 +55,8 @@ MOST = Level(sp_clusters=131_072, vpl_clusters=16_384)
 class Levels:
     """The levels of an image of so many pixels, with about `least` … `most` VPL clusters.
 
-    below: the usual number of SP clusters over the fewest. passes: the most there are; a level has more than one once
-    it has the usual number of SP clusters, and more SP clusters once it has the most passes.
+    A level has more than one pass once it has the usual number of SP clusters, and more SP clusters once it has the
+    most passes.
     """
 
     def __init__(
@@ -55,21 +64,18 @@ class Levels:
         pixels: int,
         least: int = WORD,
         most: int = MOST.vpl_clusters,
-        *,
-        below: float = ERROR_RANGE,
-        passes: int = 1,
+        parameters: LevelParameters = FOR_ERROR,
     ) -> None:
-        self._most, self._below = min(pixels, MOST.sp_clusters), below
-        self._passes = [STEP**step for step in range(int(log(passes, STEP)) + 1)]
-        steps = range(round(log(MOST.vpl_clusters / WORD, VPL_STEP)) + 1)
-        numbers = sorted({WORD * round(VPL_STEP**step) for step in steps})
+        self._most, self._parameters = min(pixels, MOST.sp_clusters), parameters
+        steps = range(round(log(MOST.vpl_clusters / WORD, parameters.vpl_step)) + 1)
+        numbers = sorted({WORD * round(parameters.vpl_step**step) for step in steps})
         few = [number for number in numbers if number <= most] or numbers[:1]
         self.vpl_clusters = [number for number in few if number >= least] or few[-1:]
         self._of: dict[int, tuple[Level, ...]] = {}
 
     def usual(self, vpl_clusters: int) -> Level:
         """The level of so many VPL clusters with the usual number of SP clusters for each, and one pass."""
-        return Level(min(round(SPS_PER_VPL * vpl_clusters), self._most), vpl_clusters)
+        return Level(min(round(self._parameters.sps_per_vpl * vpl_clusters), self._most), vpl_clusters)
 
     def most(self, vpl_clusters: int) -> int:
         """The most SP clusters of a level with so many VPL clusters."""
@@ -82,17 +88,18 @@ class Levels:
     def of(self, vpl_clusters: int) -> tuple[Level, ...]:
         """All levels of so many VPL clusters, by work."""
         if vpl_clusters not in self._of:
-            usual = self.usual(vpl_clusters).sp_clusters
-            fewer, more = (int(log(times, STEP)) for times in (self._below, RANGE))
-            wanted = (round(usual * STEP**step) for step in range(-fewer, more + 1))
+            own, usual = self._parameters, self.usual(vpl_clusters).sp_clusters
+            fewer, more, most = (int(log(times, own.step)) for times in (own.below, own.above, own.passes))
+            passes = [own.step**step for step in range(most + 1)]
+            wanted = (round(usual * own.step**step) for step in range(-fewer, more + 1))
             counts = sorted({min(max(count, 1), self._most) for count in wanted})
             few = [Level(count, vpl_clusters) for count in counts if count <= usual]
-            same = [Level(usual, vpl_clusters, passes) for passes in self._passes[1:]]
-            many = [Level(count, vpl_clusters, self._passes[-1]) for count in counts if count > usual]
+            same = [Level(usual, vpl_clusters, number) for number in passes[1:]]
+            many = [Level(count, vpl_clusters, passes[-1]) for count in counts if count > usual]
             self._of[vpl_clusters] = (*few, *same, *many)
         return self._of[vpl_clusters]
 
 
-def levels_of(pixels: int, vpls: int, *, below: float = ERROR_RANGE, passes: int = 1) -> Levels:
-    """The levels of an image of so many pixels that is lit by so many VPLs; below, passes: as in `Levels`."""
-    return Levels(pixels, vpls // MOST_MEMBERS, vpls // LEAST_MEMBERS, below=below, passes=passes)
+def levels_of(pixels: int, vpls: int, parameters: LevelParameters = FOR_ERROR) -> Levels:
+    """The levels of an image of so many pixels that is lit by so many VPLs."""
+    return Levels(pixels, vpls // parameters.most_members, vpls // parameters.least_members, parameters)

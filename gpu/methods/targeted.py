@@ -12,16 +12,7 @@ from typing import Any
 
 from gpu.adaptive.error_probes import Probes
 from gpu.adaptive.governor import FARTHEST, WALKED, ErrorGovernor, Governor
-from gpu.adaptive.levels import (
-    ERROR_RANGE,
-    MOST_PASSES,
-    RANGE,
-    SPS_PER_VPL,
-    TIME_RANGE,
-    Level,
-    Levels,
-    levels_of,
-)
+from gpu.adaptive.levels import FOR_ERROR, FOR_TIME, Level, Levels, levels_of
 from gpu.adaptive.probe_white_point import picture_of
 from gpu.adaptive.time_model import TimeModel
 from gpu.core.stages import Stages
@@ -104,7 +95,7 @@ class TargetedVpl(RenderMethod[TargetedView]):
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
         """Those of the most SP clusters that these VPL clusters have, with the probes of a wanted error."""
-        most = round(RANGE * SPS_PER_VPL * sample_counts.vpl_clusters)
+        most = round(FOR_TIME.above * FOR_TIME.sps_per_vpl * sample_counts.vpl_clusters)
         shared, view = FuzzyVpl.cluster_bytes(replace(sample_counts, sp_clusters=most))
         return shared, view + PROBE_BYTES
 
@@ -115,17 +106,17 @@ class TargetedVpl(RenderMethod[TargetedView]):
         self._is_error = settings.target_error is not None
         # None: as many as clusters need.
         self._vpls = usual.vpls if self._is_error else settings.vpls
-        below, passes = (ERROR_RANGE, 1) if self._is_error else (TIME_RANGE, MOST_PASSES)
+        parameters = FOR_ERROR if self._is_error else FOR_TIME
         if self._vpls is None:
-            levels = Levels(setup.pixels, most=MOST_TIMES * usual.vpl_clusters, below=below, passes=passes)
+            levels = Levels(setup.pixels, most=MOST_TIMES * usual.vpl_clusters, parameters=parameters)
         else:
-            levels = levels_of(setup.pixels, self._vpls, below=below, passes=passes)
+            levels = levels_of(setup.pixels, self._vpls, parameters)
         self._levels = levels
         self._first_level = levels.nearest(float(usual.sp_clusters * usual.vpl_clusters))
         # A wanted error is to follow from a frame's own counts: light of frames before knows little of them.
         options = FuzzyOptions(
             most_sp_clusters=max(map(levels.most, levels.vpl_clusters)),
-            passes=passes,
+            passes=parameters.passes,
             keeps_light=not self._is_error,
             inspect=self._inspect if self._is_error else None,
         )

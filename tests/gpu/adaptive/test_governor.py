@@ -21,7 +21,7 @@ from gpu.adaptive.governor import (
     ErrorGovernor,
     Governor,
 )
-from gpu.adaptive.levels import MOST, MOST_PASSES, TIME_RANGE, Level, Levels, levels_of
+from gpu.adaptive.levels import FOR_TIME, MOST, Level, Levels, levels_of
 from gpu.adaptive.time_model import TimeModel
 
 PIXELS = 600_000
@@ -46,7 +46,7 @@ def milliseconds(level: Level) -> Stages:
 
 def for_time(target: float, rise: float = FARTHEST) -> Governor[Mapping[str, float]]:
     """One that starts at about the usual counts."""
-    levels = Levels(PIXELS, below=TIME_RANGE, passes=MOST_PASSES)
+    levels = Levels(PIXELS, parameters=FOR_TIME)
     return Governor(levels, TimeModel(), target, levels.nearest(USUAL.work), rise=rise)
 
 
@@ -140,7 +140,7 @@ def test_a_time_that_does_not_repeat_is_ignored() -> None:
 @pytest.mark.parametrize("target", [1.0, 1e4])
 def test_what_cannot_be_met_ends_at_the_end_of_the_levels(target: float) -> None:
     _, levels = walk(target, lambda _, level: milliseconds(level), 60)
-    every = Levels(PIXELS, below=TIME_RANGE, passes=MOST_PASSES)
+    every = Levels(PIXELS, parameters=FOR_TIME)
     end = every.of(every.vpl_clusters[0])[0] if target == 1.0 else every.of(every.vpl_clusters[-1])[-1]
     assert levels[-1] == end
     assert target == 1.0 or replace(end, passes=1.0) == MOST

@@ -3,44 +3,46 @@ from itertools import pairwise
 
 import pytest
 
-from gpu.adaptive.levels import ERROR_RANGE, MOST, MOST_PASSES, RANGE, STEP, TIME_RANGE, Level, Levels, levels_of
+from gpu.adaptive.levels import FOR_TIME, MOST, Level, LevelParameters, Levels, levels_of
 
 PIXELS = 600_000
 USUAL = Level(8192, 2048)
+STEP = 1.06
+ONE_PASS = LevelParameters(below=2.0)
 
 
 def test_levels_have_few_numbers_of_vpl_clusters_and_fine_steps_of_sp_clusters() -> None:
     levels = Levels(PIXELS)
     assert levels.vpl_clusters[0] == 32
     assert levels.vpl_clusters[-1] == MOST.vpl_clusters
-    assert len(levels.vpl_clusters) < 40
+    assert 30 < len(levels.vpl_clusters) < 40
     assert all(number % 32 == 0 for number in levels.vpl_clusters)
     assert levels.usual(2048) == USUAL
     assert levels.nearest(USUAL.work) == USUAL
     counts = sorted(level.sp_clusters for level in levels.of(2048))
     assert USUAL in levels.of(2048)
     assert all(1.0 < more / fewer < STEP + 0.01 for fewer, more in pairwise(counts))
-    assert counts[-1] / 8192 == pytest.approx(RANGE, rel=STEP - 1.0)
-    assert 8192 / counts[0] == pytest.approx(ERROR_RANGE, rel=STEP - 1.0)
+    assert counts[-1] / 8192 == pytest.approx(6.0, rel=STEP - 1.0)
+    assert 8192 / counts[0] == pytest.approx(48.0, rel=STEP - 1.0)
     assert max(level.sp_clusters for level in levels.of(MOST.vpl_clusters)) == MOST.sp_clusters
 
 
 def test_the_fewest_sp_clusters_of_levels_can_be_bounded() -> None:
-    few = Levels(PIXELS, below=TIME_RANGE).of(2048)
-    assert 8192 / few[0].sp_clusters == pytest.approx(TIME_RANGE, rel=STEP - 1.0)
+    few = Levels(PIXELS, parameters=ONE_PASS).of(2048)
+    assert 8192 / few[0].sp_clusters == pytest.approx(2.0, rel=STEP - 1.0)
     assert few == Levels(PIXELS).of(2048)[-len(few) :]
-    assert levels_of(PIXELS, 98_304, below=TIME_RANGE).of(2048) == few
+    assert levels_of(PIXELS, 98_304, ONE_PASS).of(2048) == few
 
 
 def test_passes_come_between_the_usual_number_of_sp_clusters_and_more() -> None:
-    same = Levels(PIXELS, below=TIME_RANGE).of(2048)
-    more = Levels(PIXELS, below=TIME_RANGE, passes=MOST_PASSES).of(2048)
+    same = Levels(PIXELS, parameters=ONE_PASS).of(2048)
+    more = Levels(PIXELS, parameters=FOR_TIME).of(2048)
     usual = more.index(USUAL)
     assert more[: usual + 1] == same[: usual + 1]
     passes = [level.passes for level in more if level.sp_clusters == 8192]
     assert passes[0] == 1.0
     assert all(1.0 < after / before < STEP + 0.01 for before, after in pairwise(passes))
-    assert MOST_PASSES / STEP < passes[-1] <= MOST_PASSES
+    assert 3.7 < passes[-1] <= 4.0
     last = more[usual + len(passes) :]
     assert [replace(level, passes=1.0) for level in last] == list(same[usual + 1 :])
     assert {level.passes for level in last} == {passes[-1]}

@@ -10,7 +10,7 @@ from devices import NEEDS_CUDA
 from scenes import box, grey, quad, resident_of
 
 from gpu.adaptive.governor import LEAST_AIM, MOST_AIM, Governor
-from gpu.adaptive.levels import ERROR_RANGE, LEAST_MEMBERS, MOST_MEMBERS, TIME_RANGE, Level
+from gpu.adaptive.levels import FOR_ERROR, FOR_TIME, Level
 from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
@@ -151,8 +151,8 @@ def test_a_time_has_no_levels_of_so_few_sp_clusters_that_they_save_nothing(room:
         number = targeted._levels.vpl_clusters[-1]
         return targeted._levels.usual(number).sp_clusters / targeted._levels.of(number)[0].sp_clusters
 
-    assert share(target_ms=10.0) == pytest.approx(TIME_RANGE, rel=0.06)
-    assert share(target_error=1e-3) == pytest.approx(ERROR_RANGE, rel=0.06)
+    assert share(target_ms=10.0) == pytest.approx(FOR_TIME.below, rel=0.06)
+    assert share(target_error=1e-3) == pytest.approx(FOR_ERROR.below, rel=0.06)
 
 
 def test_wanted_vpls_bound_the_clusters_of_them(room: DeviceScene, simulated_times: None) -> None:
@@ -160,7 +160,7 @@ def test_wanted_vpls_bound_the_clusters_of_them(room: DeviceScene, simulated_tim
     for target in (5.0, 1e4):
         renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=target))
         members = [2000 / renderer.render(CAMERA).stats.counts["vpl_clusters"] for _ in range(2)][-1]
-        assert LEAST_MEMBERS <= members <= MOST_MEMBERS
+        assert FOR_TIME.least_members <= members <= FOR_TIME.most_members
 
 
 def test_levels_come_and_go_without_a_trace_in_the_picture(room: DeviceScene, simulated_times: None) -> None:
