@@ -12,7 +12,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.intrinsics import bits_of_warp, lowest_bit
-from gpu.correction.vpl_sampling import vpl_sample_of
+from gpu.correction.vpl_sampling import VplSampleParameters, vpl_sample_of
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.clustered_light import ClusteredLight, guides_of
@@ -23,9 +23,6 @@ from gpu.vpl.form_factor import unoccluded_irradiance
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, thread_ray
 
 RAYS = 24
-# Rays find what clusters believe to be off, of which this share is taken for granted: where clusters are right that
-# leaves little noise, where all is hidden, rays do that alone.
-TRUST = wp.constant(0.6)
 GOLDEN = wp.constant(0.6180339887)
 # Of a step between rays: more than rounding.
 ROUNDING = wp.constant(0.01)
@@ -143,6 +140,7 @@ def adaptive_ray_kernel(fuzziness: int) -> wp.Kernel:
         indirect: Indirect,
         seed: wp.array[int],
         rays: ShadowRays,
+        limits: VplSampleParameters,
     ) -> None:
         """One thread a ray: draws to which member of which VPL cluster it goes.
 
@@ -161,7 +159,9 @@ def adaptive_ray_kernel(fuzziness: int) -> wp.Kernel:
         turn = float(own) * TO_UNIT + GOLDEN * float(at[1])
         pick = wp.vec2((turn - wp.floor(turn)) * far, (rays.share[index] - near) / far)
         state = hashed(own + wp.uint32(at[1]))
-        sample = sample_vpl(gbuffer.position[pixel], gbuffer.normal[pixel], sp, known, rays.vpl[index], pick, state)
+        sample = sample_vpl(
+            gbuffer.position[pixel], gbuffer.normal[pixel], sp, known, rays.vpl[index], pick, state, limits
+        )
         rays.vpl[index] = sample.vpl
         if sample.vpl >= 0:
             rays.share[index] = sample.share * sample.scale * (near + far)

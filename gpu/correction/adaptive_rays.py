@@ -6,21 +6,25 @@ more rays, drawn from all their light in even steps, so that each part of it has
 with the nearest of them alone.
 """
 
+from dataclasses import dataclass
+from typing import Any
+
 import warp as wp
 from warp.utils import radix_sort_pairs
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
+from gpu.core.parameters import parameters
 from gpu.correction.adaptive_ray_sampling import (
     RAYS,
-    TRUST,
     adaptive_near_kernel,
     adaptive_ray_kernel,
     adaptive_step_kernel,
 )
 from gpu.correction.brightness import SAMPLES, MeanBrightness
 from gpu.correction.top_k import LAST, Selection
+from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS
 from gpu.denoise.atrous import ATROUS_PARAMETERS, luminance_weight
 from gpu.device_scene.data import SceneData
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
@@ -34,16 +38,48 @@ from gpu.vpl.form_factor import light_of
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, target_of, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters
 
-# Bright is what may have this share of the brightness that only so many of the picture's SAMPLES are above.
-LEAST_BRIGHT, BRIGHTER = wp.constant(0.6), 10
 STEPS_PER_OCTAVE, MOST_OCTAVES = wp.constant(16.0), wp.constant(8.0)
-# What frames before knew counts as the rays of so many of them, at most.
-FRAMES = wp.constant(6)
-# Of what shared light lacks, an SP's own rays tell this share, those of listed SPs about it the rest. What is so much
-# darker, as gpu.correction.outlier_shading leaves it, is shown as it is.
-OWN, DARKER = wp.constant(0.45), wp.constant(0.3)
 # Weights of pixels 0, 1 and 2 away on each axis.
 BINOMIAL = wp.constant(wp.vec3(6.0, 4.0, 1.0))
+
+
+@wp.struct
+@dataclass
+class AdaptiveRayParameters:
+    """Which SPs have more rays, and how much these count.
+
+    least_bright: bright is what may have this share of the brightness that only `brighter` of the picture's SAMPLES are
+    above.
+    trust: rays find what clusters believe to be off, of which this share is taken for granted: where clusters are right
+    that leaves little noise, where all is hidden, rays do that alone.
+    most_frames: what frames before knew counts as the rays of so many of them, at most.
+    own_share: of what shared light lacks, an SP's own rays tell this share, those of listed SPs about it the rest.
+    darker: what has less than this share of its light, as gpu.correction.outlier_shading leaves it, is shown as it is.
+    """
+
+    least_bright: float = 0.6
+    brighter: int = 10
+    trust: float = 0.6
+    most_frames: int = 6
+    own_share: float = 0.45
+    darker: float = 0.3
+
+
+ADAPTIVE_RAY_PARAMETERS: AdaptiveRayParameters = parameters(AdaptiveRayParameters)
+
+
+@wp.struct
+class ListedLight:
+    """What is known of pixels' light [W/m²], (pixel,) each.
+
+    clustered: as clusters tell it; frames: how many frames before knew the `light` that an SP's own rays tell;
+    irradiance: as neighbours share it.
+    """
+
+    clustered: wp.array[wp.vec3]
+    frames: wp.array[int]
+    light: wp.array[wp.vec3]
+    irradiance: wp.array[wp.vec3]
 
 
 @wp.struct
@@ -59,7 +95,8 @@ class Residual:
 
 @wp.kernel
 def adaptive_key_kernel(first: int, gbuffer: GBuffer, points: PointList, listed: wp.array[int], image: ImageSize,
-                        indirect: Indirect, least: wp.array[float], keys: wp.array[int]) -> None:  # fmt: skip
+                        indirect: Indirect, least: wp.array[float], keys: wp.array[int],
+                        by: AdaptiveRayParameters) -> None:  # fmt: skip
     """One thread an SP: how bright it may be, relative to `least` (1,), as a key; brightest first.
 
     listed (pixel,): 1 where there is an SP. None is chosen that speaks for the pixels beside it.
@@ -70,20 +107,15 @@ def adaptive_key_kernel(first: int, gbuffer: GBuffer, points: PointList, listed:
         return
     pixel = points.pixels[sp]
     most = (indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]) * brightness(reflectance(gbuffer, pixel))
-    ratio = most / (LEAST_BRIGHT * least[0] + 1.0e-30)
+    ratio = most / (by.least_bright * least[0] + 1.0e-30)
     if ratio >= 1.0 and not is_anchor_only(listed, pixel, image):
         keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (MOST_OCTAVES - wp.log2(ratio))), 0, LAST - 1)
 
 
 @wp.kernel
 def adaptive_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, rays: ShadowRays,
-                               clustered: wp.array[wp.vec3], frames: wp.array[int], light: wp.array[wp.vec3],
-                               irradiance: wp.array[wp.vec3], residual: Residual) -> None:  # fmt: skip
-    """One thread a listed SP: takes what its rays found into its `light`, and tells what its irradiance then lacks.
-
-    clustered, light, irradiance (pixel,): as its clusters tell it, as its own rays do, and as neighbours share it;
-    frames (pixel,): how many frames before knew the light [W/m²].
-    """
+                               known: ListedLight, residual: Residual, by: AdaptiveRayParameters) -> None:  # fmt: skip
+    """One thread a listed SP: takes what its rays found into its light, and tells what its irradiance then lacks."""
     place = first + wp.tid()
     if place >= points.count[0]:
         return
@@ -94,23 +126,24 @@ def adaptive_irradiance_kernel(first: int, points: PointList, vpls: VplClusters,
         vpl = target_of(rays.vpl[index])
         if vpl != NO_RAY:
             share = rays.share[index]
-            found = -TRUST * rays.cluster_visibility[index] * share
+            found = -by.trust * rays.cluster_visibility[index] * share
             if rays.vpl[index] == vpl:
                 found += share
             total += light_of(vpls, vpl, found)
-    found_light = clustered[pixel] * TRUST + total / float(RAYS)
-    known = CHECKS * wp.min(frames[pixel] + 1, FRAMES)
-    mean = light[pixel] + (found_light - light[pixel]) * (float(RAYS) / float(RAYS + known))
-    light[pixel] = mean
-    residual.light[place] = mean - irradiance[pixel]
-    is_darker = brightness(irradiance[pixel]) < DARKER * brightness(mean)
+    found_light = known.clustered[pixel] * by.trust + total / float(RAYS)
+    before = CHECKS * wp.min(known.frames[pixel] + 1, by.most_frames)
+    light = known.light[pixel]
+    mean = light + (found_light - light) * (float(RAYS) / float(RAYS + before))
+    known.light[pixel] = mean
+    residual.light[place] = mean - known.irradiance[pixel]
+    is_darker = brightness(known.irradiance[pixel]) < by.darker * brightness(mean)
     residual.place[pixel] = wp.where(is_darker, points.count[0], place)
 
 
 @wp.kernel
 def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, points: PointList, residual: Residual,
-                           clustered: wp.array[wp.vec3], irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
-    """One thread a listed SP: adds to its `irradiance` what that lacks, in part as listed SPs about it find.
+                           known: ListedLight, by: AdaptiveRayParameters) -> None:  # fmt: skip
+    """One thread a listed SP: adds to its irradiance what that lacks, in part as listed SPs about it find.
 
     Arrays as `adaptive_irradiance_kernel` left them; binomial weights, where the clusters' light is alike.
     """
@@ -122,7 +155,7 @@ def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, point
         return
     x = pixel % image.width
     y = pixel // image.width
-    own = brightness(clustered[pixel])
+    own = brightness(known.clustered[pixel])
     total = float(0.0)
     mixed = wp.vec3(0.0, 0.0, 0.0)
     for neighbour in range(25):
@@ -137,26 +170,27 @@ def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, point
                 weight = BINOMIAL[wp.abs(dx)] * BINOMIAL[wp.abs(dy)]
                 weight *= edge_stopping_weight(gbuffer, pixel, other, 2, wp.static(ATROUS_PARAMETERS.plane_tolerance))
                 weight *= luminance_weight(
-                    own, brightness(clustered[other]), wp.static(ATROUS_PARAMETERS.guide_tolerance)
+                    own, brightness(known.clustered[other]), wp.static(ATROUS_PARAMETERS.guide_tolerance)
                 )
                 total += weight
                 mixed += residual.light[at] * weight
-    lacks = residual.light[place] * OWN + mixed * ((1.0 - OWN) / wp.max(total, 1.0e-20))
-    irradiance[pixel] = wp.max(irradiance[pixel] + lacks, wp.vec3(0.0, 0.0, 0.0))
+    lacks = residual.light[place] * by.own_share + mixed * ((1.0 - by.own_share) / wp.max(total, 1.0e-20))
+    known.irradiance[pixel] = wp.max(known.irradiance[pixel] + lacks, wp.vec3(0.0, 0.0, 0.0))
 
 
 class BrightPoints(Selection):
     """Of an image of `size` (width, height) the at most `capacity` SPs that may be brightest, with RAYS rays for each.
 
-    Its arrays are allocated once.
+    Its arrays are allocated once. quality: AdaptiveRayParameters.
     """
 
-    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device) -> None:
+    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device,
+                 quality: Any = ADAPTIVE_RAY_PARAMETERS) -> None:  # fmt: skip
         super().__init__(size[0] * size[1], capacity, int(LAST), device)
-        self._image = image_size(size)
+        self._image, self._quality = image_size(size), quality
         self._samples = wp.zeros(2 * int(SAMPLES), dtype=float, device=device)
         self._sample_order = wp.zeros(2 * int(SAMPLES), dtype=int, device=device)
-        bright = int(SAMPLES) - 1 - BRIGHTER
+        bright = int(SAMPLES) - 1 - quality.brighter
         self._least = self._samples[bright : bright + 1]
         self._rays = shadow_rays(self.capacity, RAYS, device, side_by_side=False, control_variate=True)
         self._residual = Residual()
@@ -169,20 +203,22 @@ class BrightPoints(Selection):
         fuzziness, device, rays = known.clusters.cluster.shape[0], self.device, RAYS * self.capacity
         wp.copy(self._samples, picture.samples, count=int(SAMPLES))
         radix_sort_pairs(self._samples, self._sample_order, int(SAMPLES))
-        inputs = [gbuffer, sps.points, sps.listed, self._image, indirect, self._least, self.keys]
+        inputs = [gbuffer, sps.points, sps.listed, self._image, indirect, self._least, self.keys, self._quality]
         launch(adaptive_key_kernel, sps.capacity, inputs, device)
         self.choose(sps)
         launch(adaptive_step_kernel, rays, [self.points, indirect, seed, self._rays], device)
         inputs = [gbuffer, self.points, known, indirect, self._rays]
         launch(adaptive_near_kernel(fuzziness), NEAR_PARTS * self.capacity, inputs, device)
-        inputs = [gbuffer, self.points, known, indirect, seed, self._rays]
+        inputs = [gbuffer, self.points, known, indirect, seed, self._rays, VPL_SAMPLE_PARAMETERS]
         launch(adaptive_ray_kernel(fuzziness), rays, inputs, device)
         trace_shadow_rays(scene, gbuffer, self.points, known.vpls, self._rays)
 
     def take(self, gbuffer: GBuffer, vpls: VplClusters, clustered: wp.array, frames: wp.array, light: wp.array,
              irradiance: wp.array) -> None:  # fmt: skip
         """Have what the rays found in `light` and `irradiance`, as the kernels tell; (pixel,) each."""
-        inputs = [self.points, vpls, self._rays, clustered, frames, light, irradiance, self._residual]
+        known = ListedLight()
+        known.clustered, known.frames, known.light, known.irradiance = clustered, frames, light, irradiance
+        inputs = [self.points, vpls, self._rays, known, self._residual, self._quality]
         launch(adaptive_irradiance_kernel, self.capacity, inputs, self.device)
-        inputs = [gbuffer, self._image, self.points, self._residual, clustered, irradiance]
+        inputs = [gbuffer, self._image, self.points, self._residual, known, self._quality]
         launch(residual_filter_kernel, self.capacity, inputs, self.device)

@@ -5,11 +5,15 @@ between; what clusters of SPs believe does not count. Only SPs that these rays, 
 they say.
 """
 
+from dataclasses import dataclass
+from typing import Any
+
 import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
-from gpu.correction.vpl_sampling import member_of
+from gpu.core.parameters import parameters
+from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS, VplSampleParameters, member_of
 from gpu.device_scene.data import SceneData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
@@ -32,11 +36,23 @@ from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, trac
 from gpu.vpl.vpl_clusters import VplClusters, is_behind, out_of_reach
 
 RAYS = 32
-# Where more rays find more than this share of what was believed, that has less noise than they.
-CONFIRMED = wp.constant(0.5)
-# A cluster near a point counts at most this many times as much as its one disk, by which it is drawn.
-MOST_WHOLE = wp.constant(32.0)
 OUTLIER_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
+
+
+@wp.struct
+@dataclass
+class RefinementParameters:
+    """When and how much the rays of outliers count.
+
+    confirmed: where they find more than this share of what was believed, that has less noise than they.
+    most_whole: a cluster near a point counts at most this many times as much as its one disk, by which it is drawn.
+    """
+
+    confirmed: float = 0.5
+    most_whole: float = 32.0
+
+
+REFINEMENT_PARAMETERS: RefinementParameters = parameters(RefinementParameters)
 
 
 @wp.func
@@ -73,7 +89,8 @@ def outlier_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: V
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
 def outlier_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters, table: GroupTable,
-                       seed: wp.array[int], rays: ShadowRays) -> None:  # fmt: skip
+                       seed: wp.array[int], rays: ShadowRays, limits: VplSampleParameters,
+                       by: RefinementParameters) -> None:  # fmt: skip
     """One thread a ray: draws where it goes, one of RAYS equal shares of all light for each."""
     index = first + wp.tid()
     place = index // RAYS
@@ -96,14 +113,14 @@ def outlier_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: Vp
         if light > 0.0:
             drawn = offered(drawn, vpl, light)
     if drawn.item >= 0:
-        target = member_of(position, normal, vpls, drawn.item, hashed(drawn.state))
+        target = member_of(position, normal, vpls, drawn.item, hashed(drawn.state), limits)
         rays.vpl[index] = target.vpl
-        rays.share[index] = target.share * wp.min(target.whole / drawn.weight, MOST_WHOLE)
+        rays.share[index] = target.share * wp.min(target.whole / drawn.weight, by.most_whole)
 
 
 @wp.kernel
 def outlier_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, table: GroupTable, rays: ShadowRays,
-                              irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+                              irradiance: wp.array[wp.vec3], by: RefinementParameters) -> None:  # fmt: skip
     """One thread an SP: its irradiance becomes what arrived, if that is so much less that it was not chance."""
     place = first + wp.tid()
     if place >= points.count[0]:
@@ -116,18 +133,19 @@ def outlier_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, 
             total += light_of(vpls, vpl, rays.share[index])
     total *= column_total(table, place) / float(RAYS)
     pixel = points.pixels[place]
-    if brightness(total) < CONFIRMED * brightness(irradiance[pixel]):
+    if brightness(total) < by.confirmed * brightness(irradiance[pixel]):
         irradiance[pixel] = total
 
 
 class Refinement:
     """Re-shades up to `capacity` SPs with rays of their own; its arrays are allocated once.
 
-    A ray's share is its VPL's light over its density, relative to all light.
+    A ray's share is its VPL's light over its density, relative to all light. quality: RefinementParameters.
     """
 
-    def __init__(self, capacity: int, vpl_count: int, device: wp.Device) -> None:
-        self.device, self._capacity = device, capacity
+    def __init__(self, capacity: int, vpl_count: int, device: wp.Device,
+                 quality: Any = REFINEMENT_PARAMETERS) -> None:  # fmt: skip
+        self.device, self._capacity, self._quality = device, capacity, quality
         self._table = group_table(vpl_count, capacity, device)
         self._rays = shadow_rays(capacity, RAYS, device, side_by_side=True, control_variate=False)
 
@@ -137,6 +155,7 @@ class Refinement:
         listed, table, rays, capacity, device = points.points, self._table, self._rays, self._capacity, self.device
         launch(outlier_part_kernel, PARTS * capacity, [gbuffer, listed, vpls, table], device)
         sum_parts(table, capacity, listed.count)
-        launch(outlier_ray_kernel, RAYS * capacity, [gbuffer, listed, vpls, table, seed, rays], device)
+        inputs = [gbuffer, listed, vpls, table, seed, rays, VPL_SAMPLE_PARAMETERS, self._quality]
+        launch(outlier_ray_kernel, RAYS * capacity, inputs, device)
         trace_shadow_rays(scene, gbuffer, listed, vpls, rays)
-        launch(outlier_irradiance_kernel, capacity, [listed, vpls, table, rays, irradiance], device)
+        launch(outlier_irradiance_kernel, capacity, [listed, vpls, table, rays, irradiance, self._quality], device)

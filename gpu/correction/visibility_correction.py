@@ -13,7 +13,7 @@ from functools import cache, partial
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.correction.vpl_sampling import vpl_sample_of
+from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS, VplSampleParameters, vpl_sample_of
 from gpu.device_scene.data import SceneData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
@@ -74,6 +74,7 @@ def correction_ray_kernel(fuzziness: int) -> wp.Kernel:
         this_pass: CorrectionPass,
         indirect: Indirect,
         rays: ShadowRays,
+        limits: VplSampleParameters,
     ) -> None:
         """One thread a ray of a pass: draws to which member of which VPL cluster it goes.
 
@@ -104,7 +105,7 @@ def correction_ray_kernel(fuzziness: int) -> wp.Kernel:
         if u >= 0.0:
             near = -1
         pick = wp.vec2(float(state) * TO_UNIT * indirect.far_importance[sp], u / indirect.far_importance[sp])
-        sample = sample_vpl(position, normal, sp, known, near, pick, state)
+        sample = sample_vpl(position, normal, sp, known, near, pick, state, limits)
         if sample.vpl >= 0:
             rays.vpl[index] = sample.vpl
             rays.cluster_visibility[index] = sample.cluster_visibility
@@ -190,7 +191,8 @@ class Correction:
             one.passes = self._wanted if passes.as_wanted else self._all
             one.seed, one.settled = passes.seed, passes.settled
             draw = correction_ray_kernel(known.clusters.cluster.shape[0])
-            launch(draw, CHECKS * points.capacity, [gbuffer, listed, known, one, indirect, rays], self.device)
+            inputs = [gbuffer, listed, known, one, indirect, rays, VPL_SAMPLE_PARAMETERS]
+            launch(draw, CHECKS * points.capacity, inputs, self.device)
             trace_shadow_rays(scene, gbuffer, listed, known.vpls, rays)
             inputs = [listed, known.vpls, rays, one, self._means, self.own]
             launch(correction_kernel, points.capacity, inputs, self.device)

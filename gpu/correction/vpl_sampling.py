@@ -1,11 +1,13 @@
 """Where rays of shading points go: to which members of which VPL clusters."""
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import warp as wp
 
 from gpu.core.color import brightness
+from gpu.core.parameters import parameters
 from gpu.indirect.clustered_light import ClusteredLight, cluster_visibility_of, guides_of
 from gpu.indirect.far_field import visibility_weight
 from gpu.sampling.sobol import hashed
@@ -14,9 +16,20 @@ from gpu.vpl.form_factor import disk_irradiance, is_opened, is_subcluster_opened
 from gpu.vpl.group_sampling import GroupTable, column_total, offered, reservoir, sample_group
 from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters
 
-# A member of a cluster counts at most this many times as much as its cluster lets expect, and a group of clusters as
-# much as the SP's clusters do.
-MOST_SHARE = wp.constant(4.0)
+
+@wp.struct
+@dataclass
+class VplSampleParameters:
+    """How much single rays count.
+
+    most_share: a member of a cluster counts at most this many times as much as its cluster lets expect, and a group of
+    clusters as much as the SP's clusters do.
+    """
+
+    most_share: float = 4.0
+
+
+VPL_SAMPLE_PARAMETERS: VplSampleParameters = parameters(VplSampleParameters)
 
 
 @wp.struct
@@ -34,7 +47,8 @@ class VplSample:
 
 
 @wp.func
-def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, state: wp.uint32) -> VplSample:
+def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, state: wp.uint32,
+              limits: VplSampleParameters) -> VplSample:  # fmt: skip
     """A member of a VPL cluster, drawn in proportion to its light where members are shaded one by one."""
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
@@ -45,7 +59,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         target.vpl = begin + int(hashed(state) % wp.uint32(end - begin))
         light = brightness(member_irradiance(position, normal, vpls, target.vpl, disk.area)) * number
         target.whole = brightness(disk_irradiance(position, normal, disk))
-        target.share = wp.min(light / target.whole, MOST_SHARE)
+        target.share = wp.min(light / target.whole, limits.most_share)
         return target
     area = disk.area / number
     chosen = reservoir(state)
@@ -108,7 +122,7 @@ def far_sample_of(fuzziness: int, weighted: bool) -> wp.Function:
 
     @wp.func
     def sample_far(position: wp.vec3, normal: wp.vec3, guided: Any, known: ClusteredLight, pick: wp.vec2,
-                   state: wp.uint32) -> ClusterSample:  # fmt: skip
+                   state: wp.uint32, limits: VplSampleParameters) -> ClusterSample:  # fmt: skip
         table = known.far.unoccluded
         if wp.static(weighted):
             table = known.far.weighted
@@ -150,7 +164,7 @@ def far_sample_of(fuzziness: int, weighted: bool) -> wp.Function:
                 if drawn.item == vpl:
                     sample.cluster_visibility = share
         sample.cluster = drawn.item
-        sample.scale = wp.min(drawn.total / expected, MOST_SHARE)
+        sample.scale = wp.min(drawn.total / expected, limits.most_share)
         sample.state = drawn.state
         return sample
 
@@ -166,7 +180,7 @@ def vpl_sample_of(fuzziness: int, weighted: bool) -> wp.Function:
 
     @wp.func
     def sample_vpl(position: wp.vec3, normal: wp.vec3, sp: int, known: ClusteredLight, near: int, pick: wp.vec2,
-                   state: wp.uint32) -> VplSample:  # fmt: skip
+                   state: wp.uint32, limits: VplSampleParameters) -> VplSample:  # fmt: skip
         guided = guides(known, sp, position, normal)
         sample = VplSample()
         sample.vpl = -1
@@ -177,9 +191,9 @@ def vpl_sample_of(fuzziness: int, weighted: bool) -> wp.Function:
         if near >= 0:
             drawn.cluster_visibility = cluster_visibility_of(guided, known.visibility, near, wp.static(fuzziness))
         else:
-            drawn = sample_far(position, normal, guided, known, pick, state)
+            drawn = sample_far(position, normal, guided, known, pick, state, limits)
         if drawn.cluster >= 0:
-            sample = member_of(position, normal, known.vpls, drawn.cluster, hashed(drawn.state))
+            sample = member_of(position, normal, known.vpls, drawn.cluster, hashed(drawn.state), limits)
             sample.scale = drawn.scale
             sample.cluster_visibility = drawn.cluster_visibility
         return sample

@@ -1,5 +1,6 @@
 """The order in which rays of single SPs correct what their clusters tell, in frames of `fuzzy-vpl`."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import warp as wp
@@ -15,15 +16,24 @@ from gpu.methods.fuzzy_view import FuzzyView, KeptLight
 from gpu.methods.passes import FrameKind
 from gpu.vpl.vpl_clusters import VplClusters
 
-# SPs that may be far too bright, and those of them with many rays of their own, per SP cluster; what may be too bright
-# by less than this, relatively, is well served.
-SUSPECTED_SHARE = 2.0
-REFINED_SHARE = 0.75
-LEAST_DISPUTE = 0.25
-# SPs that may be brightest and so have more rays, per SP cluster.
-BRIGHT_SHARE = 4.0
-# Later frames of a still view correct so many times: what these rays find is most of their mean's noise.
-REFINING_PASSES = 3
+
+@dataclass(frozen=True)
+class FuzzyCorrectionParameters:
+    """How many SPs have more rays.
+
+    suspected, refined: SPs that may be far too bright, and those of them with many rays of their own, per SP cluster;
+    bright: SPs that may be brightest and so have more rays, per SP cluster.
+    refining_passes: later frames of a still view correct so many times: what these rays find is most of their mean's
+    noise.
+    """
+
+    suspected: float = 2.0
+    refined: float = 0.75
+    bright: float = 4.0
+    refining_passes: int = 3
+
+
+FUZZY_CORRECTION_PARAMETERS = FuzzyCorrectionParameters()
 
 
 class FuzzyCorrection:
@@ -40,10 +50,11 @@ class FuzzyCorrection:
         sp_clusters: int,
         vpl_clusters: int,
         shared: "FuzzyCorrection | None" = None,
+        quality: FuzzyCorrectionParameters = FUZZY_CORRECTION_PARAMETERS,
     ) -> None:
         """With lists for so many clusters; shared: another, whose arrays of the image's size serve this one, too."""
         self._frame, self._passes, device = frame, passes, frame.device
-        self._most, self._in_use = sp_clusters, (0, 0.0)
+        self._most, self._in_use, self._quality = sp_clusters, (0, 0.0), quality
         self._rays: Correction
         self.clustered_irradiance: wp.array
         if shared:
@@ -51,10 +62,10 @@ class FuzzyCorrection:
         else:
             self._rays = Correction(frame.pixels, device, passes)
             self.clustered_irradiance = wp.zeros(frame.pixels, dtype=wp.vec3, device=device)
-        suspects, worst = (int(sp_clusters * share) for share in (SUSPECTED_SHARE, REFINED_SHARE))
-        self.suspected = OutlierPoints(frame.pixels, suspects, LEAST_DISPUTE, device)
-        self.refined = OutlierPoints(self.suspected.capacity, worst, LEAST_DISPUTE, device)
-        self.bright = BrightPoints(frame.size, int(BRIGHT_SHARE * sp_clusters), device)
+        suspects, worst = (int(sp_clusters * share) for share in (quality.suspected, quality.refined))
+        self.suspected = OutlierPoints(frame.pixels, suspects, device)
+        self.refined = OutlierPoints(self.suspected.capacity, worst, device)
+        self.bright = BrightPoints(frame.size, int(quality.bright * sp_clusters), device)
         self._refinement = Refinement(self.refined.capacity, vpl_clusters, device)
 
     def use(self, sp_clusters: int, passes: float) -> None:
@@ -68,9 +79,9 @@ class FuzzyCorrection:
             return
         self._in_use = sp_clusters, passes
         self._rays.use(passes)
-        self.suspected.limit(int(sp_clusters * SUSPECTED_SHARE))
-        self.refined.limit(int(sp_clusters * REFINED_SHARE))
-        self.bright.limit(int(sp_clusters * BRIGHT_SHARE))
+        self.suspected.limit(int(sp_clusters * self._quality.suspected))
+        self.refined.limit(int(sp_clusters * self._quality.refined))
+        self.bright.limit(int(sp_clusters * self._quality.bright))
 
     def remember(self, view: FuzzyView) -> None:
         """Keep what clusters tell, and how bright that makes the picture."""
@@ -86,7 +97,7 @@ class FuzzyCorrection:
         scene, gbuffer, indirect, seed = frame.scene, frame.gbuffer, frame.indirect, frame.seed
         known = clustered_light(view.clustering.clusters, kept.visibility.words, vpls, kept.far.data)
         light = known, indirect
-        passes = REFINING_PASSES if kind.refines else self._passes
+        passes = self._quality.refining_passes if kind.refines else self._passes
         settled = history.settled if kind.denoise else frame.nothing
 
         def correct() -> None:

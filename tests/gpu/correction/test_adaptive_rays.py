@@ -5,11 +5,12 @@ import pytest
 import warp as wp
 from bright import SIZE, Bright, picture_of
 
-from gpu.correction.adaptive_ray_sampling import RAYS
-from gpu.correction.adaptive_rays import BRIGHTER, DARKER, FRAMES, LEAST_BRIGHT, OWN
 from gpu.correction.brightness import SAMPLES
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.indirect.irradiance import CHECKS
+
+# As they are in frames. Numbers of their own, so that no other ones are taken unseen.
+RAYS, MOST_FRAMES, OWN_SHARE, DARKER, TRUST = 24, 6, 0.45, 0.3, 0.6
 
 
 @wp.kernel
@@ -33,7 +34,7 @@ def test_those_that_may_be_brightest_have_rays() -> None:
     most = (view.indirect.unoccluded_near.numpy() + view.indirect.unoccluded_far.numpy())[:count]
     most = most * reflected.numpy()[fuzzy.pixels].mean(axis=1)
     chosen = np.isin(fuzzy.pixels, bright.trace())
-    least = float(LEAST_BRIGHT) * np.sort(bright.picture.samples.numpy())[int(SAMPLES) - 1 - BRIGHTER]
+    least = 0.6 * np.sort(bright.picture.samples.numpy())[int(SAMPLES) - 1 - 10]
     assert np.array_equal(chosen, most >= least)
     assert 0.1 < chosen.mean() < 0.9
     few = Bright(fuzzy, 20)
@@ -64,18 +65,26 @@ def test_what_rays_find_counts_beside_what_frames_before_knew(bright: Bright) ->
     found, known = bright.found(), np.full((bright.view.pixels, 3), 1.0)
     for frames in (0, 2, 20):
         light, shown = bright.take(told, known, known, frames)
-        share = RAYS / (RAYS + CHECKS * min(frames + 1, int(FRAMES)))
+        share = RAYS / (RAYS + CHECKS * min(frames + 1, MOST_FRAMES))
         mean = 1.0 + (found[pixels] - 1.0) * share
         assert light[pixels] == pytest.approx(mean, rel=1e-4, abs=1e-5)
         lacking = np.zeros_like(known)
         lacking[pixels] = mean - 1.0
-        mixed = 1.0 + float(OWN) * lacking[pixels] + (1.0 - float(OWN)) * bright.shared(pixels, lacking, told)
-        kept = mean.mean(axis=1) * float(DARKER) > 1.0
+        mixed = 1.0 + OWN_SHARE * lacking[pixels] + (1.0 - OWN_SHARE) * bright.shared(pixels, lacking, told)
+        kept = mean.mean(axis=1) * DARKER > 1.0
         assert not kept.all()
         assert shown[pixels][~kept] == pytest.approx(np.maximum(mixed, 0.0)[~kept], rel=1e-3, abs=1e-4)
         others = np.setdiff1d(np.arange(bright.view.pixels), pixels)
         assert (light[others] == 1.0).all()
         assert (shown[others] == 1.0).all()
+
+
+def test_a_share_of_what_clusters_tell_is_taken_for_granted(bright: Bright) -> None:
+    pixels, told = bright.trace(), bright.fuzzy.irradiance()
+    none = np.zeros_like(told)
+    once, twice = (bright.take(clustered, none, none, 0)[0][pixels] for clustered in (told, 2.0 * told))
+    granted = TRUST * RAYS / (RAYS + CHECKS) * told[pixels]
+    assert twice - once == pytest.approx(granted, rel=1e-3, abs=1e-5)
 
 
 def test_points_that_were_listed_once_tell_nothing_any_more(bright: Bright) -> None:
@@ -96,11 +105,11 @@ def test_points_that_were_listed_once_tell_nothing_any_more(bright: Bright) -> N
 def test_what_was_found_to_be_much_darker_is_shown_as_it_is_and_tells_nothing(bright: Bright) -> None:
     pixels, told = bright.trace(), bright.fuzzy.irradiance()
     found = bright.found()[pixels].mean(axis=1)
-    dark = np.full((bright.view.pixels, 3), 0.5 * float(DARKER) * found.max() * RAYS / (RAYS + CHECKS))
+    dark = np.full((bright.view.pixels, 3), 0.5 * DARKER * found.max() * RAYS / (RAYS + CHECKS))
     light, shown = bright.take(told, np.zeros_like(dark), dark, 0)
-    kept = dark[pixels].mean(axis=1) < float(DARKER) * light[pixels].mean(axis=1)
+    kept = dark[pixels].mean(axis=1) < DARKER * light[pixels].mean(axis=1)
     assert kept.any()
     assert shown[pixels[kept]] == pytest.approx(dark[pixels[kept]])
     others, lacking = pixels[~kept], light - dark
-    mixed = dark[others] + float(OWN) * lacking[others] + (1.0 - float(OWN)) * bright.shared(others, lacking, told)
+    mixed = dark[others] + OWN_SHARE * lacking[others] + (1.0 - OWN_SHARE) * bright.shared(others, lacking, told)
     assert shown[others] == pytest.approx(np.maximum(mixed, 0.0), rel=1e-3, abs=1e-4)

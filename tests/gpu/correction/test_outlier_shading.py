@@ -5,7 +5,7 @@ from pipeline import Pipeline, relative_error
 from scenes import slats
 
 from gpu.correction.brightness import MeanBrightness
-from gpu.correction.outlier_shading import CONFIRMED, Refinement
+from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction
 from gpu.gbuffer.shading_points import ListedPoints
@@ -70,7 +70,7 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     shared = view.smoothing.share(
         view.gbuffer, view.shading_points, irradiance, correction.own, none, nearer_on_detail=False
     )
-    points = OutlierPoints(view.pixels, 400, 0.25, view.device)
+    points = OutlierPoints(view.pixels, 400, view.device)
     mean = MeanBrightness(view.device)
     mean.find(view.gbuffer, view.shading_points, irradiance)
     points.find(view.shading_points, view.gbuffer, many.clustering.deficit, irradiance, correction.own, shared, mean)
@@ -95,7 +95,7 @@ def test_only_much_less_light_is_taken_for_more_than_chance(fuzzy: Pipeline) -> 
     assert (said[fuzzy.pixels] < 1e5).all()
     cluster_visibility = float(2.0 * np.median(said))
     after = refine(fuzzy, fuzzy.view.shading_points, cluster_visibility=cluster_visibility)[0]
-    less = said.mean(axis=1) < float(CONFIRMED) * cluster_visibility
+    less = said.mean(axis=1) < 0.5 * cluster_visibility
     assert 0.2 < less.mean() < 0.8
     assert np.allclose(after, np.where(less[:, None], said, cluster_visibility))
 
@@ -107,6 +107,6 @@ def test_the_same_seed_gives_the_same_bits_and_another_other_rays(fuzzy: Pipelin
 
 
 def test_nobody_to_refine_changes_nothing(fuzzy: Pipeline) -> None:
-    points = OutlierPoints(fuzzy.view.pixels, 10, 0.25, fuzzy.view.device)
+    points = OutlierPoints(fuzzy.view.pixels, 10, fuzzy.view.device)
     points.count.zero_()
     assert np.array_equal(refine(fuzzy, points)[0], fuzzy.irradiance())

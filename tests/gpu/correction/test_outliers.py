@@ -46,7 +46,7 @@ def worst(capacity: int, low: np.ndarray, high: np.ndarray, *, deficit: dict[int
     light = [by_pixel(irradiance), by_pixel(low - irradiance), by_pixel(high - irradiance)]
     listed: ListedPoints = sps
     for count in (capacity,) if among is None else (among, capacity):
-        points = OutlierPoints(listed.capacity, count, 0.25, CPU)
+        points = OutlierPoints(listed.capacity, count, CPU)
         points.find(listed, gbuffer, column(needs, wp.int32), *light, mean)
         listed = points
     count = points.count.numpy()[0]

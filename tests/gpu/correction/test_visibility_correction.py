@@ -135,7 +135,7 @@ def test_several_passes_give_the_mean_of_as_many_corrections(clustered: Pipeline
 def test_a_second_look_at_some_takes_as_many_rays_into_their_mean_and_leaves_the_others(clustered: Pipeline) -> None:
     view, correction = clustered.view, Correction(clustered.view.pixels, clustered.view.device)
     sps, some = view.shading_points, np.arange(5, clustered.sp_count, 7)
-    points = OutlierPoints(view.pixels, view.pixels, 0.25, view.device)
+    points = OutlierPoints(view.pixels, view.pixels, view.device)
     listed = points.points = PointList()
     listed.numbers, listed.pixels = column(some, int), column(sps.pixels.numpy()[some], int)
     listed.count, points.capacity = column([len(some)], int), len(some)

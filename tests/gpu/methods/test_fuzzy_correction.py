@@ -1,8 +1,11 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from pictures import lamp_room
 from scenes import slats
 
+from gpu.correction.outliers import OutlierParameters, OutlierPoints
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.settings import Component, Method, RenderSettings
@@ -15,7 +18,7 @@ def room() -> DeviceScene:
 
 def test_refinement_mends_what_clusters_get_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     device_scene, camera, size = slats()
-    errors = []
+    errors, nothing = [], OutlierParameters(least=4000.0)
     for seed in range(4):
         settings = RenderSettings(component=Component.INDIRECT, sp_clusters=80, vpls=4000, vpl_clusters=800, seed=seed,
                                   near_field=False)  # fmt: skip
@@ -23,7 +26,7 @@ def test_refinement_mends_what_clusters_get_wrong(monkeypatch: pytest.MonkeyPatc
         reference = exact.render(camera).radiance()
         refined = Renderer(device_scene, size, settings).render(camera)
         with monkeypatch.context() as patched:
-            patched.setattr("gpu.methods.fuzzy_correction.LEAST_DISPUTE", 4000.0)
+            patched.setattr("gpu.methods.fuzzy_correction.OutlierPoints", partial(OutlierPoints, quality=nothing))
             plain = Renderer(device_scene, size, settings).render(camera)
         assert refined.stats.counts["refined"] > 20
         assert plain.stats.counts["refined"] < refined.stats.counts["refined"]
