@@ -6,6 +6,7 @@ clusters that are near a representative, in its spacings, are shaded SP by SP.
 """
 
 from copy import copy
+from dataclasses import dataclass
 
 import warp as wp
 
@@ -13,21 +14,34 @@ from gpu.core.color import brightness
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.core.intrinsics import bits_of_all, float_sum, lanes_of, lowest_bit, vector_sum
+from gpu.core.parameters import parameters
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import Disk, disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened, is_subcluster_opened
 from gpu.vpl.group_sampling import PARTS, GroupTable, group_table, groups_a_part
 from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, is_behind, member_disk, out_of_reach
 
-# VPL clusters nearer than so many spacings of a representative are near.
-NEAR_SPACINGS = wp.constant(3.0)
 # Parts' sums are read so many at a time, before any is written: a thread would wait for each else.
 CHUNK = 8
 Chunk = wp.types.vector(length=CHUNK, dtype=float)
-# Cosines below this are so grazing that their light's gradient says nothing.
-GRAZING = wp.constant(0.1)
 # How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
 MIN_VISIBILITY_WEIGHT = wp.constant(0.25)
+
+
+@wp.struct
+@dataclass
+class FarFieldParameters:
+    """What is summed.
+
+    near_spacings: VPL clusters nearer than so many spacings of a representative are not; grazing: light's gradient is
+    taken as if cosines were no less, since below this it says nothing.
+    """
+
+    near_spacings: float = 3.0
+    grazing: float = 0.1
+
+
+FAR_FIELD_PARAMETERS: FarFieldParameters = parameters(FarFieldParameters)
 
 
 @wp.func
@@ -66,9 +80,9 @@ class Partial:
 
 
 @wp.func
-def is_near(position: wp.vec3, spacing: float, disk: Disk) -> bool:
+def is_near(position: wp.vec3, within: float, disk: Disk) -> bool:
     """Whether a VPL cluster's disk is so near a representative that its light may be other at its SPs."""
-    return wp.length(disk.position - position) - disk.radius < NEAR_SPACINGS * spacing
+    return wp.length(disk.position - position) - disk.radius < within
 
 
 @wp.struct
@@ -81,7 +95,8 @@ class IrradianceGradient:
 
 
 @wp.func
-def with_disk(slope: IrradianceGradient, position: wp.vec3, normal: wp.vec3, disk: Disk) -> IrradianceGradient:
+def with_disk(slope: IrradianceGradient, position: wp.vec3, normal: wp.vec3, disk: Disk, grazing: float,
+              ) -> IrradianceGradient:  # fmt: skip
     """`slope` with one more disk light."""
     whole = disk_irradiance(position, normal, disk)
     amount = brightness(whole)
@@ -89,7 +104,7 @@ def with_disk(slope: IrradianceGradient, position: wp.vec3, normal: wp.vec3, dis
         return slope
     way = disk.position - position
     squared = wp.length_sq(way)
-    least = GRAZING * wp.sqrt(squared)
+    least = grazing * wp.sqrt(squared)
     facing = wp.max(wp.dot(way, normal), least)
     leaving = wp.max(-wp.dot(way, disk.normal), least)
     nearer = 1.0 / squared + PI / (PI * squared + disk.area)
@@ -113,8 +128,7 @@ def with_share(slope: IrradianceGradient, other: IrradianceGradient, share: floa
 
 @wp.func
 def with_subclusters(slope: IrradianceGradient, position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int,
-lane: int,
-               lanes: int) -> IrradianceGradient:  # fmt: skip
+                     lane: int, lanes: int, grazing: float) -> IrradianceGradient:  # fmt: skip
     """`slope` with the light of every `lanes`-th subcluster of a VPL cluster that is unfolded, as
     `unoccluded_irradiance` takes it.
     """
@@ -125,16 +139,17 @@ lane: int,
         disk = disk_at(vpls.subclusters, subcluster)
         if is_subcluster_opened(position, disk):
             for member in range(begin, wp.min(begin + PER_SUBCLUSTER, end)):
-                slope = with_disk(slope, position, normal, member_disk(vpls, member, area))
+                slope = with_disk(slope, position, normal, member_disk(vpls, member, area), grazing)
         else:
-            slope = with_disk(slope, position, normal, disk)
+            slope = with_disk(slope, position, normal, disk, grazing)
         begin += PER_SUBCLUSTER * lanes
     return slope
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
 def far_part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, visibility: wp.array2d[wp.uint32],
-                all_near: bool, partial: Partial, out: FarLight) -> None:  # fmt: skip
+                    all_near: bool, chosen: FarFieldParameters, partial: Partial,
+                    out: FarLight) -> None:  # fmt: skip
     """`lanes` threads a part of the groups at one new representative; neighbours have neighbouring ones."""
     index = first + wp.tid()
     fresh = sps.fresh[0]
@@ -146,6 +161,7 @@ def far_part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, 
     part = place // fresh
     position = sps.position[sp]
     normal = sps.normal[sp]
+    within = chosen.near_spacings * sps.spacing[sp]
     whole = IrradianceGradient()
     part_mass = float(0.0)
     part_open = float(0.0)
@@ -167,13 +183,13 @@ def far_part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, 
                     if all_near:
                         near |= 1 << bit
                     elif not is_behind(position, normal, vpls, vpl):
-                        if is_near(position, sps.spacing[sp], disk):
+                        if is_near(position, within, disk):
                             near |= 1 << bit
                         elif is_opened(position, disk):
                             unfolded |= 1 << bit
                         else:
                             share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
-                            lit = with_disk(IrradianceGradient(), position, normal, disk)
+                            lit = with_disk(IrradianceGradient(), position, normal, disk, chosen.grazing)
                             amount = brightness(lit.light)
                             unoccluded_importance += amount
                             importance += amount * visibility_weight(share)
@@ -183,7 +199,10 @@ def far_part_kernel(first: int, sps: SpClusters, lanes: int, vpls: VplClusters, 
                 bit = lowest_bit(wp.uint32(unfolded))
                 unfolded &= unfolded - 1
                 share = float((seen >> wp.uint32(bit)) & wp.uint32(1))
-                lit = with_subclusters(IrradianceGradient(), position, normal, vpls, 8 * octet + bit, lane, lanes)
+                cluster = 8 * octet + bit
+                lit = with_subclusters(
+                    IrradianceGradient(), position, normal, vpls, cluster, lane, lanes, chosen.grazing
+                )
                 amount = brightness(lit.light)
                 unoccluded_importance += amount
                 importance += amount * visibility_weight(share)
@@ -259,9 +278,10 @@ def far_irradiance(far: FarLight, clusters: SpClusters, cluster: int, position: 
 class FarSums:
     """Sums the far light of `sp_count` representatives; arrays are allocated once. `data` is what kernels take."""
 
-    def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool) -> None:
+    def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, enabled: bool,
+                 chosen: FarFieldParameters = FAR_FIELD_PARAMETERS) -> None:  # fmt: skip
         self.device, self._sp_count, self._vpl_count, self._enabled = device, sp_count, vpl_count, enabled
-        self.data = self._allocate()
+        self._chosen, self.data = chosen, self._allocate()
         self._partial: Partial = allocate(Partial, sp_count, device, PARTS)
 
     def for_another_viewer(self) -> "FarSums":
@@ -285,6 +305,6 @@ class FarSums:
         few: whether most are kept.
         """
         lanes = lanes_of(self.device, few=few)
-        inputs = [clusters, lanes, vpls, visibility, not self._enabled, self._partial, self.data]
+        inputs = [clusters, lanes, vpls, visibility, not self._enabled, self._chosen, self._partial, self.data]
         launch(far_part_kernel, PARTS * self._sp_count * lanes, inputs, self.device)
         launch(far_sum_kernel, self._sp_count, [clusters, vpls, self._partial, self.data], self.device)

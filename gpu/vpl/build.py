@@ -1,5 +1,7 @@
 """Makes VPL clusters and their disk lights. Steps 1 and 2 of the 2022 paper, section 3.1."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import warp as wp
 
@@ -8,26 +10,40 @@ from gpu.clustering.points import Points
 from gpu.core.constants import FAR_AWAY, PI
 from gpu.core.device import allocate, launch
 from gpu.core.kahan import Sum, kahan_add
+from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls, gather_vpls_kernel
 from gpu.scene.types import Ints
 from gpu.vpl.disk_light import Disk, disk_of
 from gpu.vpl.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, PER_SUBCLUSTER, VplClusters, member_disk
 
-ITERATIONS = 10
 # Bounds are this much wider than what they hold, against rounding.
 WIDER = wp.constant(1.0001)
-# Fewer members than that may lie close together by chance, or be one, and tell nothing of the area they stand for.
-FEW_MEMBERS = wp.constant(4)
-# Area of clusters of many members over that of the disk that reaches the nearest other: 0.41 to 0.5 in their median.
-NEAREST_SHARE = wp.constant(0.45)
+
+
+@wp.struct
+@dataclass
+class VplClusterParameters:
+    """How VPLs are clustered.
+
+    iterations: of k-means; few_members: fewer may lie close together by chance, or be one, and tell nothing of the area
+    they stand for, which is then this `nearest_share` at least of the disk that reaches the nearest other cluster:
+    clusters of many members have 0.41 to 0.5 of it in their median.
+    """
+
+    iterations: int = 10
+    few_members: int = 4
+    nearest_share: float = 0.45
+
+
+VPL_CLUSTER_PARAMETERS: VplClusterParameters = parameters(VplClusterParameters)
 
 
 @wp.func
-def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int) -> float:
+def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int, share: float) -> float:
     """The area that a cluster has by its distance to the nearest other that faces a like way; 0 if there is none.
 
-    A disk of no area would light what is near without bound. The share is what clusters of many members have.
+    A disk of no area would light what is near without bound.
     """
     position = vpls.position[medoids[cluster]]
     normal = vpls.normal[medoids[cluster]]
@@ -35,11 +51,12 @@ def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int) -> float:
     for other in range(medoids.shape[0]):
         if other != cluster and wp.dot(normal, vpls.normal[medoids[other]]) > 0.0:
             nearest = wp.min(nearest, wp.length_sq(vpls.position[medoids[other]] - position))
-    return wp.where(nearest < FAR_AWAY, NEAREST_SHARE * PI * nearest, 0.0)
+    return wp.where(nearest < FAR_AWAY, share * PI * nearest, 0.0)
 
 
 @wp.kernel
-def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out: VplClusters) -> None:
+def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chosen: VplClusterParameters,
+                            out: VplClusters) -> None:  # fmt: skip
     """One thread a cluster: the disk light that stands for its members. medoids (cluster,): indices of `vpls`."""
     cluster = first + wp.tid()
     centre = vpls.position[medoids[cluster]]
@@ -65,8 +82,8 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], out:
     mean = mean / total
     variance = wp.max(square / total - wp.length_sq(mean), 0.0)
     area = 2.0 * PI * variance
-    if out.starts[cluster + 1] - out.starts[cluster] < FEW_MEMBERS:
-        area = wp.max(area, neighbour_area(vpls, medoids, cluster))
+    if out.starts[cluster + 1] - out.starts[cluster] < chosen.few_members:
+        area = wp.max(area, neighbour_area(vpls, medoids, cluster, chosen.nearest_share))
     out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, normal_cone_cos)
     out.normal_cone_cos[cluster] = normal_cone_cos
     out.extent[cluster] = extent
@@ -160,13 +177,14 @@ def no_clusters() -> VplClusters:
     return clusters
 
 
-def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int) -> VplClusters:
+def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int,
+                 chosen: VplClusterParameters = VPL_CLUSTER_PARAMETERS) -> VplClusters:  # fmt: skip
     """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
     device = device_scene.device
     if vpls.count == 0:
         return no_clusters()
     kmeans = KMeans(vpls.count, min(wanted, vpls.count), device, exhaustive=True)
-    kmeans.run(vpl_points(vpls, device), ITERATIONS, seed)
+    kmeans.run(vpl_points(vpls, device), chosen.iterations, seed)
     starts = kmeans.groups.starts.numpy()
     used = np.flatnonzero(np.diff(starts))
     clusters: VplClusters = allocate(VplClusters, len(used), device)
@@ -176,7 +194,7 @@ def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int) 
     clusters.members = allocate_vpls(vpls.count, device)
     launch(gather_vpls_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
-    launch(vpl_cluster_disk_kernel, clusters.count, [vpls, medoids, clusters], device)
+    launch(vpl_cluster_disk_kernel, clusters.count, [vpls, medoids, chosen, clusters], device)
     set_subclusters(clusters, starts, device)
     set_groups(clusters, device)
     return clusters

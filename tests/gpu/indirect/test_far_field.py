@@ -8,8 +8,9 @@ from scenes import column, results, slats, traced_vpls
 from gpu.core.color import brightness
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.far_field import (
-    NEAR_SPACINGS,
+    FAR_FIELD_PARAMETERS,
     PARTS,
+    FarFieldParameters,
     IrradianceGradient,
     visibility_weight,
     with_disk,
@@ -24,16 +25,17 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 @wp.kernel
 def slope_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], vpls: VplClusters,
-                 out: wp.array[wp.vec3]) -> None:  # fmt: skip
+                 chosen: FarFieldParameters, out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a point at a cluster: light, and its gradients by place and by normal."""
     index = first + wp.tid()
     point = index // vpls.count
     disk = disk_at(vpls.disks, index % vpls.count)
     slope = IrradianceGradient()
     if is_opened(position[point], disk):
-        slope = with_subclusters(slope, position[point], normal[point], vpls, index % vpls.count, 0, 1)
+        cluster = index % vpls.count
+        slope = with_subclusters(slope, position[point], normal[point], vpls, cluster, 0, 1, chosen.grazing)
     else:
-        slope = with_disk(slope, position[point], normal[point], disk)
+        slope = with_disk(slope, position[point], normal[point], disk, chosen.grazing)
     out[3 * index] = slope.light
     out[3 * index + 1] = slope.position_gradient
     out[3 * index + 2] = slope.normal_gradient
@@ -70,7 +72,7 @@ def fuzzy() -> Pipeline:
 def slopes(fuzzy: Pipeline) -> Doubles:
     """Of each VPL cluster at each representative, (representative, VPL cluster, 3, 3)."""
     clusters, count = fuzzy.clustering.clusters, fuzzy.lights.count
-    inputs = [clusters.position, clusters.normal, fuzzy.lights]
+    inputs = [clusters.position, clusters.normal, fuzzy.lights, FAR_FIELD_PARAMETERS]
     return results(slope_kernel, len(clusters.used) * count, inputs, wp.vec3, 3).reshape(-1, count, 3, 3)
 
 
@@ -80,10 +82,10 @@ def near_bits(fuzzy: Pipeline) -> Doubles:
     return np.unpackbits(words, axis=1, bitorder="little")[:, : fuzzy.lights.count].astype(np.float64)
 
 
-def test_near_clusters_are_those_within_some_spacings(fuzzy: Pipeline) -> None:
+def test_near_clusters_are_those_within_three_spacings(fuzzy: Pipeline) -> None:
     clusters, disks = fuzzy.clustering.clusters, fuzzy.lights.disks.numpy()
     way = disks["position"][None] - clusters.position.numpy()[:, None]
-    close = np.linalg.norm(way, axis=2) - disks["radius"] < float(NEAR_SPACINGS) * clusters.spacing.numpy()[:, None]
+    close = np.linalg.norm(way, axis=2) - disks["radius"] < 3.0 * clusters.spacing.numpy()[:, None]
     used = clusters.used.numpy() == 1
     near, lit = near_bits(fuzzy)[used] > 0.0, slopes(fuzzy)[used, :, 0].sum(axis=2) > 0.0
     assert not (near & ~close[used]).any()
@@ -99,6 +101,25 @@ def test_far_light_is_the_sum_of_what_is_seen_and_not_near(fuzzy: Pipeline) -> N
     for place, told in enumerate((far.light, far.position_gradient, far.normal_gradient)):
         scale = np.abs(expected[:, place]).max()
         assert np.allclose(told.numpy()[used], expected[:, place], rtol=1e-4, atol=1e-5 * scale)
+
+
+def test_gradients_of_grazing_light_are_those_at_a_cosine_of_a_tenth(fuzzy: Pipeline) -> None:
+    """One over a cosine is what light changes by as its surface turns: without bound at the horizon."""
+    disk, up = fuzzy.lights.disks.numpy()[0], np.array([0.0, 1.0, 0.0])
+    assert fuzzy.lights.count > 1
+    for cosine, taken in ((0.3, 0.3), (0.03, 0.1)):
+        side = np.cross(disk["normal"], up if abs(disk["normal"][1]) < 0.9 else np.array([1.0, 0.0, 0.0]))
+        side /= np.linalg.norm(side)
+        position = disk["position"] + 4.0 * disk["normal"]
+        normal = -cosine * disk["normal"] + np.sqrt(1.0 - cosine**2) * side
+        inputs = [column([position], wp.vec3), column([normal], wp.vec3), fuzzy.lights, FAR_FIELD_PARAMETERS]
+        light, _, by_normal = results(slope_kernel, fuzzy.lights.count, inputs, wp.vec3, 3)[:3]
+        assert np.linalg.norm(by_normal) == pytest.approx(light.mean() / taken, rel=1e-3)
+
+
+def test_clusters_that_see_nothing_of_a_light_are_asked_a_quarter_as_often() -> None:
+    weights = results(doubt_kernel, 3, [column([0.0, 0.5, 1.0], float)], float)
+    assert weights == pytest.approx([0.25, 0.625, 1.0])
 
 
 def test_masses_are_the_far_light_of_groups_and_parts_in_doubt_and_were_none_hidden(fuzzy: Pipeline) -> None:

@@ -3,9 +3,10 @@ import pytest
 import warp as wp
 from scenes import column, square_of_vpls, strewn_vpls
 
+from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import allocate_vpls
-from gpu.vpl.build import NEAREST_SHARE, cluster_vpls, unclustered
+from gpu.vpl.build import VplClusterParameters, cluster_vpls, unclustered
 from gpu.vpl.vpl_clusters import (
     MOST_GROUPS,
     PER_SUBCLUSTER,
@@ -49,11 +50,36 @@ def test_vpls_alone_have_the_area_up_to_their_neighbours(device_scene: DeviceSce
     position, normal, area = disks["position"], disks["normal"], disks["area"]
     way = np.linalg.norm(position[:, None] - position[None], axis=2)
     way[(normal @ normal.T <= 0.0) | np.eye(len(way), dtype=bool)] = np.inf
-    reached = float(NEAREST_SHARE) * np.pi * way.min(axis=1) ** 2
+    reached = 0.45 * np.pi * way.min(axis=1) ** 2
     assert (counts == 1).sum() > 100
     assert area[counts == 1] == pytest.approx(reached[counts == 1], rel=1e-4)
     assert (area[counts < 4] >= 0.999 * reached[counts < 4]).all()
     assert area.sum() == pytest.approx(0.72, rel=0.5)
+
+
+def test_four_members_tell_the_area_that_they_stand_for(device_scene: DeviceScene) -> None:
+    clusters = cluster_vpls(device_scene, square_of_vpls(900, seed=3), 180, 0)
+    starts, position = clusters.starts.numpy(), clusters.members.position.numpy().astype(np.float64)
+    weight, area = clusters.members.flux.numpy().sum(axis=1), clusters.disks.numpy()["area"]
+    told = np.diff(starts) >= 4
+    for c in np.flatnonzero(told):
+        members = slice(starts[c], starts[c + 1])
+        middle = np.average(position[members], axis=0, weights=weight[members])
+        variance = np.average(((position[members] - middle) ** 2).sum(axis=1), weights=weight[members])
+        assert area[c] == pytest.approx(2.0 * np.pi * variance, rel=1e-3)
+    assert (np.diff(starts)[told] < 8).sum() > 20
+
+
+def test_clusters_are_those_of_ten_iterations(device_scene: DeviceScene) -> None:
+    vpls = strewn_vpls(20_000, 0.1, 7)
+
+    def made(**changes: int) -> bytes:
+        chosen = parameters(VplClusterParameters, **changes)
+        return bytes(cluster_vpls(device_scene, vpls, 200, 0, chosen).disks.numpy().tobytes())
+
+    usual = cluster_vpls(device_scene, vpls, 200, 0).disks.numpy().tobytes()
+    assert usual == made(iterations=10)
+    assert usual not in (made(iterations=5), made(iterations=20))
 
 
 def test_a_cone_holds_the_normals_of_all_members(device_scene: DeviceScene) -> None:

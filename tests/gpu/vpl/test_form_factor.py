@@ -9,8 +9,6 @@ from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.vpl.build import cluster_vpls, set_subclusters
 from gpu.vpl.disk_light import Disk, disk_at, disk_of
 from gpu.vpl.form_factor import (
-    OPEN_SHARE,
-    OPEN_SUBCLUSTER_SHARE,
     disk_area,
     disk_irradiance,
     disk_transfer,
@@ -118,17 +116,12 @@ def test_near_by_disks_are_those_of_twigs_and_then_of_members() -> None:
     device_scene = resident_of(box(), [grey(0.5, 1.0)])
     clusters = cluster_vpls(device_scene, square_of_vpls(400), 1, 0)
     whole, subcluster = clusters.disks.numpy()[0], clusters.subclusters.numpy()[9 // int(PER_SUBCLUSTER)]
-    reaches = [
-        disk["radius"] / np.sqrt(float(share))
-        for disk, share in ((whole, OPEN_SHARE), (subcluster, OPEN_SUBCLUSTER_SHARE))
-    ]
-    far, middle, near = 1.01 * reaches[0], 0.99 * reaches[0], 0.5 * reaches[1]
-    points = [whole["position"] + [0.0, far, 0.0], whole["position"] + [0.0, middle, 0.0]]
-    points.append(subcluster["position"] + [0.0, near, 0.0])
-    areas = results(area_kernel, 3, [clusters, column(points, wp.vec3)], float)
-    assert areas == pytest.approx(
-        [whole["area"], whole["area"] * int(PER_SUBCLUSTER) / 400, whole["area"] / 400], rel=1e-4
-    )
+    reaches = [disk["radius"] / np.sqrt(share) for disk, share in ((whole, 0.167), (subcluster, 0.05))]
+    points = [disk["position"] + [0.0, share * reach, 0.0]
+              for disk, reach in zip((whole, subcluster), reaches, strict=True) for share in (1.01, 0.99)]  # fmt: skip
+    areas = results(area_kernel, 4, [clusters, column(points, wp.vec3)], float)
+    of_eight = whole["area"] * int(PER_SUBCLUSTER) / 400
+    assert areas == pytest.approx([whole["area"], of_eight, of_eight, whole["area"] / 400], rel=1e-4)
 
 
 def test_twigs_stand_for_their_members() -> None:
