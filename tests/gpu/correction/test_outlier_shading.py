@@ -4,13 +4,24 @@ import warp as wp
 from pipeline import Pipeline, relative_error
 from scenes import slats
 
+from gpu.core.device import launch
+from gpu.core.parameters import parameters
 from gpu.correction.brightness import MeanBrightness
-from gpu.correction.outlier_shading import Refinement
+from gpu.correction.outlier_shading import (
+    RAYS,
+    REFINEMENT_PARAMETERS,
+    Refinement,
+    RefinementParameters,
+    outlier_part_kernel,
+    outlier_ray_kernel,
+)
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction
+from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.scene.types import Doubles
-from gpu.vpl.group_sampling import PARTS
+from gpu.vpl.group_sampling import PARTS, group_table, sum_parts
+from gpu.vpl.shadow_rays import shadow_rays
 
 SEEDS = 200
 
@@ -98,6 +109,24 @@ def test_only_much_less_light_is_taken_for_more_than_chance(fuzzy: Pipeline) -> 
     less = said.mean(axis=1) < 0.5 * cluster_visibility
     assert 0.2 < less.mean() < 0.8
     assert np.allclose(after, np.where(less[:, None], said, cluster_visibility))
+
+
+def largest_share(fuzzy: Pipeline, by: RefinementParameters) -> float:
+    """How much the ray of any SP counts that counts most, over all that its clusters' disks send."""
+    view, lights, points = fuzzy.view, fuzzy.lights, fuzzy.view.shading_points
+    table = group_table(lights.count, points.capacity, view.device)
+    rays = shadow_rays(points.capacity, RAYS, view.device, side_by_side=True, control_variate=False)
+    view.seed.fill_(0)
+    launch(outlier_part_kernel, PARTS * points.capacity, [view.gbuffer, points.points, lights, table], view.device)
+    sum_parts(table, points.capacity, points.count)
+    inputs = [view.gbuffer, points.points, lights, table, view.seed, rays, VPL_SAMPLE_PARAMETERS, by]
+    launch(outlier_ray_kernel, RAYS * points.capacity, inputs, view.device)
+    return float(rays.share.numpy()[rays.vpl.numpy() >= 0].max())
+
+
+def test_a_near_cluster_counts_at_most_so_many_times_as_much_as_its_disk(fuzzy: Pipeline) -> None:
+    assert largest_share(fuzzy, REFINEMENT_PARAMETERS) == 32.0
+    assert largest_share(fuzzy, parameters(RefinementParameters, most_whole=1e9)) > 100.0
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_other_rays(fuzzy: Pipeline) -> None:

@@ -107,6 +107,13 @@ def test_nothing_is_worth_a_ray_in_the_dark() -> None:
     assert worst(100, np.zeros(PIXELS), np.zeros(PIXELS)) == []
 
 
+def test_a_quarter_too_much_matters_and_a_tenth_of_the_mean_is_dark() -> None:
+    low, high = np.ones(PIXELS), np.ones(PIXELS)
+    high[[20, 30]] = 1.32, 1.2  # a quarter of 1 and a tenth
+    low[[40, 50]], high[[40, 50]] = 0.0, (0.032, 0.019)  # of a tenth
+    assert worst(50, low, high) == [20, 40]
+
+
 def test_what_reflects_hardly_any_light_is_in_the_dark() -> None:
     low, high, albedo = np.ones(PIXELS), np.ones(PIXELS), np.ones(PIXELS)
     high[[20, 30]] = 2.0

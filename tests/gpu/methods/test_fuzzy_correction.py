@@ -1,12 +1,18 @@
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
-from pictures import lamp_room
+from pictures import CAMERA, QUALITY, SIZE, lamp_room
 from scenes import slats
 
 from gpu.correction.outliers import OutlierParameters, OutlierPoints
+from gpu.correction.visibility_correction import Correction, Passes
 from gpu.device_scene.upload import DeviceScene
+from gpu.film.accumulation import Accumulation
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_correction import FuzzyCorrection, FuzzyCorrectionParameters
+from gpu.methods.passes import SMOOTHED_FRAMES
 from gpu.renderer import Renderer
 from gpu.settings import Component, Method, RenderSettings
 
@@ -38,3 +44,31 @@ def test_refinement_mends_what_clusters_get_wrong(monkeypatch: pytest.MonkeyPatc
                        for frame in (plain, refined)])  # fmt: skip
     before, after = np.mean(errors, axis=0)
     assert after < 0.5 * before
+
+
+def test_so_many_points_a_cluster_have_more_rays(room: DeviceScene) -> None:
+    frame = FrameArrays(room, SIZE, lambertian=False)
+    correction = FuzzyCorrection(frame, 1, 200, 100)
+    assert [points.capacity for points in (correction.suspected, correction.refined, correction.bright)] == [
+        400,
+        150,
+        800,
+    ]
+    few = FuzzyCorrection(frame, 1, 200, 100, quality=FuzzyCorrectionParameters(suspected=1.0, refined=0.5, bright=2.0))
+    assert [points.capacity for points in (few.suspected, few.refined, few.bright)] == [200, 100, 400]
+
+
+def test_later_frames_of_a_still_view_have_three_passes(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    traced, trace = [], Correction.trace
+
+    def noted(self: Correction, *inputs: Any) -> None:
+        passes: Passes = inputs[-1]
+        if passes.numbers.start == 0:
+            traced.append(len(passes.numbers))
+        trace(self, *inputs)
+
+    monkeypatch.setattr(Correction, "trace", noted)
+    renderer, mean = Renderer(room, SIZE, RenderSettings(**QUALITY)), Accumulation(SIZE[0] * SIZE[1], room.device)
+    for _ in range(SMOOTHED_FRAMES + 1):
+        renderer.render(CAMERA, mean)
+    assert traced == [1] * SMOOTHED_FRAMES + [3]
