@@ -12,7 +12,8 @@ picks the size, for usual counts; never both for one viewer, since frames with a
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from math import exp, inf, isfinite, log, sqrt
+from dataclasses import dataclass
+from math import log
 from typing import Generic, Protocol, TypeVar
 
 from gpu.adaptive.error_model import ErrorModel, Estimate
@@ -25,15 +26,16 @@ PATIENCE = 8
 # A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
 # where there may be more, takes no larger steps upwards than the second: else it would see too late what it asked for.
 FARTHEST, WALKED = 4.0, 2.0
-# So many times the wanted error is too much to show while counts promise less.
-TOO_LARGE = 1.08
-# Of a wanted error, what first tries aim at, and others; the first so high that errors below SMALL of it are as rare as
-# misses of so many deviations. These are of about so many frames, no miss more than the most, and begin with the first.
-LEAST_AIM, MOST_AIM, AGAIN_AIM = 1.03, 1.12, 1.06
-SMALL, DEVIATIONS = 0.9, 2.0
-FIRST_MISS, MOST_MISS, MISSES = 0.06, 0.3, 24.0
-# A third try, and those that follow, have at least this power of what was too much more work than the one before.
-LATER_POWER = 1.5
+
+
+@dataclass(frozen=True)
+class ErrorGovernorParameters:
+    """In units of the wanted error: what first tries aim at, and others; and what is too much to show."""
+
+    aim: float = 1.03
+    retry_aim: float = 1.06
+    too_large: float = 1.08
+
 
 Seen = TypeVar("Seen", contravariant=True)
 
@@ -126,47 +128,39 @@ class Governor(Generic[Seen]):
 
 
 class ErrorGovernor(Governor[Estimate]):
-    """One for a wanted error, `target`, of which a frame can be tried again.
+    """One for a wanted error, `target`, of which a frame can be tried again, if its error is too large.
 
-    That is for one with too large an error. One with too small an error is shown as it is, so first tries aim above
-    what is wanted, by as much as leaves few of those: the more, the less sure it is what frames give.
+    One with too small an error is shown as it is, so first tries aim a little above what is wanted.
     """
 
-    def __init__(self, levels: Levels, target: float, level: Level) -> None:
+    def __init__(
+        self, levels: Levels, target: float, level: Level, parameters: ErrorGovernorParameters | None = None
+    ) -> None:
         self._errors, self._wanted = ErrorModel(), target
-        # The last error, over the wanted one; and the mean square of misses, in logarithms, but for estimates' noise.
-        self._error, self._missed = 1.0, FIRST_MISS**2
-        super().__init__(levels, self._errors, LEAST_AIM * target, level, patience=1)
+        self._parameters = parameters or ErrorGovernorParameters()
+        self._error = target  # the last one
+        super().__init__(levels, self._errors, self._parameters.aim * target, level, patience=1)
 
     def learn(self, seen: Estimate, *, anew: bool = False) -> bool:
-        """As any governor does, and how sure it is what frames give."""
-        self._error = seen.error / self._wanted
-        if self.expected is not None and isfinite(seen.deviation) and 0.0 < seen.error < inf:
-            miss = min(abs(log(seen.error / self.expected)), MOST_MISS)
-            noise = seen.deviation / self.expected
-            self._missed += (miss**2 - noise**2 - self._missed) / MISSES
-        aim = SMALL * exp(DEVIATIONS * sqrt(max(self._missed, 0.0)))
-        self._target = self._wanted * min(max(aim, LEAST_AIM), MOST_AIM)
+        """As any governor does."""
+        self._error = seen.error
+        self._target = self._parameters.aim * self._wanted
         return super().learn(seen, anew=anew)
 
-    def try_again(self, level: Level, tries: int) -> bool:
+    def try_again(self, level: Level) -> bool:
         """Choose the level of another try at the frame of `level` that was learnt of last, if its error is too large.
 
-        tries: how many it had. Where others than the first did not do, levels give less than they promise. False if its
-        error is not too large, or none promises less.
+        False if it is not, or if no level promises less.
         """
-        if not self._error > TOO_LARGE:
+        if not self._error > self._parameters.too_large * self._wanted:
             return False
-        self._errors.stay()
-        self._target = AGAIN_AIM * self._wanted
-        best, promised = self._best(), self._errors.predict(level)
-        if tries > 1:
-            least = level.work * (self._error / AGAIN_AIM) ** LATER_POWER
-            more = (other for other in self._levels.of(best.vpl_clusters) if other.work >= max(best.work, least))
-            best = next(more, best)
-        expected = self._errors.predict(best)
-        if expected >= promised:
-            self._errors.leave()
+        # What this view has over what is expected of its level, others have, too.
+        share = self._error / self._errors.predict(level)
+        self._target = self._parameters.retry_aim * self._wanted / share
+        best = self._best()
+        expected = share * self._errors.predict(best)
+        if expected >= self._error:
             return False
+        self._errors.hold_view()
         self.level, self.expected = best, expected
         return True

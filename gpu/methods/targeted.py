@@ -168,8 +168,8 @@ class TargetedVpl(RenderMethod[TargetedView]):
         if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
             return frame
         self._learn(view, frame)
-        for tries in range(1, MOST_TRIES):
-            if not self._tries_again(view, tries):
+        for _ in range(1, MOST_TRIES):
+            if not self._tries_again(view):
                 break
             if accumulation:
                 accumulation.restart()
@@ -242,13 +242,13 @@ class TargetedVpl(RenderMethod[TargetedView]):
         steering.learning_ms = 1e3 * (perf_counter() - begun)
         return stays
 
-    def _tries_again(self, view: TargetedView, tries: int) -> bool:
+    def _tries_again(self, view: TargetedView) -> bool:
         """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.
 
-        tries: how many it had. The next frame has these counts then.
+        The next frame has these counts then.
         """
         governor, steering = self._governor(view), view.steering
-        steering.wants_retry = isinstance(governor, ErrorGovernor) and governor.try_again(steering.level, tries)
+        steering.wants_retry = isinstance(governor, ErrorGovernor) and governor.try_again(steering.level)
         return steering.wants_retry
 
     def count(self, view: TargetedView) -> None:
