@@ -10,12 +10,14 @@ and on the whole by no more than the pairs without a ray of their own send. Shad
 some too bright and others too dark, so that the sum is off by much less.
 """
 
+from dataclasses import dataclass
 from functools import cache
 
 import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.intrinsics import bit_count, lowest_bit, room_in
+from gpu.core.parameters import parameters
 from gpu.sp.sp_clusters import SpClusters
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance
@@ -24,11 +26,20 @@ from gpu.vpl.vpl_clusters import VplClusters
 WORD_BITS = wp.constant(32)
 EIGHT = wp.constant(8)
 EIGHTS = WORD_BITS // EIGHT
-# Of all light that a representative gets if nothing hides any: a VPL cluster that sends less is weak.
-WEAK_SHARE = wp.constant(1.0 / 512.0)
 # The sum is taken in parts, since there are few representatives for a GPU's threads.
 PARTS = wp.constant(32)
 NO_LIGHT = wp.constant(-1.0)
+
+
+@wp.struct
+@dataclass
+class RayPlanParameters:
+    """weak_share: of a representative's light, were none hidden: a VPL cluster that sends less is weak."""
+
+    weak_share: float = 1.0 / 512.0
+
+
+RAY_PLAN_PARAMETERS: RayPlanParameters = parameters(RayPlanParameters)
 
 
 @wp.struct
@@ -101,7 +112,8 @@ def pair_light_kernel(first: int, sps: SpClusters, vpls: VplClusters, parts: wp.
 
 
 @wp.kernel
-def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak: wp.array[float]) -> None:
+def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], chosen: RayPlanParameters,
+                      weak: wp.array[float]) -> None:  # fmt: skip
     """One thread a new representative, in order: the light below which a VPL cluster is weak there."""
     place = first + wp.tid()
     fresh = sps.fresh[0]
@@ -110,7 +122,7 @@ def weak_light_kernel(first: int, sps: SpClusters, parts: wp.array[float], weak:
     total = float(0.0)
     for part in range(PARTS):
         total += parts[part * fresh + place]
-    weak[place] = WEAK_SHARE * total
+    weak[place] = chosen.weak_share * total
 
 
 @cache

@@ -14,8 +14,10 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import connection, free_path
 from gpu.indirect.ray_plan import (
     PARTS,
+    RAY_PLAN_PARAMETERS,
     WORD_BITS,
     RayPlan,
+    RayPlanParameters,
     Run,
     length_of,
     pair_light_kernel,
@@ -103,9 +105,10 @@ class Visibility:
     """
 
     def __init__(self, sp_count: int, vpl_count: int, device: wp.Device, *, facing_away: bool = True,
-                 shared_weak_rays: bool = True) -> None:  # fmt: skip
+                 shared_weak_rays: bool = True,
+                 chosen: RayPlanParameters = RAY_PLAN_PARAMETERS) -> None:  # fmt: skip
         self.device, self._facing_away, self._shared_weak_rays = device, facing_away, shared_weak_rays
-        self._sp_count = sp_count
+        self._sp_count, self._chosen = sp_count, chosen
         self._word_count = max(1, -(-vpl_count // int(WORD_BITS)))
         self._run = min(sp_count, max(1, MAX_PAIRS // (int(WORD_BITS) * self._word_count)))
         words = self._run * self._word_count
@@ -133,7 +136,7 @@ class Visibility:
         count, device, plan, pairs = self._sp_count, self.device, self._plan, self._pairs
         if self._shared_weak_rays:
             launch(pair_light_kernel, len(self._parts), [sps, vpls, self._parts], device)
-            launch(weak_light_kernel, count, [sps, self._parts, self._weak], device)
+            launch(weak_light_kernel, count, [sps, self._parts, self._chosen, self._weak], device)
         plans = ray_plan_kernel(self._facing_away, self._shared_weak_rays)
         trace = visibility_ray_kernel(connection(scene) if self._facing_away else free_path(scene))
         words = len(plan.traced)

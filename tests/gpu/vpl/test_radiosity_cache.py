@@ -3,12 +3,23 @@ import pytest
 import warp as wp
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
+from gpu.clustering.grid import Representatives
+from gpu.core.device import launch
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.scene.types import Doubles, Ints
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.light_sets import LightSetChoice, LightSets
-from gpu.vpl.radiosity_cache import REACH, RadiosityCache, radiosity_cache, vpl_around
+from gpu.vpl.radiosity_cache import (
+    RadiosityCache,
+    covered_radiosity_kernel,
+    disk_coverage_kernel,
+    neighbour_spacing_kernel,
+    radiosity_cache,
+    sort_into_cells,
+    vpl_around,
+)
+from gpu.vpl.vpl_clusters import VplClusters
 
 
 @wp.kernel
@@ -106,7 +117,7 @@ def test_a_point_is_answered_by_a_vpl_near_it_on_its_surface() -> None:
     found = around(lit, points, up)
     assert (found >= 0).all()
     distance = np.linalg.norm(lit.position.numpy()[found] - points, axis=1)
-    assert (distance < float(REACH) * lit.radius.numpy()[found]).all()
+    assert (distance < 2.0 * lit.radius.numpy()[found]).all()
     assert (around(lit, points, -up) == -1).all()
     for away in ((0.0, 0.2, 0.0), (1.0, 0.0, 0.0)):
         assert (around(lit, points + np.array(away), up) == -1).all()
@@ -139,3 +150,76 @@ def test_vpls_of_radii_far_from_what_is_asked_for_are_not_found(scale: float) ->
     up = np.array([[0.0, 1.0, 0.0]])
     assert around(lit, np.zeros((1, 3)), up)[0] >= 0
     assert around(lit, np.zeros((1, 3)), up, scale)[0] == -1
+
+
+def by_hand(positions: Doubles, radius: float) -> RadiosityCache:
+    """A cache of VPLs that face up, of estimates' disks of a radius."""
+    count, lit = len(positions), RadiosityCache()
+    lit.position, lit.normal = column(positions, wp.vec3), column(np.tile([0.0, 1.0, 0.0], (count, 1)), wp.vec3)
+    lit.radius, lit.radiosity = column(np.full(count, radius), float), column(np.ones((count, 3)), wp.vec3)
+    sort_into_cells(lit, wp.get_device("cpu"))
+    return lit
+
+
+@pytest.mark.parametrize(("radii", "answers"), [(0.1, True), (1.9, True), (2.1, False)])
+def test_a_vpl_answers_within_two_of_its_radii(radii: float, answers: bool) -> None:
+    radius = 0.0148
+    # Of those cells, which begin at the origin, the largest are of 4.2 radii.
+    point = np.array([[radii * radius, 0.0, 1e-3 * radius]])
+    assert (around(by_hand(np.zeros((1, 3)), radius), point, np.array([[0.0, 1.0, 0.0]]))[0] == 0) == answers
+
+
+@pytest.mark.parametrize(("scale", "answers"), [(2.6, True), (3.1, False), (1.0 / 900.0, False), (1.0 / 600.0, True)])
+def test_a_vpl_stands_in_cells_of_three_sizes_and_nine_are_searched(scale: float, answers: bool) -> None:
+    radius = 0.0148
+    point = np.array([[1e-3 * radius, 0.0, 1e-3 * radius]])
+    assert (
+        around(by_hand(np.zeros((1, 3)), radius), point, np.array([[0.0, 1.0, 0.0]]), scale * radius)[0] == 0
+    ) == answers
+
+
+def test_less_than_three_of_eight_places_that_are_surface_are_not_believed() -> None:
+    covered = np.tri(9, 8, -1, dtype=np.int32)
+    radiosity = column(np.ones((9, 3)), wp.vec3)
+    launch(covered_radiosity_kernel, 9, [column(covered.ravel(), wp.int32), radiosity], wp.get_device("cpu"))
+    expected = [8.0 / max(number, 3) for number in range(9)]
+    assert radiosity.numpy()[:, 0] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("area", "taken"), [(0.5, 0.5), (40.0, 16.0)])
+def test_twelve_neighbours_are_searched_no_farther_than_sixteen_unit_squares_hold(area: float, taken: float) -> None:
+    """Of 100 VPLs in one cluster, a search reaches 2/3 of the radius that twelve of them fill."""
+    clusters: VplClusters = cluster_vpls(floors((0.0,)), square_of_vpls(100), 1, 0)
+    disks = clusters.disks.numpy()
+    disks["area"] = area
+    clusters.disks = wp.array(disks, dtype=clusters.disks.dtype, device="cpu")
+    spacing = wp.zeros(100, dtype=float, device="cpu")
+    launch(neighbour_spacing_kernel, 1, [clusters, spacing], wp.get_device("cpu"))
+    assert spacing.numpy() == pytest.approx(2.0 / 3.0 * np.sqrt(12.0 * taken / 100.0 / np.pi), rel=1e-5)
+
+
+@pytest.mark.parametrize(("count", "read"), [(12, 12), (24, 12)])
+def test_twelve_vpls_of_a_cell_are_read_at_most(count: int, read: int) -> None:
+    positions = np.random.default_rng(2).uniform(0.001, 0.015, (count, 3)) * [1.0, 0.0, 1.0]
+    found = around(by_hand(positions, 0.0148), positions, np.tile([0.0, 1.0, 0.0], (count, 1)))
+    assert (found == np.arange(count)).sum() == read
+
+
+def covered_places(edge: float, depth: float) -> Ints:
+    """Which places around a VPL at the origin, of a disk of radius 0.1, show a floor so deep that ends at x = edge."""
+    floor = quad((-0.5, -depth, 0.5), (0.5 + edge, 0.0, 0.0), (0.0, 0.0, -1.0))
+    device_scene = resident_of([floor, *box(0)], [grey(0.5)])
+    vpls = Representatives()
+    vpls.position, vpls.normal = column([[0.0, 0.0, 0.0]], wp.vec3), column([[0.0, 1.0, 0.0]], wp.vec3)
+    inputs = [device_scene.data, vpls, column([0.1], float)]
+    return results(disk_coverage_kernel, 8, inputs, wp.int32).astype(np.int32)
+
+
+def test_a_surface_is_looked_for_at_the_middle_of_a_disks_area() -> None:
+    assert covered_places(0.09, 0.0).all()
+    assert not covered_places(0.05, 0.0).all()
+
+
+def test_what_is_off_by_a_third_of_a_disks_radius_is_another_surface() -> None:
+    assert covered_places(0.5, 0.02).all()
+    assert not covered_places(0.5, 0.04).any()
