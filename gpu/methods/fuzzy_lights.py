@@ -75,8 +75,10 @@ class FuzzyLights:
     def _unknown(self) -> KeptLight:
         skip, device = self._setup.settings.skip, self._setup.device
         far = FarSums(*self.room, device, enabled=skip.far_field_sums)
-        skips = {"facing_away": skip.facing_away, "shared_weak_rays": skip.shared_weak_rays}
-        return KeptLight(Visibility(*self.room, device, **skips), far)
+        visibility = Visibility(
+            *self.room, device, facing_away=skip.facing_away, shared_weak_rays=skip.shared_weak_rays
+        )
+        return KeptLight(visibility, far)
 
     def reuses_clusters(self, view: FuzzyView, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.
