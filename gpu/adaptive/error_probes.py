@@ -14,7 +14,7 @@ from gpu.adaptive.probe_gather import ProbeLight
 from gpu.adaptive.probe_placement import ProbePlaces
 from gpu.adaptive.probe_white_point import Picture, ProbeRadiance, White, radiance_at, white_of
 from gpu.core.device import allocate, launch
-from gpu.core.staging import StagingBuffer
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.gbuffer.gbuffer import reflectance
 from gpu.gbuffer.point_list import PointList

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import warp as wp
 
 from gpu.core.device import launch
-from gpu.core.staging import StagingBuffer
+from gpu.core.staging_buffer import StagingBuffer
 
 # Threads of the first pass, each with few values; a second pass on the device leaves SUMS to download.
 PARTIALS = 16_384

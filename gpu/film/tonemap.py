@@ -3,7 +3,7 @@
 import warp as wp
 
 from gpu.core.device import allocate, launch
-from gpu.core.staging import StagingBuffer
+from gpu.core.staging_buffer import StagingBuffer
 
 # A GPU's threads, each with few pixels; so many others sum up what they find.
 PARTIALS = 16_384

@@ -12,7 +12,7 @@ from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction, Passes
 from gpu.indirect.clustered_light import clustered_light
 from gpu.methods.frame_arrays import FrameArrays
-from gpu.methods.fuzzy_view import FuzzyView, KeptLight
+from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.passes import FrameKind
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -83,13 +83,13 @@ class FuzzyCorrection:
         self.refined.limit(int(sp_clusters * self._quality.refined))
         self.bright.limit(int(sp_clusters * self._quality.bright))
 
-    def remember(self, view: FuzzyView) -> None:
+    def remember(self, view: FuzzyViewState) -> None:
         """Keep what clusters tell, and how bright that makes the picture."""
         frame, irradiance = self._frame, self._frame.indirect.irradiance
         wp.copy(self.clustered_irradiance, irradiance)
         frame.brightness.find(frame.gbuffer, view.points, irradiance)
 
-    def run(self, view: FuzzyView, kept: KeptLight, vpls: VplClusters, kind: FrameKind, stages: Stages) -> None:
+    def run(self, view: FuzzyViewState, kept: KeptLight, vpls: VplClusters, kind: FrameKind, stages: Stages) -> None:
         """Correct all SPs by a few rays each, which neighbours share; then those for whom that is wrong or too
         little.
         """

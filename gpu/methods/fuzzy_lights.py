@@ -7,7 +7,7 @@ from gpu.indirect.far_field import FarSums
 from gpu.indirect.visibility import Visibility
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import FuzzyCorrection
-from gpu.methods.fuzzy_view import FuzzyView, KeptLight
+from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
 from gpu.methods.passes import FrameKind, keeps_lights, light_set_choice
 from gpu.settings import Clustering, Component
@@ -65,7 +65,7 @@ class FuzzyLights:
         many = self._setup.sample_counts.vpls >= MANY_VPLS
         return 0 if self._fixed else sample // (FRAMES_A_SET if many else 1)
 
-    def known_to(self, view: FuzzyView) -> KeptLight:
+    def known_to(self, view: FuzzyViewState) -> KeptLight:
         """What a view's representatives know of these lights."""
         if self not in view.lights:
             other = view.lights_of_others(self)
@@ -80,7 +80,7 @@ class FuzzyLights:
         )
         return KeptLight(visibility, far)
 
-    def reuses_clusters(self, view: FuzzyView, kept: KeptLight, kind: FrameKind) -> bool:
+    def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.
 
         Of a still view's frames the smoothed ones and every FRAMES_A_SET-th begin from nothing.

@@ -13,7 +13,7 @@ from gpu.indirect.fuzzy_shading import shade
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
-from gpu.methods.fuzzy_view import FuzzyView
+from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed
 from gpu.sample_counts import SampleCounts
@@ -24,7 +24,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 @dataclass(frozen=True)
 class FuzzyOptions:
-    """What those who choose counts from frame to frame ask for (gpu.methods.targeted).
+    """What those who choose counts from frame to frame ask for (gpu.methods.targeted_vpl).
 
     most_sp_clusters: there is room for, 0: as many as the sample counts say; passes: there may be of SPs' rays;
     keeps_light: whether light of frames before is built on; inspect: looks at the indirect light of a first frame of a
@@ -34,10 +34,10 @@ class FuzzyOptions:
     most_sp_clusters: int = 0
     passes: int = 1
     keeps_light: bool = True
-    inspect: Callable[[FuzzyView, FrameArrays, VplClusters, Stages], None] | None = None
+    inspect: Callable[[FuzzyViewState, FrameArrays, VplClusters, Stages], None] | None = None
 
 
-class FuzzyVpl(RenderMethod[FuzzyView]):
+class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
     stage_names = ("light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright",
@@ -58,7 +58,7 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
         )
         self._passes = Passes(setup, self._frame)
         self._most = self._options.most_sp_clusters or setup.sample_counts.sp_clusters
-        self._views: WeakSet[FuzzyView] = WeakSet()
+        self._views: WeakSet[FuzzyViewState] = WeakSet()
         self._counter = FuzzyCounter(setup.device)
         self.lights = FuzzyLights(setup, self._frame, self._options.passes, self._most)
 
@@ -67,14 +67,14 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
         setup = replace(self._setup, sample_counts=sample_counts)
         return FuzzyLights(setup, self._frame, self._options.passes, self._most, self.lights.correction)
 
-    def new_view(self, kind: type[Any] = FuzzyView) -> Any:
-        """A walk, of a `kind` of FuzzyView, that has seen nothing yet."""
+    def new_view(self, kind: type[Any] = FuzzyViewState) -> Any:
+        """A walk, of a `kind` of FuzzyViewState, that has seen nothing yet."""
         points, settings = self._frame.shading_points, self._setup.settings
         by_distance = settings.weighting is Weighting.DISTANCE
         clustering = partial(SpClustering, points, self._most, settings.fuzziness, by_distance=by_distance)
         return kind(self._frame, self._views, clustering)
 
-    def render(self, view: FuzzyView, stages: Stages, sample: int) -> None:
+    def render(self, view: FuzzyViewState, stages: Stages, sample: int) -> None:
         """Direct light beside steps 3 to 6; then both are added, and the walk's next frame finds what it may keep."""
         lights, kind = self.lights, frame_kind(self._setup.settings, view, sample)
         stages.graph_key = view.number, lights.number
@@ -90,7 +90,7 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
             stages.run("keep", partial(self._keep, view))
             view.wrote_history = True
 
-    def _find_indirect(self, view: FuzzyView, kind: FrameKind, stages: Stages) -> None:
+    def _find_indirect(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
         """The paper's steps, with near-field light and corrections by rays of single SPs beyond it."""
         frame, settings, lights, passes = self._frame, self._setup.settings, self.lights, self._passes
         clustering, points, history, captured = view.clustering, view.points, view.histories.indirect, kind.captured
@@ -132,15 +132,15 @@ class FuzzyVpl(RenderMethod[FuzzyView]):
         if settings.correct:
             lights.correction.run(view, kept, vpls, kind, stages)
 
-    def _keep(self, view: FuzzyView) -> None:
+    def _keep(self, view: FuzzyViewState) -> None:
         if self.lights.has_indirect and self._options.keeps_light:
             view.histories.indirect.keep(view.points)
         view.histories.previous.keep(self._frame.gbuffer, view.camera)
 
-    def count(self, view: FuzzyView) -> None:
+    def count(self, view: FuzzyViewState) -> None:
         """Sum up what the stages left, and count the pixels that see nothing."""
         self._counter.run(self._frame, view, self.lights, self._passes.near_field.found)
 
-    def statistics(self, view: FuzzyView) -> FrameStatistics:
+    def statistics(self, view: FuzzyViewState) -> FrameStatistics:
         """VPLs, clusters, SPs, those with more rays, rays of clusters, finds near field, and unserved SPs."""
         return self._counter.statistics(view, self.lights, self._passes)

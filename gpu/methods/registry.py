@@ -6,7 +6,7 @@ from gpu.methods.exact_vpl import ExactVpl
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.method import RenderMethod, RenderSetup
 from gpu.methods.path import PathTracing
-from gpu.methods.targeted import TargetedVpl
+from gpu.methods.targeted_vpl import TargetedVpl
 from gpu.settings import Clustering, Method, RenderSettings
 
 METHODS: dict[Method, type[RenderMethod[Any]]] = {

@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 from gpu.core.stages import new_number
-from gpu.core.staging import StagingBuffer
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import pixel_place
 from gpu.gbuffer.camera_rays import CameraData, camera_data

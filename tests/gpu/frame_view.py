@@ -12,7 +12,7 @@ from gpu.settings import EVERY_SKIP, Skips
 
 
 class FrameView(ViewState):
-    """As gpu.methods.fuzzy_view.FuzzyView, without clusters; what it has not, its FrameArrays have."""
+    """As gpu.methods.fuzzy_view_state.FuzzyViewState, without clusters; what it has not, its FrameArrays have."""
 
     def __init__(
         self,

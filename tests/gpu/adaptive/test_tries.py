@@ -12,7 +12,7 @@ from gpu.adaptive.probe_gather import ProbeLight
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import FrameStats
-from gpu.methods.targeted import MOST_TRIES, TargetedView, TargetedVpl
+from gpu.methods.targeted_vpl import MOST_TRIES, TargetedViewState, TargetedVpl
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at, rotated
 from gpu.settings import Component, RenderSettings
@@ -75,7 +75,7 @@ def test_probes_know_nothing_of_a_try_that_failed(room: DeviceScene, monkeypatch
     with monkeypatch.context() as patched:
         tries_again = TargetedVpl._tries_again
 
-        def then_fails(method: TargetedVpl, view: TargetedView) -> bool:
+        def then_fails(method: TargetedVpl, view: TargetedViewState) -> bool:
             patched.setattr("gpu.indirect.visibility.Visibility.trace", fail)
             return tries_again(method, view)
 

@@ -3,7 +3,7 @@ import pytest
 import warp as wp
 from devices import DEVICES, NEEDS_CUDA
 
-from gpu.core.staging import StagingBuffer
+from gpu.core.staging_buffer import StagingBuffer
 
 
 @pytest.mark.parametrize("device", DEVICES)

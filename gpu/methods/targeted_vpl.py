@@ -20,7 +20,7 @@ from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_lights import FuzzyLights
-from gpu.methods.fuzzy_view import FuzzyView
+from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.fuzzy_vpl import FuzzyOptions, FuzzyVpl
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderOnce, RenderSetup
 from gpu.sample_counts import SampleCounts
@@ -74,13 +74,13 @@ class Steering:
     learning_ms: float = 0.0
 
 
-class TargetedView(FuzzyView):
+class TargetedViewState(FuzzyViewState):
     """A walk whose counts are chosen."""
 
     steering: Steering
 
 
-class TargetedVpl(RenderMethod[TargetedView]):
+class TargetedVpl(RenderMethod[TargetedViewState]):
     """`fuzzy-vpl` with the counts of clusters that meet `settings.target_ms` or `settings.target_error`.
 
     For a time, VPLs are in proportion to clusters of them; errors are of pictures whose VPLs stay. A new number of VPL
@@ -123,9 +123,9 @@ class TargetedVpl(RenderMethod[TargetedView]):
         self._method = FuzzyVpl(replace(setup, sample_counts=self._counts(self._first_level)), options)
         self._kept = {self._first_level.vpl_clusters: self._method.lights}  # in the order of their last use
 
-    def new_view(self) -> TargetedView:
+    def new_view(self) -> TargetedViewState:
         """One of which nothing is known yet."""
-        view = self._method.new_view(TargetedView)
+        view = self._method.new_view(TargetedViewState)
         probes = Probes(view.size, view.device) if self._is_error else None
         view.steering = Steering(self._first_level, probes)
         return view
@@ -134,7 +134,7 @@ class TargetedVpl(RenderMethod[TargetedView]):
         """Whether frames are governed as those of a walk, apart from others: for an error all are alike."""
         return walks and not self._is_error
 
-    def _governor(self, view: TargetedView) -> Governor[Any]:
+    def _governor(self, view: TargetedViewState) -> Governor[Any]:
         """That of a walk, or of frames that begin from nothing, whatever the last one was."""
         governors, apart = view.steering.governors, self._governs_apart(walks=view.reuses_history)
         if apart not in governors:
@@ -147,7 +147,13 @@ class TargetedVpl(RenderMethod[TargetedView]):
         return governors[apart]
 
     def show(
-        self, once: RenderOnce, view: TargetedView, camera: Camera, accumulation: Accumulation | None, *, walks: bool
+        self,
+        once: RenderOnce,
+        view: TargetedViewState,
+        camera: Camera,
+        accumulation: Accumulation | None,
+        *,
+        walks: bool,
     ) -> Frame:
         """The frame at the level chosen for it, after frames that nobody sees until the first counts meet the target.
 
@@ -179,7 +185,7 @@ class TargetedVpl(RenderMethod[TargetedView]):
             frame = replace(better, stats=better.stats.after(frame.stats))
         return frame
 
-    def render(self, view: TargetedView, stages: Stages, sample: int) -> None:
+    def render(self, view: TargetedViewState, stages: Stages, sample: int) -> None:
         """One frame at the level that was chosen for it."""
         steering = view.steering
         walks, before = view.reuses_history, steering.level
@@ -213,14 +219,14 @@ class TargetedVpl(RenderMethod[TargetedView]):
         self._kept[number] = lights
         return lights
 
-    def _inspect(self, view: FuzzyView, frame: FrameArrays, vpls: VplClusters, stages: Stages) -> None:
+    def _inspect(self, view: FuzzyViewState, frame: FrameArrays, vpls: VplClusters, stages: Stages) -> None:
         """Estimate the error of a frame's indirect light."""
-        if isinstance(view, TargetedView) and (probes := view.steering.probes):
+        if isinstance(view, TargetedViewState) and (probes := view.steering.probes):
             again = view.steering.is_retry
             picture = picture_of(frame.gbuffer, frame.size, view.points, frame.indirect.irradiance)
             stages.run("probe", lambda: probes.run(frame.scene, picture, vpls, again=again), branch=again)
 
-    def _learn(self, view: TargetedView, frame: Frame, *, shown: bool = True) -> bool:
+    def _learn(self, view: TargetedViewState, frame: Frame, *, shown: bool = True) -> bool:
         """Choose the next frame's level by the last frame, which is ready and was the first of its view.
 
         An error is told by the frame's probes, a time by all that the host waits for, and learning of the last one.
@@ -242,7 +248,7 @@ class TargetedVpl(RenderMethod[TargetedView]):
         steering.learning_ms = 1e3 * (perf_counter() - begun)
         return stays
 
-    def _tries_again(self, view: TargetedView) -> bool:
+    def _tries_again(self, view: TargetedViewState) -> bool:
         """Whether the last frame that was learnt of is seen to have too large an error, and other counts promise less.
 
         The next frame has these counts then.
@@ -251,15 +257,15 @@ class TargetedVpl(RenderMethod[TargetedView]):
         steering.wants_retry = isinstance(governor, ErrorGovernor) and governor.try_again(steering.level)
         return steering.wants_retry
 
-    def count(self, view: TargetedView) -> None:
+    def count(self, view: TargetedViewState) -> None:
         """As `fuzzy-vpl` does."""
         self._method.count(view)
 
-    def statistics(self, view: TargetedView) -> FrameStatistics:
+    def statistics(self, view: TargetedViewState) -> FrameStatistics:
         """Those of `fuzzy-vpl`."""
         return self._method.statistics(view)
 
-    def estimates(self, view: TargetedView) -> dict[str, float]:
+    def estimates(self, view: TargetedViewState) -> dict[str, float]:
         """The target, and what a frame of the chosen level is expected to give."""
         kind, governor = "error" if self._is_error else "ms", self._governor(view)
         told = {"tries": 1.0} if self._is_error else {"passes": view.steering.level.passes}

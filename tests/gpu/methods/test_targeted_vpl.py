@@ -15,7 +15,7 @@ from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.methods.fuzzy_vpl import FuzzyVpl
-from gpu.methods.targeted import KEPT_LIGHTS, TargetedView, TargetedVpl
+from gpu.methods.targeted_vpl import KEPT_LIGHTS, TargetedViewState, TargetedVpl
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import ON_CPU
@@ -39,15 +39,15 @@ def room() -> DeviceScene:
 
 def set_clock(monkeypatch: pytest.MonkeyPatch, clock: Callable[[], float]) -> None:
     """Have the host take what `clock` says [s]."""
-    for module in ("gpu.renderer", "gpu.methods.targeted"):
+    for module in ("gpu.renderer", "gpu.methods.targeted_vpl"):
         monkeypatch.setattr(f"{module}.perf_counter", clock)
 
 
-def steered(renderer: Renderer) -> tuple[TargetedVpl, TargetedView]:
+def steered(renderer: Renderer) -> tuple[TargetedVpl, TargetedViewState]:
     """The method of a renderer with a target, and the renderer's own view."""
     view = renderer._own_view = renderer._own_view or renderer.new_view()
     assert isinstance(renderer._method, TargetedVpl)
-    assert isinstance(view, TargetedView)
+    assert isinstance(view, TargetedViewState)
     return renderer._method, view
 
 
@@ -63,7 +63,7 @@ def levels(monkeypatch: pytest.MonkeyPatch) -> None:
     set_clock(monkeypatch, lambda: 0.0)
     render = TargetedVpl.render
 
-    def rendered(method: TargetedVpl, view: TargetedView, stages: Stages, sample: int) -> None:
+    def rendered(method: TargetedVpl, view: TargetedViewState, stages: Stages, sample: int) -> None:
         render(method, view, stages, sample)
         LEVELS[stages] = [*LEVELS.get(stages, [])[-1:], view.steering.level]
 

@@ -42,7 +42,7 @@ class KeptLight:
         return KeptLight(self.visibility.for_another_viewer(), self.far.for_another_viewer())
 
 
-class FuzzyView(ViewState):
+class FuzzyViewState(ViewState):
     """A viewer's walk: its SP clusters, what these see by light set, and the light of its frames before.
 
     views: all viewers of the same size, which this one becomes one of: the arrays that one of them works with serve
@@ -53,7 +53,7 @@ class FuzzyView(ViewState):
     histories: Histories
 
     def __init__(
-        self, frame: FrameArrays, views: "WeakSet[FuzzyView]", make_clustering: Callable[[], SpClustering]
+        self, frame: FrameArrays, views: "WeakSet[FuzzyViewState]", make_clustering: Callable[[], SpClustering]
     ) -> None:
         super().__init__(frame.device_scene, frame.size)
         other = next(iter(views), None)
