@@ -16,12 +16,7 @@ from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
-from gpu.correction.adaptive_ray_sampling import (
-    RAYS,
-    adaptive_near_kernel,
-    adaptive_ray_kernel,
-    adaptive_step_kernel,
-)
+from gpu.correction.adaptive_ray_sampling import RAYS, adaptive_near_kernel, adaptive_ray_kernel, adaptive_step_kernel
 from gpu.correction.brightness import SAMPLES, MeanBrightness
 from gpu.correction.top_k import LAST, Selection
 from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS
@@ -38,6 +33,7 @@ from gpu.vpl.form_factor import light_of
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, target_of, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters
 
+# How keys encode brightness.
 STEPS_PER_OCTAVE, MOST_OCTAVES = wp.constant(16.0), wp.constant(8.0)
 # Weights of pixels 0, 1 and 2 away on each axis.
 BINOMIAL = wp.constant(wp.vec3(6.0, 4.0, 1.0))
@@ -48,8 +44,8 @@ BINOMIAL = wp.constant(wp.vec3(6.0, 4.0, 1.0))
 class AdaptiveRayParameters:
     """Which SPs have more rays, and how much these count.
 
-    least_bright: bright is what may have this share of the brightness that only `brighter` of the picture's SAMPLES are
-    above.
+    least_bright: SPs are bright that may have this share of the brightness that only `brighter` of the picture's
+    SAMPLES exceed.
     trust: rays find what clusters believe to be off, of which this share is taken for granted: where clusters are right
     that leaves little noise, where all is hidden, rays do that alone.
     most_frames: what frames before knew counts as the rays of so many of them, at most.
@@ -69,7 +65,7 @@ ADAPTIVE_RAY_PARAMETERS: AdaptiveRayParameters = parameters(AdaptiveRayParameter
 
 
 @wp.struct
-class ListedLight:
+class PixelLight:
     """What is known of pixels' light [W/m²], (pixel,) each.
 
     clustered: as clusters tell it; frames: how many frames before knew the `light` that an SP's own rays tell;
@@ -114,7 +110,7 @@ def adaptive_key_kernel(first: int, gbuffer: GBuffer, points: PointList, listed:
 
 @wp.kernel
 def adaptive_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, rays: ShadowRays,
-                               known: ListedLight, residual: Residual, by: AdaptiveRayParameters) -> None:  # fmt: skip
+                               known: PixelLight, residual: Residual, by: AdaptiveRayParameters) -> None:  # fmt: skip
     """One thread a listed SP: takes what its rays found into its light, and tells what its irradiance then lacks."""
     place = first + wp.tid()
     if place >= points.count[0]:
@@ -142,7 +138,7 @@ def adaptive_irradiance_kernel(first: int, points: PointList, vpls: VplClusters,
 
 @wp.kernel
 def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, points: PointList, residual: Residual,
-                           known: ListedLight, by: AdaptiveRayParameters) -> None:  # fmt: skip
+                           known: PixelLight, by: AdaptiveRayParameters) -> None:  # fmt: skip
     """One thread a listed SP: adds to its irradiance what that lacks, in part as listed SPs about it find.
 
     Arrays as `adaptive_irradiance_kernel` left them; binomial weights, where the clusters' light is alike.
@@ -216,7 +212,7 @@ class BrightPoints(Selection):
     def take(self, gbuffer: GBuffer, vpls: VplClusters, clustered: wp.array, frames: wp.array, light: wp.array,
              irradiance: wp.array) -> None:  # fmt: skip
         """Have what the rays found in `light` and `irradiance`, as the kernels tell; (pixel,) each."""
-        known = ListedLight()
+        known = PixelLight()
         known.clustered, known.frames, known.light, known.irradiance = clustered, frames, light, irradiance
         inputs = [self.points, vpls, self._rays, known, self._residual, self._quality]
         launch(adaptive_irradiance_kernel, self.capacity, inputs, self.device)

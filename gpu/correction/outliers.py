@@ -20,7 +20,7 @@ from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.sp.sp_clusters import UNSERVED_DEFICIT
 
-# Of keys; 0 is that of an SP without a cluster.
+# How keys encode ratios; 0 is the key of an SP without a cluster.
 STEPS_PER_OCTAVE = wp.constant(12.0)
 WORST_OCTAVE = wp.constant(12.0)
 
@@ -45,8 +45,8 @@ class Dispute:
     """What tells how far SPs may be too bright.
 
     deficit (sp,): UNSERVED_DEFICIT marks SPs without a cluster; own, shared (pixel,): what corrects the `irradiance`
-    (pixel,) by the SP's rays alone, and with its neighbours'; mean (1,): the picture's
-    brightness, of which `dark` is as good as black.
+    (pixel,) by the SP's rays alone, and with its neighbours'; mean (1,): the picture's brightness, of which the share
+    `dark` is as good as black.
     """
 
     deficit: wp.array[int]

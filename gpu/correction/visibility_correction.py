@@ -30,7 +30,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 CHECK_KEY = wp.constant(wp.uint32(0x5BD1E995))
 # SPs that follow each other have steps of the golden ratio between their rays, as a share of 2³².
 GOLDEN_STEP = wp.constant(wp.uint32(2654435769))
-# Interpolated the seeds of several passes.
+# Between the seeds of several passes.
 PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
 # SPs that follow each other have a pass together, as the threads of a warp trace their rays.
 RUN = wp.constant(32 // CHECKS)
