@@ -69,12 +69,7 @@ class FuzzyCorrection:
         self._refinement = Refinement(self.refined.capacity, vpl_clusters, device)
 
     def use(self, sp_clusters: int, passes: float) -> None:
-        """Have as many SPs with more rays as suit so many SP clusters, and `passes` of rays of all, in the mean.
-
-        Raises ValueError where there is no room for so many clusters.
-        """
-        if sp_clusters > self._most:
-            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self._most}")
+        """Have as many SPs with more rays as suit so many SP clusters, and `passes` of rays of all, in the mean."""
         if self._in_use == (sp_clusters, passes):
             return
         self._in_use = sp_clusters, passes

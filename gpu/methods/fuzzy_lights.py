@@ -80,6 +80,11 @@ class FuzzyLights:
         )
         return KeptLight(visibility, far)
 
+    def check_room(self, sp_clusters: int) -> None:
+        """Raise ValueError where there is no room for so many SP clusters: they would write beyond arrays' ends."""
+        if sp_clusters > self.room[0]:
+            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self.room[0]}")
+
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.
 

@@ -95,6 +95,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         frame, settings, lights, passes = self._frame, self._setup.settings, self.lights, self._passes
         clustering, points, history, captured = view.clustering, view.points, view.histories.indirect, kind.captured
         # Steps 1 and 2: VPLs and their clusters, mostly kept from before. Step 3 was the primary rays.
+        lights.check_room(clustering.count)
         lights.choose(kind, stages)
         vpls, kept = lights.vpls, lights.known_to(view)
         reuses, reads = lights.reuses_clusters(view, kept, kind), self._options.keeps_light and kind.read_history

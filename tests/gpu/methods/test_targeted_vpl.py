@@ -361,13 +361,12 @@ def test_lights_that_cannot_be_made_leave_those_that_there_are(
 
 
 def test_more_sp_clusters_than_there_is_room_for_are_refused(room: DeviceScene) -> None:
-    renderer = Renderer(room, (640, 480), RenderSettings.model_validate({**INDIRECT, "target_ms": 20.0}))
-    targeted, view = steered(renderer)
-    most = targeted._levels.most(view.steering.level.vpl_clusters)
-    correction = targeted._method.lights.correction
-    correction.use(most, 1.0)
-    with pytest.raises(ValueError, match=f"{most + 1} SP clusters where there is room for {most}"):
-        correction.use(most + 1, 1.0)
+    renderer = Renderer(room, SIZE, RenderSettings.model_validate({**INDIRECT, "target_ms": 20.0}))
+    lights = steered(renderer)[0]._method.lights
+    lights.check_room(lights.room[0])
+    lights.room = 10, lights.room[1]
+    with pytest.raises(ValueError, match="SP clusters where there is room for 10"):
+        renderer.render(CAMERA)
 
 
 def test_frames_that_are_not_rendered_tell_nothing_of_the_host(
