@@ -48,6 +48,11 @@ class Level:
         """Pairs of clusters, which most rays are in proportion to, times passes."""
         return self.sp_clusters * self.vpl_clusters * self.passes
 
+    @property
+    def vpls(self) -> int:
+        """VPLs that its clusters need at most."""
+        return FOR_TIME.most_members * self.vpl_clusters
+
 
 MOST = Level(sp_clusters=131_072, vpl_clusters=16_384)
 

@@ -9,6 +9,7 @@ from stress import render
 
 from gpu.core.device import allocate
 from gpu.film.metrics import rel_mse
+from gpu.indirect.clustered_light import clustered_light
 from gpu.indirect.exact_gather import gather
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
@@ -138,7 +139,8 @@ def test_vpls_on_shading_points_and_a_millionth_above(
     clusters.fresh.fill_(1)
     far = FarSums(1, vpls.count, floor.device, enabled=False)
     far.run(clusters, visibility.words, vpls, few=False)
-    shade(1, floor.gbuffer, floor.shading_points, clusters, visibility, vpls, far.data, floor.seed, floor.indirect)
+    known = clustered_light(clusters, visibility.words, vpls, far.data)
+    shade(1, floor.gbuffer, floor.shading_points, known, floor.seed, floor.indirect)
     for irradiance in (exact, floor.indirect.irradiance.numpy()):
         assert np.isfinite(irradiance).all()
         if height == 0.0 or normal > 0.0:

@@ -7,6 +7,7 @@ from frame_view import FrameView
 from scenes import column, grey, quad, resident_of
 
 from gpu.core.device import allocate
+from gpu.indirect.clustered_light import clustered_light
 from gpu.indirect.exact_gather import gather
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.fuzzy_shading import shade
@@ -104,6 +105,7 @@ def test_clusters_of_shading_points_that_see_different_vpls(
     clusters.order.assign(np.arange(2, dtype=np.int32))
     far = FarSums(2, COUNT, view.device, enabled=False)
     far.run(clusters, visibility.words, singles, few=False)
-    shade(2, view.gbuffer, sps, clusters, visibility, singles, far.data, view.seed, view.indirect)
+    known = clustered_light(clusters, visibility.words, singles, far.data)
+    shade(2, view.gbuffer, sps, known, view.seed, view.indirect)
     weight = np.where(np.arange(COUNT) % 2 == 0, 1.0, share)
     assert error(view.indirect.irradiance.numpy(), expected(view, cluster, weight)) < 1e-6
