@@ -1,13 +1,15 @@
-"""From mesh parts in world space to a Scene in unit space: merged, cleaned, checked, recentred in float64."""
+"""From mesh parts in a file's coordinates to a Scene in unit space: merged, cleaned, checked, recentred in float64."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
 from gpu.scene.default_view import default_camera
+from gpu.scene.file_frame import FileFrame
+from gpu.scene.import_options import DEFAULT_OPTIONS, METRES, Axis, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.types import (
@@ -36,7 +38,7 @@ _FARTHEST = 1e100
 
 @dataclass(frozen=True, eq=False)
 class MeshPart:
-    """Triangles of one material in world space.
+    """Triangles of one material in the file's coordinates.
 
     positions (vertex, 3) float64; triangles (triangle, 3) indices, counter-clockwise seen from the front; normals
     (vertex, 3) or None for flat shading; uvs: one (vertex, 2) array a set; colors (vertex, 4) linear or None;
@@ -54,9 +56,11 @@ class MeshPart:
 
 @dataclass(frozen=True)
 class SceneParts:
-    """What a reader found in a file: `lights` (intensity [W/sr], directional [W/m²]) and `cameras` in world space.
+    """What a reader found in a file, all in the file's own coordinates, axes and unit of length.
 
-    ignored: what it did not use, by name.
+    lights: intensity [W/sr], of directional ones irradiance [W/m²], whatever the unit; ignored: what it did not use, by
+    name; up, metres_per_unit: what the file says, None where it says nothing; choices: what the options "variant" and
+    "storey" can be.
     """
 
     meshes: Sequence[MeshPart]
@@ -66,10 +70,17 @@ class SceneParts:
     cameras: Sequence[Camera] = ()
     sky: Sky | None = None
     ignored: Sequence[str] = ()
+    up: Axis | None = None
+    metres_per_unit: float | None = None
+    choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
-def assemble(name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
+def assemble(
+    name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS
+) -> Scene:
     """Merge what was `found` into one scene, scaled so that its largest extent is 1 and centred on the origin.
+
+    Its world is in metres with +Y up, as `options` and the file say, counted from the origin that `options` give.
 
     Degenerate triangles are dropped and counted; normals that are missing, zero or not finite become geometric ones. A
     scene that nothing lights gets a soft sky, one without a camera a view; the report's notes say so.
@@ -77,7 +88,8 @@ def assemble(name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS)
     nothing visible is left, or a limit is exceeded.
     """
     _check(name, found, limits)
-    materials, lights, cameras, sky = found.materials, found.lights, list(found.cameras), found.sky
+    materials, lights, sky, frame = found.materials, found.lights, found.sky, _frame(found, options)
+    cameras = [_camera_in_world(camera, frame) for camera in found.cameras]
     parts = [_flat(part) if part.normals is None else part for part in found.meshes if len(part.triangles)]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")
     if not parts:
@@ -86,7 +98,7 @@ def assemble(name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS)
     starts = np.cumsum([0, *(len(part.positions) for part in parts)])
     triangles = np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)])
     material = np.repeat([part.material for part in parts], [len(part.triangles) for part in parts])
-    world = np.concatenate([np.asarray(part.positions, np.float64) for part in parts])
+    world = frame.to_world(np.concatenate([np.asarray(part.positions, np.float64) for part in parts]))
 
     sound = _sound(_recentred(world, triangles)[0], triangles)
     if not sound.any():
@@ -100,7 +112,7 @@ def assemble(name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS)
     used[triangles] = True
     triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
     vertices = np.ascontiguousarray(vertices[used])
-    normals = np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used]
+    normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
     notes: list[str] = []
     if not lights and sky is None and not any(any(materials[number].emission) for number in np.unique(material)):
         sky = SOFT_SKY
@@ -118,12 +130,19 @@ def assemble(name: str, found: SceneParts, limits: SceneLimits = DEFAULT_LIMITS)
         triangle_material=material.astype(np.int32),
         materials=tuple(materials),
         textures=tuple(found.textures),
-        lights=tuple(_placed(light, placement) for light in lights),
+        lights=tuple(_placed(light, frame, placement) for light in lights),
         sky=sky,
         cameras=tuple(cameras),
         placement=placement,
         report=LoadReport(tuple(found.ignored), int(np.count_nonzero(~sound)), tuple(notes)),
+        frame=frame,
+        choices=found.choices,
     )
+
+
+def _frame(found: SceneParts, options: ImportOptions) -> FileFrame:
+    metres = METRES[options.unit] if options.unit else found.metres_per_unit or 1.0
+    return FileFrame(options.up or found.up or "y", metres, options.origin or (0.0, 0.0, 0.0))
 
 
 def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:
@@ -196,11 +215,20 @@ def _merged_colors(parts: Sequence[MeshPart], used: Mask) -> Floats | None:
     return np.concatenate(white)[used].astype(np.float32)
 
 
-def _placed(light: Light, placement: Placement) -> Light:
+def _camera_in_world(camera: Camera, frame: FileFrame) -> Camera:
+    to_world = camera.to_world.copy()
+    to_world[:3, :3] = frame.turned(camera.to_world[:3, :3].T).T
+    to_world[:3, 3] = frame.to_world(camera.to_world[:3, 3])
+    half_height = camera.half_height * (frame.metres_per_unit if camera.orthographic else 1.0)
+    return replace(camera, to_world=to_world, half_height=half_height)
+
+
+def _placed(light: Light, frame: FileFrame, placement: Placement) -> Light:
     """`light` in unit space. Distances shrink by the scale, so intensity by its square: irradiance stays the same."""
+    light = replace(light, direction=_rgb(frame.turned(np.array(light.direction))))
     if light.kind is LightKind.DIRECTIONAL:
         return light
-    position = (np.array(light.position) - placement.centre) * placement.scale
+    position = (frame.to_world(np.array(light.position)) - placement.centre) * placement.scale
     return replace(light, position=_rgb(position), intensity=_rgb(np.array(light.intensity) * placement.scale**2))
 
 

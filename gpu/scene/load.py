@@ -5,6 +5,7 @@ from pathlib import Path
 
 from gpu.errors import SceneError
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
 
@@ -12,8 +13,8 @@ SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
 """How the names of scene files end, in lower case."""
 
 
-def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
-    """The built-in scene called `source`, or the scene in the file at that path.
+def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
+    """The built-in scene called `source`, or the scene in the file at that path, read as `options` say.
 
     Raises SceneError when there is no such scene, its format is not known, or its content is not sound.
     """
@@ -23,10 +24,10 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
     if path.suffix.lower() not in SUFFIXES:
         known = f"one of {', '.join(BUILTIN)}, or a file that ends in {', '.join(SUFFIXES)}"
         raise SceneError(source, "", f"is not a scene; give {known}")
-    return _reader(path.suffix.lower())(path, limits)
+    return _reader(path.suffix.lower())(path, limits, options)
 
 
-def _reader(suffix: str) -> Callable[[Path, SceneLimits], Scene]:
+def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:
     """The reader of files with `suffix`, imported when first wanted: some bring large libraries."""
     if suffix in (".glb", ".gltf"):
         from gpu.scene.gltf import load_gltf

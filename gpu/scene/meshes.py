@@ -6,13 +6,14 @@ from pathlib import Path
 from gpu.errors import SceneError
 from gpu.scene.assemble import SceneParts, assemble
 from gpu.scene.files import read_bytes
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.scene.mtl import DEFAULT_MATERIAL
 from gpu.scene.trimesh_parts import load_parts
 from gpu.scene.types import Scene
 
 
-def load_mesh(path: Path, limits: SceneLimits) -> Scene:
+def load_mesh(path: Path, limits: SceneLimits, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
     """The scene in the PLY, STL or OFF file at `path`. Raises SceneError when it is broken or cut off."""
     content = read_bytes(path, limits)
     kind = path.suffix.lower().removeprefix(".")
@@ -26,7 +27,7 @@ def load_mesh(path: Path, limits: SceneLimits) -> Scene:
     if re.search(rb"comment\s+TextureFile", header):
         ignored.append("the texture of a PLY file is not supported and was ignored")
     parts = load_parts(str(path), content, kind, shaded)
-    return assemble(str(path), SceneParts(parts, [DEFAULT_MATERIAL], ignored=ignored), limits)
+    return assemble(str(path), SceneParts(parts, [DEFAULT_MATERIAL], ignored=ignored), limits, options)
 
 
 def _check_off(source: str, content: bytes) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.files import read_bytes
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.scene.mtl import DEFAULT_MATERIAL, MaterialLibrary
 from gpu.scene.trimesh_parts import load_parts
@@ -33,7 +34,7 @@ class _Canonical:
     ignored: dict[str, None] = field(default_factory=dict)
 
 
-def load_obj(path: Path, limits: SceneLimits) -> Scene:
+def load_obj(path: Path, limits: SceneLimits, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
     """The scene in the OBJ file at `path`, with the materials of its MTL files (Ke is emission).
 
     Raises SceneError naming the line of what is broken, and for files outside the scene's folder.
@@ -53,7 +54,7 @@ def load_obj(path: Path, limits: SceneLimits) -> Scene:
         # v = 0 is the bottom of an OBJ texture, the top of a glTF one.
         parts = load_parts(str(path), content, "obj", shaded, flip_v=True, split_groups=True, skip_materials=True)
     ignored = [*canonical.ignored, *library.ignored]
-    return assemble(str(path), SceneParts(parts, materials, library.textures, ignored=ignored), limits)
+    return assemble(str(path), SceneParts(parts, materials, library.textures, ignored=ignored), limits, options)
 
 
 def _read(source: str, text: str) -> _Canonical:

@@ -1,11 +1,14 @@
 """What a loader returns: one scene as plain NumPy arrays and frozen dataclasses, before any device sees it."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gpu.scene.file_frame import FileFrame
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -116,7 +119,7 @@ class Sky:
 class Camera:
     """A view in world space. to_world: 4×4 column-vector matrix, looking along −Z with +Y up.
 
-    half_height: tan(vertical field of view / 2), or half the view's height in world units when orthographic.
+    half_height: tan(vertical field of view / 2), or half the view's height [m] when orthographic.
     """
 
     name: str
@@ -133,7 +136,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Placement:
-    """Unit space from world space: unit = (world − centre) · scale, in float64."""
+    """Unit space from world space [m]: unit = (world − centre) · scale, in float64."""
 
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     scale: float = 1.0
@@ -154,7 +157,8 @@ class Scene:
 
     vertices (vertex, 3), normals (vertex, 3) unit length, uvs (set, vertex, 2), colors (vertex, 4) linear or None,
     triangles (triangle, 3) indices of vertices, triangle_material (triangle,). Light positions and intensities are in
-    unit space; cameras are in world space, which `placement` maps to unit space.
+    unit space; cameras are in world space, which `placement` maps to unit space, and `frame` the file's coordinates to.
+    choices: what an import option can be, by name ("variant", "storey").
     """
 
     name: str
@@ -171,3 +175,5 @@ class Scene:
     cameras: tuple[Camera, ...]
     placement: Placement
     report: LoadReport = field(default_factory=LoadReport)
+    frame: FileFrame = field(default_factory=FileFrame)
+    choices: Mapping[str, Sequence[str]] = field(default_factory=dict)

@@ -11,11 +11,12 @@ from gpu.scene.gltf.geometry import Geometry
 from gpu.scene.gltf.hierarchy import placed_nodes
 from gpu.scene.gltf.images import Images
 from gpu.scene.gltf.materials import DEFAULT_MATERIAL, read_materials
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
 
 
-def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
+def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
     """The scene in the glTF or GLB file at `path`, in the pose that the file has without animation.
 
     Raises SceneError, naming the place in the JSON, for whatever is broken, too large, required but not supported, or
@@ -34,5 +35,6 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS) -> Scene:
         materials.pop()
     lights = [light for node in placed.values() if (light := read_light(document, node))]
     cameras = [camera for node in placed.values() if (camera := read_camera(document, node))]
-    found = SceneParts(parts, materials, images.textures, lights, cameras, ignored=tuple(document.ignored))
-    return assemble(str(path), found, limits)
+    ignored = tuple(document.ignored)
+    found = SceneParts(parts, materials, images.textures, lights, cameras, ignored=ignored, up="y", metres_per_unit=1.0)
+    return assemble(str(path), found, limits, options)

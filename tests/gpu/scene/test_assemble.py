@@ -5,8 +5,10 @@ import pytest
 
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.file_frame import FileFrame
+from gpu.scene.import_options import ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
-from gpu.scene.types import Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
+from gpu.scene.types import Camera, Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
 
 QUAD = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]])
 TWO = np.array([[0, 1, 2], [0, 2, 3]])
@@ -164,3 +166,30 @@ def test_tiny_and_huge_scenes_are_scaled_or_have_no_area(scale: float) -> None:
     else:
         with pytest.raises(SceneError, match="has an area"):
             scene_of(part)
+
+
+def test_what_a_file_says_of_up_and_unit_counts_unless_an_option_says_otherwise() -> None:
+    found = SceneParts([MeshPart(QUAD, TWO)], [GREY], up="z", metres_per_unit=0.01)
+    said = assemble("scene", found)
+    assert said.frame == FileFrame("z", 0.01)
+    assert np.allclose(1.0 / said.placement.scale, 0.04)
+    assert np.allclose(np.ptp(said.vertices, axis=0), (1.0, 0.0, 0.5))
+    assert np.allclose(said.normals, (0.0, 1.0, 0.0))
+    chosen = assemble("scene", found, options=ImportOptions(up="y", unit="mm", origin=(2.0, 1.0, 0.0)))
+    assert chosen.frame == FileFrame("y", 0.001, (2.0, 1.0, 0.0))
+    assert np.allclose(chosen.placement.centre, 0.0)
+
+
+def test_lights_and_cameras_turn_and_scale_with_the_file() -> None:
+    lamp = Light("lamp", LightKind.SPOT, (1.0, 1.0, 1.0), position=(200.0, 0.0, 100.0), direction=(0.0, 0.0, -1.0))
+    plan = Camera("plan", np.eye(4), 100.0, orthographic=True)
+    plan.to_world[:3, 3] = (200.0, 100.0, 300.0)
+    found = SceneParts([MeshPart(QUAD * 100, TWO)], [GREY], (), [lamp], [plan], up="z", metres_per_unit=0.01)
+    scene = assemble("scene", found)
+    assert np.allclose(scene.lights[0].direction, (0.0, -1.0, 0.0))
+    assert np.allclose(scene.lights[0].position, (0.0, 0.25, 0.25))
+    assert np.allclose(scene.lights[0].intensity, 1.0 / 4.0**2)  # the quad is 4 m wide
+    camera = scene.cameras[0]
+    assert np.allclose(camera.to_world[:3, 3], (2.0, 3.0, -1.0))
+    assert np.allclose(camera.to_world[:3, 2], (0.0, 1.0, 0.0))
+    assert camera.half_height == 1.0
