@@ -6,8 +6,8 @@ import numpy as np
 
 from gpu.scene.gltf.document import Document
 from gpu.scene.gltf.hierarchy import PlacedNode
-from gpu.scene.gltf.transforms import rigid
 from gpu.scene.gltf.values import Value
+from gpu.scene.transforms import rigid
 from gpu.scene.types import Camera, Light, LightKind, Rgb
 
 _KINDS = {"point": LightKind.POINT, "spot": LightKind.SPOT, "directional": LightKind.DIRECTIONAL}

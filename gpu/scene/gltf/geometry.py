@@ -10,9 +10,10 @@ from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.hierarchy import PlacedNode
 from gpu.scene.gltf.primitives import Primitive, read_primitive
 from gpu.scene.gltf.skins import blend, joint_matrices
-from gpu.scene.gltf.transforms import cofactors, instance_matrices, mirrored
+from gpu.scene.gltf.transforms import instance_matrices
 from gpu.scene.gltf.values import Value
-from gpu.scene.types import Doubles, Integers, Material
+from gpu.scene.transforms import cofactors, placed
+from gpu.scene.types import Doubles, Material
 from gpu.scene.validate import check_count, slots
 
 
@@ -50,7 +51,9 @@ class Geometry:
                 continue
             self._count(primitive, len(instances))
             if joints is None:
-                yield _instanced(primitive, material, node.to_world @ instances)
+                attributes = primitive.attributes
+                part = _part(primitive, material, attributes["POSITION"], attributes.get("NORMAL"))
+                yield placed(part, node.to_world @ instances)
             else:
                 yield _skinned(primitive, material, blend(primitive, joints, entry))
 
@@ -85,38 +88,23 @@ def _weights(node: Value, mesh: Value) -> tuple[float, ...]:
     return tuple(item.as_number() for item in place.items("weights"))
 
 
-def _instanced(primitive: Primitive, material: int, matrices: Doubles) -> MeshPart:
-    """`primitive` once for each of `matrices` (instance, 4, 4)."""
-    positions, count = primitive.attributes["POSITION"], len(matrices)
-    normals = primitive.attributes.get("NORMAL")
-    triangles = np.repeat(primitive.triangles[None], count, axis=0) + np.arange(count)[:, None, None] * len(positions)
-    flipped = mirrored(matrices)
-    triangles[flipped] = triangles[flipped][:, :, ::-1]
-    world = np.einsum("nij,vj->nvi", matrices[:, :3, :3], positions) + matrices[:, None, :3, 3]
-    if normals is not None:
-        normals = np.einsum("nij,vj->nvi", cofactors(matrices), normals).reshape(-1, 3)
-    return _part(primitive, material, world.reshape(-1, 3), triangles.reshape(-1, 3), normals, count)
-
-
 def _skinned(primitive: Primitive, material: int, matrices: Doubles) -> MeshPart:
     """`primitive` with each vertex under its own of `matrices` (vertex, 4, 4)."""
     normals = primitive.attributes.get("NORMAL")
     world = np.einsum("vij,vj->vi", matrices[:, :3, :3], primitive.attributes["POSITION"]) + matrices[:, :3, 3]
     if normals is not None:
         normals = np.einsum("vij,vj->vi", cofactors(matrices), normals)
-    return _part(primitive, material, world, primitive.triangles, normals, 1)
+    return _part(primitive, material, world, normals)
 
 
-def _part(
-    primitive: Primitive, material: int, world: Doubles, triangles: Integers, normals: Doubles | None, count: int
-) -> MeshPart:
+def _part(primitive: Primitive, material: int, positions: Doubles, normals: Doubles | None) -> MeshPart:
     attributes = primitive.attributes
     sets = 1 + max((int(name[9:]) for name in attributes if name.startswith("TEXCOORD_")), default=-1)
-    missing = np.zeros((len(attributes["POSITION"]), 2))
-    uvs = tuple(np.tile(attributes.get(f"TEXCOORD_{number}", missing), (count, 1)) for number in range(sets))
+    missing = np.zeros((len(positions), 2))
+    uvs = tuple(attributes.get(f"TEXCOORD_{number}", missing) for number in range(sets))
     colors = attributes.get("COLOR_0")
     if colors is not None:
         alpha = np.ones((len(colors), 4))
         alpha[:, : colors.shape[1]] = colors
-        colors = np.tile(alpha, (count, 1))
-    return MeshPart(world, triangles, normals, uvs, colors, material, primitive.path)
+        colors = alpha
+    return MeshPart(positions, primitive.triangles, normals, uvs, colors, material, primitive.path)

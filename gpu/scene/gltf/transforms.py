@@ -5,7 +5,7 @@ import numpy as np
 from gpu.scene.gltf.accessors import read_floats
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.values import Value
-from gpu.scene.types import Doubles, Mask
+from gpu.scene.types import Doubles
 
 _IDENTITY = tuple(float(value) for value in np.eye(4).reshape(-1))
 
@@ -51,34 +51,3 @@ def compose(place: Value, translation: Doubles, rotation: Doubles, scale: Double
     matrices[:, :3, 3] = translation
     matrices[:, 3, 3] = 1.0
     return matrices
-
-
-def rigid(matrix: Doubles) -> Doubles:
-    """`matrix` (4, 4) without scale, shear or mirroring: same origin, same −Z, +Y as near as possible."""
-    backward = _unit(matrix[:3, 2], np.array([0.0, 0.0, 1.0]))
-    helper = np.eye(3)[int(np.argmin(np.abs(backward)))]
-    right = _unit(np.cross(matrix[:3, 1], backward), _unit(np.cross(helper, backward), helper))
-    result = np.eye(4)
-    result[:3, :3] = np.stack([right, np.cross(backward, right), backward], axis=1)
-    result[:3, 3] = matrix[:3, 3]
-    return result
-
-
-def cofactors(matrices: Doubles) -> Doubles:
-    """What turns normals under `matrices` (matrix, 4, 4): inverse transpose times |determinant|, (matrix, 3, 3).
-
-    Defined for singular matrices too.
-    """
-    x, y, z = (matrices[:, :3, column] for column in range(3))
-    turned = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=2)
-    return turned * np.where(mirrored(matrices), -1.0, 1.0)[:, None, None]
-
-
-def mirrored(matrices: Doubles) -> Mask:
-    """Which of the matrices (matrix, 4, 4) turn counter-clockwise into clockwise."""
-    return np.asarray(np.linalg.det(matrices[:, :3, :3]) < 0.0)
-
-
-def _unit(vector: Doubles, otherwise: Doubles) -> Doubles:
-    length = float(np.linalg.norm(vector))
-    return vector / length if length > 1e-12 else otherwise

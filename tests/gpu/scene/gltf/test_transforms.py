@@ -3,7 +3,7 @@ import pytest
 from gltf_file import GltfFile
 
 from gpu.errors import SceneError
-from gpu.scene.gltf.transforms import cofactors, compose, local_matrix, mirrored, rigid
+from gpu.scene.gltf.transforms import local_matrix
 from gpu.scene.gltf.values import Value
 
 HALF = float(np.sqrt(0.5))
@@ -28,28 +28,6 @@ def test_a_matrix_is_in_columns() -> None:
 def test_broken_transforms(raw: dict) -> None:
     with pytest.raises(SceneError, match=r"nodes\[0\]"):
         local_matrix(node(**raw))
-
-
-def test_cofactors_keep_normals_on_their_side() -> None:
-    matrices = compose(node(), np.zeros((3, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (3, 1)),
-                       np.array([[2.0, 1, 1], [-1, 1, 1], [1, 1, 0]]))  # fmt: skip
-    turned = np.einsum("nij,j->ni", cofactors(matrices), [1.0, 1.0, 0.0])
-    assert np.array_equal(mirrored(matrices), [False, True, False])
-    assert np.allclose(turned[0] / turned[0, 1], [0.5, 1, 0])  # as the inverse transpose
-    assert turned[1, 0] < 0.0 < turned[1, 1]  # mirrored like the surface
-    assert np.isfinite(turned[2]).all()
-
-
-@pytest.mark.parametrize(
-    "matrix", [np.diag([2.0, 3.0, 4.0, 1.0]), np.diag([-1.0, 1.0, 1.0, 1.0]), np.diag([0.0, 0.0, 0.0, 1.0])]
-)
-def test_rigid_removes_scale_and_mirroring(matrix: np.ndarray) -> None:
-    matrix[:3, 3] = (1, 2, 3)
-    axes = rigid(matrix)[:3, :3]
-    assert np.allclose(axes @ axes.T, np.eye(3))
-    assert np.linalg.det(axes) > 0.0
-    assert np.allclose(axes[:, 2], (0, 0, 1))
-    assert np.array_equal(rigid(matrix)[:3, 3], (1, 2, 3))
 
 
 def test_instances(gltf: GltfFile) -> None:

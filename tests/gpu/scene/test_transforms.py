@@ -1,0 +1,37 @@
+import numpy as np
+import pytest
+
+from gpu.scene.assemble import MeshPart
+from gpu.scene.transforms import cofactors, mirrored, placed, rigid
+
+
+def test_cofactors_keep_normals_on_their_side() -> None:
+    matrices = np.stack([np.diag(scale) for scale in ([2.0, 1, 1, 1], [-1.0, 1, 1, 1], [1.0, 1, 0, 1])])
+    turned = np.einsum("nij,j->ni", cofactors(matrices), [1.0, 1.0, 0.0])
+    assert np.array_equal(mirrored(matrices), [False, True, False])
+    assert np.allclose(turned[0] / turned[0, 1], [0.5, 1, 0])  # as the inverse transpose
+    assert turned[1, 0] < 0.0 < turned[1, 1]  # mirrored like the surface
+    assert np.isfinite(turned[2]).all()
+
+
+@pytest.mark.parametrize(
+    "matrix", [np.diag([2.0, 3.0, 4.0, 1.0]), np.diag([-1.0, 1.0, 1.0, 1.0]), np.diag([0.0, 0.0, 0.0, 1.0])]
+)
+def test_rigid_removes_scale_and_mirroring(matrix: np.ndarray) -> None:
+    matrix[:3, 3] = (1, 2, 3)
+    axes = rigid(matrix)[:3, :3]
+    assert np.allclose(axes @ axes.T, np.eye(3))
+    assert np.linalg.det(axes) > 0.0
+    assert np.allclose(axes[:, 2], (0, 0, 1))
+    assert np.array_equal(rigid(matrix)[:3, 3], (1, 2, 3))
+
+
+def test_a_part_placed_twice() -> None:
+    part = MeshPart(np.eye(3), np.array([[0, 1, 2]]), np.tile([0.0, 0.0, 1.0], (3, 1)), (np.ones((3, 2)),))
+    matrices = np.stack([np.eye(4), np.diag([-1.0, 1.0, 1.0, 1.0])])
+    matrices[1, :3, 3] = (5, 0, 0)
+    twice = placed(part, matrices)
+    assert np.array_equal(twice.triangles, [[0, 1, 2], [5, 4, 3]])  # the mirrored one is wound the other way
+    assert np.array_equal(twice.positions[3:], [[4, 0, 0], [5, 1, 0], [5, 0, 1]])
+    assert np.allclose(twice.normals, (0, 0, 1))
+    assert [len(uv) for uv in twice.uvs] == [6]
