@@ -6,7 +6,7 @@ in a small sphere with normals in a narrow cone. None of it is nearer than the s
 
 import warp as wp
 
-from gpu.clustering.grid import NORMAL_THRESHOLD, Representatives, separation
+from gpu.clustering.grid import Representatives, separation
 from gpu.clustering.nearest import OTHER_NORMAL
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
@@ -58,7 +58,7 @@ def bound_runs_kernel(first: int, clusters: Representatives, runs: ClusterRunBou
     runs.centre[run] = centre
     runs.radius[run] = radius
     runs.axis[run] = axis
-    runs.alike[run] = wp.cos(wp.min(spread + wp.acos(NORMAL_THRESHOLD) + ROUNDING, PI))
+    runs.alike[run] = wp.cos(wp.min(spread + wp.acos(clusters.chosen.normal_threshold) + ROUNDING, PI))
 
 
 def allocate_runs(cluster_count: int, device: wp.Device) -> ClusterRunBounds:
@@ -75,8 +75,9 @@ def bound_runs(clusters: Representatives, runs: ClusterRunBounds) -> None:
 @wp.func
 def stretched(clusters: Representatives, cluster: int, position: wp.vec3, normal: wp.vec3) -> float:
     """The distance of a cluster, far more where its normal is unlike."""
-    distance = separation(position, normal, clusters.position[cluster], clusters.normal[cluster])
-    return wp.where(wp.dot(clusters.normal[cluster], normal) > NORMAL_THRESHOLD, distance, distance + OTHER_NORMAL)
+    distance = separation(clusters.chosen, position, normal, clusters.position[cluster], clusters.normal[cluster])
+    alike = wp.dot(clusters.normal[cluster], normal) > clusters.chosen.normal_threshold
+    return wp.where(alike, distance, distance + OTHER_NORMAL)
 
 
 @wp.func

@@ -7,31 +7,54 @@ level and the levels beside it. With equal spacings this is the paper's uniform 
 """
 
 from copy import copy
+from dataclasses import dataclass
 
 import warp as wp
 
 from gpu.core.bucket_sort import Buckets
 from gpu.core.device import allocate, launch
 from gpu.core.intrinsics import four_at
+from gpu.core.parameters import parameters
 from gpu.sampling.sobol import hashed
 
+# A search uses cells of one level, and a representative stands in those of its own and of one beside it either way.
 LEVELS_HELD = wp.constant(3)
-CELL_PER_SPACING = wp.constant(1.5)
+# Of cells so small that a spacing of next to nothing has one, and that unit space has a whole number of them.
 MIN_LEVEL = wp.constant(-24)
-NORMAL_THRESHOLD = wp.constant(0.8660254)  # cos 30°, 2022 paper, Eq. 7
-# How much more a distance along the normal counts than one along the surface: it keeps shelves and slats apart.
-PLANE_WEIGHT = wp.constant(8.0)
+
+
+@wp.struct
+@dataclass
+class ClusteringParameters:
+    """What surface points count as near and alike (2022 paper, Eq. 7).
+
+    normal_threshold: alike are points whose normals' cosine is more than this (30°); relaxed_threshold: where a search
+    that widens found none of those. plane_weight: how much more a distance along the normal counts than one along the
+    surface, which keeps shelves and slats apart. cell_per_spacing: cells are the power of two above so many spacings;
+    wider_levels: that a search which widens tries, of cells twice as large each, before it relaxes the threshold.
+    """
+
+    normal_threshold: float = 0.8660254
+    relaxed_threshold: float = 0.0
+    plane_weight: float = 8.0
+    cell_per_spacing: float = 1.5
+    wider_levels: int = 3
+
+
+CLUSTERING_PARAMETERS: ClusteringParameters = parameters(ClusteringParameters)
 
 
 @wp.struct
 class Representatives:
     """The clusters' points. position, normal, spacing (cluster,); spacing ≤ 0 marks a cluster that is not in use.
 
+    chosen: what is near and alike.
     level (cluster,): the grid's, by spacing; entries: (position, cluster), then (normal, level) of each level of each
     representative, side by side as a search reads them, grouped by the hash of their cell, numbers as floats, which are
     exact below 2²⁴; starts (bucket + 1,): in such pairs.
     """
 
+    chosen: ClusteringParameters
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     spacing: wp.array[float]
@@ -42,9 +65,9 @@ class Representatives:
 
 
 @wp.func
-def level_of(spacing: float) -> int:
-    """The grid level whose cells are the power of two next above CELL_PER_SPACING spacings."""
-    return wp.max(int(wp.ceil(wp.log2(CELL_PER_SPACING * spacing))), MIN_LEVEL)
+def level_of(chosen: ClusteringParameters, spacing: float) -> int:
+    """The grid level for points so far apart: that whose cells are the power of two next above some spacings."""
+    return wp.max(int(wp.ceil(wp.log2(chosen.cell_per_spacing * spacing))), MIN_LEVEL)
 
 
 @wp.func
@@ -68,11 +91,11 @@ def bucket_of(cell: wp.vec3i, level: int, buckets: int) -> int:
 
 
 @wp.func
-def separation(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> float:
+def separation(chosen: ClusteringParameters, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> float:
     """Distance of two surface points with what lies along the normals stretched; Eq. 7 without its threshold."""
     offset = q - p
     plane = wp.max(wp.abs(wp.dot(offset, p_normal)), wp.abs(wp.dot(offset, q_normal)))
-    return wp.sqrt(wp.length_sq(offset) + (PLANE_WEIGHT * PLANE_WEIGHT - 1.0) * plane * plane)
+    return wp.sqrt(wp.length_sq(offset) + (chosen.plane_weight * chosen.plane_weight - 1.0) * plane * plane)
 
 
 @wp.kernel
@@ -84,7 +107,7 @@ def grid_key_kernel(first: int, clusters: Representatives, keys: wp.array[int]) 
     if spacing <= 0.0:
         keys[entry] = clusters.buckets
         return
-    own = level_of(spacing)
+    own = level_of(clusters.chosen, spacing)
     if entry % LEVELS_HELD == 0:
         clusters.level[cluster] = own
     level = own + entry % LEVELS_HELD - 1
@@ -132,8 +155,8 @@ def entry_at(clusters: Representatives, place: int) -> Entry:
 class Grid:
     """The grid over up to `capacity` representatives; `data` is what kernels take."""
 
-    def __init__(self, capacity: int, device: wp.Device) -> None:
-        self.capacity, self.device = capacity, device
+    def __init__(self, capacity: int, device: wp.Device, chosen: ClusteringParameters = CLUSTERING_PARAMETERS) -> None:
+        self.capacity, self.device, self._chosen = capacity, device, chosen
         entries = LEVELS_HELD * capacity
         self._buckets = Buckets(entries, 1 << (entries - 1).bit_length(), device)
         self.data = self._allocate()
@@ -148,6 +171,7 @@ class Grid:
 
     def _allocate(self) -> Representatives:
         data: Representatives = allocate(Representatives, self.capacity, self.device)
+        data.chosen = self._chosen
         data.entries = wp.zeros(2 * self._buckets.capacity, dtype=wp.vec4, device=self.device)
         data.starts, data.buckets = self._buckets.starts, len(self._buckets.starts) - 1
         return data

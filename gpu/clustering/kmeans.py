@@ -11,7 +11,7 @@ from copy import copy
 import warp as wp
 
 from gpu.clustering.cluster_bounds import ClusterRunBounds, allocate_runs, bound_runs, nearest_in_runs
-from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives, level_of, separation
+from gpu.clustering.grid import Grid, Representatives, level_of, separation
 from gpu.clustering.nearest import nearest_search
 from gpu.clustering.points import Points
 from gpu.core.bucket_sort import Buckets
@@ -48,8 +48,8 @@ def kmeans_assign_kernel(first: int, points: Points, clusters: Representatives, 
     keys[point] = none
     if point >= points.count[0]:
         return
-    level = level_of(points.spacing[point])
-    found = nearest(clusters, points.position[point], points.normal[point], level, NORMAL_THRESHOLD)
+    level = level_of(clusters.chosen, points.spacing[point])
+    found = nearest(clusters, points.position[point], points.normal[point], level)
     if found.cluster[0] >= 0:
         keys[point] = found.cluster[0]
 
@@ -118,9 +118,9 @@ def kmeans_medoid_kernel(first: int, points: Points, members: wp.array[int], sta
     best_distance = float(FAR_AWAY)
     for place in range(starts[cluster], starts[cluster + 1]):
         point = members[place]
-        distance = separation(
-            points.position[point], points.normal[point], clusters.position[cluster], clusters.normal[cluster]
-        )
+        position = clusters.position[cluster]
+        normal = clusters.normal[cluster]
+        distance = separation(clusters.chosen, points.position[point], points.normal[point], position, normal)
         if distance < best_distance:
             best_distance = distance
             best = point

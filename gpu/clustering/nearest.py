@@ -8,8 +8,6 @@ import warp as wp
 from gpu.clustering.grid import Representatives, bucket_of, cell_at, cells_per_unit, entry_at, separation
 from gpu.core.constants import FAR_AWAY
 
-WIDER_LEVELS = 3
-RELAXED_THRESHOLD = wp.constant(0.0)
 # Farther than anything in unit space, even stretched: a like normal comes first, but no point is left out.
 OTHER_NORMAL = wp.constant(100.0)
 
@@ -50,14 +48,13 @@ def cell_beside(centre: wp.vec3i, place: wp.vec3, number: int) -> CellBeside:
 def nearest_search(number: int, metric: wp.Function = separation, *, widens: bool = False) -> wp.Function:
     """The function that finds the `number` representatives nearest to a point by `metric`, in the 27 cells about it.
 
-    search(clusters, position, normal, level, threshold) has `distance` and `cluster`, vectors of `number` elements,
-    nearest first, −1 where there are no more; the cosine between normals must exceed `threshold` (Eq. 7).
+    search(clusters, position, normal, level) has `distance` and `cluster`, vectors of `number` elements,
+    nearest first, −1 where there are no more; normals must be alike (Eq. 7).
     widens: where there is none, wider cells are searched, then all of them for those with other normals; `alike` tells
     whether that was not necessary.
     """
     distances: Any = wp.types.vector(length=number, dtype=float)
     indices: Any = wp.types.vector(length=number, dtype=int)
-    tries = 2 * WIDER_LEVELS if widens else 1
 
     @wp.struct
     class Nearest:
@@ -66,17 +63,22 @@ def nearest_search(number: int, metric: wp.Function = separation, *, widens: boo
         alike: bool
 
     @wp.func
-    def search(clusters: Representatives, position: wp.vec3, normal: wp.vec3, level: int, threshold: float) -> Nearest:
+    def search(clusters: Representatives, position: wp.vec3, normal: wp.vec3, level: int) -> Nearest:
+        chosen = clusters.chosen
+        threshold = chosen.normal_threshold
+        tries = int(1)
+        if wp.static(widens):
+            tries = 2 * chosen.wider_levels
         nearest = Nearest()
         for f in range(wp.static(number)):
             nearest.distance[f] = FAR_AWAY
             nearest.cluster[f] = -1
         nearest.alike = True
         tried = int(0)
-        while nearest.cluster[0] < 0 and tried < wp.static(tries):
-            if tried == WIDER_LEVELS:
-                level -= WIDER_LEVELS
-                threshold = RELAXED_THRESHOLD
+        while nearest.cluster[0] < 0 and tried < tries:
+            if wp.static(widens) and tried == chosen.wider_levels:
+                level -= chosen.wider_levels
+                threshold = chosen.relaxed_threshold
                 nearest.alike = False
             scale = cells_per_unit(level)
             centre = cell_at(position, scale)
@@ -92,7 +94,7 @@ def nearest_search(number: int, metric: wp.Function = separation, *, widens: boo
                     here = entry.level == level and cell_at(entry.position, scale) == cell.cell
                     if here and wp.dot(entry.normal, normal) > threshold:
                         cluster = entry.cluster
-                        distance = metric(position, normal, entry.position, entry.normal)
+                        distance = metric(chosen, position, normal, entry.position, entry.normal)
                         if distance >= nearest.distance[wp.static(number - 1)]:
                             continue
                         for f in range(wp.static(number)):
@@ -122,7 +124,7 @@ def nearest_of_all(clusters: Representatives, count: int, position: wp.vec3, nor
     for cluster in range(0, count, every):
         if clusters.spacing[cluster] > 0.0:
             candidate_normal = clusters.normal[cluster]
-            distance = separation(position, normal, clusters.position[cluster], candidate_normal)
+            distance = separation(clusters.chosen, position, normal, clusters.position[cluster], candidate_normal)
             if wp.dot(candidate_normal, normal) <= threshold:
                 distance += OTHER_NORMAL
             if distance < best_distance:

@@ -10,8 +10,8 @@ from functools import cache
 
 import warp as wp
 
-from gpu.clustering.grid import NORMAL_THRESHOLD, Representatives, level_of
-from gpu.clustering.nearest import RELAXED_THRESHOLD, nearest_of_all, nearest_search
+from gpu.clustering.grid import Representatives, level_of
+from gpu.clustering.nearest import nearest_of_all, nearest_search
 from gpu.core.parameters import parameters
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
@@ -85,16 +85,17 @@ def fuzzy_assignment_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         spacing = cluster_spacing(gbuffer, pixel, points, budget)
-        nearest = search(representatives, position, normal, level_of(spacing), NORMAL_THRESHOLD)
+        nearest = search(representatives, position, normal, level_of(representatives.chosen, spacing))
         out.deficit[sp] = scale.unserved
         if nearest.cluster[0] < 0 and least_deficit > 0:
             # Few SPs come here; any cluster is better than none, and they are the first to be refined. One that looked
             # at all clusters would keep the others waiting.
             count = budget.extent[0]
             every = 1 + count // chosen.sparse_search
-            nearest.cluster[0] = nearest_of_all(representatives, count, position, normal, RELAXED_THRESHOLD, every)
+            threshold = representatives.chosen.relaxed_threshold
+            nearest.cluster[0] = nearest_of_all(representatives, count, position, normal, threshold, every)
             if nearest.cluster[0] < 0:
-                nearest.cluster[0] = nearest_of_all(representatives, count, position, normal, RELAXED_THRESHOLD, 1)
+                nearest.cluster[0] = nearest_of_all(representatives, count, position, normal, threshold, 1)
             nearest.distance[0] = spacing
             if nearest.cluster[0] < 0:
                 out.deficit[sp] = UNASSIGNED_DEFICIT

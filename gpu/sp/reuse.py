@@ -9,8 +9,7 @@ surface that moves away come too close to each other: of two such, one goes.
 import warp as wp
 
 from gpu.clustering.grid import (
-    NORMAL_THRESHOLD,
-    PLANE_WEIGHT,
+    ClusteringParameters,
     Representatives,
     bucket_of,
     cell_at,
@@ -33,9 +32,8 @@ CORNERS = 8  # of the cube around a representative that holds what may crowd it
 
 
 @wp.func
-def is_visible_at(
-    gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spacing: float, near: float
-) -> bool:
+def is_visible_at(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.vec3, spacing: float, near: float,
+                  chosen: ClusteringParameters) -> bool:  # fmt: skip
     """Whether a pixel's SP is of the surface that has a point at `position`, and less than a spacing away.
 
     A pixel shows one point of the folds and edges within it, so one nearer than `near` spacings of pixels counts, too.
@@ -43,8 +41,9 @@ def is_visible_at(
     way = gbuffer.position[pixel] - position
     there = gbuffer.normal[pixel]
     plane = wp.max(wp.abs(wp.dot(way, normal)), wp.abs(wp.dot(way, there)))
-    alike = wp.dot(there, normal) > NORMAL_THRESHOLD and wp.length(way) < spacing and PLANE_WEIGHT * plane < spacing
-    return alike or wp.length(way) < near * gbuffer.spacing[pixel]
+    alike = wp.dot(there, normal) > chosen.normal_threshold
+    beside = wp.length(way) < spacing and chosen.plane_weight * plane < spacing
+    return (alike and beside) or wp.length(way) < near * gbuffer.spacing[pixel]
 
 
 @wp.kernel
@@ -70,7 +69,8 @@ def keep_visible_kernel(first: int, cameras: wp.array[CameraData], image: ImageS
     pixel = place[1] * image.width + place[0]
     if gbuffer.face[pixel] != NO_HIT:
         spacing = cluster_spacing(gbuffer, pixel, points, budget)
-        if is_visible_at(gbuffer, pixel, position, clusters.normal[cluster], spacing, chosen.same_place):
+        normal = clusters.normal[cluster]
+        if is_visible_at(gbuffer, pixel, position, normal, spacing, chosen.same_place, clusters.alike):
             work.spacing[cluster] = spacing
 
 
@@ -105,8 +105,8 @@ def mark_close_pairs_kernel(first: int, budget: ClusterBudget, crowded: float, r
     bucket = bucket_of(cell, level, representatives.buckets)
     for place in range(representatives.starts[bucket], representatives.starts[bucket + 1]):
         other = entry_at(representatives, place)
-        alike = wp.dot(other.normal, normal) > NORMAL_THRESHOLD
-        if alike and separation(position, normal, other.position, other.normal) < reach:
+        alike = wp.dot(other.normal, normal) > representatives.chosen.normal_threshold
+        if alike and separation(representatives.chosen, position, normal, other.position, other.normal) < reach:
             number = other.cluster
             if number != cluster and work.spacing[number] > 0.0 and hashed(wp.uint32(number)) < rank:
                 work.crowded[cluster] = 1

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from gpu.clustering.grid import Grid
+from gpu.clustering.grid import ClusteringParameters, Grid
 from gpu.core.device import allocate
 from gpu.sp.budget import ClusterBudget, SpClusterParameters
 
@@ -18,7 +18,7 @@ class SpClusters:
     position, geometric_normal (cluster,): where rays start; normal (cluster,): for shading; spacing (cluster,): the
     distance to neighbours; used (cluster,): 0 for a cluster without members; serving (cluster,): 1 for the nearest one
     of some SP; order (cluster,): the `fresh` (1,) ones whose representatives are new in this frame, so that neighbours
-    in space follow each other, for rays that stay together.
+    in space follow each other, for rays that stay together; alike: what counts as near and alike.
     cluster, weight (F, sp): each SP's nearest clusters and their shares, which add up to 1; deficit (sp,): how badly
     they serve it, 0: well (gpu.sp.fuzzy_assignment).
     """
@@ -31,6 +31,7 @@ class SpClusters:
     serving: wp.array[int]
     order: wp.array[int]
     fresh: wp.array[int]
+    alike: ClusteringParameters
     cluster: wp.array2d[int]
     weight: wp.array2d[float]
     deficit: wp.array[int]
@@ -81,6 +82,7 @@ class KeptClusters:
         data = self.grid.data
         clusters.position, clusters.normal, clusters.spacing = data.position, data.normal, data.spacing
         clusters.geometric_normal, clusters.serving = self.geometric_normal, self.serving
+        clusters.alike = data.chosen
 
 
 @wp.struct

@@ -4,13 +4,24 @@ The estimate over nearest neighbours is that of photon maps (H. W. Jensen, Globa
 kept at the VPLs (P. Christensen, Faster Photon Map Global Illumination, 1999), so that a look-up finds just one.
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
-from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives, cell_at, cells_per_unit, level_of, separation
+from gpu.clustering.grid import (
+    ClusteringParameters,
+    Grid,
+    Representatives,
+    cell_at,
+    cells_per_unit,
+    level_of,
+    separation,
+)
 from gpu.clustering.nearest import nearest_search
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.core.morton import dominant_axis
+from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, occluded
@@ -20,32 +31,47 @@ from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sampling.warps import orthonormal
 from gpu.vpl.vpl_clusters import VplClusters
 
-# VPLs in one estimate, itself among them. The last only bounds the disk: the mean over a surface is unbiased with that.
+# VPLs in one estimate, itself among them: the length of vectors. The last only bounds the disk: the mean over a surface
+# is unbiased with that.
 NEIGHBOURS = 12
-# VPLs off the plane by more than this share of the disk's radius are of another surface. They bound the disk all the
-# same, which is so no wider than slats are apart.
-PLANE_SHARE = wp.constant(0.3)
-# They are searched for no farther than if all VPLs lay evenly on so many unit squares, in cells of 1 to 2 such radii.
-MOST_AREA = wp.constant(16.0)
-SEARCH_SHARE = wp.constant(2.0 / 3.0)  # of gpu.clustering.grid's cells
-# Places around a VPL where its surface is looked for, at this share of its disk's radius: half of the area is nearer.
+# Places around a VPL where its surface is looked for, by a ray each, at this share of its disk's radius: half of the
+# area is nearer.
 PLACES = wp.constant(8)
 MIDDLE = wp.constant(0.70710678)
-# Fewer than these are not believed.
-LEAST_COVERED = wp.constant(3)
-# A VPL answers for points within this many of its radii, stretched along the normals (gpu.clustering.grid).
-REACH = wp.constant(2.0)
-# A VPL stands in a cell of 0.75 to 1.5 radii, and in those of twice and four times that, where 2 to 140 VPLs of a
-# surface are about. Of those, a look-up reads so many at most.
-CELL_SHARE = wp.constant(0.5)  # of gpu.clustering.grid's
+# A VPL stands in cells of so many sizes, each twice the one before: entries are encoded by their number.
 LEVELS_HELD = wp.constant(3)
-MOST_READ = wp.constant(12)
-# So many levels are searched, and no larger cells: what few VPLs far around say of a crack is noise.
-LEVELS_SEARCHED = wp.constant(9)
+
+
+@wp.struct
+@dataclass
+class RadiosityParameters:
+    """What decides the quality of estimates and of their look-up.
+
+    plane_share: of the disk's radius; VPLs farther off the plane are of another surface. They bound the disk all the
+    same, which is so no wider than slats are apart. most_area: neighbours are searched for no farther than if all VPLs
+    lay evenly on so many unit squares. least_covered: of the PLACES; fewer that are surface are not believed.
+    reach: a VPL answers for points within so many of its radii, stretched along the normals. cell_share: of radii, in
+    spacings of gpu.clustering.grid: the smallest cell of a VPL has 0.75 to 1.5 radii, so that in its cells 2 to 140
+    VPLs of a surface are about, of which a look-up reads most_read. levels_searched: what few VPLs far around say of a
+    crack is noise.
+    """
+
+    plane_share: float = 0.3
+    most_area: float = 16.0
+    least_covered: int = 3
+    reach: float = 2.0
+    cell_share: float = 0.5
+    most_read: int = 12
+    levels_searched: int = 9
+
+
+RADIOSITY_PARAMETERS: RadiosityParameters = parameters(RadiosityParameters)
 
 
 @wp.func
-def straight_distance(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> float:
+def straight_distance(
+    chosen: ClusteringParameters, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3
+) -> float:
     """Distance of two points, whatever their surfaces' normals are."""
     return wp.length(q - p)
 
@@ -57,11 +83,14 @@ neighbours = nearest_search(NEIGHBOURS, straight_distance)
 class RadiosityCache:
     """VPLs that know the radiosity around them, in hashed cells, each of one size and of normals to one side.
 
-    position, normal (vpl,); radius (vpl,): of the estimate's disk, 0 for none; radiosity (vpl,) [W/m²].
+    chosen: how it is made and read; alike: which points are. position, normal (vpl,); radius (vpl,): of the estimate's
+    disk, 0 for none; radiosity (vpl,) [W/m²].
     entries: encoded LEVELS_HELD·vpl + (level − own level), grouped by bucket; starts (bucket + 1,); lowest, highest:
     the levels that entries have.
     """
 
+    chosen: RadiosityParameters
+    alike: ClusteringParameters
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     radius: wp.array[float]
@@ -74,30 +103,30 @@ class RadiosityCache:
 
 
 @wp.kernel
-def neighbour_spacing_kernel(first: int, clusters: VplClusters, spacing: wp.array[float]) -> None:
-    """One thread a cluster: the spacing of cells that its members' neighbours are searched in; 0 if it has no extent.
+def neighbour_spacing_kernel(first: int, clusters: VplClusters, most_area: float, vpls: Representatives) -> None:
+    """One thread a cluster: its members' spacing, 0 if it has no extent: cells are of 1 to 2 radii of an estimate.
 
     A cluster of strays is far wider than its members are apart. Searching all of that would keep the others waiting.
     """
     cluster = first + wp.tid()
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
-    area = wp.min(clusters.disks[cluster].area / float(end - begin), MOST_AREA / float(clusters.members.count))
+    area = wp.min(clusters.disks[cluster].area / float(end - begin), most_area / float(clusters.members.count))
+    radius = wp.sqrt(float(wp.static(NEIGHBOURS)) * area / PI)
     for member in range(begin, end):
-        spacing[member] = SEARCH_SHARE * wp.sqrt(float(wp.static(NEIGHBOURS)) * area / PI)
+        vpls.spacing[member] = radius / vpls.chosen.cell_per_spacing
 
 
 @wp.kernel
-def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3], radius: wp.array[float],
-                     radiosity: wp.array[wp.vec3]) -> None:  # fmt: skip
+def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3], lit: RadiosityCache) -> None:
     """One thread a VPL: flux per area of the disk that its neighbours fill, and that disk's radius."""
     vpl = first + wp.tid()
-    radius[vpl] = 0.0
-    radiosity[vpl] = wp.vec3(0.0, 0.0, 0.0)
+    lit.radius[vpl] = 0.0
+    lit.radiosity[vpl] = wp.vec3(0.0, 0.0, 0.0)
     if vpls.spacing[vpl] <= 0.0:
         return
     level = vpls.level[vpl]
-    found = neighbours(vpls, vpls.position[vpl], vpls.normal[vpl], level, NORMAL_THRESHOLD)
+    found = neighbours(vpls, vpls.position[vpl], vpls.normal[vpl], level)
     # Beyond a cell the search is not complete.
     disk = wp.min(found.distance[wp.static(NEIGHBOURS - 1)], 1.0 / cells_per_unit(level))
     if disk <= 0.0:
@@ -107,15 +136,14 @@ def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3],
         if found.distance[place] < disk:
             other = found.cluster[place]
             off = wp.dot(vpls.position[other] - vpls.position[vpl], vpls.normal[vpl])
-            if wp.abs(off) < PLANE_SHARE * disk:
+            if wp.abs(off) < lit.chosen.plane_share * disk:
                 total += flux[other]
-    radius[vpl] = disk
-    radiosity[vpl] = total / (PI * disk * disk)
+    lit.radius[vpl] = disk
+    lit.radiosity[vpl] = total / (PI * disk * disk)
 
 
 @wp.kernel
-def disk_coverage_kernel(first: int, scene: SceneData, vpls: Representatives, radius: wp.array[float],
-                    covered: wp.array[int]) -> None:  # fmt: skip
+def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, covered: wp.array[int]) -> None:
     """One thread a place around a VPL, in the middle of its disk's area: 1 where its surface goes on, else 0.
 
     covered: (vpl, place), flattened. The surface ends at its edge, and where something stands on it.
@@ -123,29 +151,29 @@ def disk_coverage_kernel(first: int, scene: SceneData, vpls: Representatives, ra
     index = first + wp.tid()
     vpl = index // PLACES
     covered[index] = 0
-    normal = vpls.normal[vpl]
-    disk = radius[vpl]
+    normal = lit.normal[vpl]
+    disk = lit.radius[vpl]
     turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
     frame = orthonormal(normal)
     direction = frame * wp.vec3(wp.cos(turn), wp.sin(turn), 0.0)
-    height = PLANE_SHARE * disk
-    origin = vpls.position[vpl] + normal * height
+    height = lit.chosen.plane_share * disk
+    origin = lit.position[vpl] + normal * height
     way = MIDDLE * disk
     if disk <= 0.0 or occluded(scene, origin, direction, way):
         return
     hit = closest_hit(scene, origin + direction * way, -normal, 2.0 * height)
-    if hit.face != NO_HIT and wp.abs(wp.dot(triangle_normal(scene, hit.face), normal)) > NORMAL_THRESHOLD:
+    if hit.face != NO_HIT and wp.abs(wp.dot(triangle_normal(scene, hit.face), normal)) > lit.alike.normal_threshold:
         covered[index] = 1
 
 
 @wp.kernel
-def covered_radiosity_kernel(first: int, covered: wp.array[int], radiosity: wp.array[wp.vec3]) -> None:
+def covered_radiosity_kernel(first: int, covered: wp.array[int], lit: RadiosityCache) -> None:
     """One thread a VPL: its radiosity is that of the part of its disk that is surface."""
     vpl = first + wp.tid()
     number = int(0)
     for place in range(PLACES):
         number += covered[vpl * PLACES + place]
-    radiosity[vpl] = radiosity[vpl] * float(PLACES) / float(wp.max(number, LEAST_COVERED))
+    lit.radiosity[vpl] = lit.radiosity[vpl] * float(PLACES) / float(wp.max(number, lit.chosen.least_covered))
 
 
 @wp.func
@@ -165,26 +193,28 @@ def radiosity_bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[i
     vpl = entry // LEVELS_HELD
     buckets[entry] = lit.buckets
     if lit.radius[vpl] > 0.0:
-        level = level_of(CELL_SHARE * lit.radius[vpl]) + entry % LEVELS_HELD
+        level = level_of(lit.alike, lit.chosen.cell_share * lit.radius[vpl]) + entry % LEVELS_HELD
         buckets[entry] = bucket_around(lit, lit.position[vpl], lit.normal[vpl], level)
 
 
-def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters) -> RadiosityCache:
+def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,
+                    chosen: RadiosityParameters = RADIOSITY_PARAMETERS) -> RadiosityCache:  # fmt: skip
     """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`."""
     members, device = clusters.members, device_scene.device
     grid = Grid(members.count, device)
     vpls = grid.data
     vpls.position, vpls.normal = members.position, members.normal
-    launch(neighbour_spacing_kernel, clusters.count, [clusters, vpls.spacing], device)
-    grid.build()
     lit = RadiosityCache()
+    lit.chosen, lit.alike = chosen, vpls.chosen
+    launch(neighbour_spacing_kernel, clusters.count, [clusters, chosen.most_area, vpls], device)
+    grid.build()
     lit.position, lit.normal = members.position, members.normal
     lit.radius = wp.zeros(members.count, dtype=float, device=device)
     lit.radiosity = wp.zeros(members.count, dtype=wp.vec3, device=device)
-    launch(radiosity_kernel, members.count, [vpls, members.flux, lit.radius, lit.radiosity], device)
+    launch(radiosity_kernel, members.count, [vpls, members.flux, lit], device)
     covered = wp.zeros(int(PLACES) * members.count, dtype=int, device=device)
-    launch(disk_coverage_kernel, int(PLACES) * members.count, [scene, vpls, lit.radius, covered], device)
-    launch(covered_radiosity_kernel, members.count, [covered, lit.radiosity], device)
+    launch(disk_coverage_kernel, int(PLACES) * members.count, [scene, lit, covered], device)
+    launch(covered_radiosity_kernel, members.count, [covered, lit], device)
     sort_into_cells(lit, device)
     return lit
 
@@ -195,7 +225,8 @@ def sort_into_cells(lit: RadiosityCache, device: wp.Device) -> None:
     known = radii[radii > 0.0]
     lit.lowest, lit.highest = 0, -1
     if len(known):
-        lit.lowest, highest = (int(level_of(float(CELL_SHARE * radius))) for radius in (known.min(), known.max()))
+        cells = [float(lit.chosen.cell_share * radius) for radius in (known.min(), known.max())]
+        lit.lowest, highest = (int(level_of(lit.alike, cell)) for cell in cells)
         lit.highest = highest + LEVELS_HELD - 1
     entries = LEVELS_HELD * len(radii)
     lit.buckets = 1 << (entries - 1).bit_length()
@@ -213,21 +244,22 @@ def vpl_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, scale: f
     few, that are spread evenly over their order, which follows the clusters.
     """
     vpl = int(-1)
-    level = level_of(scale)
-    end_level = wp.min(level + LEVELS_SEARCHED, lit.highest + 1)
+    level = level_of(lit.alike, scale)
+    end_level = wp.min(level + lit.chosen.levels_searched, lit.highest + 1)
     level = wp.max(level, lit.lowest)
     while vpl < 0 and level < end_level:
         bucket = bucket_around(lit, position, normal, level)
         begin = lit.starts[bucket]
         end = lit.starts[bucket + 1]
-        step = (end - begin + MOST_READ - 1) // MOST_READ
-        best = float(REACH)
+        step = (end - begin + lit.chosen.most_read - 1) // lit.chosen.most_read
+        best = lit.chosen.reach
         place = begin
         while place < end:
             candidate = lit.entries[place] // LEVELS_HELD
             candidate_normal = lit.normal[candidate]
-            if wp.dot(candidate_normal, normal) > NORMAL_THRESHOLD:
-                away = separation(position, normal, lit.position[candidate], candidate_normal) / lit.radius[candidate]
+            if wp.dot(candidate_normal, normal) > lit.alike.normal_threshold:
+                away = separation(lit.alike, position, normal, lit.position[candidate], candidate_normal)
+                away = away / lit.radius[candidate]
                 if away < best:
                     best = away
                     vpl = candidate

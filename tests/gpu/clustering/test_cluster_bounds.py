@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scenes import column, results
 
 from gpu.clustering.cluster_bounds import PER_RUN, ClusterRunBounds, allocate_runs, bound_runs, nearest_in_runs
-from gpu.clustering.grid import NORMAL_THRESHOLD, Grid, Representatives
+from gpu.clustering.grid import Grid, Representatives
 from gpu.clustering.nearest import nearest_of_all
 
 CPU = wp.get_device("cpu")
@@ -25,7 +25,8 @@ def all_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3
     """One thread a point: its nearest cluster, by a look at each."""
     point = first + wp.tid()
     count = clusters.spacing.shape[0]
-    found[point] = nearest_of_all(clusters, count, position[point], normal[point], NORMAL_THRESHOLD, 1)
+    threshold = clusters.chosen.normal_threshold
+    found[point] = nearest_of_all(clusters, count, position[point], normal[point], threshold, 1)
 
 
 def patches(count: int, seed: int) -> tuple[NDArray, NDArray]:

@@ -1,10 +1,10 @@
 import numpy as np
-import pytest
 import warp as wp
 from scenes import column, results
 
 from gpu.clustering.grid import (
-    NORMAL_THRESHOLD,
+    CLUSTERING_PARAMETERS,
+    ClusteringParameters,
     Grid,
     Representatives,
     bucket_of,
@@ -25,7 +25,7 @@ def near_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec
                 found: wp.array[int]) -> None:  # fmt: skip
     """One thread a point: how many representatives within `limit` the 27 cells about it hold."""
     point = first + wp.tid()
-    level = level_of(spacing)
+    level = level_of(clusters.chosen, spacing)
     scale = cells_per_unit(level)
     centre = cell_at(position[point], scale)
     number = int(0)
@@ -41,11 +41,13 @@ def near_kernel(first: int, clusters: Representatives, position: wp.array[wp.vec
 
 
 @wp.kernel
-def separation_kernel(first: int, offset: wp.array[wp.vec3], out: wp.array[float]) -> None:
+def separation_kernel(
+    first: int, chosen: ClusteringParameters, offset: wp.array[wp.vec3], out: wp.array[float]
+) -> None:
     """One thread an offset between two points that face up."""
     index = first + wp.tid()
     up = wp.vec3(0.0, 1.0, 0.0)
-    out[index] = separation(wp.vec3(0.0, 0.0, 0.0), up, offset[index], up)
+    out[index] = separation(chosen, wp.vec3(0.0, 0.0, 0.0), up, offset[index], up)
 
 
 def test_every_representative_within_a_spacing_is_found_once() -> None:
@@ -71,10 +73,7 @@ def test_unused_representatives_are_not_found() -> None:
 
 
 def test_distance_along_the_normal_counts_more() -> None:
-    along, across = results(separation_kernel, 2, [column([[0.3, 0.0, 0.4], [0.0, 0.5, 0.0]], wp.vec3)], float)
+    offsets = column([[0.3, 0.0, 0.4], [0.0, 0.5, 0.0]], wp.vec3)
+    along, across = results(separation_kernel, 2, [CLUSTERING_PARAMETERS, offsets], float)
     assert np.isclose(along, 0.5)
     assert np.isclose(across, 0.5 * STRETCH)
-
-
-def test_normals_are_alike_within_the_papers_30_degrees() -> None:
-    assert float(NORMAL_THRESHOLD) == pytest.approx(np.cos(np.radians(30.0)), abs=1e-6)

@@ -4,8 +4,9 @@ import warp as wp
 from numpy.typing import NDArray
 from scenes import column, results
 
-from gpu.clustering.grid import Grid, Representatives, level_of, separation
+from gpu.clustering.grid import ClusteringParameters, Grid, Representatives, level_of, separation
 from gpu.clustering.nearest import nearest_of_all, nearest_search
+from gpu.core.parameters import parameters
 
 # How much more a distance along the normal counts than one along the surface.
 STRETCH = 8.0
@@ -18,7 +19,7 @@ SPACING = 0.08
 
 
 @wp.func
-def straight(p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> float:
+def straight(chosen: ClusteringParameters, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> float:
     """Distance as the crow flies."""
     return wp.length(q - p)
 
@@ -29,10 +30,10 @@ def search_kernel(metric: wp.Function) -> wp.Kernel:
 
     @wp.kernel
     def kernel(first: int, clusters: Representatives, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
-               spacing: float, threshold: float, found: wp.array[int]) -> None:  # fmt: skip
+               spacing: float, found: wp.array[int]) -> None:  # fmt: skip
         """One thread a point: its nearest representatives, found: (point, NUMBER) flattened."""
         point = first + wp.tid()
-        nearest = search(clusters, position[point], normal[point], level_of(spacing), threshold)
+        nearest = search(clusters, position[point], normal[point], level_of(clusters.chosen, spacing))
         for f in range(wp.static(NUMBER)):
             found[NUMBER * point + f] = nearest.cluster[f]
 
@@ -63,8 +64,8 @@ def separations(points: tuple[NDArray, NDArray], clusters: tuple[NDArray, NDArra
     return stretched, points[1] @ clusters[1].T
 
 
-def grid_of(clusters: tuple[NDArray, NDArray], used: NDArray) -> Grid:
-    grid = Grid(len(used), CPU)
+def grid_of(clusters: tuple[NDArray, NDArray], used: NDArray, **changes: float) -> Grid:
+    grid = Grid(len(used), CPU, parameters(ClusteringParameters, **changes))
     for name, values in (("position", clusters[0]), ("normal", clusters[1]), ("spacing", np.where(used, SPACING, 0.0))):
         getattr(grid.data, name).assign(values.astype(np.float32))
     grid.build()
@@ -90,7 +91,8 @@ def test_the_nearest_of_like_normal_come_in_order(metric: wp.Function, threshold
     used = np.arange(len(clusters[0])) % 7 != 0
     inputs = [column(points[0], wp.vec3), column(points[1], wp.vec3)]
     kernel = search_kernel(metric)
-    found = results(kernel, 300, [grid_of(clusters, used).data, *inputs, SPACING, threshold], wp.int32, NUMBER)
+    grid = grid_of(clusters, used, normal_threshold=threshold)
+    found = results(kernel, 300, [grid.data, *inputs, SPACING], wp.int32, NUMBER)
     distance, cosine = separations(points, clusters)
     if metric is straight:
         distance = np.linalg.norm(clusters[0][None] - points[0][:, None], axis=2)
@@ -120,7 +122,7 @@ def widening_kernel(first: int, clusters: Representatives, normals: wp.array[wp.
                     found: wp.array[wp.vec2i]) -> None:  # fmt: skip
     """One thread a normal at the origin: its nearest representative, and whether that has a like normal."""
     point = first + wp.tid()
-    nearest = widening(clusters, wp.vec3(0.0, 0.0, 0.0), normals[point], level_of(spacing), wp.static(COS_30))
+    nearest = widening(clusters, wp.vec3(0.0, 0.0, 0.0), normals[point], level_of(clusters.chosen, spacing))
     found[point] = wp.vec2i(nearest.cluster[0], int(nearest.alike))
 
 
@@ -143,9 +145,11 @@ def widened(spacing: float, degrees: float) -> tuple[int, int]:
         (0, 20.0, (0, 1)),
         (3, 20.0, (0, 1)),  # in cells of four times the size
         (4, 20.0, (-1, 0)),  # too far apart in size
-        (0, 80.0, (0, 0)),
+        (0, 29.0, (0, 1)),  # 2022 paper, Eq. 7: within 30°
+        (0, 31.0, (0, 0)),
+        (0, 89.0, (0, 0)),
         (3, 80.0, (0, 0)),
-        (0, 100.0, (-1, 0)),
+        (0, 91.0, (-1, 0)),
     ],
 )
 def test_a_search_that_widens_takes_larger_cells_then_other_normals(

@@ -7,6 +7,7 @@ from scenes import column, grey, quad, resident_of, results
 from walking import Walk, budget_of, furnished, pose
 from walls import WIDTH, wall
 
+from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters
 from gpu.core.device import duplicate
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer
@@ -212,10 +213,10 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
 
 @wp.kernel
 def visible_kernel(first: int, gbuffer: GBuffer, pixel: int, positions: wp.array[wp.vec3], normal: wp.vec3,
-                   chosen: SpClusterParameters, out: wp.array[int]) -> None:  # fmt: skip
+                   chosen: SpClusterParameters, alike: ClusteringParameters, out: wp.array[int]) -> None:  # fmt: skip
     """One thread a place: whether the pixel shows it, with clusters ten spacings of pixels apart."""
     index = first + wp.tid()
-    out[index] = int(is_visible_at(gbuffer, pixel, positions[index], normal, 10.0, chosen.same_place))
+    out[index] = int(is_visible_at(gbuffer, pixel, positions[index], normal, 10.0, chosen.same_place, alike))
 
 
 @pytest.mark.parametrize(("turned", "shown"), [(False, [1, 1, 1, 0]), (True, [1, 1, 0, 0])])
@@ -225,7 +226,7 @@ def test_a_place_is_shown_by_its_surface_and_whatever_its_normal_by_its_own_pixe
     gbuffer, pixel = wall(), 20 * WIDTH + 20
     places = gbuffer.position.numpy()[pixel] + np.array([[0.0], [1.4], [1.6], [10.5]]) * [1.0, 0.0, 0.0]
     normal = wp.vec3(1.0, 0.0, 0.0) if turned else wp.vec3(0.0, 0.0, 1.0)
-    inputs = [gbuffer, pixel, column(places, wp.vec3), normal, CHOSEN]
+    inputs = [gbuffer, pixel, column(places, wp.vec3), normal, CHOSEN, CLUSTERING_PARAMETERS]
     assert results(visible_kernel, 4, inputs, wp.int32).tolist() == shown
 
 

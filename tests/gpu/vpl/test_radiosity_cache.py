@@ -3,7 +3,7 @@ import pytest
 import warp as wp
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
-from gpu.clustering.grid import Representatives
+from gpu.clustering.grid import CLUSTERING_PARAMETERS, Grid
 from gpu.core.device import launch
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
@@ -11,6 +11,7 @@ from gpu.scene.types import Doubles, Ints
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.light_sets import LightSetChoice, LightSets
 from gpu.vpl.radiosity_cache import (
+    RADIOSITY_PARAMETERS,
     RadiosityCache,
     covered_radiosity_kernel,
     disk_coverage_kernel,
@@ -155,6 +156,7 @@ def test_vpls_of_radii_far_from_what_is_asked_for_are_not_found(scale: float) ->
 def by_hand(positions: Doubles, radius: float) -> RadiosityCache:
     """A cache of VPLs that face up, of estimates' disks of a radius."""
     count, lit = len(positions), RadiosityCache()
+    lit.chosen, lit.alike = RADIOSITY_PARAMETERS, CLUSTERING_PARAMETERS
     lit.position, lit.normal = column(positions, wp.vec3), column(np.tile([0.0, 1.0, 0.0], (count, 1)), wp.vec3)
     lit.radius, lit.radiosity = column(np.full(count, radius), float), column(np.ones((count, 3)), wp.vec3)
     sort_into_cells(lit, wp.get_device("cpu"))
@@ -180,10 +182,10 @@ def test_a_vpl_stands_in_cells_of_three_sizes_and_nine_are_searched(scale: float
 
 def test_less_than_three_of_eight_places_that_are_surface_are_not_believed() -> None:
     covered = np.tri(9, 8, -1, dtype=np.int32)
-    radiosity = column(np.ones((9, 3)), wp.vec3)
-    launch(covered_radiosity_kernel, 9, [column(covered.ravel(), wp.int32), radiosity], wp.get_device("cpu"))
+    lit = by_hand(np.zeros((9, 3)), 0.1)
+    launch(covered_radiosity_kernel, 9, [column(covered.ravel(), wp.int32), lit], wp.get_device("cpu"))
     expected = [8.0 / max(number, 3) for number in range(9)]
-    assert radiosity.numpy()[:, 0] == pytest.approx(expected)
+    assert lit.radiosity.numpy()[:, 0] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("area", "taken"), [(0.5, 0.5), (40.0, 16.0)])
@@ -193,9 +195,10 @@ def test_twelve_neighbours_are_searched_no_farther_than_sixteen_unit_squares_hol
     disks = clusters.disks.numpy()
     disks["area"] = area
     clusters.disks = wp.array(disks, dtype=clusters.disks.dtype, device="cpu")
-    spacing = wp.zeros(100, dtype=float, device="cpu")
-    launch(neighbour_spacing_kernel, 1, [clusters, spacing], wp.get_device("cpu"))
-    assert spacing.numpy() == pytest.approx(2.0 / 3.0 * np.sqrt(12.0 * taken / 100.0 / np.pi), rel=1e-5)
+    vpls = Grid(100, wp.get_device("cpu")).data
+    inputs = [clusters, RADIOSITY_PARAMETERS.most_area, vpls]
+    launch(neighbour_spacing_kernel, 1, inputs, wp.get_device("cpu"))
+    assert vpls.spacing.numpy() == pytest.approx(2.0 / 3.0 * np.sqrt(12.0 * taken / 100.0 / np.pi), rel=1e-5)
 
 
 @pytest.mark.parametrize(("count", "read"), [(12, 12), (24, 12)])
@@ -209,9 +212,7 @@ def covered_places(edge: float, depth: float) -> Ints:
     """Which places around a VPL at the origin, of a disk of radius 0.1, show a floor so deep that ends at x = edge."""
     floor = quad((-0.5, -depth, 0.5), (0.5 + edge, 0.0, 0.0), (0.0, 0.0, -1.0))
     device_scene = resident_of([floor, *box(0)], [grey(0.5)])
-    vpls = Representatives()
-    vpls.position, vpls.normal = column([[0.0, 0.0, 0.0]], wp.vec3), column([[0.0, 1.0, 0.0]], wp.vec3)
-    inputs = [device_scene.data, vpls, column([0.1], float)]
+    inputs = [device_scene.data, by_hand(np.zeros((1, 3)), 0.1)]
     return results(disk_coverage_kernel, 8, inputs, wp.int32).astype(np.int32)
 
 
