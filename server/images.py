@@ -2,6 +2,7 @@
 
 import io
 import os
+import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -13,9 +14,11 @@ import OpenEXR
 import simplejpeg
 from numpy.typing import NDArray
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from gpu.errors import ImageError
 from gpu.settings import Component
+from server.srgb_profile import SRGB_PROFILE
 
 DISPLAY_FORMATS = (".png", ".jpg", ".jpeg")
 LINEAR_FORMATS = (".exr", ".npy")
@@ -24,13 +27,24 @@ JPEG_QUALITY = 92
 
 # Rec. 709 primaries and D65, as (red, green, blue, white) x and y: what OpenEXR assumes, here said in the file.
 _REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+# PNG, 11.3.2: the chunk sRGB with a perceptual intent, and what it stands for in the chunks gAMA and cHRM, for readers
+# that know only those.
+_PNG_SRGB = {
+    b"sRGB": b"\0",
+    b"gAMA": struct.pack(">I", 45455),
+    b"cHRM": struct.pack(">8I", 31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000),
+}
+# An APP2 segment, as ICC.1:2010, B.4 has it: the first chunk of one.
+_ICC_DATA = b"ICC_PROFILE\0\1\1" + SRGB_PROFILE
+_JPEG_SRGB = struct.pack(">HH", 0xFFE2, 2 + len(_ICC_DATA)) + _ICC_DATA
 
 
 def encode_image(pixels: NDArray[np.uint8] | None, radiance: NDArray[np.float32] | None, suffix: str) -> bytes:
     """Return the bytes of an image file of the format that `suffix` (".png", ...) names.
 
     pixels: (height, width, 3) sRGB, for DISPLAY_FORMATS; radiance: (height, width, 3) linear Rec. 709, for
-    LINEAR_FORMATS, kept as float32. The one that the format does not need may be None.
+    LINEAR_FORMATS, kept as float32. The one that the format does not need may be None. PNG, JPEG and OpenEXR say whose
+    colours they are; NPY has no place for that.
     Raises ImageError for another suffix; ValueError when what the format needs is None.
     """
     suffix = check_format(suffix)
@@ -41,7 +55,10 @@ def encode_image(pixels: NDArray[np.uint8] | None, radiance: NDArray[np.float32]
     stream = io.BytesIO()
     match suffix:
         case ".png":
-            Image.fromarray(image).save(stream, "png")
+            colours = PngInfo()
+            for name, data in _PNG_SRGB.items():
+                colours.add(name, data)
+            Image.fromarray(image).save(stream, "png", pnginfo=colours)
         case ".exr":
             header = {
                 "compression": OpenEXR.ZIP_COMPRESSION,
@@ -52,8 +69,16 @@ def encode_image(pixels: NDArray[np.uint8] | None, radiance: NDArray[np.float32]
         case ".npy":
             np.save(stream, image.astype(np.float32), allow_pickle=False)
         case _:
-            stream.write(simplejpeg.encode_jpeg(image, JPEG_QUALITY, colorspace="RGB", colorsubsampling="444"))
+            jpeg = simplejpeg.encode_jpeg(image, JPEG_QUALITY, colorspace="RGB", colorsubsampling="444")
+            stream.write(_with_profile(jpeg))
     return stream.getvalue()
+
+
+def _with_profile(jpeg: bytes) -> bytes:
+    """A JPEG with the sRGB profile, after its APP0 segment, which must come first (JFIF 1.02)."""
+    marker, length = struct.unpack(">HH", jpeg[2:6])
+    place = 4 + length if marker == 0xFFE0 else 2
+    return jpeg[:place] + _JPEG_SRGB + jpeg[place:]
 
 
 def check_format(suffix: str) -> str:

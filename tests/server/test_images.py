@@ -1,4 +1,5 @@
 import io
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from PIL import Image
 from gpu.errors import ImageError
 from gpu.settings import Component
 from server.images import check_output, encode_image, read_image, write_atomic
+from server.srgb_profile import SRGB_PROFILE
 
 RNG = np.random.default_rng(5)
 PIXELS = np.repeat(np.repeat(RNG.integers(0, 255, (4, 6, 3), np.uint8), 8, 0), 8, 1)
@@ -36,6 +38,38 @@ def test_linear_formats_come_back_bit_by_bit(suffix: str, tmp_path: Path) -> Non
     back = read_image(path)
     assert back.dtype == np.float32
     assert np.array_equal(back, RADIANCE)
+
+
+def test_png_says_that_it_is_srgb() -> None:
+    data = encode_image(PIXELS, None, ".png")
+    chunks, place = {}, 8
+    while place < len(data):
+        length, name = struct.unpack_from(">I4s", data, place)
+        chunks[name] = data[place + 8 : place + 8 + length]
+        place += 12 + length
+    assert chunks[b"sRGB"] == b"\0"
+    names = list(chunks)
+    assert max(names.index(name) for name in (b"sRGB", b"gAMA", b"cHRM")) < names.index(b"IDAT")
+    with Image.open(io.BytesIO(data)) as image:
+        assert image.info["gamma"] == pytest.approx(1 / 2.2, abs=1e-4)
+        assert image.info["chromaticity"] == pytest.approx((0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06))
+
+
+def test_jpeg_has_the_profile_of_srgb() -> None:
+    data = encode_image(PIXELS, None, ".jpg")
+    assert data[2:4] == b"\xff\xe0"  # JFIF's own segment comes first
+    with Image.open(io.BytesIO(data)) as image:
+        assert image.info["icc_profile"] == SRGB_PROFILE
+        assert image.info["jfif_version"]
+        image.load()
+
+
+def test_exr_tells_its_primaries_to_any_reader() -> None:
+    data = encode_image(None, RADIANCE, ".exr")
+    place = data.index(b"chromaticities\0chromaticities\0")
+    size, *values = struct.unpack_from("<I8f", data, place + 30)
+    assert size == 32
+    assert values == pytest.approx((0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))
 
 
 def test_exr_names_channels_and_primaries(tmp_path: Path) -> None:

@@ -20,7 +20,8 @@ FLOORS = (
     {"render"},
     {"settings", "metrics", "logs"},
     {"wire"},
-    {"images", "refusals"},
+    {"images", "refusals", "addresses"},
+    {"srgb_profile"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 
