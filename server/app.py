@@ -13,6 +13,8 @@ from fastapi import FastAPI
 
 from gpu.errors import UserError
 from server import errors
+from server.http.cors import Cors
+from server.http.forwarded import Forwarded
 from server.http.middleware import BodyLimit, RequestLimit
 from server.http.security import HEADERS, Guard, with_token
 from server.http.shutdown import CLOSE_SECONDS, Server
@@ -25,13 +27,18 @@ from server.rest import jobs as job_api
 from server.rest import metrics as monitor
 from server.rest import render as render_api
 from server.rest import scenes as scene_api
-from server.rest.pages import Pages
+from server.rest.pages import FOLDER, Pages
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import CHECK, Checker
 from server.scenes.uploads import Uploads
 from server.service import Service, start_message
 from server.settings import ServerSettings
 from server.walk import stream
+
+# At the top of the service: the page's files, and what is beside them.
+NAMES = {"", "api", "healthz", "readyz", "metrics", *(path.name for path in FOLDER.iterdir())}
+EXPOSED = ("Location", "Retry-After", "WWW-Authenticate", *render_api.STATISTICS)
+WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # listened on for all addresses, which none is
 
 
 def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: Sequence[str] = CHECK) -> FastAPI:
@@ -74,6 +81,11 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     app.add_middleware(BodyLimit, max_bytes=settings.max_message_bytes, streamed=(scene_api.router.prefix,))
     app.add_middleware(RequestLimit, service=service)
     app.add_middleware(Guard, settings=settings, metrics=service.metrics)
+    if settings.allowed_origins:
+        app.add_middleware(Cors, origins=settings.allowed_origins, exposed=EXPOSED)
+    app.add_middleware(
+        Forwarded, root_path=settings.root_path, trusted=settings.trusted_proxies, names=frozenset(NAMES)
+    )
     errors.install(app)
     for part in (docs, health, monitor, render_api, scene_api, job_api, stream):
         app.include_router(part.router)
@@ -94,7 +106,9 @@ def server_config(app: FastAPI, settings: ServerSettings) -> uvicorn.Config:
         server_header=False,
         headers=list(HEADERS.items()),
         lifespan="on",
+        proxy_headers=False,  # Forwarded reads them
         ws=WebSocket,
+        ws_ping_interval=settings.keepalive_seconds,
         ws_max_size=settings.max_message_bytes,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=CLOSE_SECONDS,
@@ -117,10 +131,7 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
     app = create_app(settings, worker)
     engine = app.state.service.engine
     with _listen(settings.host, settings.port) as listener:
-        host = f"[{settings.host}]" if ":" in settings.host else settings.host
-        url = f"http://{host}:{listener.getsockname()[1]}"
-        if made and settings.token is not None:  # said here, once, and nowhere else
-            url += f"/?token={settings.token.get_secret_value()}"
+        url = _url(settings, listener.getsockname()[1], with_token=made)
         server = create_server(app, settings)
         engine.listeners.add(_announcer(engine, server, url))
         with suppress(KeyboardInterrupt):
@@ -150,10 +161,22 @@ def _announcer(engine: Engine, server: uvicorn.Server, url: str) -> Callable[[],
     return announce
 
 
+def _url(settings: ServerSettings, port: int, *, with_token: bool) -> str:
+    """Where a browser of this machine finds the page."""
+    host = WILDCARDS.get(settings.host, settings.host)
+    url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
+    url += f"{settings.root_path}/" if settings.root_path else ""
+    if with_token and settings.token is not None:  # said here, once, and nowhere else
+        url = f"{url.rstrip('/')}/?token={settings.token.get_secret_value()}"
+    return url
+
+
 def _listen(host: str, port: int) -> socket.socket:
+    """A socket that listens; on `::` for IPv4 too, where the system can."""
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        return socket.create_server(address[:2], family=family, backlog=2048)
+        both = address[0] == "::" and socket.has_dualstack_ipv6()
+        return socket.create_server(address, family=family, backlog=2048, dualstack_ipv6=both)
     except OSError as error:
         if error.errno == EADDRINUSE:
             raise UserError(f"port {port} of {host} is in use: stop what uses it, or choose another port") from None

@@ -22,6 +22,7 @@ from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
+from server.addresses import check_host, check_network, check_origin, check_prefix
 from server.wire.browser import MAX_SIDE, describe
 from server.wire.log_format import LogFormat
 
@@ -41,7 +42,9 @@ def _check_token(token: SecretStr) -> SecretStr:
 
 Token = Annotated[SecretStr, AfterValidator(_check_token)]
 Name = Annotated[str, StringConstraints(to_lower=True)]
-Names = Annotated[tuple[Name, ...], NoDecode, BeforeValidator(_split)]
+Hosts = Annotated[tuple[Annotated[Name, AfterValidator(check_host)], ...], NoDecode, BeforeValidator(_split)]
+Origins = Annotated[tuple[Annotated[Name, AfterValidator(check_origin)], ...], NoDecode, BeforeValidator(_split)]
+Networks = Annotated[tuple[Annotated[Name, AfterValidator(check_network)], ...], NoDecode, BeforeValidator(_split)]
 
 
 class ServerSettings(BaseSettings):
@@ -63,11 +66,27 @@ class ServerSettings(BaseSettings):
         description="secret that opens the service; off loopback one is made if none is given. Better in the "
         "environment than as a flag, which other users of the machine can see",
     )
-    allowed_hosts: Names = Field(
-        default=(), description="names without port, comma-separated, that the service is called by, as behind a proxy"
+    allowed_hosts: Hosts = Field(
+        default=(), description="names, comma-separated, that the service is called by, as behind a proxy"
     )
-    allowed_origins: Names = Field(
+    allowed_origins: Origins = Field(
         default=(), description="origins, comma-separated, of other pages that may use it, such as https://example.org"
+    )
+    root_path: Annotated[str, AfterValidator(check_prefix)] = Field(
+        default="",
+        description="path prefix below which a proxy shows the service, such as /walk; when not given, it is what "
+        "trusted proxies say in X-Forwarded-Prefix",
+    )
+    trusted_proxies: Networks = Field(
+        default=("127.0.0.1", "::1"),
+        description="addresses or networks, comma-separated, of proxies whose X-Forwarded-For, -Proto, -Prefix count",
+    )
+    keepalive_seconds: float = Field(
+        default=20.0,
+        ge=0.1,
+        le=3600.0,
+        description="of rest, after which a WebSocket is pinged and an event stream gets a comment: less than the "
+        "shortest idle timeout of all proxies [s]",
     )
     log_format: LogFormat = Field(default=LogFormat.TEXT, description="one line of text, or of JSON, an event")
     scene: str = Field(default="cornell-box", min_length=1, description="served scene: a built-in name or a file")

@@ -79,8 +79,9 @@ def _help(field: FieldInfo) -> str:
     """Description, limits and default, as argparse wants them (% doubled)."""
     notes = [limits] if (limits := limits_of(field)) else []
     default = field.get_default(call_default_factory=True, validated_data={})
-    if default not in (None, ()) and kind_of(field) is not bool:
-        notes.append(f"default {default.value if isinstance(default, Enum) else default}")
+    if default not in (None, (), "") and kind_of(field) is not bool:
+        words = ",".join(default) if isinstance(default, tuple) else default
+        notes.append(f"default {words.value if isinstance(words, Enum) else words}")
     text = field.description or ""
     return (f"{text} ({'; '.join(notes)})" if notes else text).replace("%", "%%")
 

@@ -96,8 +96,10 @@ def _options(model: type[BaseModel]) -> str:
 
 def _default(name: str, field: FieldInfo) -> str:
     value = field.get_default(call_default_factory=True, validated_data={})
-    if value is None or value == ():
+    if value in (None, (), ""):
         return "by device" if hasattr(ON_CUDA, name) else ""
+    if isinstance(value, tuple):
+        return f"`{','.join(value)}`"
     if isinstance(value, bool):
         return "on" if value else "off"
     if "bytes" in name:

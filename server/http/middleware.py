@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.errors import error_response
+from server.http.forwarded import route_path
 from server.http.security import OPEN
 from server.logs import bind
 from server.service import Service
@@ -29,7 +30,7 @@ class BodyLimit:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Read the body, which is small, and pass it on whole."""
         bodiless = scope["type"] != "http" or scope["method"] in ("GET", "HEAD", "OPTIONS")
-        if bodiless or scope["path"] in self._streamed:
+        if bodiless or route_path(scope) in self._streamed:
             await self._app(scope, receive, send)
             return
         try:
@@ -77,7 +78,7 @@ class RequestLimit:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on a request that there is room for."""
-        if scope["type"] != "http" or scope["path"] in OPEN:
+        if scope["type"] != "http" or route_path(scope) in OPEN:
             await self._app(scope, receive, send)
             return
         bind(request=next(self._numbers))

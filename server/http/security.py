@@ -2,15 +2,18 @@
 
 Host: a page elsewhere whose name is made to point here (DNS rebinding) calls this service by that page's name. On a
 loopback address only loopback names are answered to, elsewhere any; `allowed_hosts` adds names, or limits to them.
-Origin: browsers say which page opens a WebSocket or sends a form; it must be one of ours or of `allowed_origins`.
-Token: `?token=` on a page becomes a cookie and goes from the address; programs send `Authorization: Bearer`.
+Origin: browsers say which page opens a WebSocket or sends a form; it must be one of ours (scheme, host and port) or of
+`allowed_origins`.
+Token: `?token=` on a page becomes a cookie and goes from the address; programs send `Authorization: Bearer`. Pages of
+other sites have no cookie, and cannot give a WebSocket headers: they offer the token as a subprotocol.
 """
 
+import binascii
 import hmac
 import secrets
+from base64 import urlsafe_b64decode
 from hashlib import sha256
-from ipaddress import ip_address
-from urllib.parse import parse_qsl, quote, urlencode, urlsplit
+from urllib.parse import parse_qsl, quote, urlencode
 
 from pydantic import SecretStr
 from starlette.datastructures import Headers
@@ -18,13 +21,17 @@ from starlette.requests import HTTPConnection
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from server.addresses import client_network, host_of, is_loopback, origin_of
 from server.errors import error_response
+from server.http.cors import is_preflight
+from server.http.forwarded import route_path
 from server.http.rate_limit import Buckets
 from server.metrics import Metrics
 from server.settings import ServerSettings
 
 OPEN = ("/healthz", "/readyz")  # for supervisors, which have no token; they say little
 SAFE = ("GET", "HEAD", "OPTIONS")
+TOKEN_PROTOCOL = "bearer."  # and the token in base64url without padding, as subprotocols have few characters
 WRONG_RATE, WRONG_BURST = 0.5, 20.0  # wrong tokens of one address: a second, and at once
 
 CONTENT = {
@@ -64,14 +71,6 @@ LOGIN = """<!doctype html>
 AGAIN = '<meta http-equiv="refresh" content="0">'
 
 
-def is_loopback(host: str) -> bool:
-    """Whether a host name or address, without port, can only mean this machine."""
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost" or host.endswith(".localhost")
-
-
 def with_token(settings: ServerSettings) -> ServerSettings:
     """Settings with a new token where others could come and none is given; on a loopback address none is needed."""
     if settings.token is not None or is_loopback(settings.host):
@@ -95,9 +94,9 @@ class Key:
         """Whether this is the cookie's value, likewise."""
         return hmac.compare_digest(value.encode(errors="replace"), self._value.encode())
 
-    def give(self, response: Response, secure: bool) -> None:
-        """Let the browser keep the cookie; `secure`: only for HTTPS."""
-        response.set_cookie(self.cookie, self._value, secure=secure, httponly=True, samesite="strict")
+    def give(self, response: Response, path: str, secure: bool) -> None:
+        """Let the browser keep the cookie for what is below `path`; `secure`: only for HTTPS."""
+        response.set_cookie(self.cookie, self._value, path=path, secure=secure, httponly=True, samesite="strict")
 
 
 class Guard:
@@ -114,50 +113,49 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass on what may come in."""
-        answer = self._judge(scope) if scope["type"] in ("http", "websocket") and scope["path"] not in OPEN else None
+        judged = scope["type"] in ("http", "websocket") and route_path(scope) not in OPEN
+        answer = self._judge(scope) if judged else None
         await (answer or self._app)(scope, receive, send)
 
     def _judge(self, scope: Scope) -> Response | None:
         """The answer to who may not come in, or who has brought the token in the address; else None."""
         headers = Headers(scope=scope)
-        host = headers.get("Host", "").lower()
+        host = headers.get("Host", "")
         if not self._knows(host):
             self._metrics.refused("host")
             return error_response(400, "unknown-host", f"this service is not called {host!r}; see `allowed_hosts`")
-        origin = headers.get("Origin", "").lower()
-        if origin and not (scope["type"] == "http" and scope["method"] in SAFE) and not self._ours(origin, host):
+        origin = headers.get("Origin", "")
+        safe = scope["type"] == "http" and scope["method"] in SAFE and not is_preflight(scope["method"], headers)
+        own = origin_of(f"{scope['scheme'].replace('ws', 'http')}://{host}")
+        if origin and not safe and origin_of(origin) not in (own, *self._origins):
             self._metrics.refused("origin")
-            return error_response(403, "foreign-origin", f"not from a page of {origin!r}; see `allowed_origins`")
+            text = f"not from a page of {origin!r}: this service is {own}, as far as it and its proxies know; "
+            return error_response(403, "foreign-origin", text + "see `allowed_origins` and `trusted_proxies`")
         return self._ask(scope, headers, self._key) if self._key is not None else None
 
     def _knows(self, host: str) -> bool:
-        try:
-            name = urlsplit(f"//{host}").hostname or ""
-        except ValueError:
-            return False
-        return bool(name) and (self._any_host or is_loopback(name) or name in self._hosts)
-
-    def _ours(self, origin: str, host: str) -> bool:
-        return origin in self._origins or _place(origin) == host
+        name = host_of(host)
+        return name is not None and (self._any_host or is_loopback(name) or name in self._hosts)
 
     def _ask(self, scope: Scope, headers: Headers, key: Key) -> Response | None:
         """None for who has the token."""
         query = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
         asked = [value for name, value in query if name == "token"] if scope["type"] == "http" else []
-        scheme, _, bearer = headers.get("Authorization", "").partition(" ")
+        bearer = _bearer(scope, headers)
         cookie = HTTPConnection(scope).cookies.get(key.cookie, "")
-        brought = bool(asked or cookie) or scheme.lower() == "bearer"
-        address = (scope["client"] or ("",))[0]
+        brought = bool(asked or cookie) or bearer is not None
+        address = client_network((scope["client"] or ("",))[0])
         if brought and self._wrong.empty(address):
             self._metrics.refused("guesses")
             return error_response(429, "too-many-guesses", "too many wrong tokens from this address")
         if asked and key.fits(asked[-1]) and scope["method"] in SAFE:
             rest = urlencode([(name, value) for name, value in query if name != "token"])
-            path = "/" + quote(scope["path"].lstrip("/"))
+            # From the same folder: so it leads back whatever prefix a proxy has taken away without a word.
+            path = "./" + quote(scope["path"].rpartition("/")[2])
             response: Response = RedirectResponse(f"{path}?{rest}" if rest else path, 303)
-            key.give(response, secure=scope["scheme"] == "https")
+            key.give(response, f"{scope['root_path']}/", secure=scope["scheme"] == "https")
             return response
-        if key.fits_cookie(cookie) or (scheme.lower() == "bearer" and key.fits(bearer.strip())):
+        if key.fits_cookie(cookie) or (bearer is not None and key.fits(bearer)):
             return None
         if brought:
             self._wrong.take(address)
@@ -171,12 +169,19 @@ class Guard:
         return response
 
 
-def _place(url: str) -> str:
-    """Host and port of a URL; nothing when it is none."""
-    try:
-        return urlsplit(url).netloc
-    except ValueError:
-        return ""
+def _bearer(scope: Scope, headers: Headers) -> str | None:
+    """A token in the header Authorization, or in a WebSocket's subprotocol; None when there is none."""
+    scheme, _, token = headers.get("Authorization", "").partition(" ")
+    if scheme.lower() == "bearer":
+        return token.strip()
+    for offered in scope.get("subprotocols", ()):
+        if offered.startswith(TOKEN_PROTOCOL):
+            text = offered.removeprefix(TOKEN_PROTOCOL)
+            try:
+                return urlsafe_b64decode(text + "=" * (-len(text) % 4)).decode(errors="replace")
+            except binascii.Error:
+                return ""
+    return None
 
 
 def _from_elsewhere(headers: Headers) -> bool:

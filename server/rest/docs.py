@@ -1,4 +1,7 @@
-"""/api/docs: the REST interface to read and try out (Swagger UI), with nothing loaded from elsewhere."""
+"""/api/docs: the REST interface to read and try out (Swagger UI), with nothing loaded from elsewhere.
+
+What it loads is named from the page, so that it is found below any prefix.
+"""
 
 from importlib.resources import files
 
@@ -9,11 +12,11 @@ from starlette.staticfiles import StaticFiles
 # The script is a file of its own because the Content-Security-Policy allows none inside a page.
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>lumenwalk: REST</title>
-<link rel="stylesheet" href="/api/docs/files/swagger-ui.css"></head>
+<link rel="stylesheet" href="docs/files/swagger-ui.css"></head>
 <body><div id="docs"></div>
-<script src="/api/docs/files/swagger-ui-bundle.js"></script><script src="/api/docs/start.js"></script></body></html>
+<script src="docs/files/swagger-ui-bundle.js"></script><script src="docs/start.js"></script></body></html>
 """
-START = """SwaggerUIBundle({ url: "/api/openapi.json", dom_id: "#docs", deepLinking: true, validatorUrl: null });"""
+START = """SwaggerUIBundle({ url: "openapi.json", dom_id: "#docs", deepLinking: true, validatorUrl: null });"""
 
 router = APIRouter(include_in_schema=False)
 swagger = StaticFiles(directory=str(files("fastapi_swagger.resources")))

@@ -3,7 +3,7 @@
 from collections.abc import AsyncGenerator
 from typing import Literal
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, Field
 
 from server.errors import ErrorBody
@@ -43,8 +43,8 @@ class JobInfo(BaseModel):
     url: str = Field(description="of the job; its result is at /result below that, its progress at /events")
 
 
-def describe(job: RenderJob) -> JobInfo:
-    """A job as clients see it."""
+def describe(job: RenderJob, request: Request) -> JobInfo:
+    """A job as clients see it, below the prefix that they ask below."""
     return JobInfo(
         id=job.id,
         state=job.state,
@@ -55,31 +55,32 @@ def describe(job: RenderJob) -> JobInfo:
         size=job.render.size,
         format=job.media_type,
         error=job.error,
-        url=f"{router.prefix}/{job.id}",
+        url=f"{request.scope['root_path']}{router.prefix}/{job.id}",
     )
 
 
 @router.post("", status_code=202)
-async def add(request: JobRequest, service: TheService, response: Response) -> JobInfo:
+async def add(wanted: JobRequest, service: TheService, request: Request, response: Response) -> JobInfo:
     """Queue a picture; it is rendered when nobody who walks needs the device."""
-    media_type, output = _FORMATS[request.format]
-    scene = service.catalogue.find(request.scene)
-    service.settings.check_render(request.size, request.settings, service.settings.max_pixels)
-    job = service.jobs.add(request.render(service.number(), scene, output), request.frames()[0], media_type)
-    response.headers["Location"] = f"{router.prefix}/{job.id}"
-    return describe(job)
+    media_type, output = _FORMATS[wanted.format]
+    scene = service.catalogue.find(wanted.scene)
+    service.settings.check_render(wanted.size, wanted.settings, service.settings.max_pixels)
+    job = service.jobs.add(wanted.render(service.number(), scene, output), wanted.frames()[0], media_type)
+    told = describe(job, request)
+    response.headers["Location"] = told.url
+    return told
 
 
 @router.get("")
-async def jobs(service: TheService) -> list[JobInfo]:
+async def jobs(service: TheService, request: Request) -> list[JobInfo]:
     """All jobs that are not forgotten yet, the oldest first."""
-    return [describe(job) for job in service.jobs.all]
+    return [describe(job, request) for job in service.jobs.all]
 
 
 @router.get("/{job_id}")
-async def job(job_id: str, service: TheService) -> JobInfo:
+async def job(job_id: str, service: TheService, request: Request) -> JobInfo:
     """How far a job is."""
-    return describe(service.jobs.find(job_id))
+    return describe(service.jobs.find(job_id), request)
 
 
 @router.get(
@@ -97,18 +98,18 @@ async def result(job_id: str, service: TheService) -> Response:
 
 
 @router.get("/{job_id}/events", response_class=Response, responses={200: {"content": {"text/event-stream": {}}}})
-async def events(job_id: str, service: TheService) -> Response:
+async def events(job_id: str, service: TheService, request: Request) -> Response:
     """What happens to a job, as server-sent events: `progress` each time, and `end`, both with the job as data."""
     found = service.jobs.find(job_id)
 
     async def told() -> AsyncGenerator[str]:
         async for now in service.jobs.watch(found):
-            yield event("end" if now.state in ENDED else "progress", describe(now))
+            yield event("end" if now.state in ENDED else "progress", describe(now, request))
 
-    return event_stream(told(), service.stopping)
+    return event_stream(told(), service.stopping, service.settings.keepalive_seconds)
 
 
 @router.delete("/{job_id}")
-async def remove(job_id: str, service: TheService) -> JobInfo:
+async def remove(job_id: str, service: TheService, request: Request) -> JobInfo:
     """Cancel a job that waits or runs, and forget it with its result."""
-    return describe(service.jobs.remove(job_id))
+    return describe(service.jobs.remove(job_id), request)

@@ -18,6 +18,10 @@ from server.service import Service, TheService
 from server.wire.worker import STILLS, Done, Render
 
 MAX_FRAMES = 64
+# Headers of an answer: JSON, and milliseconds.
+STATISTICS = tuple(
+    f"X-Lumenwalk-{name}" for name in ("Stage-Ms", "Counts", "Skips", "Estimates", "Render-Ms", "Encode-Ms", "Queue-Ms")
+)
 router = APIRouter(prefix="/api/v1", responses={code: {"model": ErrorBody} for code in (404, 406, 413, 422, 429, 503)})
 
 
@@ -44,16 +48,16 @@ async def render(
     began = monotonic()
     done, image = await _still(service, job, frames)
     total_ms = 1e3 * (monotonic() - began)
-    headers = {
-        "Stage-Ms": json.dumps({name: round(ms, 3) for name, ms in done.stage_ms.items()}),
-        "Counts": json.dumps(done.counts),
-        "Skips": json.dumps(done.skips),
-        "Estimates": json.dumps(done.estimates),
-        "Render-Ms": f"{done.render_ms:.3f}",
-        "Encode-Ms": f"{done.encode_ms:.3f}",
-        "Queue-Ms": f"{max(total_ms - done.render_ms - done.encode_ms, 0.0):.3f}",
-    }
-    return Response(image, media_type=media_type, headers={f"X-Lumenwalk-{name}": it for name, it in headers.items()})
+    figures = (
+        json.dumps({name: round(ms, 3) for name, ms in done.stage_ms.items()}),
+        json.dumps(done.counts),
+        json.dumps(done.skips),
+        json.dumps(done.estimates),
+        f"{done.render_ms:.3f}",
+        f"{done.encode_ms:.3f}",
+        f"{max(total_ms - done.render_ms - done.encode_ms, 0.0):.3f}",
+    )
+    return Response(image, media_type=media_type, headers=dict(zip(STATISTICS, figures, strict=True)))
 
 
 async def _still(service: Service, job: Render, frames: int) -> tuple[Done, bytes]:

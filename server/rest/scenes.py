@@ -120,7 +120,7 @@ async def upload(
     ref = service.catalogue.find(added.id)
     service.residency.learn(ref, added.checked)
     await service.residency.free_lost()
-    response.headers["Location"] = f"{router.prefix}/{quote(ref.id)}"
+    response.headers["Location"] = f"{request.scope['root_path']}{router.prefix}/{quote(ref.id)}"
     return await _details(service, ref)
 
 
@@ -138,7 +138,7 @@ async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | N
     ref = service.catalogue.find(scene_id)
     _check_ready(service)
     if wants_events(accept):
-        return event_stream(_load_events(service, ref), service.stopping)
+        return event_stream(_load_events(service, ref), service.stopping, service.settings.keepalive_seconds)
     return await _load(service, ref)
 
 

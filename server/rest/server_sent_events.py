@@ -1,12 +1,14 @@
 """Server-sent events: what goes on, as it goes on (https://html.spec.whatwg.org/multipage/server-sent-events.html)."""
 
 import asyncio
+from asyncio import FIRST_COMPLETED
 from collections.abc import AsyncGenerator, AsyncIterator
 
 from pydantic import BaseModel
 from starlette.responses import StreamingResponse
 
 MEDIA_TYPE = "text/event-stream"
+COMMENT = ":\n\n"  # clients pass over it; proxies see that the stream lives
 
 
 def event(name: str, data: BaseModel) -> str:
@@ -14,19 +16,23 @@ def event(name: str, data: BaseModel) -> str:
     return f"event: {name}\ndata: {data.model_dump_json()}\n\n"
 
 
-def event_stream(events: AsyncGenerator[str], stopping: asyncio.Event) -> StreamingResponse:
-    """A response that ends when `events` do, or the service; proxies are told not to hold any back."""
+def event_stream(events: AsyncGenerator[str], stopping: asyncio.Event, rest_seconds: float) -> StreamingResponse:
+    """A response that ends when `events` do, or the service, and says nothing for `rest_seconds` at most.
+
+    Proxies are told not to hold any back.
+    """
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    return StreamingResponse(_until(stopping, events), media_type=MEDIA_TYPE, headers=headers)
+    return StreamingResponse(_until(stopping, events, rest_seconds), media_type=MEDIA_TYPE, headers=headers)
 
 
-async def _until(stopping: asyncio.Event, events: AsyncGenerator[str]) -> AsyncIterator[str]:
+async def _until(stopping: asyncio.Event, events: AsyncGenerator[str], rest_seconds: float) -> AsyncIterator[str]:
     end = asyncio.create_task(stopping.wait())
     try:
         while True:
             following = asyncio.ensure_future(anext(events, None))
             try:
-                await asyncio.wait((following, end), return_when=asyncio.FIRST_COMPLETED)
+                while not (await asyncio.wait((following, end), timeout=rest_seconds, return_when=FIRST_COMPLETED))[0]:
+                    yield COMMENT
             finally:  # also when the client has left: a generator that still runs cannot be closed
                 if not following.done():
                     following.cancel()

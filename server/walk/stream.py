@@ -11,7 +11,7 @@ from server.logs import bind
 from server.service import Service, TheService
 from server.walk.viewer import RESTART, Viewer
 from server.walk.viewer_socket import ViewerSocket
-from server.wire.browser import Error, ErrorCode, Hello, parse_viewer_message
+from server.wire.browser import SUBPROTOCOL, Error, ErrorCode, Hello, parse_viewer_message
 
 HELLO_SECONDS = 5.0
 BAD_PROTOCOL, POLICY, FAULT, TRY_AGAIN = 1002, 1008, 1011, 1013
@@ -23,7 +23,8 @@ router = APIRouter()
 @router.websocket("/api/v1/stream")
 async def stream(socket: WebSocket, service: TheService) -> None:
     """Serve one viewer until it leaves."""
-    await socket.accept()
+    # A browser that offers subprotocols, one of which may be its token, wants one of them taken.
+    await socket.accept(SUBPROTOCOL if SUBPROTOCOL in socket.scope["subprotocols"] else None)
     if service.stopping.is_set():
         await _refuse(socket, service, "stopping", RESTART, "the server is stopping")
         return

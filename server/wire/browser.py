@@ -37,6 +37,9 @@ The server closes with 1002 (no valid hello first), 1008 (refused by policy), 10
 the server, or no answer to its pings), 1012 (server stops) or 1013 (too many viewers, or a viewer that acknowledged
 nothing for long: try again later). The page reconnects with backoff after all but 1002, 1008 and 1009.
 
+A viewer that can set no headers may offer two subprotocols: "lumenwalk", which is taken, and "bearer." with its token
+in base64url without padding.
+
 server.wire.frame_header has the layout of a frame.
 """
 
@@ -49,6 +52,7 @@ from gpu.errors import UserError
 from gpu.settings import RenderSettings
 
 PROTOCOL = 2
+SUBPROTOCOL = "lumenwalk"
 WINDOW = 2
 
 MAX_SIDE = 16_384

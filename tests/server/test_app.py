@@ -17,9 +17,10 @@ from harness import GRADIENT_WORKER, Walker
 from websockets.sync.client import connect
 
 from gpu.errors import UserError
-from server.app import serve
+from server.app import _listen, _url, create_app, serve, server_config
 from server.settings import ServerSettings
 
+TOKEN = "correct-horse-battery-staple"
 PROGRAM = f"""
 import sys
 from gpu.errors import UserError
@@ -81,6 +82,43 @@ def test_a_port_in_use_is_said() -> None:
         port = taken.getsockname()[1]
         with pytest.raises(UserError, match=f"port {port} of 127.0.0.1 is in use"):
             serve(ServerSettings(port=port), GRADIENT_WORKER)
+
+
+@pytest.mark.parametrize(
+    ("settings", "url"),
+    [
+        ({}, "http://127.0.0.1:81"),
+        ({"host": "::1"}, "http://[::1]:81"),
+        ({"host": "::1", "root_path": "/walk/"}, "http://[::1]:81/walk/"),
+        ({"host": "::", "token": TOKEN}, f"http://[::1]:81/?token={TOKEN}"),
+        ({"host": "0.0.0.0", "token": TOKEN}, f"http://127.0.0.1:81/?token={TOKEN}"),
+        ({"host": "2001:db8::7", "token": TOKEN, "root_path": "/a/b"}, f"http://[2001:db8::7]:81/a/b/?token={TOKEN}"),
+    ],
+)
+def test_the_link_can_be_opened(settings: dict[str, str], url: str) -> None:
+    assert _url(ServerSettings(**settings), 81, with_token="token" in settings) == url
+
+
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="needs IPv6")
+@pytest.mark.parametrize(
+    ("host", "reached"), [("::1", ["::1"]), ("::", ["::1", "127.0.0.1"]), ("127.0.0.1", ["127.0.0.1"])]
+)
+def test_it_listens_on_ipv6_and_on_both(host: str, reached: list[str]) -> None:
+    with _listen(host, 0) as listener:
+        for address in ("::1", "127.0.0.1"):
+            try:
+                socket.create_connection((address, listener.getsockname()[1]), 2.0).close()
+            except OSError:
+                assert address not in reached
+            else:
+                assert address in reached
+
+
+def test_proxies_and_rest_are_as_the_settings_say() -> None:
+    settings = ServerSettings(keepalive_seconds=7.0)
+    config = server_config(create_app(settings), settings)
+    assert config.ws_ping_interval == 7.0
+    assert not config.proxy_headers  # read once only, by server.http.forwarded
 
 
 def test_an_address_of_another_machine_is_said() -> None:

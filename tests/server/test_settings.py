@@ -97,3 +97,17 @@ def test_a_target_is_refused_where_it_could_take_more_clusters_than_allowed(targ
         ServerSettings(max_sp_clusters=1000).check_render((8, 8), settings, 64)
     with pytest.raises(UserError, match="more than this server's limit of 9999"):
         ServerSettings(max_vpls=9999).check_render((8, 8), settings, 64)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("allowed_origins", "portal.example.org", "no origin: write scheme, host and port"),
+        ("allowed_hosts", "https://walk.example.org", "no name of a host"),
+        ("trusted_proxies", "proxy", "no address"),
+        ("root_path", "walk", "no path prefix: write it as /walk"),
+    ],
+)
+def test_addresses_that_make_no_sense_are_said_at_the_start(name: str, value: str, words: str) -> None:
+    with pytest.raises(UserError, match=f"{name}.*{words}"):
+        load_settings(flags={name: value})

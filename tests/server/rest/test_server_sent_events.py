@@ -4,7 +4,7 @@ from collections.abc import AsyncGenerator
 import pytest
 
 from server.errors import ErrorBody
-from server.rest.server_sent_events import event, event_stream, wants_events
+from server.rest.server_sent_events import COMMENT, event, event_stream, wants_events
 
 
 def test_an_event_is_a_name_and_a_line_of_json() -> None:
@@ -41,7 +41,7 @@ class Source:
 def test_a_stream_ends_with_its_events_or_with_the_service(ends: bool) -> None:
     async def main() -> None:
         source, stopping = Source("a", "b", ends=ends), asyncio.Event()
-        stream = event_stream(source(), stopping).body_iterator
+        stream = event_stream(source(), stopping, 60.0).body_iterator
         assert [await anext(stream), await anext(stream)] == ["a", "b"]
         if not ends:
             stopping.set()
@@ -52,10 +52,23 @@ def test_a_stream_ends_with_its_events_or_with_the_service(ends: bool) -> None:
     asyncio.run(asyncio.wait_for(main(), 5.0))
 
 
+def test_a_stream_that_rests_says_that_it_lives() -> None:
+    async def main() -> None:
+        source = Source("a", ends=False)
+        stream = event_stream(source(), asyncio.Event(), 0.01).body_iterator
+        assert [await anext(stream) for _ in range(3)] == ["a", COMMENT, COMMENT]
+        assert COMMENT.startswith(":")  # what a client passes over
+        assert isinstance(stream, AsyncGenerator)
+        await stream.aclose()  # the client leaves between two of them
+        assert source.closed
+
+    asyncio.run(asyncio.wait_for(main(), 5.0))
+
+
 def test_events_are_closed_when_the_client_leaves() -> None:
     async def main() -> None:
         source = Source(ends=False)
-        stream = event_stream(source(), asyncio.Event()).body_iterator
+        stream = event_stream(source(), asyncio.Event(), 60.0).body_iterator
         waiting = asyncio.ensure_future(anext(stream))
         await asyncio.sleep(0.01)
         waiting.cancel()
