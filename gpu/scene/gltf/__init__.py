@@ -36,5 +36,6 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
     lights = [light for node in placed.values() if (light := read_light(document, node))]
     cameras = [camera for node in placed.values() if (camera := read_camera(document, node))]
     ignored = tuple(document.ignored)
-    found = SceneParts(parts, materials, images.textures, lights, cameras, ignored=ignored, up="y", metres_per_unit=1.0)
+    # The format's metre is not what every file keeps to: it is taken where the size is likely.
+    found = SceneParts(parts, materials, images.textures, lights, cameras, ignored=ignored, up="y")
     return assemble(str(path), found, limits, options)
