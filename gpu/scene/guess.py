@@ -42,8 +42,8 @@ def frame_of(
 
     The origin is the one that `options` give (the scene's middle is rounded to whole units), else the file's own.
     """
-    metres, notes = said_metres(metres_per_unit, options), []
-    chosen = options.up or up
+    metres, chosen = said_metres(metres_per_unit, options), options.up or up
+    notes: list[str] = []
     if chosen is None:
         chosen, notes = guessed_up(shape)
     if options.unit is None and metres_per_unit is None:
