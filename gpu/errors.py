@@ -17,6 +17,10 @@ class SceneError(UserError):
         super().__init__(": ".join(part for part in (source, field, problem) if part))
 
 
+class ForbiddenError(SceneError):
+    """A scene needs more than a limit allows, or a file outside its folder: no part is left out to go on without."""
+
+
 class DeviceError(UserError):
     """The wanted compute device does not exist or cannot be used."""
 

@@ -34,8 +34,6 @@ from gpu.scene.types import (
 SOFT_SKY = Sky((1.0, 1.0, 1.0))
 # Twice a triangle's area in unit space, relative to its longest edge squared and absolute: below, float32 sees a line.
 _RELATIVE_AREA, _ABSOLUTE_AREA = 1e-12, 1e-24
-# Coordinates beyond this, and extents below its inverse, would overflow in float64 when areas are taken.
-_FARTHEST = 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +175,7 @@ def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:
     validate.check_count(name, "triangles", triangles, limits.max_triangles, "max_triangles")
     for part in found.meshes:
         validate.check_finite(name, f"{part.name}.positions", part.positions)
-        validate.check_size(name, f"{part.name}.positions", part.positions, _FARTHEST)
+        validate.check_size(name, f"{part.name}.positions", part.positions, validate.FARTHEST)
         validate.check_indices(name, f"{part.name}.triangles", part.triangles, len(part.positions))
         validate.check_indices(name, f"{part.name}.material", np.array([part.material]), len(found.materials))
         for number, uv in enumerate(part.uvs):
@@ -205,7 +203,7 @@ def _recentred(world: Doubles, triangles: Integers) -> tuple[Doubles, Placement]
     corners = world[triangles.reshape(-1)]
     low, high = corners.min(axis=0), corners.max(axis=0)
     centre, extent = low + (high - low) / 2.0, float((high - low).max())
-    scale = 1.0 / extent if extent > 1.0 / _FARTHEST else 1.0
+    scale = 1.0 / extent if extent > 1.0 / validate.FARTHEST else 1.0
     return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
 
 

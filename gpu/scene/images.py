@@ -4,9 +4,9 @@ import io
 import warnings
 
 import numpy as np
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.limits import SceneLimits
 from gpu.scene.types import Bytes, Integers
 from gpu.scene.validate import check_count
@@ -17,11 +17,12 @@ FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA")
 def decode_image(content: bytes, source: str, field: str, limits: SceneLimits) -> Bytes:
     """Pixels (height, width, 4) uint8 of an image file, top row first; 16-bit channels lose their lower byte.
 
-    Raises SceneError naming `source` and `field` when it cannot be decoded or is larger than `limits` allow.
+    Raises SceneError naming `source` and `field` when it cannot be decoded, ForbiddenError when it is larger than
+    `limits` allow.
     """
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # Pillow only warns of broken metadata and images made to exhaust memory
+            warnings.simplefilter("ignore")  # of broken metadata, without which the first picture is as good
             with Image.open(io.BytesIO(content), formats=FORMATS) as image:
                 place, side, pixels = f"{source}: {field}", max(image.size), image.width * image.height
                 check_count(place, "pixels along one side", side, limits.max_texture_size, "max_texture_size")
@@ -31,6 +32,10 @@ def decode_image(content: bytes, source: str, field: str, limits: SceneLimits) -
                 return np.asarray(image.convert("RGBA"))
     except SceneError:
         raise
+    except UnidentifiedImageError as error:
+        raise SceneError(source, field, f"not an image that can be read, which are {', '.join(FORMATS)}") from error
+    except Image.DecompressionBombError as error:
+        raise ForbiddenError(source, field, f"too large to be decoded: {error}") from error
     except Exception as error:  # decoders raise whatever they like on broken files
         raise SceneError(source, field, f"not an image that can be read: {error}") from error
 

@@ -1,98 +1,139 @@
-"""MTL material libraries, as OBJ files name them."""
+"""MTL material libraries, as OBJ files name them, as materials of the renderer."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from gpu.errors import SceneError
-from gpu.scene.files import confined_file, read_bytes
-from gpu.scene.images import decode_image
+from gpu.scene.files import read_bytes
 from gpu.scene.limits import SceneLimits
-from gpu.scene.types import Material, Rgb, Texture, TextureSlot
+from gpu.scene.mtl_maps import MapFiles
+from gpu.scene.mtl_statements import MtlMaterial, read_materials
+from gpu.scene.remarks import Remarks
+from gpu.scene.text import decoded, uncommented
+from gpu.scene.types import AlphaMode, Material, Texture
 
 DEFAULT_MATERIAL = Material(name="default", base_color=(0.8, 0.8, 0.8, 1.0), specular=0.0)
 """What a surface has that names no material: matt grey."""
 
-_UNUSED = ("d", "tr", "tf", "map_d", "map_ks", "map_ns", "map_bump", "bump", "norm", "disp", "refl", "map_pr", "map_pm")
+_LIBRARY = re.compile(r"\S.*?\.mtl(?=\s|$)", re.IGNORECASE)
+_USED = {"kd", "ke", "ks", "ns", "ni", "d", "tr", "pr", "pm", "map_kd", "map_ke", "map_d", "map_pr", "map_pm", "norm"}
+# What these say without changing anything: the usual model of light, no ambient light, a filter that lets all through.
+_NEUTRAL = {"illum": (2.0,), "ka": (0.0, 0.0, 0.0), "tf": (1.0, 1.0, 1.0)}
 
 
 class MaterialLibrary:
-    """The materials that an OBJ file's libraries define, with their textures, and sentences on what was ignored."""
+    """The materials that an OBJ file's libraries define; those that are asked for, with their textures."""
 
-    def __init__(self, scene: Path, limits: SceneLimits) -> None:
-        self.materials: dict[str, Material] = {}
-        self.textures: list[Texture] = []
-        self.ignored: dict[str, None] = {}
-        self._scene, self._limits = scene, limits
-        self._numbers: dict[Path, int] = {}
+    def __init__(self, scene: Path, limits: SceneLimits, remarks: Remarks) -> None:
+        self._maps = MapFiles(scene, limits, remarks)
+        self._limits, self._remarks = limits, remarks
+        self._defined: dict[str, tuple[MtlMaterial, Path]] = {}
 
-    def read(self, name: str) -> None:
-        """Add the materials of the library `name`; a missing one is said. Raises SceneError when it is broken."""
-        path = confined_file(self._scene, name, "mtllib")
-        if path is None:
-            self.ignored[f"material library {name} is missing: its surfaces are grey"] = None
-            return
-        material: Material | None = None
-        for number, line in enumerate(read_bytes(path, self._limits).decode("utf-8", "replace").splitlines(), 1):
-            key, _, value = line.strip().partition(" ")
-            if key == "newmtl":
-                material = replace(DEFAULT_MATERIAL, name=value.strip())
-            elif material and value and not key.startswith("#"):
-                material = self._changed(material, key.lower(), value.strip(), f"{name}: line {number}")
-            if material:
-                self.materials[material.name] = material
+    @property
+    def textures(self) -> list[Texture]:
+        """The textures of the materials that were asked for."""
+        return self._maps.textures
 
-    def _changed(self, material: Material, key: str, value: str, field: str) -> Material:
-        """`material` with what one line says."""
-        if key == "kd":
-            return replace(material, base_color=(*self._rgb(value, field), 1.0))
-        if key == "ke":
-            return replace(material, emission=self._rgb(value, field))
-        if key == "ks":
-            return replace(material, specular=float(max(self._rgb(value, field)) > 0.0))
-        if key == "ns":  # Phong's exponent n is like a microfacet width with α² = 2 / (n + 2); glTF's α is roughness²
-            return replace(material, roughness=(2.0 / (self._numbers_in(value, field)[0] + 2.0)) ** 0.25)
-        if key == "map_kd":
-            slot = self._slot(value, field)
+    def read(self, names: str) -> None:
+        """Add the materials of the libraries `names`, what follows an mtllib: one or several, with spaces or without.
+
+        A missing one is said; of materials of one name the first counts. Raises SceneError for one outside the folder.
+        """
+        for name in self._libraries(names):
+            path = self._maps.find(name, "mtllib")
+            if path is None:
+                self._remarks.add(f"material library {name} is missing: its surfaces are grey")
+                continue
+            for material in read_materials(path.name, decoded(read_bytes(path, self._limits)), self._remarks):
+                if self._defined.setdefault(material.name, (material, path))[0] is not material:
+                    self._remarks.add(f"material {material.name} is defined twice: the first counts")
+                self._defined.setdefault(uncommented(material.name), (material, path))
+
+    def _libraries(self, names: str) -> list[str]:
+        """The names in `names`: all of it where there is such a file, else each up to its .mtl, else each word."""
+        whole = names.strip('"')
+        if self._maps.find(whole, "mtllib") is not None:
+            return [whole]
+        return [name.strip('"') for name in _LIBRARY.findall(names) or uncommented(names).split()]
+
+    def find(self, name: str) -> Material | None:
+        """The material called `name`, None where no library defines it, which is said."""
+        found = self._defined.get(name) or self._defined.get(uncommented(name))
+        if found is None:
+            if name:
+                self._remarks.add(f"material {name} is not defined: its surfaces are grey")
+            return None
+        said, path = found
+        for key, (value, _) in said.values.items():
+            if key not in _USED and _numbers_of(value) != _NEUTRAL.get(key, ()):
+                self._remarks.add(f"{key} of MTL materials is not supported and was ignored")
+        return self._textured(said, path, self._plain(said, name))
+
+    def _plain(self, said: MtlMaterial, name: str) -> Material:
+        """The material without its maps."""
+        shines = said.has("pr") or said.has("pm") or said.has("map_pr") or said.has("map_pm")
+        specular = said.color("ks", (1.0, 1.0, 1.0) if shines else (0.0, 0.0, 0.0))
+        # Phong's exponent n is like a microfacet width with α² = 2 / (n + 2); glTF's α is roughness².
+        roughness = (2.0 / (said.scalar("ns", 0.0) + 2.0)) ** 0.25
+        opacity = self._opacity(said)
+        ior = said.scalar("ni", 1.5)
+        return replace(
+            DEFAULT_MATERIAL,
+            name=name,
+            base_color=(*said.color("kd", (0.8, 0.8, 0.8), most=1.0), opacity),
+            emission=said.color("ke", (0.0, 0.0, 0.0)),
+            specular=float(max(specular) > 0.0),
+            roughness=said.scalar("pr", roughness, most=1.0),
+            metallic=said.scalar("pm", 0.0, most=1.0),
+            ior=ior if ior > 1.0 else 1.5,  # 1 is what programs write that know no index of refraction
+            alpha_mode=AlphaMode.BLEND if opacity < 1.0 else AlphaMode.OPAQUE,
+        )
+
+    def _opacity(self, said: MtlMaterial) -> float:
+        """Opacity 0–1 by d, else by Tr, its opposite."""
+        if said.has("d") or not said.has("tr"):
+            opacity = said.scalar("d", 1.0, most=1.0)
+        else:
+            transparency = said.scalar("tr", 0.0, most=1.0)
+            if transparency == 1.0:
+                self._remarks.add("Tr 1 without d was taken as opaque, as programs mean it that swap both", said.name)
+            opacity = 1.0 - transparency if transparency < 1.0 else 1.0
+        if opacity == 0.0:
+            self._remarks.add("is not seen at all, since its d is 0", f"material {said.name}")
+        return opacity
+
+    def _textured(self, said: MtlMaterial, path: Path, material: Material) -> Material:
+        """`material` with its maps, as far as there are such files."""
+        base, mask = (self._maps.image(said, key, path) for key in ("map_kd", "map_d"))
+        if base or mask:
+            white = (1.0, 1.0, 1.0) if base else material.base_color[:3]
             # With a texture, exporters write any Kd: the texture alone is the colour.
-            return replace(material, base_color_slot=slot, base_color=(1.0, 1.0, 1.0, 1.0)) if slot else material
-        if key == "map_ke":
-            slot = self._slot(value, field)
-            emission = material.emission if any(material.emission) else (1.0, 1.0, 1.0)
-            return replace(material, emission_slot=slot, emission=emission) if slot else material
-        if key in _UNUSED:
-            self.ignored[f"{key} of MTL materials is not supported and was ignored"] = None
+            material = replace(
+                material,
+                base_color=(*white, material.base_color[3]),
+                base_color_slot=self._maps.color_slot(base, mask),
+                alpha_mode=AlphaMode.BLEND if mask else material.alpha_mode,
+            )
+        if emission := self._maps.image(said, "map_ke", path):
+            color = material.emission if any(material.emission) else (1.0, 1.0, 1.0)
+            material = replace(material, emission=color, emission_slot=self._maps.color_slot(emission, None))
+        rough, metal = (self._maps.image(said, key, path) for key in ("map_pr", "map_pm"))
+        if rough or metal:
+            material = replace(
+                material,
+                roughness=1.0 if rough and not said.has("pr") else material.roughness,
+                metallic=1.0 if metal and not said.has("pm") else material.metallic,
+                metallic_roughness_slot=self._maps.rough_metal_slot(rough, metal),
+            )
+        if normal := self._maps.image(said, "norm", path):
+            slot = self._maps.data_slot(normal)
+            material = replace(material, normal_slot=slot, normal_scale=normal.statement.bump)
         return material
 
-    def _numbers_in(self, value: str, field: str) -> list[float]:
-        try:
-            numbers = [float(word) for word in value.split()]
-        except ValueError:
-            numbers = []
-        if not numbers or not np.isfinite(numbers).all() or min(numbers) < 0.0:
-            raise SceneError(str(self._scene), field, f"must be numbers of at least 0, not {value!r:.60}")
-        return numbers
 
-    def _rgb(self, value: str, field: str) -> Rgb:
-        numbers = self._numbers_in(value, field)
-        if len(numbers) not in (1, 3):
-            raise SceneError(str(self._scene), field, f"must be 1 or 3 numbers, not {value!r:.60}")
-        return (numbers[0], numbers[-2] if len(numbers) == 3 else numbers[0], numbers[-1])
-
-    def _slot(self, value: str, field: str) -> TextureSlot | None:
-        """The texture of a map statement; None, and said, when its file is missing."""
-        name = value
-        if value.startswith("-"):
-            name = value.split()[-1]
-            self.ignored["options of MTL textures are not supported and were ignored"] = None
-        path = confined_file(self._scene, name, field)
-        if path is None:
-            self.ignored[f"texture {name} is missing"] = None
-            return None
-        if path not in self._numbers:
-            content = read_bytes(path, self._limits)
-            pixels = decode_image(content, str(self._scene), f"{field}: {name}", self._limits)
-            self.textures.append(Texture(path.name, pixels, srgb=True))
-            self._numbers[path] = len(self.textures) - 1
-        return TextureSlot(self._numbers[path])
+def _numbers_of(value: str) -> tuple[float, ...] | None:
+    """The numbers of a statement, None where it has words that are none."""
+    try:
+        return tuple(float(word) for word in uncommented(value).split())
+    except ValueError:
+        return None

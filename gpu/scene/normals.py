@@ -36,3 +36,18 @@ def repaired_normals(normals: Doubles, vertices: Floats, triangles: Integers) ->
         geometric_normal, _ = unit_rows(np.where(cancelled[:, None], some, summed))
         unit = np.where(good[:, None], unit, geometric_normal)
     return unit.astype(np.float32)
+
+
+def smooth_normals(positions: Doubles, triangles: Integers) -> Doubles:
+    """For each of `positions` (vertex, 3) the sum (vertex, 3) of its triangles' normals, by their angles there.
+
+    So weighted, it is the same however a polygon was cut into triangles.
+    """
+    corners = positions[triangles]
+    area = area_vectors(positions, triangles)
+    normals, _ = unit_rows(area)
+    forth, back = (np.roll(corners, -step, axis=1) - corners for step in (1, 2))
+    angles = np.arctan2(np.linalg.norm(area, axis=1)[:, None], np.einsum("tkc,tkc->tk", forth, back))
+    vectors = (normals[:, None] * angles[:, :, None]).reshape(-1, 3)
+    vertices = triangles.reshape(-1)
+    return np.stack([np.bincount(vertices, vectors[:, axis], len(positions)) for axis in range(3)], axis=1)

@@ -6,9 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.limits import SceneLimits
 from gpu.scene.types import Camera, Light, Material, Texture, TextureSlot
+
+FARTHEST = 1e100
+"""Coordinates beyond this, and extents below its inverse, would overflow in float64 when areas are taken."""
 
 
 def check_finite(source: str, field: str, values: NDArray[Any]) -> None:
@@ -27,9 +30,9 @@ def check_size(source: str, field: str, values: NDArray[Any], limit: float) -> N
 
 
 def check_count(source: str, what: str, count: int, limit: int, setting: str) -> None:
-    """Raise SceneError when there are more than `limit` of `what`; `setting` is the limit's name in SceneLimits."""
+    """Raise ForbiddenError when there are more than `limit` of `what`; `setting` is the limit's name in SceneLimits."""
     if count > limit:
-        raise SceneError(
+        raise ForbiddenError(
             source, "", f"{count:,} {what}, more than the {limit:,} allowed; simplify it or raise {setting}"
         )
 

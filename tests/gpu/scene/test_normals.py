@@ -1,6 +1,6 @@
 import numpy as np
 
-from gpu.scene.normals import area_vectors, repaired_normals, unit_rows
+from gpu.scene.normals import area_vectors, repaired_normals, smooth_normals, unit_rows
 
 CORNER = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 2]])
 SIDES = np.array([[0, 1, 2], [0, 3, 1]])
@@ -28,3 +28,10 @@ def test_triangles_back_to_back_still_give_a_normal() -> None:
     both_sides = np.array([[0, 1, 2], [0, 2, 1]])
     repaired = repaired_normals(np.zeros((3, 3)), CORNER[:3].astype(np.float32), both_sides)
     assert np.allclose(np.abs(repaired), [[0, 0, 1]] * 3)
+
+
+def test_smooth_normals_do_not_depend_on_how_a_polygon_is_cut() -> None:
+    roof = np.array([[0.0, 0, 0], [0, 0, 1], [1, 1, 0], [1, 1, 1], [2, 0, 0], [2, 0, 1]])
+    for cut in ([[0, 1, 3], [0, 3, 2]], [[0, 1, 2], [1, 3, 2]]):
+        normals, _ = unit_rows(smooth_normals(roof, np.array([*cut, [2, 3, 5], [2, 5, 4]])))
+        assert np.allclose(normals[2:4], (0, 1, 0))
