@@ -7,11 +7,14 @@ runs. A cluster that is far for its extent, and faces the pixel well, is one sha
 rays that fall into it go to any of its members and count by what that sends, so nothing is off but for noise.
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
+from gpu.core.parameters import parameters
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
@@ -21,16 +24,26 @@ from gpu.vpl.form_factor import disk_irradiance, light_of, member_irradiance
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, is_behind
 
-# Rays of an estimate at a probe, and threads that look at all VPLs for it. These rays leave less noise than the choice
-# of pixels does; half as many leave more in a Cornell box (of 16,384 probes 4.6 percent of the error, not 3.0).
+# Rays of an estimate at a probe, and threads that look at all VPLs for it; arrays have room for so many. These rays
+# leave less noise than the choice of pixels does; half as many leave more in a Cornell box (of 16,384 probes 4.6
+# percent of the error, not 3.0).
 RAYS, PARTS = wp.constant(64), wp.constant(64)
-# So many times its extent is a cluster away that is one share of the light.
-FAR_EXTENTS = wp.constant(4.0)
 NOT, AS_ONE, BY_MEMBERS = wp.constant(0), wp.constant(1), wp.constant(2)
 
 
+@wp.struct
+@dataclass
+class ProbeLightParameters:
+    """far_extents: so many times its extent is a cluster away that is one share of the light."""
+
+    far_extents: float = 4.0
+
+
+PROBE_LIGHT_PARAMETERS: ProbeLightParameters = parameters(ProbeLightParameters)
+
+
 @wp.func
-def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int) -> int:
+def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: int, by: ProbeLightParameters) -> int:
     """How to look at a cluster from a point: NOT where no member lights it, AS_ONE where all do much as its disk does.
 
     Of the latter each member has at most 14 times its share of the disk's light. Else BY_MEMBERS.
@@ -45,7 +58,7 @@ def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: 
     turned = away * wp.sqrt(wp.max(1.0 - normal_cone_cos * normal_cone_cos, 0.0)) + extent
     if facing <= -extent or leaving * normal_cone_cos < -turned:
         return NOT
-    if away > FAR_EXTENTS * extent and facing > extent and leaving > turned:
+    if away > by.far_extents * extent and facing > extent and leaving > turned:
         return AS_ONE
     if is_behind(position, normal, vpls, cluster):
         return NOT
@@ -59,7 +72,7 @@ def light_at(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, area: float,
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
-def probe_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters,
+def probe_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: VplClusters, by: ProbeLightParameters,
                       parts: wp.array2d[float]) -> None:  # fmt: skip
     """One thread a part at a probe: the light of its VPLs, in parts (part, probe). points: the probes.
 
@@ -74,7 +87,7 @@ def probe_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: Vpl
         position = gbuffer.position[pixel]
         normal = gbuffer.normal[pixel]
         for cluster in range((part * vpls.count) // PARTS, ((part + 1) * vpls.count) // PARTS):
-            look = way_to_look(position, normal, vpls, cluster)
+            look = way_to_look(position, normal, vpls, cluster, by)
             disk = disk_at(vpls.disks, cluster)
             if look == AS_ONE:
                 total += brightness(disk_irradiance(position, normal, disk))
@@ -113,7 +126,7 @@ def step_at(probe: int, estimate: int, ray: int, frame: int, whole: float) -> fl
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
 def probe_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, frame: wp.array[int], vpls: VplClusters,
-                     parts: wp.array2d[float], rays: ShadowRays) -> None:  # fmt: skip
+                     by: ProbeLightParameters, parts: wp.array2d[float], rays: ShadowRays) -> None:  # fmt: skip
     """One thread a part at a probe, of one estimate: which of its VPLs the rays go to whose steps it holds.
 
     frame: (1,). Neighbouring threads have the same VPLs.
@@ -143,7 +156,7 @@ def probe_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, frame: wp.
     a_step = whole / float(RAYS)
     last = int(-1)
     for cluster in range((part * vpls.count) // PARTS, ((part + 1) * vpls.count) // PARTS):
-        look = way_to_look(position, normal, vpls, cluster)
+        look = way_to_look(position, normal, vpls, cluster, by)
         disk = disk_at(vpls.disks, cluster)
         begin = vpls.starts[cluster]
         end = vpls.starts[cluster + 1]
@@ -197,8 +210,8 @@ def probe_light_kernel(first: int, vpls: VplClusters, rays: ShadowRays, light: w
 class ProbeLight:
     """The light at `count` probes; its arrays are allocated once. light: (probe, 2), flattened [W/m²]."""
 
-    def __init__(self, count: int, device: wp.Device) -> None:
-        self.device, self.capacity = device, count
+    def __init__(self, count: int, device: wp.Device, chosen: ProbeLightParameters = PROBE_LIGHT_PARAMETERS) -> None:
+        self.device, self.capacity, self._chosen = device, count, chosen
         self._parts = wp.zeros((int(PARTS), count), dtype=float, device=device)
         self._rays = shadow_rays(count, 2 * int(RAYS), device, side_by_side=True, control_variate=False)
         self.light = wp.zeros(2 * count, dtype=wp.vec3, device=device)
@@ -206,8 +219,9 @@ class ProbeLight:
     def gather(self, scene: SceneData, gbuffer: GBuffer, points: PointList, frame: wp.array, vpls: VplClusters) -> None:
         """Two estimates of the light of `vpls` at `points`; other rays in each `frame` (1,)."""
         count, device, parts, rays = self.capacity, self.device, self._parts, self._rays
-        launch(probe_part_kernel, count * int(PARTS), [gbuffer, points, vpls, parts], device)
+        looks = [vpls, self._chosen, parts]
+        launch(probe_part_kernel, count * int(PARTS), [gbuffer, points, *looks], device)
         launch(probe_step_kernel, count, [parts, rays], device)
-        launch(probe_ray_kernel, count * 2 * int(PARTS), [gbuffer, points, frame, vpls, parts, rays], device)
+        launch(probe_ray_kernel, count * 2 * int(PARTS), [gbuffer, points, frame, *looks, rays], device)
         trace_shadow_rays(scene, gbuffer, points, vpls, rays)
         launch(probe_light_kernel, 2 * count, [vpls, rays, self.light], device)

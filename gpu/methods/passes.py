@@ -21,11 +21,21 @@ from gpu.vpl.light_sets import LightSetChoice
 from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.vpl_clusters import VplClusters
 
-# Smoothing blurs shadows a little. It helps the first frames of a still view; later ones are averaged, not smoothed, so
-# that the mean forgets the blur.
-SMOOTHED_FRAMES = 4
-# Those have at least so many samples of direct light, whose noise would be most of the mean's.
-REFINING_SAMPLES = 4
+
+@dataclass(frozen=True)
+class StillViewParameters:
+    """How frames of a still view differ.
+
+    smoothed_frames: smoothing blurs shadows a little. It helps the first frames; those after so many are averaged, not
+    smoothed, so that the mean forgets the blur. refining_samples: of direct light these have at least, since its noise
+    would be most of the mean's.
+    """
+
+    smoothed_frames: int = 4
+    refining_samples: int = 4
+
+
+STILL_VIEW_PARAMETERS = StillViewParameters()
 
 
 def frame_seed(seed: int, number: int) -> int:
@@ -59,7 +69,7 @@ class FrameKind:
 
 def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameKind:
     """That of frame `sample` of a still view, or of a walk where it is 0."""
-    refines, index = sample >= SMOOTHED_FRAMES, sample or view.history_length
+    refines, index = sample >= STILL_VIEW_PARAMETERS.smoothed_frames, sample or view.history_length
     return FrameKind(
         sample=sample,
         index=index,
@@ -129,7 +139,7 @@ class Passes:
             view.radiance.zero_()
             return
         counts = self._setup.sample_counts
-        samples = max(counts.samples, REFINING_SAMPLES) if kind.refines else counts.samples
+        samples = max(counts.samples, STILL_VIEW_PARAMETERS.refining_samples) if kind.refines else counts.samples
         frame.frame_index.fill_(kind.index)
         table, area = self._setup.light_sets.table, frame.features.soft
 

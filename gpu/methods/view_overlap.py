@@ -1,5 +1,6 @@
 """How much of what a camera sees another sees, too."""
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -8,7 +9,22 @@ from gpu.scene.types import Camera, Doubles
 
 # Places across an image, from edge to edge, where views are compared.
 _ACROSS = np.linspace(-0.95, 0.95, 20)
-_LIKE_SIDE = 0.5  # cosine between the ways to what both see
+
+
+@dataclass(frozen=True)
+class ViewOverlapParameters:
+    """When a frame of a walk builds on the last one.
+
+    usual_distance: what a walk sees is about so far away, in unit space; min_overlap: where less of it than this share
+    was seen before, nothing is built on; like_side: cosine between the ways to what both see from a like side.
+    """
+
+    usual_distance: float = 0.3
+    min_overlap: float = 0.5
+    like_side: float = 0.5
+
+
+VIEW_OVERLAP_PARAMETERS = ViewOverlapParameters()
 
 
 @lru_cache(maxsize=8)
@@ -22,7 +38,8 @@ def _compared(aspect: float, half_height: float, distance: float, orthographic: 
     return points, ways
 
 
-def view_overlap(camera: Camera, last: Camera, aspect: float, distance: float) -> float:
+def view_overlap(camera: Camera, last: Camera, aspect: float, distance: float,
+                 chosen: ViewOverlapParameters = VIEW_OVERLAP_PARAMETERS) -> float:  # fmt: skip
     """The share, 0 to 1, of what `camera` sees at a `distance` [world units] that `last` sees too, from a like side.
 
     aspect: width over height of both images, whatever the cameras' own are.
@@ -35,7 +52,7 @@ def view_overlap(camera: Camera, last: Camera, aspect: float, distance: float) -
     half = last.half_height * (1.0 if last.orthographic else -z)
     inside = (z < 0.0) & (np.abs(x) <= half * aspect) & (np.abs(y) <= half)
     if last.orthographic:
-        alike = -(turn @ here)[2] > _LIKE_SIDE
+        alike = -(turn @ here)[2] > chosen.like_side
     else:
-        alike = (turn @ here * seen).sum(axis=0) > _LIKE_SIDE * np.sqrt((seen * seen).sum(axis=0))
+        alike = (turn @ here * seen).sum(axis=0) > chosen.like_side * np.sqrt((seen * seen).sum(axis=0))
     return float(np.count_nonzero(inside & alike)) / points.shape[1]

@@ -10,12 +10,8 @@ from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import pixel_place
 from gpu.gbuffer.camera_rays import CameraData, camera_data
-from gpu.methods.view_overlap import view_overlap
+from gpu.methods.view_overlap import VIEW_OVERLAP_PARAMETERS, view_overlap
 from gpu.scene.types import Camera
-
-# What a walk sees is about so far away, in unit space; when less of it than this was seen before, nothing is built on.
-USUAL_DISTANCE = 0.3
-MIN_OVERLAP = 0.5
 
 
 class ViewState:
@@ -48,8 +44,9 @@ class ViewState:
         walks: the frame may build on the last one, if that saw much the same. The device is done with that.
         """
         last, aspect = self._last_camera, self.size[0] / self.size[1]
-        distance = USUAL_DISTANCE / self._placement.scale
-        self.reuses_history = walks and last is not None and view_overlap(camera, last, aspect, distance) >= MIN_OVERLAP
+        chosen = VIEW_OVERLAP_PARAMETERS
+        overlap = view_overlap(camera, last, aspect, chosen.usual_distance / self._placement.scale) if last else 0.0
+        self.reuses_history = walks and overlap >= chosen.min_overlap
         self.is_still = last is not None and camera.view_key == last.view_key
         self._last_camera = camera
         self.history_length = self.history_length + 1 if self.reuses_history and self.wrote_history else 0

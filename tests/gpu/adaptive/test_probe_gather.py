@@ -1,19 +1,45 @@
 import numpy as np
 import pytest
 import warp as wp
-from scenes import box, grey, quad, resident_of
+from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
-from gpu.adaptive.probe_gather import RAYS, ProbeLight
+from gpu.adaptive.probe_gather import (
+    AS_ONE,
+    BY_MEMBERS,
+    NOT,
+    PROBE_LIGHT_PARAMETERS,
+    RAYS,
+    ProbeLight,
+    ProbeLightParameters,
+    way_to_look,
+)
 from gpu.gbuffer.point_list import PointList
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.settings import Component, Method, RenderSettings
+from gpu.vpl.build import cluster_vpls
 from gpu.vpl.shadow_rays import NO_RAY
+from gpu.vpl.vpl_clusters import VplClusters
 
 SIZE = (32, 24)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 CHOICE = {"component": Component.INDIRECT, "near_field": False, "vpls": 2000, "vpl_clusters": 96, "sp_clusters": 300}
 FRAMES = 150
+
+
+@wp.kernel
+def look_kernel(first: int, position: wp.array[wp.vec3], vpls: VplClusters, by: ProbeLightParameters,
+                out: wp.array[int]) -> None:  # fmt: skip
+    """One thread a point that faces down: how it looks at the first cluster."""
+    point = first + wp.tid()
+    out[point] = way_to_look(position[point], wp.vec3(0.0, -1.0, 0.0), vpls, 0, by)
+
+
+def test_a_cluster_is_one_share_of_the_light_from_four_times_its_extent_on() -> None:
+    vpls = cluster_vpls(resident_of(box(), [grey(0.5)]), square_of_vpls(100), 1, 0)
+    places = vpls.disks.numpy()["position"] + np.outer([-0.1, 3.9, 4.1], [0.0, vpls.extent.numpy()[0], 0.0])
+    ways = results(look_kernel, 3, [column(places, wp.vec3), vpls, PROBE_LIGHT_PARAMETERS], wp.int32)
+    assert ways.tolist() == [int(NOT), int(BY_MEMBERS), int(AS_ONE)]
 
 
 def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:

@@ -8,7 +8,6 @@ from scenes import box, grey, quad, resident_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import trace_direct_light
 from gpu.film.accumulation import Accumulation, pixel_place
-from gpu.methods.passes import REFINING_SAMPLES, SMOOTHED_FRAMES
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Floats
@@ -122,8 +121,7 @@ def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_o
         trace_direct_light(*args)
 
     monkeypatch.setattr("gpu.methods.passes.trace_direct_light", trace)
-    averaged(room, SMOOTHED_FRAMES + 2, component=Component.DIRECT, seed=3)
-    few, many = QUALITY["samples"], REFINING_SAMPLES
-    samples = [few] * SMOOTHED_FRAMES + [many] * 2
-    assert asked == [(samples[frame], frame, 3) for frame in range(SMOOTHED_FRAMES + 2)]
-    assert many > few
+    averaged(room, 6, component=Component.DIRECT, seed=3)
+    samples = [QUALITY["samples"]] * 4 + [4] * 2
+    assert asked == [(samples[frame], frame, 3) for frame in range(6)]
+    assert QUALITY["samples"] < 4

@@ -12,7 +12,6 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import FuzzyCorrection, FuzzyCorrectionParameters
-from gpu.methods.passes import SMOOTHED_FRAMES
 from gpu.renderer import Renderer
 from gpu.settings import Component, Method, RenderSettings
 
@@ -69,6 +68,6 @@ def test_later_frames_of_a_still_view_have_three_passes(room: DeviceScene, monke
 
     monkeypatch.setattr(Correction, "trace", noted)
     renderer, mean = Renderer(room, SIZE, RenderSettings(**QUALITY)), Accumulation(SIZE[0] * SIZE[1], room.device)
-    for _ in range(SMOOTHED_FRAMES + 1):
+    for _ in range(5):
         renderer.render(CAMERA, mean)
-    assert traced == [1] * SMOOTHED_FRAMES + [3]
+    assert traced == [1] * 4 + [3]

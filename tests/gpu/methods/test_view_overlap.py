@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from gpu.methods.view_overlap import view_overlap
@@ -23,6 +24,14 @@ def test_a_view_is_seen_again_as_far_as_the_last_one_saw_it(orthographic: bool) 
     assert again((1 + 2 * width, 2, 3), (1 + 2 * width, 2, -7)) == 0.0
     assert again((1, 2, 3), (1, 2, 10)) == 0.0
     assert again((1, 2, -1), (1, 2, 3)) == 0.0  # the other side of what is there
+
+
+@pytest.mark.parametrize(("degrees", "seen"), [(55.0, 1.0), (65.0, 0.0)])
+def test_what_both_see_is_seen_from_a_like_side(degrees: float, seen: float) -> None:
+    angle = np.radians(degrees)
+    camera = look_at((0.0, 0.0, 2.0), (0.0, 0.0, 0.0), yfov_degrees=2.0)
+    other = look_at((2.0 * np.sin(angle), 0.0, 2.0 * np.cos(angle)), (0.0, 0.0, 0.0), yfov_degrees=6.0)
+    assert view_overlap(camera, other, 1.0, 2.0) == seen
 
 
 def test_views_of_both_kinds_compare() -> None:
