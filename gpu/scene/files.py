@@ -2,11 +2,14 @@
 
 import base64
 import binascii
-from pathlib import Path, PurePosixPath
+import re
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from unicodedata import normalize
 from urllib.parse import unquote, unquote_to_bytes, urlsplit
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.limits import SceneLimits
+from gpu.scene.remarks import Remarks
 from gpu.scene.validate import check_count
 
 
@@ -23,41 +26,85 @@ def read_bytes(path: Path, limits: SceneLimits) -> bytes:
 def confined_file(scene: Path, name: str, field: str) -> Path | None:
     """The file called `name`, relative to the folder of `scene` and inside it; None when there is none.
 
-    field: where the scene names it. Raises SceneError for an absolute path, a "..", or a link out of the folder.
+    A name that differs in the case of letters, or in how accents are composed, is found where no other is exact.
+    field: where the scene names it. Raises ForbiddenError for an absolute path, a "..", or a link out of the folder.
     """
     relative = PurePosixPath(name.replace("\\", "/"))
     folder = scene.parent.resolve()
+    if relative.is_absolute() or ".." in relative.parts:
+        raise _outside(scene, name, field)
     try:
-        path = (folder / relative).resolve()
-        inside = not relative.is_absolute() and ".." not in relative.parts and path.is_relative_to(folder)
-        if inside:
-            return path if path.is_file() else None
+        path = folder
+        for part in relative.parts:
+            path = path / part if (path / part).exists() else _alike(path, part)
+            if not path.resolve().is_relative_to(folder):
+                raise _outside(scene, name, field)
+        return path if path.is_file() else None
     except (OSError, ValueError, RuntimeError):  # a name too long or with a NUL, or a loop of links
         return None
-    raise SceneError(str(scene), field, f"{name!r} is outside the scene's folder; put the file beside the scene")
 
 
-def read_uri(scene: Path, uri: str, field: str, limits: SceneLimits) -> bytes:
+def file_beside(scene: Path, name: str, field: str, remarks: Remarks) -> Path | None:
+    """As `confined_file`, for names that come from another machine too; what was found otherwise than named is said.
+
+    Of an absolute path, of Windows or not, or a file: URI, the last part is looked for in the folder of `scene`.
+    """
+    path = re.sub(r"^file:(//[^/]*)?", "", name, flags=re.IGNORECASE)
+    elsewhere = path != name or PureWindowsPath(path).anchor != ""
+    wanted = PureWindowsPath(path).name if elsewhere else name
+    found = confined_file(scene, wanted, field)
+    if found is not None:
+        shown = found.relative_to(scene.parent.resolve()).as_posix()
+        if elsewhere or shown != PurePosixPath(wanted.replace("\\", "/")).as_posix():
+            remarks.add(f"{name[-60:]!r} was read from {shown!r} beside the scene", field)
+    return found
+
+
+def read_uri(scene: Path, uri: str, field: str, limits: SceneLimits, remarks: Remarks) -> bytes:
     """What `uri` holds: a data URI's bytes, or those of a file in the scene's folder. Raises SceneError otherwise."""
     if uri[:5].lower() == "data:":
         return _data_uri(scene, uri, field)
+    if _remote(uri):
+        raise SceneError(str(scene), field, f"{uri[:60]!r} is not fetched from the network; put it beside the scene")
+    for name in dict.fromkeys((unquote(uri), uri, unquote(re.split("[?#]", uri, maxsplit=1)[0]))):
+        path = file_beside(scene, name, field, remarks)
+        if path is not None:
+            return read_bytes(path, limits)
+    raise SceneError(str(scene), field, f"{uri[-60:]!r} does not exist beside the scene")
+
+
+def _outside(scene: Path, name: str, field: str) -> ForbiddenError:
+    problem = f"{name[:60]!r} is outside the scene's folder; put the file beside the scene"
+    return ForbiddenError(str(scene), field, problem)
+
+
+def _alike(folder: Path, name: str) -> Path:
+    """The path in `folder` that is `name` but for case and composition; where there is none, `name` itself."""
+    if folder.is_dir():
+        for path in sorted(folder.iterdir()):
+            if _folded(path.name) == _folded(name):
+                return path
+    return folder / name
+
+
+def _folded(name: str) -> str:
+    return normalize("NFC", name).casefold()
+
+
+def _remote(uri: str) -> bool:
     try:
-        scheme = urlsplit(uri).scheme
+        parts = urlsplit(uri)
     except ValueError:
-        scheme = "?"
-    if scheme:
-        raise SceneError(str(scene), field, f"{uri[:60]!r} is not a data URI or a file beside the scene; put it there")
-    path = confined_file(scene, unquote(uri), field)
-    if path is None:
-        raise SceneError(str(scene), field, f"{uri[:60]!r} does not exist beside the scene")
-    return read_bytes(path, limits)
+        return False
+    return parts.scheme not in ("", "file") and (parts.netloc != "" or parts.scheme == "blob")
 
 
 def _data_uri(scene: Path, uri: str, field: str) -> bytes:
     head, comma, data = uri[5:].partition(",")
     try:
         if comma and head.lower().endswith(";base64"):
-            return base64.b64decode(unquote(data), validate=True)
+            packed = "".join(unquote(data).split())
+            return base64.b64decode(packed + "=" * (-len(packed) % 4), validate=True)
         if comma:
             return unquote_to_bytes(data)
     except (binascii.Error, ValueError) as error:

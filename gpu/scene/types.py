@@ -144,7 +144,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class LoadReport:
-    """What a loader left out (ignored) and added (notes), a sentence each; dropped_triangles: those without an area."""
+    """What a loader left out (ignored), added or mended (notes), a sentence each; dropped_triangles: of no area."""
 
     ignored: tuple[str, ...] = ()
     dropped_triangles: int = 0
@@ -158,8 +158,7 @@ class Scene:
     vertices (vertex, 3), normals (vertex, 3) unit length, uvs (set, vertex, 2), colors (vertex, 4) linear or None,
     triangles (triangle, 3) indices of vertices, triangle_material (triangle,). Light positions and intensities are in
     unit space; cameras are in world space, which `placement` maps to unit space, and `frame` the file's coordinates to.
-    bounds: corners, in world space, of the box around all but what is small and far away; choices: what an import
-    option can be, by name ("variant", "storey").
+    choices: what an import option can be, by name ("variant", "storey").
     """
 
     name: str
@@ -175,7 +174,6 @@ class Scene:
     sky: Sky | None
     cameras: tuple[Camera, ...]
     placement: Placement
-    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
     report: LoadReport = field(default_factory=LoadReport)
     frame: FileFrame = field(default_factory=FileFrame)
     choices: Mapping[str, Sequence[str]] = field(default_factory=dict)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from gpu.scene.assemble import SceneParts, assemble
 from gpu.scene.gltf.buffers import Buffers
-from gpu.scene.gltf.cameras_and_lights import read_camera, read_light
+from gpu.scene.gltf.cameras_and_lights import read_cameras, read_lights
 from gpu.scene.gltf.document import open_document
 from gpu.scene.gltf.extensions import check_extensions
 from gpu.scene.gltf.geometry import Geometry
@@ -19,13 +19,14 @@ from gpu.scene.types import Scene
 def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
     """The scene in the glTF or GLB file at `path`, in the pose that the file has without animation.
 
-    Raises SceneError, naming the place in the JSON, for whatever is broken, too large, required but not supported, or
-    outside the file's folder; what is merely not used is in the scene's report.
+    Raises SceneError, naming the place in the JSON, for geometry that is broken and for what is too large, required but
+    not supported, or outside the file's folder. What else is broken is left out or mended; that and what is not used is
+    in the scene's report.
     """
     document = open_document(path, limits)
     check_extensions(document)
-    if document.root.items("animations"):
-        document.say("animations are not played; the scene is shown in its rest pose")
+    if document.root.raw.get("animations"):
+        document.ignored.add("animations are not played; the scene is shown in its rest pose")
     buffers = Buffers(document)
     images = Images(buffers)
     materials = [*read_materials(images), DEFAULT_MATERIAL]
@@ -33,9 +34,16 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
     parts = list(Geometry(buffers, materials).parts(placed))
     if not any(part.material == len(materials) - 1 for part in parts):
         materials.pop()
-    lights = [light for node in placed.values() if (light := read_light(document, node))]
-    cameras = [camera for node in placed.values() if (camera := read_camera(document, node))]
-    ignored = tuple(document.ignored)
-    # The format's metre is not what every file keeps to: it is taken where the size is likely.
-    found = SceneParts(parts, materials, images.textures, lights, cameras, ignored=ignored, up="y")
+    lights, cameras = read_lights(document, placed.values()), read_cameras(document, placed.values())
+    found = SceneParts(
+        parts,
+        materials,
+        images.textures,
+        lights,
+        cameras,
+        ignored=document.ignored.sentences(),
+        notes=document.notes.sentences(),
+        up="y",
+        metres_per_unit=1.0,
+    )
     return assemble(str(path), found, limits, options)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.values import Value
-from gpu.scene.types import Doubles
+from gpu.scene.types import Doubles, Mask
 from gpu.scene.validate import check_count
 
 Array = NDArray[Any]
@@ -28,18 +28,29 @@ def read_indices(buffers: Buffers, place: Value, key: str) -> NDArray[np.int64]:
 def read_floats(buffers: Buffers, place: Value, key: str, components: tuple[int, ...]) -> Doubles:
     """Rows (row, component) of the accessor at `key`, integers scaled when it says `normalized`.
 
-    components: how many a row may have. Raises SceneError when the accessor is broken, or holds NaN or infinity.
+    components: how many a row may have; NaN and infinity are left in. Raises SceneError when the accessor is broken.
     """
     accessor, values = _read(buffers, place, key)
     if values.shape[1] not in components:
         raise accessor.error(f"has {values.shape[1]} components, expected {' or '.join(map(str, components))}")
-    if values.dtype == _DTYPES[5125]:
-        raise accessor.error("32-bit integers are for indices only")
-    result = dequantised(values, accessor.flag("normalized"))
-    if not np.isfinite(result).all():
-        row = int(np.argmax(~np.isfinite(result).all(axis=1)))
-        raise accessor.error(f"element {row} is not finite: {result[row].tolist()}")
-    return result
+    return dequantised(values, accessor.flag("normalized"))
+
+
+def read_finite(buffers: Buffers, place: Value, key: str, components: tuple[int, ...]) -> Doubles:
+    """As `read_floats`. Raises SceneError when a number is not finite, too."""
+    rows = read_floats(buffers, place, key, components)
+    check_finite(buffers, place, key, rows)
+    return rows
+
+
+def check_finite(buffers: Buffers, place: Value, key: str, rows: Doubles, used: Mask | None = None) -> None:
+    """Raise SceneError naming the first of the `rows` of the accessor at `key` that is used (row,) but not finite."""
+    wrong = ~np.isfinite(rows).all(axis=1)
+    wrong = wrong if used is None else wrong & used
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        accessor = buffers.document.referred(place, key, "accessors")
+        raise accessor.error(f"element {row} is not finite: {rows[row].tolist()}; repair it in the file")
 
 
 def dequantised(values: Array, normalized: bool) -> Doubles:
@@ -56,11 +67,11 @@ def _read(buffers: Buffers, place: Value, key: str) -> tuple[Value, Array]:
     kind = accessor.text("type")
     if kind not in _COMPONENTS or (kind == "MAT4" and dtype.kind != "f"):
         raise accessor.error(f"type {kind!r:.20} of {dtype.name} is not one that meshes have")
-    components, count = _COMPONENTS[kind], accessor.integer("count", low=1)
+    components, count = _COMPONENTS[kind], accessor.integer("count")
     limits = buffers.document.limits
     most = max(limits.max_vertices, 3 * limits.max_triangles)
     check_count(f"{accessor.source}: {accessor.path}", "elements", count, most, "max_vertices")
-    if accessor.has("bufferView"):
+    if accessor.has("bufferView") and count:
         values = _elements(buffers, accessor, dtype, components, count)
     else:
         values = np.zeros((count, components), dtype)

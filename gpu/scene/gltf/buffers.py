@@ -34,7 +34,7 @@ class Buffers:
         length = buffer.integer("byteLength", low=1)
         if buffer.has("uri"):
             field = f"{buffer.path}.uri"
-            content = read_uri(self.document.path, buffer.text("uri"), field, self.document.limits)
+            content = read_uri(self.document.path, buffer.text("uri"), field, self.document.limits, self.document.notes)
         elif buffer.path == "buffers[0]" and self.document.binary is not None:
             content = self.document.binary
         else:

@@ -1,5 +1,7 @@
 """Cameras and lights of a glTF scene, in world space."""
 
+from collections.abc import Iterable
+from functools import partial
 from math import cos, pi, tan
 
 import numpy as np
@@ -11,19 +13,35 @@ from gpu.scene.transforms import rigid
 from gpu.scene.types import Camera, Light, LightKind, Rgb
 
 _KINDS = {"point": LightKind.POINT, "spot": LightKind.SPOT, "directional": LightKind.DIRECTIONAL}
+_MOST = 1e30  # W/sr: so that float32 holds what is computed with it
+_EXTENSION = "KHR_lights_punctual"
 
 
-def read_camera(document: Document, node: PlacedNode) -> Camera | None:
-    """The camera of `node`, or None. Raises SceneError when it is broken."""
-    if not node.entry.has("camera"):
-        return None
+def read_cameras(document: Document, nodes: Iterable[PlacedNode]) -> list[Camera]:
+    """The cameras of `nodes`; those that are broken are left out and said."""
+    placed = (node for node in nodes if node.entry.has("camera"))
+    found = (document.attempt(partial(_camera, document, node), "the camera") for node in placed)
+    return [camera for camera in found if camera is not None]
+
+
+def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[Light]:
+    """The KHR_lights_punctual lights of `nodes`; those that are broken are left out and said.
+
+    Units are taken as radiometric: intensity [W/sr], of directional lights irradiance [W/m²].
+    """
+    placed = (node for node in nodes if node.entry.part("extensions").has(_EXTENSION))
+    found = (document.attempt(partial(_light, document, node), "the light") for node in placed)
+    return [light for light in found if light is not None]
+
+
+def _camera(document: Document, node: PlacedNode) -> Camera:
     camera = document.referred(node.entry, "camera", "cameras")
-    name = node.entry.text("name", "") or camera.text("name", "") or camera.path
+    name = node.entry.name(camera.name(camera.path))
     kind = camera.text("type")
     if kind == "perspective":
         lens = camera.get("perspective")
         half_height = tan(lens.number("yfov", low=1e-4, high=pi - 1e-4) / 2.0)
-        return Camera(name, rigid(node.to_world), half_height, lens.number("aspectRatio", 16.0 / 9.0, 1e-4, 1e4))
+        return Camera(name, rigid(node.to_world), half_height, lens.factor("aspectRatio", 16.0 / 9.0, 1e-4, 1e4))
     if kind == "orthographic":
         lens = camera.get("orthographic")
         width, height = (abs(lens.number(key, low=-1e30, high=1e30)) for key in ("xmag", "ymag"))
@@ -33,28 +51,24 @@ def read_camera(document: Document, node: PlacedNode) -> Camera | None:
     raise camera.get("type").error(f"must be perspective or orthographic, not {kind!r:.40}")
 
 
-def read_light(document: Document, node: PlacedNode) -> Light | None:
-    """The KHR_lights_punctual light of `node`, or None. Raises SceneError when it is broken.
-
-    Units are taken as radiometric: intensity [W/sr], of directional lights irradiance [W/m²].
-    """
-    reference = node.entry.extension("KHR_lights_punctual")
-    if reference is None:
-        return None
-    lights = (document.root.extension("KHR_lights_punctual") or Value(document.root.source, "", {})).objects("lights")
-    entry = lights[reference.get("light").as_index(len(lights))]
+def _light(document: Document, node: PlacedNode) -> Light:
+    lights = document.root.named_extension(_EXTENSION).items("lights")
+    entry = lights[node.entry.named_extension(_EXTENSION).get("light").as_index(len(lights))]
     kind = entry.text("type")
     if kind not in _KINDS:
         raise entry.get("type").error(f"must be one of {', '.join(_KINDS)}, not {kind!r:.40}")
-    spot = entry.object("spot") if kind == "spot" else Value(entry.source, entry.path, {})
-    outer = spot.number("outerConeAngle", pi / 4.0, 0.0, pi / 2.0)
-    inner = spot.number("innerConeAngle", 0.0, 0.0, outer)
-    color = np.array(entry.numbers("color", (1.0, 1.0, 1.0), 0.0)) * entry.number("intensity", 1.0, 0.0, 1e30)
+    spot = entry.part("spot") if kind == "spot" else Value(entry.source, entry.path, {})
+    outer = spot.factor("outerConeAngle", pi / 4.0, 0.0, pi / 2.0)
+    inner = spot.factor("innerConeAngle", 0.0, 0.0, outer)
+    color = np.array(entry.factors("color", (1.0, 1.0, 1.0), 0.0, _MOST)) * entry.factor("intensity", 1.0, 0.0, _MOST)
+    if entry.has("range") and kind != "directional":
+        problem = "its range was ignored: light has no end but falls with the square of the distance"
+        document.ignored.add(problem, entry.name(entry.path), kind="range")
     axes = rigid(node.to_world)
     return Light(
-        name=entry.text("name", "") or node.entry.text("name", entry.path),
+        name=entry.name() or node.entry.name(entry.path),
         kind=_KINDS[kind],
-        intensity=_rgb(color),
+        intensity=_rgb(np.minimum(color, _MOST)),
         position=_rgb(axes[:3, 3]),
         direction=_rgb(-axes[:3, 2]),
         cos_inner=cos(inner),

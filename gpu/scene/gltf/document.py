@@ -1,28 +1,38 @@
 """The container of a glTF file: .glb chunks or .gltf text, its JSON, and what was read of it but not understood."""
 
 import json
+import re
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
+from typing import TypeVar
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.files import read_bytes
 from gpu.scene.gltf.values import Value
 from gpu.scene.limits import SceneLimits
+from gpu.scene.remarks import Remarks
+
+T = TypeVar("T")
 
 _JSON_CHUNK, _BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 
 
 @dataclass(frozen=True)
 class Document:
-    """An opened glTF file. binary: the GLB's binary chunk or None; ignored: sentences for the report, in order."""
+    """An opened glTF file. binary: the GLB's binary chunk or None; ignored: what is not used of it."""
 
     path: Path
     root: Value
     binary: bytes | None
     limits: SceneLimits
-    ignored: dict[str, None] = field(default_factory=dict)
+    ignored: Remarks = field(default_factory=Remarks)
+
+    @property
+    def notes(self) -> Remarks:
+        """What is shown otherwise than the file says."""
+        return self.root.notes
 
     def referred(self, place: Value, key: str, array: str) -> Value:
         """The object of the file's `array` whose index `place` has at `key`. Raises SceneError when there is none."""
@@ -30,31 +40,51 @@ class Document:
         if not isinstance(objects, list):
             raise self.root.get(array).error("must be an array")
         number = place.get(key).as_index(len(objects))
-        found = Value(self.root.source, f"{array}[{number}]", objects[number])
+        found = Value(self.root.source, f"{array}[{number}]", objects[number], self.notes)
         if not isinstance(found.raw, dict):
             raise found.error("must be an object")
         return found
 
-    def say(self, sentence: str) -> None:
-        """Tell the user once that something in the file is not taken as it is."""
-        self.ignored[sentence] = None
+    def attempt(self, read: Callable[[], T], what: str) -> T | None:
+        """What `read` returns; None, and said that `what` was left out, when what it reads is broken.
+
+        Raises ForbiddenError.
+        """
+        try:
+            return read()
+        except ForbiddenError:
+            raise
+        except SceneError as error:
+            self.ignored.add(f"{error.problem}; {what} was left out", error.field, kind=what)
+            return None
 
 
 def open_document(path: Path, limits: SceneLimits) -> Document:
     """Read `path`. Raises SceneError when the container or JSON is broken, or the file is not glTF 2."""
     content = read_bytes(path, limits)
     text, binary = _chunks(str(path), content) if content[:4] == b"glTF" else (content, None)
+    notes = Remarks()
     try:
-        raw = json.loads(text.decode("utf-8"), parse_constant=_refuse_constant)
+        raw = json.loads(_text(text, notes))
     except (ValueError, RecursionError) as error:
         raise SceneError(str(path), "", f"not a glTF file: {error}") from error
-    document = Document(path, Value(str(path), "", raw), binary, limits)
-    _check_version(document.root.get("asset"))
+    document = Document(path, Value(str(path), "", raw, notes), binary, limits)
+    if not isinstance(raw, dict):
+        raise document.root.error("must be an object")
+    _check_version(document.root.part("asset"))
     return document
 
 
-def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is not JSON")
+def _text(content: bytes, notes: Remarks) -> str:
+    """JSON's text: UTF-8, or UTF-16 as some editors write it, with or without a mark of the byte order."""
+    encoding = json.detect_encoding(content)
+    if encoding != "utf-8":
+        notes.add(f"its text is {encoding} where glTF has UTF-8 without a byte order mark")
+    try:
+        return content.decode(encoding)
+    except UnicodeDecodeError:
+        notes.add("its text is not UTF-8 and was read as Windows-1252: names may be wrong")
+        return content.decode("cp1252", "replace")
 
 
 def _chunks(source: str, content: bytes) -> tuple[bytes, bytes | None]:
@@ -82,10 +112,13 @@ def _chunks(source: str, content: bytes) -> tuple[bytes, bytes | None]:
 
 
 def _check_version(asset: Value) -> None:
-    for key in ("minVersion", "version"):
-        if asset.has(key) or key == "version":
-            version = asset.text(key)
-            if not version.startswith("2."):
-                raise asset.get(key).error(f"glTF {version!r:.20}; only glTF 2.0 is read")
-    if asset.text("minVersion", "2.0") != "2.0":
-        raise asset.get("minVersion").error(f"needs glTF {asset.text('minVersion')!r:.20}; only 2.0 is read")
+    """Raise SceneError for a file that is, or needs, another glTF than 2.0; one that does not say is taken for it."""
+    for key in ("version", "minVersion"):
+        text = str(asset.raw.get(key, "2.0" if key == "minVersion" else ""))
+        found = re.match(r"(\d+)\.(\d+)", text)
+        if found is None:
+            asset.mend(f"its {key} is {text!r:.20}; the file was read as glTF 2.0")
+        elif found[1] != "2":
+            raise asset.get(key).error(f"glTF {text!r:.20}; only glTF 2.0 is read")
+        elif key == "minVersion" and found[2] != "0":
+            raise asset.get(key).error(f"needs glTF {text!r:.20}; only 2.0 is read")

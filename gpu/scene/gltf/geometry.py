@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -32,35 +33,47 @@ class Geometry:
         document = self.buffers.document
         for node in placed.values():
             if node.entry.has("mesh"):
-                mesh = document.referred(node.entry, "mesh", "meshes")
-                joints = None
-                if node.entry.has("skin"):
-                    skin = document.referred(node.entry, "skin", "skins")
-                    joints = joint_matrices(self.buffers, skin, placed)
-                yield from self._node_parts(node, mesh, joints)
+                mesh = document.attempt(partial(document.referred, node.entry, "mesh", "meshes"), "the mesh")
+                if mesh is not None:
+                    yield from self._node_parts(node, mesh, self._joints(node, placed))
+
+    def _joints(self, node: PlacedNode, placed: dict[str, PlacedNode]) -> Doubles | None:
+        """The matrices of the node's skin; None where it has none that can be used."""
+        document = self.buffers.document
+        if not node.entry.has("skin"):
+            return None
+
+        def read() -> Doubles:
+            return joint_matrices(self.buffers, document.referred(node.entry, "skin", "skins"), placed)
+
+        return document.attempt(read, "the skin")
 
     def _node_parts(self, node: PlacedNode, mesh: Value, joints: Doubles | None) -> Iterator[MeshPart]:
         instancing = node.entry.extension("EXT_mesh_gpu_instancing")
         instances = instance_matrices(self.buffers, instancing) if instancing else np.eye(4)[None]
         primitives = mesh.objects("primitives")
         if not primitives:
-            raise mesh.error("has no primitives")
+            self.buffers.document.ignored.add("has no primitives and was left out", mesh.path)
         for entry in primitives:
             material, primitive = self._material(entry), self._primitive(entry, _weights(node.entry, mesh))
             if primitive is None:
                 continue
             self._count(primitive, len(instances))
-            if joints is None:
+            blended = None
+            if joints is not None:
+                blended = self.buffers.document.attempt(partial(blend, primitive, joints, entry), "the skin")
+            if blended is None:
                 attributes = primitive.attributes
                 part = _part(primitive, material, attributes["POSITION"], attributes.get("NORMAL"))
                 yield placed(part, node.to_world @ instances)
             else:
-                yield _skinned(primitive, material, blend(primitive, joints, entry))
+                yield _skinned(primitive, material, blended)
 
     def _material(self, entry: Value) -> int:
+        default = len(self.materials) - 1
         if not entry.has("material"):
-            return len(self.materials) - 1
-        return entry.get("material").as_index(len(self.materials) - 1)
+            return default
+        return entry.mended(lambda: entry.get("material").as_index(default), default, "glTF's default one was used")
 
     def _primitive(self, entry: Value, weights: tuple[float, ...]) -> Primitive | None:
         key = (entry.path, weights)
@@ -69,7 +82,8 @@ class Geometry:
             primitive = read_primitive(self.buffers, entry, max(used, default=-1) + 1, weights)
             missing = {f"TEXCOORD_{uv_set}" for uv_set in used} - primitive.attributes.keys() if primitive else ()
             for name in sorted(missing):
-                self.buffers.document.say(f"{entry.path} has no {name} for its textures; (0, 0) was used")
+                problem = f"has no {name} for its textures; (0, 0) was used"
+                self.buffers.document.notes.add(problem, entry.path)
             self._primitives[key] = primitive
         return self._primitives[key]
 
@@ -85,7 +99,7 @@ class Geometry:
 def _weights(node: Value, mesh: Value) -> tuple[float, ...]:
     """Weights of the morph targets: the node's own, else the mesh's."""
     place = node if node.has("weights") else mesh
-    return tuple(item.as_number() for item in place.items("weights"))
+    return tuple(item.as_factor(0.0, -1e6, 1e6) for item in place.parts("weights"))
 
 
 def _skinned(primitive: Primitive, material: int, matrices: Doubles) -> MeshPart:

@@ -1,6 +1,7 @@
 """The nodes of a glTF scene with their world matrices."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -21,10 +22,10 @@ class PlacedNode:
 def placed_nodes(document: Document) -> dict[str, PlacedNode]:
     """The nodes that the file's scene shows, by path, parents first.
 
-    Raises SceneError for a node with two parents or one among its own descendants.
+    Raises SceneError for a node with two parents or one among its own descendants, or without a usable transform.
     """
     entries = document.root.objects("nodes")
-    children = [[child.as_index(len(entries)) for child in entry.items("children")] for entry in entries]
+    children = [_numbers(document, entry, "children", len(entries)) for entry in entries]
     parents = [0] * len(entries)
     for number in (child for family in children for child in family):
         parents[number] += 1
@@ -49,11 +50,19 @@ def _roots(document: Document, entries: list[Value], parents: list[int]) -> list
     scenes = root.objects("scenes")
     if not scenes:
         return [number for number, count in enumerate(parents) if not count]
-    scene = document.referred(root, "scene", "scenes") if root.has("scene") else scenes[0]
+    scene = scenes[0]
+    if root.has("scene"):
+        scene = root.mended(lambda: document.referred(root, "scene", "scenes"), scene, "the first scene was used")
     if len(scenes) > 1:
-        document.say(f"only one of {len(scenes)} scenes is shown: {scene.text('name', scene.path)}")
-    roots = [item.as_index(len(entries)) for item in scene.items("nodes")]
+        document.ignored.add(f"only one of {len(scenes)} scenes is shown: {scene.name(scene.path)}")
+    roots = list(dict.fromkeys(_numbers(document, scene, "nodes", len(entries))))
     for number in roots:
-        if parents[number] or roots.count(number) > 1:
-            raise scene.error(f"node {number} is listed twice or is another node's child")
+        if parents[number]:
+            raise scene.error(f"node {number} is listed but is another node's child; list the parent alone")
     return roots
+
+
+def _numbers(document: Document, place: Value, key: str, count: int) -> list[int]:
+    """The numbers of nodes that `place` lists at `key`, less those that there are not."""
+    found = (document.attempt(partial(item.as_index, count), "the node") for item in place.parts(key))
+    return [number for number in found if number is not None]

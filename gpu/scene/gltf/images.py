@@ -1,6 +1,7 @@
 """Textures of a glTF file: images decoded once, joined with their samplers."""
 
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import PurePosixPath
 
 from gpu.scene.files import read_uri
@@ -11,7 +12,7 @@ from gpu.scene.types import Bytes, Texture, Wrap
 from gpu.scene.validate import check_count
 
 _WRAPS = {10497: Wrap.REPEAT, 33071: Wrap.CLAMP, 33648: Wrap.MIRROR}
-_NEAREST = 9728
+_NEAREST, _LINEAR = 9728, 9729
 
 
 @dataclass(frozen=True)
@@ -21,50 +22,70 @@ class Images:
     buffers: Buffers
     textures: list[Texture] = field(default_factory=list)
     _numbers: dict[tuple[str, bool], int] = field(default_factory=dict)
-    _pixels: dict[str, Bytes] = field(default_factory=dict)
+    _pixels: dict[str, Bytes | None] = field(default_factory=dict)
 
     def texture(self, info: Value, srgb: bool) -> int | None:
-        """The number in `textures` of what the textureInfo names; None when it has no image that can be read.
+        """The number in `textures` of what the textureInfo names; None, and said, when it has no image.
 
-        Raises SceneError when the texture, sampler or image is broken or too large.
+        Raises SceneError when there is no such texture, and ForbiddenError.
         """
-        document = self.buffers.document
-        entry = document.referred(info, "index", "textures")
-        if (entry.path, srgb) in self._numbers:
-            return self._numbers[entry.path, srgb]
-        source = entry.extension("EXT_texture_webp") or entry
-        if not source.has("source"):
-            document.say(f"{entry.path} has no PNG, JPEG or WebP image and was ignored")
-            return None
-        default = Value(entry.source, entry.path, {})
-        sampler = document.referred(entry, "sampler", "samplers") if entry.has("sampler") else default
-        pixels, name = self._image(source)
-        wraps = [self._wrap(sampler, key) for key in ("wrapS", "wrapT")]
-        nearest = sampler.integer("magFilter", 0) == _NEAREST
-        self.textures.append(Texture(entry.text("name", "") or name, pixels, srgb, wraps[0], wraps[1], nearest))
-        self._numbers[entry.path, srgb] = len(self.textures) - 1
-        return self._numbers[entry.path, srgb]
+        entry = self.buffers.document.referred(info, "index", "textures")
+        key = (entry.path, srgb)
+        if key not in self._numbers:
+            texture = self._texture(entry, srgb)
+            if texture is None:
+                return None
+            self.textures.append(texture)
+            self._numbers[key] = len(self.textures) - 1
+        return self._numbers[key]
 
-    def _wrap(self, sampler: Value, key: str) -> Wrap:
-        code = sampler.integer(key, 10497)
-        if code not in _WRAPS:
-            raise sampler.get(key).error(f"{code} is not a wrap mode")
-        return _WRAPS[code]
-
-    def _image(self, texture: Value) -> tuple[Bytes, str]:
-        """Pixels (height, width, 4) and name of the image that is the texture's source."""
+    def _texture(self, entry: Value, srgb: bool) -> Texture | None:
         document = self.buffers.document
-        image = document.referred(texture, "source", "images")
-        name = image.text("name", "")
-        if not name and image.has("uri") and not image.text("uri").startswith("data:"):
-            name = PurePosixPath(image.text("uri")).name
+        sources = [place for place in (entry.named_extension("EXT_texture_webp"), entry) if place.has("source")]
+        if not sources:
+            document.ignored.add("has no PNG, JPEG or WebP image and was ignored", entry.path)
+        for source in sources:
+            image = document.attempt(partial(document.referred, source, "source", "images"), "the image")
+            pixels = self._image(image) if image is not None else None
+            if image is not None and pixels is not None:
+                sampler = self._sampler(entry)
+                wraps = [sampler.choice(key, _WRAPS, Wrap.REPEAT) for key in ("wrapS", "wrapT")]
+                nearest = sampler.choice("magFilter", {_NEAREST: True, _LINEAR: False}, False)
+                return Texture(entry.name(_name(image) or image.path), pixels, srgb, wraps[0], wraps[1], nearest)
+        return None
+
+    def _sampler(self, entry: Value) -> Value:
+        """The texture's sampler, one without settings where it has none."""
+        document, default = self.buffers.document, Value(entry.source, entry.path, {})
+        if not entry.has("sampler"):
+            return default
+        return entry.mended(
+            lambda: document.referred(entry, "sampler", "samplers"), default, "the texture repeats, filtered"
+        )
+
+    def _image(self, image: Value) -> Bytes | None:
+        """Pixels (height, width, 4) of an image, read once; None, and said, when it cannot be read."""
         if image.path not in self._pixels:
-            if image.has("uri"):
-                content = read_uri(document.path, image.text("uri"), f"{image.path}.uri", document.limits)
-            else:
-                content = bytes(self.buffers.view(image, "bufferView")[0])
-            self._pixels[image.path] = decode_image(content, image.source, image.path, document.limits)
-            total = sum(pixels.size // 4 for pixels in self._pixels.values())
-            limit = document.limits.max_texture_pixels
+            self._pixels[image.path] = self.buffers.document.attempt(partial(self._decoded, image), "the image")
+            total = sum(pixels.size // 4 for pixels in self._pixels.values() if pixels is not None)
+            limit = self.buffers.document.limits.max_texture_pixels
             check_count(image.source, "texture pixels", total, limit, "max_texture_pixels")
-        return self._pixels[image.path], name or image.path
+        return self._pixels[image.path]
+
+    def _decoded(self, image: Value) -> Bytes:
+        document = self.buffers.document
+        if image.has("uri"):
+            uri, field = image.text("uri"), f"{image.path}.uri"
+            content = read_uri(document.path, uri, field, document.limits, document.notes)
+        else:
+            content = bytes(self.buffers.view(image, "bufferView")[0])
+        name = _name(image)
+        field = f"{image.path} {name!r:.60}" if name else image.path
+        return decode_image(content, image.source, field, document.limits)
+
+
+def _name(image: Value) -> str:
+    """What an image is called: its name, or that of its file."""
+    uri = image.raw.get("uri", "")
+    beside = isinstance(uri, str) and not uri.startswith("data:")
+    return image.name(PurePosixPath(uri).name if beside else "")

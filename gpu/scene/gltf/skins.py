@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gpu.scene.gltf.accessors import read_floats
+from gpu.scene.gltf.accessors import read_finite
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.hierarchy import PlacedNode
 from gpu.scene.gltf.primitives import Primitive
@@ -20,7 +20,7 @@ def joint_matrices(buffers: Buffers, skin: Value, placed: dict[str, PlacedNode])
     to_world = np.stack([placed[joint].to_world for joint in joints])
     if not skin.has("inverseBindMatrices"):
         return to_world
-    inverse = read_floats(buffers, skin, "inverseBindMatrices", (16,))
+    inverse = read_finite(buffers, skin, "inverseBindMatrices", (16,))
     if len(inverse) < len(joints):
         raise skin.error(f"{len(inverse)} inverse bind matrices for {len(joints)} joints")
     return np.asarray(to_world @ inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1))
@@ -28,12 +28,16 @@ def joint_matrices(buffers: Buffers, skin: Value, placed: dict[str, PlacedNode])
 
 def blend(primitive: Primitive, matrices: Doubles, place: Value) -> Doubles:
     """The matrix (vertex, 4, 4) of each vertex: those of its joints, weighted. Raises SceneError."""
-    joints, weights = (primitive.attributes.get(name) for name in ("JOINTS_0", "WEIGHTS_0"))
-    if joints is None or weights is None:
+    attributes = primitive.attributes
+    sets = [name[7:] for name in attributes if name.startswith("JOINTS_") and f"WEIGHTS_{name[7:]}" in attributes]
+    if not sets:
         raise place.error("is skinned but has no JOINTS_0 and WEIGHTS_0")
-    numbers = joints.astype(np.int64)
+    joints, weights = (
+        np.concatenate([attributes[f"{name}_{number}"] for number in sets], axis=1) for name in ("JOINTS", "WEIGHTS")
+    )
+    numbers = np.where(weights > 0.0, joints, 0.0).astype(np.int64)
     if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < len(matrices):
-        raise place.error(f"JOINTS_0 names a joint that does not exist, there are {len(matrices)}")
+        raise place.error(f"its JOINTS name a joint that does not exist, there are {len(matrices)}")
     total = weights.sum(axis=1, keepdims=True)
-    share = np.where(total > 0.0, weights / np.where(total > 0.0, total, 1.0), [[1.0, 0.0, 0.0, 0.0]])
-    return np.asarray(sum(share[:, slot, None, None] * matrices[numbers[:, slot]] for slot in range(4)))
+    share = np.where(total > 0.0, weights / np.where(total > 0.0, total, 1.0), np.eye(1, weights.shape[1]))
+    return np.asarray(sum(share[:, slot, None, None] * matrices[numbers[:, slot]] for slot in range(share.shape[1])))

@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from gpu.scene.gltf.accessors import read_floats
+from gpu.scene.gltf.accessors import read_finite
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.values import Value
 from gpu.scene.types import Doubles
 
+_NEARLY = 1e-5  # what float32 arithmetic makes of a matrix's last row
 _IDENTITY = tuple(float(value) for value in np.eye(4).reshape(-1))
 
 
@@ -14,8 +15,11 @@ def local_matrix(node: Value) -> Doubles:
     """The node's matrix (4, 4), from `matrix` or translation, rotation and scale. Raises SceneError."""
     if node.has("matrix"):
         matrix = np.array(node.numbers("matrix", _IDENTITY, -1e30, 1e30)).reshape(4, 4).T
-        if not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
-            raise node.get("matrix").error("its last row must be 0, 0, 0, 1")
+        if np.abs(matrix[3] - _IDENTITY[12:]).max() > _NEARLY:
+            node.get("matrix").mend(f"its last row must be 0, 0, 0, 1, not {matrix[3].tolist()}, and was taken as that")
+        matrix[3] = _IDENTITY[12:]
+        if {"translation", "rotation", "scale"} & node.raw.keys():
+            node.mend("has both a matrix and translation, rotation or scale; the matrix was used")
         return matrix
     return compose(
         node,
@@ -29,7 +33,7 @@ def instance_matrices(buffers: Buffers, extension: Value) -> Doubles:
     """Matrices (instance, 4, 4) of EXT_mesh_gpu_instancing. Raises SceneError."""
     attributes = extension.object("attributes")
     defaults = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
-    rows = {n: read_floats(buffers, attributes, n, (len(d),)) for n, d in defaults.items() if attributes.has(n)}
+    rows = {n: read_finite(buffers, attributes, n, (len(d),)) for n, d in defaults.items() if attributes.has(n)}
     counts = {len(values) for values in rows.values()}
     if len(counts) != 1:
         raise attributes.error("needs TRANSLATION, ROTATION or SCALE, each with as many elements as the others")
@@ -41,8 +45,9 @@ def compose(place: Value, translation: Doubles, rotation: Doubles, scale: Double
     """Matrices (row, 4, 4) = T·R·S from rows of translations, quaternions (x, y, z, w) and scales."""
     length = np.linalg.norm(rotation, axis=1)
     if (length < 1e-6).any():
-        raise place.error("a rotation is a quaternion without direction (0, 0, 0, 0)")
-    x, y, z, w = (rotation / length[:, None]).T
+        place.mend("a rotation is a quaternion without direction (0, 0, 0, 0): it turns nothing")
+        rotation = np.where(length[:, None] < 1e-6, _IDENTITY[12:], rotation)
+    x, y, z, w = (rotation / np.linalg.norm(rotation, axis=1)[:, None]).T
     matrices = np.zeros((len(translation), 4, 4))
     matrices[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
     matrices[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)

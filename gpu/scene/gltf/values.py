@@ -1,10 +1,17 @@
-"""A JSON value that knows its place, so that every wrong one is an error that names it."""
+"""A JSON value that knows its place, so that every wrong one is an error, or mended with a sentence, that names it."""
 
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from math import inf, isfinite
-from typing import Any
+from typing import Any, TypeVar
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
+from gpu.scene.remarks import Remarks
+
+T = TypeVar("T")
+
+_FLOAT32_ROUNDING = 2.0**-24  # by how much a number may change, relative to itself, when it becomes a float32
 
 
 @dataclass(frozen=True)
@@ -12,12 +19,14 @@ class Value:
     """A JSON value of the file `source` at `path`, for example "meshes[2].primitives[0]".
 
     Each getter checks type and range and raises SceneError with the path; a missing key gives the default, and no
-    default means that the key must be there.
+    default means that the key must be there. Those that take parts and factors mend what is wrong and note it: for
+    values without which the geometry is as good. A bound that was rounded to float32 is within limits.
     """
 
     source: str
     path: str
     raw: Any
+    notes: Remarks = field(default_factory=Remarks, compare=False)
 
     def error(self, problem: str) -> SceneError:
         """The error that says `problem` of this place."""
@@ -33,11 +42,11 @@ class Value:
             raise self.error("must be an object")
         if key not in self.raw:
             raise self.error(f"{key!r} is missing")
-        return Value(self.source, f"{self.path}.{key}" if self.path else key, self.raw[key])
+        return self._inner(key, self.raw[key])
 
     def object(self, key: str) -> "Value":
         """The object at `key`, an empty one when it is missing."""
-        value = self.get(key) if self.has(key) else Value(self.source, f"{self.path}.{key}", {})
+        value = self.get(key) if self.has(key) else self._inner(key, {})
         if not isinstance(value.raw, dict):
             raise value.error("must be an object")
         return value
@@ -49,7 +58,7 @@ class Value:
         array = self.get(key)
         if not isinstance(array.raw, list):
             raise array.error("must be an array")
-        return [Value(self.source, f"{array.path}[{number}]", raw) for number, raw in enumerate(array.raw)]
+        return [array._inner(number, raw) for number, raw in enumerate(array.raw)]
 
     def objects(self, key: str) -> list["Value"]:
         """The elements of the array at `key`, which must be objects."""
@@ -68,15 +77,16 @@ class Value:
         """The value as a finite number in [low, high]."""
         if isinstance(self.raw, bool) or not isinstance(self.raw, int | float) or abs(self.raw) > 1e300:
             raise self.error(f"must be a number, not {self.raw!r:.60}")
-        if not isfinite(self.raw) or not low <= self.raw <= high:
-            raise self.error(f"must be between {low:g} and {high:g}, not {self.raw!r:.60}")
-        return float(self.raw)
+        number = min(max(float(self.raw), low), high)
+        if not isfinite(self.raw) or abs(number - self.raw) > _FLOAT32_ROUNDING * abs(number):
+            raise self.error(f"must be {_between(low, high)}, not {self.raw!r:.60}")
+        return number
 
     def as_text(self) -> str:
         """The value as a string."""
         if not isinstance(self.raw, str):
             raise self.error("must be a string")
-        return self.raw
+        return self.raw.encode("utf-8", "replace").decode()  # JSON can have half a surrogate pair
 
     def as_index(self, count: int) -> int:
         """The value as an index below `count`."""
@@ -113,9 +123,81 @@ class Value:
             return default
         return self.get(key).as_text()
 
+    def part(self, key: str) -> "Value":
+        """The object at `key`, an empty one when it is missing or none."""
+        return self.mended(lambda: self.object(key), self._inner(key, {}), "it was left out")
+
+    def parts(self, key: str) -> "list[Value]":
+        """The elements of the array at `key`, none when it is missing or no array."""
+        empty: list[Value] = []
+        return self.mended(lambda: self.items(key), empty, "it was left out")
+
+    def named_extension(self, name: str) -> "Value":
+        """The object of the extension `name` here, an empty one when it is missing or none."""
+        return self.part("extensions").part(name)
+
+    def factor(self, key: str, default: float, low: float = -inf, high: float = inf) -> float:
+        """The number at `key`, the nearest in [low, high]."""
+        return self.get(key).as_factor(default, low, high) if self.has(key) else default
+
+    def factors(self, key: str, default: tuple[float, ...], low: float = -inf, high: float = inf) -> tuple[float, ...]:
+        """As many numbers at `key` as the default has, each the nearest in [low, high]; where one lacks, its own."""
+        items = self.parts(key)
+        if self.has(key) and items and len(items) != len(default):
+            self.get(key).mend(f"must have {len(default)} numbers, not {len(items)}; those there are were used")
+        found = (item.as_factor(value, low, high) for item, value in zip(items, default, strict=False))
+        return (*found, *default[len(items) :])
+
+    def as_factor(self, default: float, low: float, high: float) -> float:
+        """The value as the nearest number in [low, high], or the default where it is no finite number."""
+        number = self.mended(self.as_number, default, f"{default:g} was used")
+        nearest = min(max(number, low), high)
+        if abs(number - nearest) > _FLOAT32_ROUNDING * abs(nearest):
+            self.mend(f"must be {_between(low, high)}, not {number:.9g}; {nearest:g} was used")
+        return nearest
+
+    def choice(self, key: str, choices: Mapping[Any, T], default: T) -> T:
+        """What stands in `choices` for the value at `key`; the default when it is missing or not one of them."""
+        raw = self.raw.get(key) if self.has(key) else None
+        if isinstance(raw, str | int | float) and raw in choices:
+            return choices[raw]
+        if self.has(key):
+            known = ", ".join(map(str, choices))
+            self.get(key).mend(f"must be one of {known}, not {raw!r:.40}; the default was used")
+        return default
+
+    def name(self, default: str = "") -> str:
+        """The text at "name"; the default when there is none."""
+        return self.mended(lambda: self.text("name", ""), "", "it was left out") or default
+
     def flag(self, key: str) -> bool:
         """The boolean at `key`, false when it is missing."""
-        value = self.get(key).raw if self.has(key) else False
-        if not isinstance(value, bool):
-            raise self.get(key).error("must be true or false")
-        return value
+        return self.choice(key, {True: True, False: False}, False)
+
+    def mended(self, read: Callable[[], T], otherwise: T, said: str) -> T:
+        """What `read` returns; `otherwise`, with a note that ends in what was `said`, where it raises SceneError."""
+        try:
+            return read()
+        except ForbiddenError:
+            raise
+        except SceneError as error:
+            self.notes.add(f"{error.problem}; {said}", error.field, kind=kind_of(error.field))
+            return otherwise
+
+    def mend(self, problem: str) -> None:
+        """Note what is wrong here and what was done about it."""
+        self.notes.add(problem, self.path, kind=kind_of(self.path))
+
+    def _inner(self, key: str | int, raw: Any) -> "Value":
+        """The value `raw` that stands in this one at `key`."""
+        inner = f"[{key}]" if isinstance(key, int) else f".{key}" if self.path else key
+        return Value(self.source, self.path + inner, raw, self.notes)
+
+
+def kind_of(path: str) -> str:
+    """A path without its numbers: what is wrong in the same place of many objects is said once."""
+    return re.sub(r"\[\d+\]", "[]", path)
+
+
+def _between(low: float, high: float) -> str:
+    return "a finite number" if low == -inf and high == inf else f"between {low:g} and {high:g}"

@@ -2,9 +2,10 @@ from pathlib import Path
 
 import pytest
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.files import confined_file, read_bytes, read_uri
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.remarks import Remarks
 
 
 @pytest.fixture
@@ -36,10 +37,69 @@ def test_what_is_outside_is_refused(scene: Path, name: str) -> None:
         confined_file(scene, name, "here")
 
 
-def test_uris(scene: Path) -> None:
-    assert read_uri(scene, "sub/%61.bin", "here", DEFAULT_LIMITS) == b"yes"
-    assert read_uri(scene, "data:text/plain;base64,eWVz", "here", DEFAULT_LIMITS) == b"yes"
-    assert read_uri(scene, "data:,y%65s", "here", DEFAULT_LIMITS) == b"yes"
+@pytest.mark.parametrize(
+    "name", ["Sub/A.bin", "SUB\\a.BIN", "a\N{COMBINING DIAERESIS}.bin", "\N{LATIN SMALL LETTER A WITH DIAERESIS}.bin"]
+)
+def test_case_and_composition_of_letters_do_not_matter(scene: Path, name: str) -> None:
+    (scene.parent / "A\N{COMBINING DIAERESIS}.bin").write_bytes(b"yes")
+    path = confined_file(scene, name, "here")
+    assert path is not None
+    assert path.read_bytes() == b"yes"
+
+
+@pytest.mark.parametrize(
+    ("uri", "notes"),
+    [
+        ("sub/%61.bin", 0),
+        ("sub/a.bin?v=2", 0),
+        ("sub/a.bin#top", 0),
+        ("100%25.bin", 0),
+        ("100%.bin", 0),
+        ("b%20c.bin", 0),
+        (".\\100%25.bin", 0),
+        ("SUB/a.bin", 1),
+        ("/home/someone/100%.bin", 1),
+        ("C:\\maps\\100%.bin", 1),
+        ("c:/maps/100%25.bin", 1),
+        ("\\\\server\\maps\\100%.bin", 1),
+        ("file:///home/someone/100%25.bin", 1),
+        ("FILE://C:/100%25.bin", 1),
+        ("data:text/plain;base64,eWVz", 0),
+        ("data:;base64,eW\nVz", 0),
+        ("data:application/octet-stream;base64,eWVz Cg", 0),
+        ("data:,y%65s", 0),
+    ],
+)
+def test_uris(scene: Path, uri: str, notes: int) -> None:
+    for name in ("100%.bin", "b%20c.bin"):
+        (scene.parent / name).write_bytes(b"yes")
+    remarks = Remarks()
+    assert read_uri(scene, uri, "here", DEFAULT_LIMITS, remarks).startswith(b"yes")
+    assert len(remarks.sentences()) == notes
+
+
+@pytest.mark.parametrize(
+    ("uri", "says"),
+    [
+        ("http://example.org/a.bin", "not fetched from the network"),
+        ("s3://bucket/a.bin", "not fetched from the network"),
+        ("/home/someone/none.bin", "does not exist beside the scene"),
+        ("C:\\", "does not exist beside the scene"),
+        ("", "does not exist beside the scene"),
+        ("data:base64", "a data URI without a comma"),
+        ("data:;base64,a", "broken base64"),
+    ],
+)
+def test_a_uri_of_nothing_is_an_error(scene: Path, uri: str, says: str) -> None:
+    with pytest.raises(SceneError, match=says) as caught:
+        read_uri(scene, uri, "here", DEFAULT_LIMITS, Remarks())
+    assert not isinstance(caught.value, ForbiddenError)
+
+
+@pytest.mark.parametrize("uri", ["../outside.bin", "%2e%2e/outside.bin", "outer/outside.bin", "/..", "file:///a/.."])
+def test_a_uri_outside_is_forbidden(scene: Path, uri: str) -> None:
+    with pytest.raises(ForbiddenError):
+        read_uri(scene, uri, "here", DEFAULT_LIMITS, Remarks())
 
 
 def test_a_file_over_the_limit_is_not_read(scene: Path) -> None:

@@ -57,6 +57,19 @@ def test_an_image_made_to_exhaust_memory() -> None:
         decoded(bytes(content))
 
 
+def test_a_jpeg_with_a_broken_index_of_more_pictures_is_its_first() -> None:
+    content = encoded(Image.new("RGB", (8, 8), (200, 100, 50)), "JPEG")
+    index = b"MPF\0" + b"II*\0" + b"\xff\xff\xff\x7f"
+    content = content[:2] + b"\xff\xe2" + (len(index) + 2).to_bytes(2, "big") + index + content[2:]
+    assert np.allclose(decoded(content)[..., :3], (200, 100, 50), atol=6)
+
+
+def test_of_several_pictures_the_first_is_read() -> None:
+    first, second = (Image.new("RGB", (8, 8), color) for color in ((200, 100, 50), (0, 0, 0)))
+    content = encoded(first, "MPO", save_all=True, append_images=[second])
+    assert np.allclose(decoded(content)[..., :3], (200, 100, 50), atol=6)
+
+
 @pytest.mark.parametrize("content", [b"", b"GIF89a", encoded(Image.new("RGB", (9, 9)))[:45]])
 def test_what_cannot_be_decoded(content: bytes) -> None:
     with pytest.raises(SceneError, match=r"scene: images\[0\]: not an image that can be read"):

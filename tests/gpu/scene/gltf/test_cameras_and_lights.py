@@ -1,17 +1,17 @@
-from math import cos, radians, tan
+from math import cos, pi, radians, tan
+from typing import Any
 
 import numpy as np
 import pytest
 from gltf_file import GltfFile
 
-from gpu.errors import SceneError
 from gpu.scene.types import LightKind
 
 HALF = float(np.sqrt(0.5))
 DOWN = [-HALF, 0, 0, HALF]  # turns −Z to −Y
 
 
-def lit(gltf: GltfFile, light: dict, **node: object) -> None:
+def lit(gltf: GltfFile, light: Any, **node: object) -> None:
     gltf.json["extensions"] = {"KHR_lights_punctual": {"lights": [light]}}
     gltf.add("nodes", extensions={"KHR_lights_punctual": {"light": 0}}, **node)
     gltf.mesh_node(scale=[10, 10, 10])
@@ -49,17 +49,66 @@ def test_a_spot_lights_default_cones(gltf: GltfFile) -> None:
 @pytest.mark.parametrize(
     ("light", "says"),
     [
-        ({}, "lights[0]: 'type' is missing"),
+        ({}, "lights[0]: 'type' is missing; the light was left out"),
         ({"type": "sun"}, "lights[0].type: must be one of point, spot, directional"),
-        ({"type": "point", "intensity": -1}, "lights[0].intensity"),
-        ({"type": "spot", "spot": {"innerConeAngle": 0.6, "outerConeAngle": 0.5}}, "spot.innerConeAngle"),
+        (None, "lights[0]: must be an object; the light was left out"),
     ],
 )
-def test_broken_lights(gltf: GltfFile, light: dict, says: str) -> None:
+def test_a_broken_light_is_left_out(gltf: GltfFile, light: Any, says: str) -> None:
     lit(gltf, light)
-    with pytest.raises(SceneError) as caught:
-        gltf.load()
-    assert says in str(caught.value)
+    scene = gltf.load()
+    assert scene.lights == ()
+    assert says in scene.report.ignored[0]
+
+
+def test_a_light_that_does_not_exist_is_left_out_and_the_others_stay(gltf: GltfFile) -> None:
+    lit(gltf, {"type": "point"})
+    gltf.add("nodes", extensions={"KHR_lights_punctual": {"light": 1}})
+    scene = gltf.load()
+    assert len(scene.lights) == 1
+    assert "KHR_lights_punctual.light: 1 does not exist, there are 1; the light" in scene.report.ignored[0]
+
+
+@pytest.mark.parametrize(
+    ("light", "attribute", "value", "says"),
+    [
+        ({"type": "point", "intensity": -1}, "intensity", (0, 0, 0), "lights[0].intensity: must be between 0"),
+        ({"type": "point", "intensity": "1"}, "intensity", (0.01,) * 3, "lights[0].intensity: must be a number"),
+        (
+            {"type": "point", "color": [1, -1]},
+            "intensity",
+            (0.01, 0, 0.01),
+            "lights[0].color: must have 3 numbers, not 2",
+        ),
+        (
+            {"type": "spot", "spot": {"innerConeAngle": 0.6, "outerConeAngle": 0.5}},
+            "cos_inner",
+            cos(0.5),
+            "innerConeAngle",
+        ),
+        (
+            {"type": "spot", "spot": {"outerConeAngle": 3}},
+            "cos_outer",
+            0.0,
+            "outerConeAngle: must be between 0 and 1.5708",
+        ),
+        ({"type": "spot", "spot": {"outerConeAngle": float(np.float32(pi / 2))}}, "cos_outer", 0.0, ""),
+    ],
+)
+def test_what_is_odd_of_a_light_is_mended(gltf: GltfFile, light: dict, attribute: str, value: Any, says: str) -> None:
+    lit(gltf, light)
+    scene = gltf.load()
+    assert np.allclose(getattr(scene.lights[0], attribute), value)
+    assert any(says in note for note in scene.report.notes) if says else "Angle" not in str(scene.report)
+
+
+def test_ranges_of_lights_are_ignored_and_said_once(gltf: GltfFile) -> None:
+    lit(gltf, {"type": "point", "range": 3, "name": "lamp"})
+    gltf.json["extensions"]["KHR_lights_punctual"]["lights"].append({"type": "point", "range": 5})
+    gltf.add("nodes", extensions={"KHR_lights_punctual": {"light": 1}})
+    (sentence,) = gltf.load().report.ignored
+    assert sentence.startswith("lamp: its range was ignored")
+    assert sentence.endswith("(likewise extensions.KHR_lights_punctual.lights[1])")
 
 
 def test_a_perspective_camera_under_a_scaled_node(gltf: GltfFile) -> None:
@@ -93,10 +142,23 @@ def test_an_orthographic_camera(gltf: GltfFile) -> None:
         ({"type": "orthographic", "orthographic": {"xmag": 0, "ymag": 1}}, "must not be 0"),
     ],
 )
-def test_broken_cameras(gltf: GltfFile, camera: dict, says: str) -> None:
+def test_a_broken_camera_is_left_out(gltf: GltfFile, camera: dict, says: str) -> None:
     gltf.add("cameras", **camera)
     gltf.add("nodes", camera=0)
     gltf.mesh_node()
-    with pytest.raises(SceneError) as caught:
-        gltf.load()
-    assert says in str(caught.value)
+    report = gltf.load().report
+    assert says in report.ignored[0]
+    assert report.ignored[0].endswith("the camera was left out")
+    assert "the scene has no camera: a view was chosen" in report.notes
+
+
+def test_an_odd_aspect_ratio_is_mended(gltf: GltfFile) -> None:
+    gltf.add("cameras", type="perspective", perspective={"yfov": 1.0, "aspectRatio": None})
+    gltf.add("nodes", camera=0, name=7)
+    gltf.mesh_node()
+    scene = gltf.load()
+    assert (scene.cameras[0].aspect, scene.cameras[0].name) == (16.0 / 9.0, "cameras[0]")
+    assert {note.split(":")[0] for note in scene.report.notes} >= {
+        "nodes[0].name",
+        "cameras[0].perspective.aspectRatio",
+    }

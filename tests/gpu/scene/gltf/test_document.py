@@ -1,11 +1,13 @@
 import struct
 from pathlib import Path
+from typing import Any
 
 import pytest
 from gltf_file import GltfFile
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.gltf import load_gltf
+from gpu.scene.gltf.document import open_document
 from gpu.scene.limits import SceneLimits
 
 
@@ -14,7 +16,6 @@ from gpu.scene.limits import SceneLimits
     [
         (b"", "not a glTF file"),
         (b"[" * 100_000, "not a glTF file"),
-        (b'{"asset": {"version": "2.0"}, "x": NaN}', "NaN is not JSON"),
         (b"\xff\xfe", "not a glTF file"),
         (b"[]", "must be an object"),
         (b'{"asset": {"version": "1.0"}}', "asset.version: glTF '1.0'"),
@@ -32,6 +33,43 @@ def test_a_broken_container_is_named(tmp_path: Path, content: bytes, says: str) 
     with pytest.raises(SceneError, match=r"broken\.gltf") as caught:
         load_gltf(path)
     assert says in str(caught.value)
+
+
+TEXT = '{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0, "name": "Tür"}], "scene": NaN, "skins": Infinity}'
+
+
+@pytest.mark.parametrize(
+    ("encoding", "says"), [("utf-8", ""), ("utf-8-sig", "utf-8-sig"), ("utf-16", "utf-16"), ("cp1252", "not UTF-8")]
+)
+def test_text_in_other_encodings_is_read_and_said(tmp_path: Path, encoding: str, says: str) -> None:
+    (tmp_path / "a.gltf").write_bytes(TEXT.encode(encoding))
+    document = open_document(tmp_path / "a.gltf", SceneLimits())
+    assert document.root.objects("nodes")[0].name() == "Tür"
+    assert says in "".join(document.notes.sentences())
+    assert bool(says) == bool(document.notes.sentences())
+
+
+@pytest.mark.parametrize("asset", [None, [], {}, {"version": 2.0}, {"version": "two"}])
+def test_a_file_that_does_not_say_its_version_is_of_2(gltf: GltfFile, asset: Any) -> None:
+    gltf.mesh_node()
+    gltf.json["asset"] = asset
+    assert any("asset" in note for note in gltf.load().report.notes) == (asset != {"version": 2.0})
+
+
+def test_what_cannot_be_read_is_left_out_unless_it_is_forbidden(gltf: GltfFile) -> None:
+    document = open_document(gltf.write(), SceneLimits())
+
+    def broken() -> None:
+        raise SceneError("scene.glb", "lights[3]", "has no type")
+
+    def forbidden() -> None:
+        raise ForbiddenError("scene.glb", "lights[3]", "is outside")
+
+    assert document.attempt(broken, "the light") is None
+    assert document.ignored.sentences() == ("lights[3]: has no type; the light was left out",)
+    assert document.attempt(lambda: 7, "the light") == 7
+    with pytest.raises(ForbiddenError):
+        document.attempt(forbidden, "the light")
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

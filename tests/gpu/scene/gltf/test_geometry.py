@@ -22,14 +22,34 @@ def test_primitives_keep_their_materials(gltf: GltfFile) -> None:
 
 def test_a_material_that_does_not_exist(gltf: GltfFile) -> None:
     gltf.mesh_node(gltf.primitive(material=0))
-    with pytest.raises(SceneError, match=r"meshes\[0\]\.primitives\[0\]\.material: 0 does not exist, there are 0"):
-        gltf.load()
+    scene = gltf.load()
+    assert scene.materials[0].name == "glTF default"
+    says = "meshes[0].primitives[0].material: 0 does not exist, there are 0; glTF's default one was used"
+    assert says in scene.report.notes
 
 
-def test_a_mesh_without_primitives(gltf: GltfFile) -> None:
-    gltf.json.update(meshes=[{"primitives": []}], nodes=[{"mesh": 0}])
-    with pytest.raises(SceneError, match=r"meshes\[0\]: has no primitives"):
+@pytest.mark.parametrize("mesh", [{"primitives": []}, {}, {"primitives": [{"attributes": {"NORMAL": 0}}]}])
+def test_a_mesh_without_a_surface_is_left_out(gltf: GltfFile, mesh: dict) -> None:
+    gltf.json.update(meshes=[mesh], nodes=[{"mesh": 0}])
+    with pytest.raises(SceneError, match=r"no triangles; .*meshes\[0\].* has no p.* left out"):
         gltf.load()
+    gltf.mesh_node()
+    scene = gltf.load()
+    assert len(scene.triangles) == 1
+    assert "left out" in scene.report.ignored[0]
+
+
+def test_a_mesh_that_does_not_exist_is_left_out(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    gltf.add("nodes", mesh=5)
+    assert gltf.load().report.ignored == ("nodes[1].mesh: 5 does not exist, there are 1; the mesh was left out",)
+
+
+def test_a_broken_skin_is_left_out(gltf: GltfFile) -> None:
+    gltf.mesh_node(skin=3, translation=[0, 0, 1])
+    scene = gltf.load()
+    assert np.array_equal(corners(scene), [TRIANGLE + np.float32([0, 0, 1])])
+    assert scene.report.ignored == ("nodes[0].skin: 3 does not exist, there are 0; the skin was left out",)
 
 
 @pytest.mark.parametrize("limits", [SceneLimits(max_triangles=999), SceneLimits(max_vertices=2999)])

@@ -42,9 +42,6 @@ def test_only_the_shown_scene_is_read(gltf: GltfFile) -> None:
         ([{"children": [1]}, {"children": [0]}], [0], "another node's child"),
         ([{"children": [0]}], [0], "another node's child"),
         ([{"children": [2]}, {"children": [2]}, {}], [0, 1], "nodes[2]: is the child of two nodes"),
-        ([{}], [0, 0], "listed twice"),
-        ([{}], [1], "scenes[0].nodes[0]: 1 does not exist"),
-        ([{"children": [5]}], [0], "nodes[0].children[0]: 5 does not exist"),
     ],
 )
 def test_nodes_that_are_no_tree(gltf: GltfFile, nodes: list, roots: list, says: str) -> None:
@@ -52,6 +49,24 @@ def test_nodes_that_are_no_tree(gltf: GltfFile, nodes: list, roots: list, says: 
     with pytest.raises(SceneError) as caught:
         gltf.load()
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"scenes": [{"nodes": [0, 0]}]}, ""),
+        ({"scenes": [{"nodes": [0, 7]}]}, "scenes[0].nodes[1]: 7 does not exist, there are 1; the node was left out"),
+        ({"scenes": [{"nodes": [0]}], "scene": 2}, "scene: 2 does not exist, there are 1; the first scene was used"),
+        ({"nodes": [{"mesh": 0, "children": [5]}]}, "nodes[0].children[0]: 5 does not exist"),
+        ({"nodes": [{"mesh": 0, "children": {}}]}, "nodes[0].children: must be an array; it was left out"),
+    ],
+)
+def test_what_a_tree_lists_wrongly_is_left_out(gltf: GltfFile, change: dict, says: str) -> None:
+    gltf.mesh_node()
+    gltf.json.update(change)
+    scene = gltf.load()
+    assert len(scene.triangles) == 1
+    assert says in "\n".join(scene.report.ignored + scene.report.notes)
 
 
 def test_a_loop_without_a_scene_shows_nothing(gltf: GltfFile) -> None:

@@ -36,21 +36,69 @@ def test_an_image_in_a_data_uri_and_one_in_a_file(gltf: GltfFile) -> None:
 
 def test_a_broken_image(gltf: GltfFile) -> None:
     gltf.add("textures", source=gltf.add("images", bufferView=gltf.view(b"not an image"), mimeType="image/png"))
-    with pytest.raises(SceneError, match=r"images\[0\]: not an image"):
+    gltf.add("textures", source=gltf.add("images", uri="data:image/png;base64,AAAA", name="wall"))
+    green = {"baseColorTexture": {"index": 0}, "baseColorFactor": [0, 1, 0, 1]}
+    material = material_of(gltf, pbrMetallicRoughness=green, normalTexture={"index": 1})
+    assert (material.base_color, material.base_color_slot, material.normal_slot) == ((0, 1, 0, 1), None, None)
+    (sentence,) = gltf.load().report.ignored
+    assert sentence.startswith("images[0]: not an image that can be read, which are PNG, JPEG")
+    assert sentence.endswith("the image was left out (likewise images[1] 'wall')")
+
+
+@pytest.mark.parametrize(
+    ("uri", "says"),
+    [
+        ("textures/wall.png", "'textures/wall.png' does not exist beside the scene; the image was left out"),
+        ("https://example.org/here.png", "is not fetched from the network"),
+        ("/home/someone/wall.png", "does not exist beside the scene"),
+        ("C:\\maps\\wall.png", "does not exist beside the scene"),
+        (7, "must be a string; the image was left out"),
+    ],
+)
+def test_an_image_that_is_not_there_is_left_out(gltf: GltfFile, uri: object, says: str) -> None:
+    (gltf.folder / "here.png").write_bytes(b"")
+    gltf.add("textures", source=gltf.add("images", uri=uri))
+    assert material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}).base_color_slot is None
+    assert says in gltf.load().report.ignored[0]
+
+
+@pytest.mark.parametrize("uri", ["../wall.png", "outside/wall.png"])
+def test_an_image_outside_the_folder_is_refused(gltf: GltfFile, uri: str) -> None:
+    Image.new("RGB", (1, 1)).save(gltf.folder.parent / "wall.png")
+    (gltf.folder / "outside").symlink_to(gltf.folder.parent)
+    gltf.add("textures", source=gltf.add("images", uri=uri))
+    with pytest.raises(SceneError, match=r"images\[0\]\.uri: .* outside the scene's folder"):
         material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+
+
+def test_a_broken_webp_gives_way_to_its_fallback(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf), extensions={"EXT_texture_webp": {"source": 9}})
+    assert material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}).base_color_slot is not None
+    assert "images" not in gltf.load().report.ignored[0]
 
 
 def test_a_texture_without_an_image_that_can_be_read_is_said(gltf: GltfFile) -> None:
     gltf.add("textures", extensions={"KHR_texture_basisu": {"source": 0}})
     assert material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}).base_color_slot is None
-    assert gltf.load().report.ignored == ("textures[0] has no PNG, JPEG or WebP image and was ignored",)
+    assert gltf.load().report.ignored == ("textures[0]: has no PNG, JPEG or WebP image and was ignored",)
 
 
-@pytest.mark.parametrize("key", ["wrapS", "wrapT"])
-def test_an_unknown_wrap_mode_is_refused(gltf: GltfFile, key: str) -> None:
+@pytest.mark.parametrize("key", ["wrapS", "wrapT", "magFilter"])
+def test_what_is_odd_of_a_sampler_is_mended(gltf: GltfFile, key: str) -> None:
     gltf.add("textures", source=image(gltf), sampler=gltf.add("samplers", **{key: 10498}))
-    with pytest.raises(SceneError, match=rf"samplers\[0\]\.{key}: 10498 is not a wrap mode"):
-        material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    scene = gltf.load()
+    texture = scene.textures[0]
+    assert (texture.wrap_s, texture.wrap_t, texture.nearest) == (Wrap.REPEAT, Wrap.REPEAT, False)
+    assert any(note.startswith(f"samplers[0].{key}: must be one of") for note in scene.report.notes)
+
+
+def test_a_sampler_that_does_not_exist_is_left_out(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf), sampler=4)
+    assert material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}).base_color_slot is not None
+    assert (
+        "textures[0].sampler: 4 does not exist, there are 0; the texture repeats, filtered" in gltf.load().report.notes
+    )
 
 
 def test_pixels_of_all_images_count_against_the_limit(gltf: GltfFile) -> None:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from gltf_file import UV, GltfFile, image, material_of
 
-from gpu.errors import SceneError
 from gpu.scene.types import AlphaMode, Material
 
 
@@ -55,20 +54,87 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
     )
 
 
+def extension(name: str, **values: object) -> dict:
+    return {"extensions": {f"KHR_materials_{name}": values}}
+
+
+def metal(**values: object) -> dict:
+    return {"pbrMetallicRoughness": values}
+
+
 @pytest.mark.parametrize(
-    ("material", "says"),
+    ("material", "attribute", "value", "place"),
     [
-        ({"alphaMode": "GLASS"}, "materials[0].alphaMode: must be one of OPAQUE, MASK, BLEND"),
-        ({"emissiveFactor": [1, 2, 0]}, "materials[0].emissiveFactor[1]: must be between 0 and 1"),
-        ({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}, "KHR_materials_ior.ior: must be 0 or at least 1"),
-        ({"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}, "attenuationDistance"),
-        ({"normalTexture": {"index": 0}}, "materials[0].normalTexture.index: 0 does not exist"),
+        (metal(baseColorFactor=[1.0000001192, -0.5, 2, 1]), "base_color", (1, 0, 1, 1), "baseColorFactor[0]"),
+        (metal(baseColorFactor=[0.5, 0.25, "x"]), "base_color", (0.5, 0.25, 1, 1), "baseColorFactor"),
+        (metal(baseColorFactor=0.5), "base_color", (1, 1, 1, 1), "baseColorFactor"),
+        (metal(baseColorFactor=[float("nan")] * 4), "base_color", (1, 1, 1, 1), "baseColorFactor[0]"),
+        (metal(roughnessFactor=-1), "roughness", 0, "roughnessFactor"),
+        (metal(metallicFactor=1.5), "metallic", 1, "metallicFactor"),
+        ({"pbrMetallicRoughness": 3}, "roughness", 1, "pbrMetallicRoughness"),
+        ({"alphaMode": "GLASS"}, "alpha_mode", AlphaMode.OPAQUE, "alphaMode"),
+        ({"alphaMode": ["MASK"]}, "alpha_mode", AlphaMode.OPAQUE, "alphaMode"),
+        ({"alphaCutoff": -1}, "alpha_cutoff", 0, "alphaCutoff"),
+        ({"doubleSided": "yes"}, "name", "material 0", "doubleSided"),
+        ({"name": 5}, "name", "material 0", "name"),
+        ({"emissiveFactor": [1, 2, -1]}, "emission", (1, 2, 0), "emissiveFactor[2]"),
+        ({"emissiveFactor": [5, 5, 5]}, "emission", (5, 5, 5), "emissiveFactor"),
+        (
+            {"emissiveFactor": [1, 1, 1], **extension("emissive_strength", emissiveStrength=-2)},
+            "emission",
+            (0, 0, 0),
+            "Strength",
+        ),
+        (
+            {"emissiveFactor": [1, 1, 1], **extension("emissive_strength", emissiveStrength=1e39)},
+            "emission",
+            (1e30,) * 3,
+            "Strength",
+        ),
+        (
+            {"emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength": 4}},
+            "emission",
+            (1, 1, 1),
+            "strength",
+        ),
+        ({"extensions": []}, "emission", (0, 0, 0), "extensions"),
+        (extension("ior", ior=0.5), "ior", 1, "KHR_materials_ior.ior"),
+        (extension("ior", ior=0), "ior", 1e6, ""),
+        (extension("volume", attenuationDistance=0), "attenuation_distance", inf, "attenuationDistance"),
+        (extension("transmission", transmissionFactor=7), "transmission", 1, "transmissionFactor"),
+        (extension("specular", specularFactor=-0.5), "specular", 0, "specularFactor"),
     ],
 )
-def test_broken_materials(gltf: GltfFile, material: dict, says: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        material_of(gltf, **material)
-    assert says in str(caught.value)
+def test_what_is_odd_of_a_material_is_mended(
+    gltf: GltfFile, material: dict, attribute: str, value: object, place: str
+) -> None:
+    assert getattr(material_of(gltf, **material), attribute) == value
+    notes = [note for note in gltf.load().report.notes if note.startswith("materials[0]")]
+    assert [note.split(": ")[0].endswith(place) for note in notes][:1] == [True] * bool(place)
+
+
+@pytest.mark.parametrize("broken", [None, [], 5])
+def test_a_material_that_is_none_is_plain(gltf: GltfFile, broken: object) -> None:
+    gltf.json["materials"] = [broken]
+    gltf.mesh_node(gltf.primitive(material=0))
+    assert gltf.load().materials[0].base_color == (1, 1, 1, 1)
+
+
+@pytest.mark.parametrize("info", [{"index": 0}, {"index": None}, {}, 3, {"index": 0, "texCoord": 99}])
+def test_a_broken_texture_is_left_out(gltf: GltfFile, info: object) -> None:
+    material = material_of(gltf, normalTexture=info, pbrMetallicRoughness={"baseColorTexture": info})
+    assert (material.normal_slot, material.base_color_slot) == (None, None)
+    (sentence,) = gltf.load().report.ignored
+    assert sentence.startswith("materials[0].")
+    assert "; the texture was left out (likewise materials[0]." in sentence
+
+
+def test_ten_thousand_odd_materials_are_told_in_one_sentence(gltf: GltfFile) -> None:
+    gltf.json["materials"] = [metal(roughnessFactor=2 + number) for number in range(10_000)]
+    gltf.mesh_node(gltf.primitive(material=0))
+    notes = gltf.load().report.notes
+    assert "roughnessFactor: must be between 0 and 1, not 2; 1 was used (likewise materials[1]" in notes[0]
+    assert len("".join(notes)) < 1000
 
 
 def test_every_texture_is_read_and_one_used_in_two_ways_becomes_two(gltf: GltfFile) -> None:
@@ -110,7 +176,7 @@ def test_a_missing_uv_set_is_said(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     material_of(gltf, 1, pbrMetallicRoughness={"baseColorTexture": {"index": 0, "texCoord": 1}})
     scene = gltf.load()
-    assert "meshes[0].primitives[0] has no TEXCOORD_1 for its textures" in scene.report.ignored[0]
+    assert "meshes[0].primitives[0]: has no TEXCOORD_1 for its textures; (0, 0) was used" in scene.report.notes
     assert not scene.uvs[1].any()
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from gltf_file import TRIANGLE, GltfFile, corners
+from gltf_file import TRIANGLE, GltfFile, corners, image
 
 from gpu.errors import SceneError
 from gpu.scene.gltf.primitives import to_triangles
@@ -34,7 +34,7 @@ def test_points_and_lines_are_ignored_and_said_once(gltf: GltfFile) -> None:
 
 def test_an_incomplete_triangle_is_said(gltf: GltfFile) -> None:
     gltf.mesh_node(gltf.primitive(TRIANGLE, [0, 1, 2, 0]))
-    assert "meshes[0].primitives[0] ends with an incomplete triangle" in gltf.load().report.ignored[0]
+    assert "meshes[0].primitives[0]: ends with an incomplete triangle" in gltf.load().report.ignored[0]
 
 
 def test_an_index_out_of_range(gltf: GltfFile) -> None:
@@ -43,16 +43,75 @@ def test_an_index_out_of_range(gltf: GltfFile) -> None:
         gltf.load()
 
 
-def test_attributes_of_different_length(gltf: GltfFile) -> None:
-    gltf.mesh_node(gltf.primitive(TRIANGLE, NORMAL=QUAD))
-    with pytest.raises(SceneError, match="NORMAL has 4 elements, POSITION 3"):
-        gltf.load()
+@pytest.mark.parametrize(
+    ("normals", "says"),
+    [(QUAD, "NORMAL has 4 elements, POSITION 3"), (TRIANGLE[:0], "NORMAL has 0 elements"), (99, "99 does not exist")],
+)
+def test_a_broken_attribute_is_left_out(gltf: GltfFile, normals: np.ndarray | int, says: str) -> None:
+    gltf.mesh_node(gltf.primitive(TRIANGLE, NORMAL=normals))
+    scene = gltf.load()
+    assert np.allclose(scene.normals, (0, 0, 1))
+    assert says in scene.report.ignored[0]
+    assert scene.report.ignored[0].endswith("; NORMAL was left out")
 
 
-def test_missing_positions(gltf: GltfFile) -> None:
-    gltf.mesh_node({"attributes": {}})
-    with pytest.raises(SceneError, match=r"attributes: 'POSITION' is missing"):
-        gltf.load()
+@pytest.mark.parametrize("broken", [{"attributes": {}}, {"attributes": {"NORMAL": 0}}, {}])
+def test_a_primitive_without_positions_is_left_out(gltf: GltfFile, broken: dict) -> None:
+    gltf.mesh_node(gltf.primitive(), broken)
+    assert gltf.load().report.ignored == ("meshes[0].primitives[1]: has no positions and was left out",)
+
+
+@pytest.mark.parametrize("indices", [[], [0, 1]])
+def test_a_primitive_without_triangles_is_left_out(gltf: GltfFile, indices: list[int]) -> None:
+    gltf.mesh_node(gltf.primitive(), gltf.primitive(TRIANGLE, indices, mode=5))
+    scene = gltf.load()
+    assert len(scene.triangles) == 1
+    assert scene.report.ignored == ("meshes[0].primitives[1]: has no triangles and was left out",)
+
+
+def test_accessors_without_elements_make_a_primitive_without_triangles(gltf: GltfFile) -> None:
+    empty = gltf.add("accessors", componentType=5126, count=0, type="VEC3", bufferView=99)
+    gltf.mesh_node(gltf.primitive(), gltf.primitive(empty))
+    assert gltf.load().report.ignored == ("meshes[0].primitives[1]: has no triangles and was left out",)
+
+
+NAN = np.nan
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "says"),
+    [
+        ("NORMAL", [[0, 0, 1], [NAN, 0, 1], [0, 0, 1]], "1 of 3 are not finite: geometric normals were used"),
+        ("NORMAL", [[0, 0, 1], [0, 0, np.inf], [0, 0, -np.inf]], "2 of 3 are not finite"),
+        ("TEXCOORD_0", [[0, 0], [NAN, 1], [1, 1]], "1 of 3 are not finite: 0 was used"),
+        ("COLOR_0", [[1, 1, 1], [1, NAN, 0], [1, 1, 1]], "1 of 3 are not finite: white was used"),
+        ("COLOR_0", [[1, 1, 1], [2, 1, -1], [1, 1, 1]], "colours outside 0 to 1"),
+    ],
+)
+def test_odd_numbers_of_attributes_are_mended(gltf: GltfFile, name: str, rows: list, says: str) -> None:
+    gltf.add("textures", source=image(gltf))
+    gltf.add("materials", pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    uvs = {} if name == "TEXCOORD_0" else {"TEXCOORD_0": TRIANGLE[:, :2]}
+    gltf.mesh_node(gltf.primitive(material=0, **{name: np.float32(rows)}, **uvs))
+    scene = gltf.load()
+    assert np.allclose(scene.normals, (0, 0, 1))
+    assert np.isfinite(scene.uvs).all()
+    assert scene.colors is None or (
+        np.isfinite(scene.colors).all() and 0 <= scene.colors.min() <= scene.colors.max() <= 1
+    )
+    assert any(
+        note.startswith(f"meshes[0].primitives[0].attributes.{name}: ") and says in note for note in scene.report.notes
+    )
+
+
+def test_a_broken_morph_target_is_left_out(gltf: GltfFile) -> None:
+    gltf.mesh_node(gltf.primitive(targets=[{"POSITION": 77}, 5]), mesh={"weights": [1.0, "x", 3]})
+    scene = gltf.load()
+    assert np.array_equal(corners(scene), [TRIANGLE])
+    assert (
+        "targets[0].POSITION: 77 does not exist, there are 1; the morph target was left out" in scene.report.ignored[0]
+    )
+    assert any("meshes[0].weights[1]" in note for note in scene.report.notes)
 
 
 def test_quantised_positions_and_normals(gltf: GltfFile) -> None:

@@ -24,7 +24,25 @@ def test_a_matrix_is_in_columns() -> None:
     assert np.array_equal(matrix[:3, 3], [5, 6, 7])
 
 
-@pytest.mark.parametrize("raw", [{"matrix": [1.0] * 16}, {"matrix": [0] * 15}, {"rotation": [0, 0, 0, 0]}])
+LAST = [*np.eye(4).reshape(-1)[:12], 2, 3, 4]
+
+
+@pytest.mark.parametrize(
+    ("raw", "says"),
+    [
+        ({"matrix": [*LAST, 0.99999994]}, ""),
+        ({"matrix": [*LAST, 0.5]}, "its last row must be 0, 0, 0, 1, not [0.0, 0.0, 0.0, 0.5]"),
+        ({"matrix": [*LAST, 1], "scale": [2, 2, 2]}, "has both a matrix and"),
+        ({"translation": [2, 3, 4], "rotation": [0, 0, 0, 0]}, "(0, 0, 0, 0): it turns nothing"),
+    ],
+)
+def test_odd_transforms_are_mended(raw: dict, says: str) -> None:
+    value = node(**raw)
+    assert np.array_equal(local_matrix(value), [[1, 0, 0, 2], [0, 1, 0, 3], [0, 0, 1, 4], [0, 0, 0, 1]])
+    assert [says in note for note in value.notes.sentences()] == [True] * bool(says)
+
+
+@pytest.mark.parametrize("raw", [{"matrix": [0] * 15}, {"scale": [np.nan, 1, 1]}, {"translation": "x"}])
 def test_broken_transforms(raw: dict) -> None:
     with pytest.raises(SceneError, match=r"nodes\[0\]"):
         local_matrix(node(**raw))
