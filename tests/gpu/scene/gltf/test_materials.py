@@ -129,8 +129,8 @@ def test_a_broken_texture_is_left_out(gltf: GltfFile, info: object) -> None:
     assert "; the texture was left out (likewise materials[0]." in sentence
 
 
-def test_ten_thousand_odd_materials_are_told_in_one_sentence(gltf: GltfFile) -> None:
-    gltf.json["materials"] = [metal(roughnessFactor=2 + number) for number in range(10_000)]
+def test_many_odd_materials_are_told_in_one_sentence(gltf: GltfFile) -> None:
+    gltf.json["materials"] = [metal(roughnessFactor=2 + number) for number in range(300)]
     gltf.mesh_node(gltf.primitive(material=0))
     notes = gltf.load().report.notes
     assert "roughnessFactor: must be between 0 and 1, not 2; 1 was used (likewise materials[1]" in notes[0]
