@@ -10,7 +10,7 @@ PYTHON ?=
 export PYTHON
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint types-js unit-js browser bench load docs format lock clean
+.PHONY: help run test lint types-js unit-js browser proxies bench load docs format lock clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -18,7 +18,7 @@ help: ## say what can be made
 run: .venv/.installed ## serve SCENE, or a built-in scene, on http://127.0.0.1:8000
 	@$(BIN)/lumenwalk serve $(if $(SCENE),--scene "$(SCENE)") $(ARGS)
 
-test: lint unit-js browser ## lint and every test
+test: lint unit-js browser proxies ## lint and every test
 	$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
 
 lint: .venv/.installed types-js ## style and types
@@ -79,3 +79,6 @@ endif
 
 browser: # Playwright's driver needs libatomic
 	@.ci/packages chromium libatomic1 || true
+
+proxies: # that docs/proxies.md configures; tests with those that are missing are skipped
+	@.ci/packages nginx-light caddy openssl || true

@@ -19,19 +19,34 @@ from typing import Generic, Protocol, TypeVar
 from gpu.adaptive.error_model import ErrorModel, Estimate
 from gpu.adaptive.levels import Level, Levels
 
-# Where levels of the same VPL clusters come as near as this, no others are taken.
-ALMOST = log(1.08)
-# So many frames in a row that told something must be beyond that for a light set to be made in a frame that is shown.
-PATIENCE = 8
-# A model is trusted no farther than this from what it has seen, in work. A walk, whose clusters come little by little
-# where there may be more, takes no larger steps upwards than the second: else it would see too late what it asked for.
-FARTHEST, WALKED = 4.0, 2.0
+
+@dataclass(frozen=True)
+class GovernorParameters:
+    """When counts change, and how far.
+
+    almost: where levels of the same VPL clusters come so near the target, in logarithms, no others are taken.
+    patience: so many frames in a row that told something must be beyond that for a light set to be made in a frame that
+    is shown. fall, rise: a model is trusted no farther than this from what it has seen, in times less or more work.
+    """
+
+    almost: float = log(1.08)
+    patience: int = 8
+    fall: float = 4.0
+    rise: float = 4.0
+
+
+# A walk's clusters come little by little where there may be more: larger steps would show too late what they ask for.
+FOR_WALK = GovernorParameters(rise=2.0)
 
 
 @dataclass(frozen=True)
-class ErrorGovernorParameters:
-    """In units of the wanted error: what first tries aim at, and others; and what is too much to show."""
+class ErrorGovernorParameters(GovernorParameters):
+    """In units of the wanted error: what first tries aim at, and others; and what is too much to show.
 
+    Another try of the same frame can have other lights, which so need no patience.
+    """
+
+    patience: int = 1
     aim: float = 1.03
     retry_aim: float = 1.06
     too_large: float = 1.08
@@ -61,9 +76,7 @@ class Model(Protocol[Seen]):
 class Governor(Generic[Seen]):
     """Chooses one of `levels`, by what `model` learns of them, for frames to give `target`.
 
-    rise: how many times the work of one frame the next may have at the most. patience: after how many frames in a row
-    that lack them other VPL clusters are taken. level: that of the next frame, the first one to begin with; expected:
-    what it will give, None before that frame.
+    level: that of the next frame, the first one to begin with; expected: what it will give, None before that frame.
     """
 
     def __init__(
@@ -72,12 +85,10 @@ class Governor(Generic[Seen]):
         model: Model[Seen],
         target: float,
         level: Level,
-        *,
-        rise: float = FARTHEST,
-        patience: int = PATIENCE,
+        parameters: GovernorParameters | None = None,
     ) -> None:
         self._levels, self._model, self._target = levels, model, target
-        self._rise, self._patience = rise, patience
+        self._own = parameters or GovernorParameters()
         # Frames in a row that levels of the same VPL clusters do not bring near enough.
         self._beyond = 0
         self.level = level
@@ -102,16 +113,16 @@ class Governor(Generic[Seen]):
 
     def _best(self, *, anew: bool = False) -> Level:
         """The level to go to; of equally good ones, this."""
-        levels, level = self._levels, self.level
+        own, levels, level = self._own, self._levels, self.level
 
         def near(number: int) -> Sequence[Level]:
             every = levels.of(number)
-            begin = bisect_left(every, level.work / FARTHEST, key=lambda other: other.work)
-            return every[begin : bisect_right(every, level.work * self._rise, key=lambda other: other.work)]
+            begin = bisect_left(every, level.work / own.fall, key=lambda other: other.work)
+            return every[begin : bisect_right(every, level.work * own.rise, key=lambda other: other.work)]
 
         same = min([level, *self._about(near(level.vpl_clusters))], key=self._off)
-        self._beyond = self._beyond + 1 if self._off(same) > ALMOST else 0
-        if not anew and self._beyond < self._patience:
+        self._beyond = self._beyond + 1 if self._off(same) > own.almost else 0
+        if not anew and self._beyond < own.patience:
             return same
         self._beyond = 0
         numbers = sorted(levels.vpl_clusters, key=lambda number: self._off(levels.usual(number)))
@@ -139,7 +150,7 @@ class ErrorGovernor(Governor[Estimate]):
         self._errors, self._wanted = ErrorModel(), target
         self._parameters = parameters or ErrorGovernorParameters()
         self._error = target  # the last one
-        super().__init__(levels, self._errors, self._parameters.aim * target, level, patience=1)
+        super().__init__(levels, self._errors, self._parameters.aim * target, level, self._parameters)
 
     def learn(self, seen: Estimate, *, anew: bool = False) -> bool:
         """As any governor does."""

@@ -6,6 +6,8 @@ darker: by the one alone errors were taken for 0.90 to 0.96 times what they were
 white is the picture's, at pixels drawn evenly, times how much brighter the truth is where the picture is brightest.
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 from warp.utils import array_sum
 
@@ -20,16 +22,22 @@ from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.sparse_shading import SparseShadingParameters, irradiance_at
 from gpu.sampling.sobol import hashed
 
-# Pixels whose radiance tells the picture's.
-EVEN = 1 << 16
 # Share of the values that are below white, as gpu.film.metrics defines it.
 WHITE_SHARE = wp.constant(0.99)
-# Of the values that are below what is bright, where the picture is compared with the truth.
-BRIGHT_SHARE = 0.95
 # Values are counted by a float's bits without so many of the last, in steps of 1/128 of an octave, up to this one.
 DROPPED_BITS, LARGEST = wp.constant(16), wp.constant(3.0e38)
 INFINITE = 0x7F800000
 BINS = (INFINITE >> int(DROPPED_BITS)) + 1
+
+
+@dataclass(frozen=True)
+class WhiteParameters:
+    """even: pixels whose radiance tells the picture's, at most; bright_share: of their values those that are below what
+    is bright, where the picture is compared with the truth.
+    """
+
+    even: int = 1 << 16
+    bright_share: float = 0.95
 
 
 @wp.struct
@@ -159,9 +167,9 @@ class White:
     quantiles (2,), whole (1,): what `white_of` takes; lit (1,), of `even` pixels how many have light.
     """
 
-    def __init__(self, pixels: int, probes: int, device: wp.Device) -> None:
-        self._device = device
-        self.even = min(EVEN, pixels)
+    def __init__(self, pixels: int, probes: int, device: wp.Device, parameters: WhiteParameters | None = None) -> None:
+        self._device, self._parameters = device, parameters or WhiteParameters()
+        self.even = min(self._parameters.even, pixels)
         self._bins = wp.zeros(BINS, dtype=int, device=device)
         self._bright = wp.zeros(probes, dtype=wp.vec2, device=device)
         self.lit = wp.zeros(1, dtype=int, device=device)
@@ -175,6 +183,6 @@ class White:
         self.lit.zero_()
         launch_together(radiance_histogram_kernel, self.even, [frame, self.even, picture, bins, self.lit], device)
         running_total(bins, bins)
-        launch(radiance_quantile_kernel, 2, [bins, BRIGHT_SHARE, self.quantiles], device)
+        launch(radiance_quantile_kernel, 2, [bins, self._parameters.bright_share, self.quantiles], device)
         launch(probe_brightness_kernel, len(bright), [self.quantiles, counts, radiance, bright], device)
         array_sum(bright, self.whole)

@@ -17,8 +17,8 @@ MAX_ENUMERATED = 8
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    alpha: masks that let light through; textures; gloss: lobes so narrow that they get rays of their own; soft: light
-    that is sampled, not visited light by light, so that it is noisy and smoothed.
+    alpha: masks that let light through; textures; gloss: lobes so narrow that they get rays of their own; soft: as
+    `has_soft_light` tells.
     """
 
     alpha: bool = True
@@ -40,16 +40,21 @@ def _glossy(material: Material) -> bool:
     return reflects and (material.roughness < GLOSSY_ROUGHNESS or material.metallic_roughness_slot is not None)
 
 
+def has_soft_light(scene: Scene) -> bool:
+    """Whether `scene` has light that is sampled, not visited light by light, so that it is noisy and smoothed."""
+    emits = any(max(material.emission) > 0.0 and not material.unlit for material in scene.materials)
+    return emits or scene.sky is not None or len(scene.lights) > MAX_ENUMERATED
+
+
 def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False, assume_textures: bool = False,
                    assume_gloss: bool = False) -> SceneFeatures:  # fmt: skip
     """What `scene` has, and what is to be assumed of it. lambertian: its surfaces are opaque and Lambertian."""
     materials = scene.materials
     alpha = not lambertian and any(material.alpha_mode is not AlphaMode.OPAQUE for material in materials)
     gloss = not lambertian and any(_glossy(material) for material in materials)
-    emits = any(max(material.emission) > 0.0 and not material.unlit for material in materials)
     return SceneFeatures(
         alpha=alpha or assume_alpha,
         textures=bool(scene.textures) or assume_textures,
         gloss=gloss or assume_gloss,
-        soft=emits or scene.sky is not None or len(scene.lights) > MAX_ENUMERATED,
+        soft=has_soft_light(scene),
     )

@@ -64,10 +64,12 @@ class FuzzyViewState(ViewState):
         previous = PreviousFrame(frame.size, self.device)
         if other:
             self.clustering, histories = other.clustering.for_another_viewer(), other.histories
-            direct, indirect = histories.direct.for_another_viewer(), histories.indirect.for_another_viewer()
+            direct = histories.direct and histories.direct.for_another_viewer()
+            indirect = histories.indirect.for_another_viewer()
         else:
             self.clustering = make_clustering()
-            direct, indirect = DirectHistory(size, self.device), IndirectHistory(size, self.device)
+            direct = DirectHistory(size, self.device) if frame.features.soft else None
+            indirect = IndirectHistory(size, self.device)
         self.histories = Histories(direct, indirect, previous)
 
     def lights_of_others(self, lights: object) -> KeptLight | None:

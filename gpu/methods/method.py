@@ -50,12 +50,14 @@ class RenderMethod(ABC, Generic[View]):
     """Orders the stages of a frame. What it allocates has the setup's size and serves all viewers of it in turn.
 
     stage_names: those that a frame may have, in their order; pixel_bytes, view_pixel_bytes: device memory that it takes
-    for each pixel of a size, and for each pixel of each viewer of that size.
+    for each pixel of a size, and for each pixel of each viewer of that size; soft_view_pixel_bytes: that much more for
+    the latter where the scene has soft light.
     """
 
     stage_names: ClassVar[tuple[str, ...]]
     pixel_bytes: ClassVar[int]
     view_pixel_bytes: ClassVar[int]
+    soft_view_pixel_bytes: ClassVar[int] = 0
 
     @abstractmethod
     def __init__(self, setup: RenderSetup) -> None:

@@ -83,9 +83,12 @@ def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameK
 
 @dataclass(frozen=True)
 class Histories:
-    """What a walk keeps of its frames: direct and indirect light by surface, and where the last one saw which."""
+    """What a walk keeps of its frames: direct and indirect light by surface, and where the last one saw which.
 
-    direct: DirectHistory
+    direct: None where the scene has no soft light.
+    """
+
+    direct: DirectHistory | None
     indirect: IndirectHistory
     previous: PreviousFrame
 
@@ -146,8 +149,8 @@ class Passes:
                 (view.radiance, frame.area_light),
             )
             trace_direct_light(frame.scene, table, frame.gbuffer, frame.size, which, *out, frame.features)
-            if area and histories and kind.write_history:
-                history = histories.direct
+            history = histories.direct if histories else None
+            if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, frame.area_light, read_history=kind.read_history)
             if area and kind.denoise:
                 frame.side_smoothing.run(frame.gbuffer, frame.area_light)

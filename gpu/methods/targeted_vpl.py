@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import Any
 
 from gpu.adaptive.error_probes import Probes
-from gpu.adaptive.governor import FARTHEST, WALKED, ErrorGovernor, Governor
+from gpu.adaptive.governor import FOR_WALK, ErrorGovernor, Governor
 from gpu.adaptive.levels import FOR_ERROR, FOR_TIME, Level, Levels, levels_of
 from gpu.adaptive.probe_white_point import picture_of
 from gpu.adaptive.time_model import TimeModel
@@ -91,6 +91,7 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
 
     stage_names = FuzzyVpl.stage_names
     pixel_bytes, view_pixel_bytes = FuzzyVpl.pixel_bytes, FuzzyVpl.view_pixel_bytes
+    soft_view_pixel_bytes = FuzzyVpl.soft_view_pixel_bytes
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
@@ -142,8 +143,8 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
             if self._is_error:
                 governors[apart] = ErrorGovernor(self._levels, self._target, level)
             else:
-                aim, rise = (WALK_AIM, WALKED) if apart else (1.0, FARTHEST)
-                governors[apart] = Governor(self._levels, TimeModel(), aim * self._target, level, rise=rise)
+                aim, parameters = (WALK_AIM, FOR_WALK) if apart else (1.0, None)
+                governors[apart] = Governor(self._levels, TimeModel(), aim * self._target, level, parameters)
         return governors[apart]
 
     def show(

@@ -7,23 +7,25 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
+from gpu.scene.bulk import bulk_of
 from gpu.scene.default_view import default_camera
-from gpu.scene.file_frame import FileFrame
-from gpu.scene.import_options import DEFAULT_OPTIONS, METRES, Axis, ImportOptions
+from gpu.scene.guess import Shape, frame_of, said_metres
+from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
+from gpu.scene.lengths import length_text
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.normals import area_vectors, repaired_normals
+from gpu.scene.precision import device_precision, file_precision
+from gpu.scene.to_world import as_vector, camera_in_world, light_in_unit_space
 from gpu.scene.types import (
     Camera,
     Doubles,
     Floats,
     Integers,
     Light,
-    LightKind,
     LoadReport,
     Mask,
     Material,
     Placement,
-    Rgb,
     Scene,
     Sky,
     Texture,
@@ -79,16 +81,16 @@ def assemble(
 ) -> Scene:
     """Merge what was `found` into one scene, scaled so that its largest extent is 1 and centred on the origin.
 
-    Its world is in metres with +Y up, as `options` and the file say, counted from the origin that `options` give.
-
+    Its world is in metres with +Y up, as `options` and the file say or else as is guessed, counted from the origin that
+    `options` give. What is small and too far away to be seen is left out.
     Degenerate triangles are dropped and counted; normals that are missing, zero or not finite become geometric ones. A
     scene that nothing lights gets a soft sky, one without a camera a view; the report's notes say so.
     Raises SceneError when an array is not finite or refers to what is not there, a number is too large to compute with,
     nothing visible is left, or a limit is exceeded.
     """
     _check(name, found, limits)
-    materials, lights, sky, frame = found.materials, found.lights, found.sky, _frame(found, options)
-    cameras = [_camera_in_world(camera, frame) for camera in found.cameras]
+    materials, lights, sky = found.materials, found.lights, found.sky
+    metres = said_metres(found.metres_per_unit, options)
     parts = [_flat(part) if part.normals is None else part for part in found.meshes if len(part.triangles)]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")
     if not parts:
@@ -97,27 +99,41 @@ def assemble(
     starts = np.cumsum([0, *(len(part.positions) for part in parts)])
     triangles = np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)])
     material = np.repeat([part.material for part in parts], [len(part.triangles) for part in parts])
-    world = frame.to_world(np.concatenate([np.asarray(part.positions, np.float64) for part in parts]))
+    positions = np.concatenate([np.asarray(part.positions, np.float64) for part in parts])
 
-    sound = _sound(_recentred(world, triangles)[0], triangles)
-    if not sound.any():
+    bulk = bulk_of(positions, triangles)
+    shape = Shape(positions, triangles[bulk.member], bulk.low, bulk.high)
+    frame, guesses = frame_of(shape, found.up, found.metres_per_unit, options)
+    notes = [*found.notes, *guesses]
+    world = frame.to_world(positions)
+    too_far = bulk.too_far & ~_emits(materials)[material]
+    notes += _far_away(too_far, bulk.distances * frame.metres_per_unit)
+    notes += file_precision(positions, bulk, frame.metres_per_unit)
+
+    kept = ~too_far
+    kept &= _sound(_recentred(world, triangles[kept])[0], triangles)
+    if not kept.any():
         raise SceneError(name, "", f"none of its {len(triangles)} triangles has an area")
-    unit, placement = _recentred(world, triangles[sound])
+    unit, placement = _recentred(world, triangles[kept])
     vertices = unit.astype(np.float32)
-    sound &= _sound(vertices.astype(np.float64), triangles)
-    triangles, material = triangles[sound], material[sound]
+    kept &= _sound(vertices.astype(np.float64), triangles)
+    dropped = int(np.count_nonzero(~too_far & ~kept))
+    member = bulk.member if (bulk.member & kept).any() else kept
+    inside = world[np.unique(triangles[member & kept])]
+    triangles, material, member = triangles[kept], material[kept], member[kept]
 
     used = np.zeros(len(world), bool)
     used[triangles] = True
     triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
     vertices = np.ascontiguousarray(vertices[used])
     normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
-    notes = [*found.notes]
+    notes += device_precision(vertices, triangles, 1.0 / placement.scale)
+    cameras = [camera_in_world(camera, frame) for camera in found.cameras]
     if not lights and sky is None and not any(any(materials[number].emission) for number in np.unique(material)):
         sky = SOFT_SKY
         notes.append("the scene has no light: a soft sky from above was added")
     if not cameras:
-        cameras = [default_camera(vertices, triangles, placement)]
+        cameras = [default_camera(vertices, triangles[member], placement)]
         notes.append("the scene has no camera: a view was chosen")
     return Scene(
         name=name,
@@ -129,19 +145,27 @@ def assemble(
         triangle_material=material.astype(np.int32),
         materials=tuple(materials),
         textures=tuple(found.textures),
-        lights=tuple(_placed(light, frame, placement) for light in lights),
+        lights=tuple(light_in_unit_space(light, frame, placement, metres) for light in lights),
         sky=sky,
         cameras=tuple(cameras),
         placement=placement,
-        report=LoadReport(tuple(found.ignored), int(np.count_nonzero(~sound)), tuple(notes)),
+        report=LoadReport(tuple(found.ignored), dropped, tuple(notes)),
+        bounds=(as_vector(inside.min(axis=0)), as_vector(inside.max(axis=0))),
         frame=frame,
         choices=found.choices,
     )
 
 
-def _frame(found: SceneParts, options: ImportOptions) -> FileFrame:
-    metres = METRES[options.unit] if options.unit else found.metres_per_unit or 1.0
-    return FileFrame(options.up or found.up or "y", metres, options.origin or (0.0, 0.0, 0.0))
+def _emits(materials: Sequence[Material]) -> Mask:
+    return np.array([any(material.emission) for material in materials])
+
+
+def _far_away(too_far: Mask, distances: Doubles) -> list[str]:
+    """A sentence on the triangles (triangle,) that were left out, if any; distances: of all triangles [m]."""
+    if not too_far.any():
+        return []
+    distance = length_text(float(distances[too_far].max()))
+    return [f"left out as too small to be seen so far away, up to {distance}: {np.count_nonzero(too_far):,} triangles"]
 
 
 def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:
@@ -212,24 +236,3 @@ def _merged_colors(parts: Sequence[MeshPart], used: Mask) -> Floats | None:
         return None
     white = [np.ones((len(part.positions), 4)) if part.colors is None else part.colors for part in parts]
     return np.concatenate(white)[used].astype(np.float32)
-
-
-def _camera_in_world(camera: Camera, frame: FileFrame) -> Camera:
-    to_world = camera.to_world.copy()
-    to_world[:3, :3] = frame.turned(camera.to_world[:3, :3].T).T
-    to_world[:3, 3] = frame.to_world(camera.to_world[:3, 3])
-    half_height = camera.half_height * (frame.metres_per_unit if camera.orthographic else 1.0)
-    return replace(camera, to_world=to_world, half_height=half_height)
-
-
-def _placed(light: Light, frame: FileFrame, placement: Placement) -> Light:
-    """`light` in unit space. Distances shrink by the scale, so intensity by its square: irradiance stays the same."""
-    light = replace(light, direction=_rgb(frame.turned(np.array(light.direction))))
-    if light.kind is LightKind.DIRECTIONAL:
-        return light
-    position = (frame.to_world(np.array(light.position)) - placement.centre) * placement.scale
-    return replace(light, position=_rgb(position), intensity=_rgb(np.array(light.intensity) * placement.scale**2))
-
-
-def _rgb(values: Doubles) -> Rgb:
-    return (float(values[0]), float(values[1]), float(values[2]))

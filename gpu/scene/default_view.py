@@ -13,15 +13,17 @@ _SAMPLES = 20_000
 _AZIMUTHS, _HEIGHTS = 16, 8  # cells of equal solid angle around a point
 _ALONG, _UP = (0.1, 0.3, 0.5, 0.7, 0.9), (0.3, 0.5, 0.7)  # where in the scene's box to stand
 _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a surface's front
+_COVERED = 0.5  # and of those above the horizon: a lawn with a house on it is no room
 _ROOM = 0.125  # share of such points in a room; beside a round object there are some too
 _NEAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class _Standpoint:
-    """A point and what is seen from it: how enclosed it is, how open its best view is, and where to."""
+    """A point and what is seen from it: how enclosed and covered it is, how open its best view, and where to."""
 
     enclosed: float
+    covered: float
     openness: float
     eye: Doubles
     forward: Doubles
@@ -36,7 +38,7 @@ def default_camera(vertices: Floats, triangles: Integers, placement: Placement) 
     points, normals = _surface_points(vertices.astype(np.float64), triangles)
     low, high = points.min(axis=0), points.max(axis=0)
     stands = [_look_around(low + (high - low) * at, points, normals) for at in product(_ALONG, _UP, _ALONG)]
-    rooms = [stand for stand in stands if stand.enclosed >= _ENCLOSED]
+    rooms = [stand for stand in stands if stand.enclosed >= _ENCLOSED and stand.covered >= _COVERED]
     if len(rooms) >= _ROOM * len(stands):
         best = max(rooms, key=lambda stand: stand.openness)
         eye, target = best.eye, best.eye + best.forward
@@ -70,6 +72,7 @@ def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint
     np.minimum.at(nearest, cell, distance)
     seen = distance == nearest[cell]
     fronts = np.einsum("sc,sc->s", offsets[seen], normals[seen]) < 0.0
+    above = fronts & (height[seen] >= _HEIGHTS // 2)
     depth = np.where(np.isfinite(nearest), nearest, 0.0).reshape(_AZIMUTHS, _HEIGHTS)
     # The mean of logarithms: one thing close in front of the camera, or the void, spoils a view.
     column = np.log(np.maximum(depth[:, _HEIGHTS // 4 : -_HEIGHTS // 4], _NEAR)).mean(axis=1)
@@ -78,6 +81,7 @@ def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint
     angle = (ahead + 0.5) / _AZIMUTHS * 2.0 * np.pi
     return _Standpoint(
         enclosed=float(fronts.sum()) / nearest.size,
+        covered=float(above.sum()) / (nearest.size / 2),
         openness=float(openness[ahead]),
         eye=eye,
         forward=np.array([np.cos(angle), 0.0, np.sin(angle)]),

@@ -25,9 +25,12 @@ class FileFrame:
 
     def to_file(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points (…, 3) of the world in the file's coordinates."""
-        back = points if self.up == "y" else np.stack([points[..., 0], -points[..., 2], points[..., 1]], axis=-1)
-        return back / self.metres_per_unit + np.array(self.origin)
+        return self.turned_back(points) / self.metres_per_unit + np.array(self.origin)
 
     def turned(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
         """Directions (…, 3) of the file in the world."""
         return vectors if self.up == "y" else np.stack([vectors[..., 0], vectors[..., 2], -vectors[..., 1]], axis=-1)
+
+    def turned_back(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Directions (…, 3) of the world in the file's axes."""
+        return vectors if self.up == "y" else np.stack([vectors[..., 0], -vectors[..., 2], vectors[..., 1]], axis=-1)

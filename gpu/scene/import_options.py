@@ -1,12 +1,26 @@
 """What a user says of how a file is to be read."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat
 
 Axis = Literal["y", "z"]
 Unit = Literal["m", "cm", "mm", "ft", "in"]
 Name = Annotated[str, Field(min_length=1, max_length=256)]
+
+
+def _split(value: Any) -> Any:
+    """A text "a,b" as [a, b], as command lines have it."""
+    return [part.strip() for part in value.split(",") if part.strip()] if isinstance(value, str) else value
+
+
+def _point(value: Any) -> Any:
+    if isinstance(value, list) and len(value) == 1:  # of an address
+        value = value[0]
+    return value if value == "auto" else _split(value)
+
+
+Point = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 
 METRES: dict[Unit, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 """The length of each unit."""
@@ -19,11 +33,14 @@ class ImportOptions(BaseModel):
 
     up: Axis | None = Field(default=None, description="which axis of the file points up")
     unit: Unit | None = Field(default=None, description="what one unit of length in the file is")
-    origin: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = Field(
-        default=None, description="the point, in the file's own coordinates, that the scene's are counted from"
+    origin: Annotated[Point | Literal["auto"] | None, BeforeValidator(_point)] = Field(
+        default=None,
+        description='the point "x,y,z" of the file that metres of the scene are counted from; "auto" is its middle',
     )
     variant: Name | None = Field(default=None, description="which of the file's variants is shown")
-    storeys: tuple[Name, ...] = Field(default=(), max_length=256, description="which of the file's storeys are shown")
+    storeys: Annotated[tuple[Name, ...], BeforeValidator(_split)] = Field(
+        default=(), max_length=256, description="which of the file's storeys are shown, comma-separated; all if none"
+    )
 
 
 DEFAULT_OPTIONS = ImportOptions()

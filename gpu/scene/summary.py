@@ -1,12 +1,14 @@
 """What `lumenwalk info` says of a scene."""
 
 from collections.abc import Callable, Iterator
-from math import atan, degrees, pi
+from dataclasses import asdict
+from math import atan, ceil, degrees, log10, pi
 from typing import Any
 
 import numpy as np
 
 from gpu.scene.colors import srgb_to_linear
+from gpu.scene.file_frame import FileFrame
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Material, Scene, Texture
 
@@ -14,8 +16,11 @@ _LISTED = 40
 
 
 def summarise(scene: Scene) -> dict[str, Any]:
-    """The scene's contents as JSON-ready values: lengths in world units, power [W], irradiance [W/m²], radiance."""
-    low, high = (bound(scene.vertices, axis=0) / scene.placement.scale for bound in (np.min, np.max))
+    """The scene's contents as JSON-ready values: size [m], area [m²], power [W], irradiance [W/m²], radiance.
+
+    Points and directions are in the file's own coordinates, which `frame` takes to metres.
+    """
+    corners = scene.frame.to_file(np.array(scene.bounds))
     areas = np.linalg.norm(area_vectors(scene.vertices.astype(np.float64), scene.triangles), axis=1) / 2.0
     world_areas = np.bincount(scene.triangle_material, areas, len(scene.materials)) / scene.placement.scale**2
     triangles = np.bincount(scene.triangle_material, minlength=len(scene.materials))
@@ -24,7 +29,9 @@ def summarise(scene: Scene) -> dict[str, Any]:
         "triangles": len(scene.triangles),
         "vertices": len(scene.vertices),
         "uv_sets": len(scene.uvs),
-        "bounds": {"min": _list(low + scene.placement.centre), "max": _list(high + scene.placement.centre)},
+        "frame": {**asdict(scene.frame), "origin": list(scene.frame.origin)},
+        "size": _list(np.ptp(np.array(scene.bounds), axis=0)),
+        "bounds": {"min": _list(corners.min(axis=0)), "max": _list(corners.max(axis=0))},
         "materials": [
             {"name": material.name, "triangles": int(count), "area": float(area)}
             for material, count, area in zip(scene.materials, triangles, world_areas, strict=True)
@@ -32,7 +39,8 @@ def summarise(scene: Scene) -> dict[str, Any]:
         "textures": [_texture(texture) for texture in scene.textures],
         "lights": [*_emitters(scene, world_areas), *(_light(light, scene.placement.scale) for light in scene.lights)]
         + ([{"name": "sky", "kind": "sky", "radiance": list(scene.sky.radiance)}] if scene.sky else []),
-        "cameras": [_camera(camera) for camera in scene.cameras],
+        "cameras": [_camera(camera, scene.frame) for camera in scene.cameras],
+        "choices": {name: list(offered) for name, offered in scene.choices.items()},
         "memory_bytes": memory_bytes(scene),
         "dropped_triangles": scene.report.dropped_triangles,
         "ignored": list(scene.report.ignored),
@@ -50,24 +58,28 @@ def memory_bytes(scene: Scene) -> int:
 
 def summary_text(summary: dict[str, Any]) -> str:
     """`summarise`'s result for people, one line a thing."""
-    bounds, size = summary["bounds"], np.subtract(summary["bounds"]["max"], summary["bounds"]["min"])
+    bounds, frame, size = summary["bounds"], summary["frame"], summary["size"]
+    step = max(size) / frame["metres_per_unit"] / 1e4
     lines = [
         summary["name"],
         f"  {summary['triangles']:,} triangles, {summary['vertices']:,} vertices, {summary['uv_sets']} UV sets",
-        f"  size {_vector(size)}, from {_vector(bounds['min'])} to {_vector(bounds['max'])}",
+        f"  size {_vector(size)} m, from {_point(bounds['min'], step)} to {_point(bounds['max'], step)} in the file",
+        f"  +{frame['up'].upper()} is up, a unit is {frame['metres_per_unit']:.6g} m, "
+        f"metres count from {_point(frame['origin'], step)}",
         f"  memory {summary['memory_bytes'] / 1e6:,.1f} MB",
     ]
     sections: dict[str, Callable[[Any], str]] = {
         "materials": lambda m: f"{m['name']}: {m['triangles']:,} triangles",
         "textures": lambda t: f"{t['name']}: {t['width']}×{t['height']}, {'colour' if t['srgb'] else 'data'}",
         "lights": _light_text,
-        "cameras": lambda c: f"{c['name']}: {c['projection']} at {_vector(c['position'])}",
+        "cameras": lambda c: f"{c['name']}: {c['projection']} at {_point(c['position'], step)}",
     }
     for key, text in sections.items():
         entries = summary[key]
         lines.append(f"  {len(entries)} {key}")
         lines += [f"    {text(entry)}" for entry in entries[:_LISTED]]
         lines += [f"    and {len(entries) - _LISTED} more"] if len(entries) > _LISTED else []
+    lines += [f"  {name}: one of {', '.join(offered)}" for name, offered in summary["choices"].items()]
     if summary["dropped_triangles"]:
         lines.append(f"  dropped: {summary['dropped_triangles']:,} triangles without area")
     lines += [f"  ignored: {sentence}" for sentence in summary["ignored"]]
@@ -104,12 +116,12 @@ def _light(light: Light, scale: float) -> dict[str, Any]:
     return {**entry, "power": _list(solid_angle * np.array(light.intensity) / scale**2)}
 
 
-def _camera(camera: Camera) -> dict[str, Any]:
+def _camera(camera: Camera, frame: FileFrame) -> dict[str, Any]:
     entry = {
         "name": camera.name,
         "projection": "orthographic" if camera.orthographic else "perspective",
-        "position": _list(camera.to_world[:3, 3]),
-        "direction": _list(-camera.to_world[:3, 2]),
+        "position": _list(frame.to_file(camera.to_world[:3, 3])),
+        "direction": _list(frame.turned_back(-camera.to_world[:3, 2])),
         "aspect": camera.aspect,
     }
     if camera.orthographic:
@@ -134,3 +146,9 @@ def _list(values: Doubles) -> list[float]:
 
 def _vector(values: Any) -> str:
     return " ".join(f"{value:.4g}" for value in values)
+
+
+def _point(values: Any, step: float) -> str:
+    """Coordinates to a decimal place that is no coarser than `step`, without zeros at their ends."""
+    decimals = min(max(0, ceil(-log10(step))), 12) if step > 0.0 else 6
+    return " ".join(np.format_float_positional(round(value, decimals) + 0.0, trim="-") for value in values)

@@ -158,7 +158,8 @@ class Scene:
     vertices (vertex, 3), normals (vertex, 3) unit length, uvs (set, vertex, 2), colors (vertex, 4) linear or None,
     triangles (triangle, 3) indices of vertices, triangle_material (triangle,). Light positions and intensities are in
     unit space; cameras are in world space, which `placement` maps to unit space, and `frame` the file's coordinates to.
-    choices: what an import option can be, by name ("variant", "storey").
+    bounds: corners, in world space, of the box around all but what is small and far away; choices: what an import
+    option can be, by name ("variant", "storey").
     """
 
     name: str
@@ -174,6 +175,7 @@ class Scene:
     sky: Sky | None
     cameras: tuple[Camera, ...]
     placement: Placement
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
     report: LoadReport = field(default_factory=LoadReport)
     frame: FileFrame = field(default_factory=FileFrame)
     choices: Mapping[str, Sequence[str]] = field(default_factory=dict)

@@ -11,18 +11,14 @@ from server.wire.browser import Bounds, CameraInfo, SceneInfo
 
 def describe_scene(scene_id: str, scene: Scene) -> SceneInfo:
     """A scene's cameras, bounds and notes, in world space."""
-    centre = np.array(scene.placement.centre)
-    corners = [
-        centre + bound(scene.vertices, axis=0).astype(np.float64) / scene.placement.scale for bound in (np.min, np.max)
-    ]
     notes = scene.report.notes + scene.report.ignored
     if scene.report.dropped_triangles:
         notes += (f"{scene.report.dropped_triangles} triangles without area were dropped",)
-    low, high = ((float(x), float(y), float(z)) for x, y, z in corners)
+    low, high = scene.bounds
     return SceneInfo(
         id=scene_id,
         name=Path(scene_id).stem,
-        cameras=tuple(_describe_camera(camera, (corners[0] + corners[1]) / 2) for camera in scene.cameras),
+        cameras=tuple(_describe_camera(camera, np.mean(scene.bounds, axis=0)) for camera in scene.cameras),
         bounds=Bounds(min=low, max=high),
         triangles=len(scene.triangles),
         notes=notes,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import warp as wp
 
+from gpu.device_scene.features import has_soft_light
 from gpu.methods.registry import method_of
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
@@ -31,6 +32,7 @@ class _Key:
     scene: SceneRef
     size: tuple[int, int]
     settings: RenderSettings
+    soft: bool  # whether the scene has soft light, of which walks keep more
 
 
 @dataclass
@@ -54,7 +56,8 @@ class RendererPool:
 
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
         """
-        key = _Key(scene.ref, size, settings.model_copy(update={"frames": None}))
+        soft = has_soft_light(scene.device_scene.scene)
+        key = _Key(scene.ref, size, settings.model_copy(update={"frames": None}), soft)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
@@ -107,4 +110,5 @@ class RendererPool:
         """Device memory of a renderer and so many views of it, as its method tells."""
         pixels, method = key.size[0] * key.size[1], method_of(key.settings)
         shared, own = method.cluster_bytes(sample_counts_of(key.settings, self._device))
-        return method.pixel_bytes * pixels + shared + views * (method.view_pixel_bytes * pixels + own)
+        a_pixel = method.view_pixel_bytes + (method.soft_view_pixel_bytes if key.soft else 0)
+        return method.pixel_bytes * pixels + shared + views * (a_pixel * pixels + own)

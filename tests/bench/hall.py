@@ -27,7 +27,7 @@ def make_hall(triangles: int) -> Scene:
         Material("lamp", emission=(12.0, 11.0, 9.0)),
     ]
     camera = look_at((-3.2, 0.4, 3.4), (0.4, -0.7, -0.4), yfov_degrees=65.0, name="corner")
-    return assemble("hall", SceneParts([*walls, *spheres, lamp], materials, cameras=[camera]))
+    return assemble("hall", SceneParts([*walls, *spheres, lamp], materials, cameras=[camera], metres_per_unit=1.0))
 
 
 def _patch(shape: Callable[[Doubles, Doubles], Doubles], cells: int, material: int) -> MeshPart:

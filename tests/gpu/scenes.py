@@ -50,7 +50,7 @@ def scene_of(
     textures: Sequence[Texture] = (),
 ) -> Scene:
     """The parts as a scene. Its unit space is the world where the parts fill [−½, ½]³ along one axis, centred."""
-    return assemble("test", SceneParts(parts, materials, textures, lights, sky=sky))
+    return assemble("test", SceneParts(parts, materials, textures, lights, sky=sky, up="y", metres_per_unit=1.0))
 
 
 def resident_of(

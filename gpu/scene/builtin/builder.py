@@ -70,4 +70,5 @@ class Builder:
             s = join(shapes)
             parts.append(MeshPart(s.positions, s.triangles, s.normals, (s.uvs,), material=number, name=material.name))
         materials = [material for material, _ in self._made]
-        return assemble(self._name, SceneParts(parts, materials, self._textures, lights, cameras, sky))
+        found = SceneParts(parts, materials, self._textures, lights, cameras, sky, up="y", metres_per_unit=1.0)
+        return assemble(self._name, found)

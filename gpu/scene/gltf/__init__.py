@@ -35,6 +35,7 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
     if not any(part.material == len(materials) - 1 for part in parts):
         materials.pop()
     lights, cameras = read_lights(document, placed.values()), read_cameras(document, placed.values())
+    # The format's metre is not what every file keeps to: it is taken where the size is likely.
     found = SceneParts(
         parts,
         materials,
@@ -44,6 +45,5 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
         ignored=document.ignored.sentences(),
         notes=document.notes.sentences(),
         up="y",
-        metres_per_unit=1.0,
     )
     return assemble(str(path), found, limits, options)

@@ -98,6 +98,7 @@ def test_few_sp_clusters_do_more_harm_than_many_do_good() -> None:
     model.observe(USUAL, Estimate(1e-3, 1e-5))
     assert model.predict(Level(667, 1000)) == pytest.approx(1.5e-3, rel=0.04)
     assert model.predict(Level(24_000, 1000)) == pytest.approx(0.87e-3, rel=0.03)
+    assert 3e-3 < model.predict(Level(100, 1000)) < 4e-3  # as few as there are for a wanted error
 
 
 def test_one_estimate_far_off_moves_it_by_so_much_at_the_most() -> None:
@@ -107,6 +108,14 @@ def test_one_estimate_far_off_moves_it_by_so_much_at_the_most() -> None:
     assert 2.5e-3 < model.predict(USUAL) < 3.5e-3
 
 
+def test_one_harder_view_makes_no_trend() -> None:
+    """A fifth harder than thirty before: what comes next is not taken to be a quarter harder."""
+    model = ErrorModel()
+    for error in [1e-3] * 30 + [1.2e-3]:
+        model.observe(USUAL, Estimate(error, 1e-5))
+    assert 1.2e-3 < model.predict(USUAL) < 1.25e-3
+
+
 def test_a_black_frame_leaves_the_next_one_few_pixels_with_light() -> None:
     model = ErrorModel()
     model.observe(USUAL, Estimate(1e-3, 1e-5))
@@ -114,7 +123,7 @@ def test_a_black_frame_leaves_the_next_one_few_pixels_with_light() -> None:
     assert model.predict(USUAL) == pytest.approx(1e-7)
 
 
-@pytest.mark.parametrize(("true", "least", "most"), [(0.5, 0.22, 0.26), (3.0, 0.35, 0.41), (0.0, 0.08, 0.1)])
+@pytest.mark.parametrize(("true", "least", "most"), [(0.5, 0.22, 0.26), (3.0, 0.35, 0.41), (0.0, 0.09, 0.1)])
 def test_another_try_tells_how_much_sp_clusters_help(true: float, least: float, most: float) -> None:
     """Twice as many leave an error that is less by a power of about `true`; powers are within bounds."""
     model, more = ErrorModel(), Level(8000, 1000)

@@ -9,8 +9,8 @@ from math import log
 import numpy as np
 import pytest
 
-from gpu.adaptive.error_model import ErrorModelParameters, Estimate
-from gpu.adaptive.governor import FARTHEST, PATIENCE, WALKED, ErrorGovernor, ErrorGovernorParameters, Governor
+from gpu.adaptive.error_model import Estimate
+from gpu.adaptive.governor import FOR_WALK, ErrorGovernor, ErrorGovernorParameters, Governor, GovernorParameters
 from gpu.adaptive.levels import FOR_TIME, MOST, Level, Levels, levels_of
 from gpu.adaptive.time_model import TimeModel
 
@@ -34,10 +34,10 @@ def milliseconds(level: Level) -> Stages:
     }
 
 
-def for_time(target: float, rise: float = FARTHEST) -> Governor[Mapping[str, float]]:
+def for_time(target: float, parameters: GovernorParameters | None = None) -> Governor[Mapping[str, float]]:
     """One that starts at about the usual counts."""
     levels = Levels(PIXELS, parameters=FOR_TIME)
-    return Governor(levels, TimeModel(), target, levels.nearest(USUAL.work), rise=rise)
+    return Governor(levels, TimeModel(), target, levels.nearest(USUAL.work), parameters)
 
 
 def scaled(times: Stages, factor: float) -> Stages:
@@ -106,8 +106,8 @@ def test_a_much_larger_cost_is_believed_when_it_comes_again() -> None:
     assert not np.any(within_each(times[30:32]))
     assert abs(times[31] - 1.7) < 0.1
     assert times[32] < 1.45
-    assert levels[32 + PATIENCE - 2].vpl_clusters == levels[29].vpl_clusters
-    assert within(times[32 + PATIENCE :]) == 1.0
+    assert levels[36].vpl_clusters == levels[29].vpl_clusters
+    assert within(times[42:]) == 1.0
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.03])
@@ -146,13 +146,47 @@ def test_other_lights_are_waited_for_with_patience() -> None:
         factor = 0.05 if number in (5, 6, 12, 13) or number >= 20 else 1.0  # for two frames, then for good
         governor.learn(scaled(milliseconds(governor.level), factor))
         asked.append(governor.level.vpl_clusters != lights)
-    assert not any(asked[: 20 + PATIENCE - 1])
-    assert asked[-1]
+    assert not any(asked[:26])
+    assert asked[30]
+
+
+class Certain:
+    """A model that knows: what levels give is in proportion to their work."""
+
+    near, ready = 0.01, True
+
+    def observe(self, level: Level, seen: None) -> None:
+        """Nothing new."""
+
+    def predict(self, level: Level) -> float:
+        return level.work / USUAL.work
+
+
+@pytest.mark.parametrize(("off", "changes"), [(1.06, False), (1.12, True)])
+def test_lights_stay_where_their_levels_come_almost_near_enough(off: float, changes: bool) -> None:
+    levels = Levels(PIXELS)
+    most = levels.of(2048)[-1]
+    governor = Governor(levels, Certain(), off * Certain().predict(most), most)
+    for _ in range(20):
+        governor.learn(None)
+    assert (governor.level != most) == changes
+
+
+@pytest.mark.parametrize(
+    ("parameters", "target", "least", "most"),
+    [(None, 100.0, 3.7, 4.0), (FOR_WALK, 100.0, 1.85, 2.0), (None, 0.01, 1.0 / 4.0, 1.0 / 3.7)],
+)
+def test_one_frame_changes_work_by_so_much_at_the_most(
+    parameters: GovernorParameters | None, target: float, least: float, most: float
+) -> None:
+    governor = Governor(Levels(PIXELS), Certain(), target, USUAL, parameters)
+    governor.learn(None)
+    assert least <= governor.level.work / USUAL.work <= most
 
 
 @pytest.mark.parametrize("rise", [1.25, 2.0])
 def test_work_grows_and_falls_as_fast_as_it_may(rise: float) -> None:
-    governor = for_time(40.0, rise=rise)
+    governor = for_time(40.0, GovernorParameters(rise=rise))
     works = []
     for number in range(60):
         works.append(governor.level.work)
@@ -204,7 +238,7 @@ CORNELL_BOX = Room(1.5, 0.12, 0.32, 0.035, 0.14)
 
 def walk_in(room: Room, target: float) -> tuple[np.ndarray, list[Level]]:
     """Times of a walk's frames over the target, and their levels."""
-    random, governor = np.random.default_rng(5), for_time(target, WALKED)
+    random, governor = np.random.default_rng(5), for_time(target, FOR_WALK)
     times, levels = [], []
     for frame in range(200):
         stages = room.milliseconds(governor.level, frame)
@@ -317,6 +351,17 @@ def test_a_level_stays_that_is_near_enough(off: float, stays: bool) -> None:
     assert (governor.level == level) == stays
 
 
+def test_a_frame_is_shown_whose_error_is_little_above_what_tries_aim_at() -> None:
+    governor = for_error(1e-3)
+    for _ in range(30):
+        governor.learn(Estimate(error_of(governor.level, 0.7), 1e-5))
+    level = governor.level
+    governor.learn(Estimate(1.079e-3, 1e-5))
+    assert not governor.try_again(level)
+    governor.learn(Estimate(1.15e-3, 1e-5))
+    assert governor.try_again(governor.level)
+
+
 def test_there_is_no_second_try_at_the_most_counts() -> None:
     random, governor = np.random.default_rng(2), for_error(1e-5)
     for _ in range(40):
@@ -386,7 +431,7 @@ def test_noise_of_an_error_alone_moves_its_level_little() -> None:
 def test_a_first_picture_waits_until_its_error_is_known_well() -> None:
     governor, random = for_error(1e-3), np.random.default_rng(1)
     waited = [governor.learn(estimated(error_of(governor.level, 0.4), 0.05, random)) for _ in range(40)]
-    assert not any(waited[: ErrorModelParameters().first_frames - 1])
+    assert not any(waited[:5])
     assert any(waited[:FEW])
 
 

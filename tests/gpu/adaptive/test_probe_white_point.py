@@ -6,7 +6,7 @@ import warp as wp
 from devices import DEVICES
 from scenes import column
 
-from gpu.adaptive.probe_white_point import EVEN, Picture, ProbeRadiance, White
+from gpu.adaptive.probe_white_point import Picture, ProbeRadiance, White, WhiteParameters
 from gpu.core.device import allocate, choose_device
 from gpu.core.image_size import image_size
 from gpu.core.parameters import parameters
@@ -33,11 +33,17 @@ def picture_of(radiance: np.ndarray, name: str, faces: np.ndarray | None = None)
 
 
 def found(
-    picture: Picture, render: np.ndarray, one: np.ndarray, other: np.ndarray, counts: np.ndarray, frame: int = 0
+    picture: Picture,
+    render: np.ndarray,
+    one: np.ndarray,
+    other: np.ndarray,
+    counts: np.ndarray,
+    frame: int = 0,
+    chosen: WhiteParameters | None = None,
 ) -> White:
     """What is found with probes' values (probe, 3) and counts (probe,)."""
     device = picture.irradiance.device
-    white = White(WIDTH * HEIGHT, len(render), device)
+    white = White(WIDTH * HEIGHT, len(render), device, chosen)
     radiance = ProbeRadiance()
     radiance.render, radiance.one, radiance.other = (column(array, wp.vec3, device) for array in (render, one, other))
     white.find(column([frame], int, device), picture, column(counts, float, device), radiance)
@@ -88,7 +94,7 @@ def test_what_is_dark_or_not_finite_is_below_all_others_and_pixels_that_see_noth
     white = found(picture_of(values, "cpu", faces), probes, probes, probes, np.ones(1))
     lit = (faces == 0) & (values[:, 0] > 0.0)
     assert white.lit.numpy()[0] == np.count_nonzero(lit)
-    assert white.even == len(values) < EVEN
+    assert white.even == len(values)
     assert white.quantiles.numpy() == pytest.approx([1.0, 1.0], rel=0.01)
 
 
@@ -101,10 +107,10 @@ def test_a_picture_that_is_black_nearly_everywhere_has_no_white(lit: int) -> Non
     assert white.lit.numpy()[0] == lit
 
 
-def test_other_pixels_tell_in_other_frames(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gpu.adaptive.probe_white_point.EVEN", 500)
+def test_other_pixels_tell_in_other_frames() -> None:
+    few = WhiteParameters(even=500)
     picture = picture_of(np.random.default_rng(3).uniform(size=(WIDTH * HEIGHT, 3)), "cpu")
     probes = np.ones((1, 3))
-    seen = [found(picture, probes, probes, probes, np.ones(1), frame).quantiles.numpy()[1] for frame in range(40)]
+    seen = [found(picture, probes, probes, probes, np.ones(1), frame, few).quantiles.numpy()[1] for frame in range(40)]
     assert len(set(seen)) > 20
     assert np.mean(seen) == pytest.approx(0.99, abs=0.003)

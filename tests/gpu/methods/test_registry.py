@@ -10,6 +10,7 @@ from gpu.methods.registry import METHODS, method_of
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.camera import look_at
+from gpu.scene.types import Light, LightKind
 from gpu.settings import Method, RenderSettings
 from gpu.vpl.light_sets import LightSets
 
@@ -21,6 +22,13 @@ FUZZY = {"vpls": 1500, "samples": 1}
 def room() -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     return resident_of([*box(), lamp], [grey(0.7), grey(0.0, 5.0)])
+
+
+@pytest.fixture(scope="module")
+def room_of_a_bulb() -> DeviceScene:
+    """One without soft light."""
+    bulb = Light("bulb", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.0, 0.3, 0.0))
+    return resident_of(box(), [grey(0.7)], lights=[bulb])
 
 
 def held() -> int:
@@ -54,6 +62,15 @@ def test_stages_have_the_names_that_their_method_tells(room: DeviceScene, method
     ],
 )
 def test_memory_is_told_before_it_is_taken(room: DeviceScene, choice: dict[str, Any]) -> None:
+    check_memory(room, choice, soft=True)
+
+
+def test_a_viewer_takes_less_where_there_is_no_soft_light(room_of_a_bulb: DeviceScene) -> None:
+    check_memory(room_of_a_bulb, {"sp_clusters": 400, "vpl_clusters": 64}, soft=False)
+
+
+def check_memory(room: DeviceScene, choice: dict[str, Any], *, soft: bool) -> None:
+    """A renderer and a view, and then another view, take about as much memory as is told."""
     settings, size = RenderSettings.model_validate({**FUZZY, **choice}), (320, 240)
     light_sets, pixels = LightSets(room), size[0] * size[1]
     Renderer(room, size, settings, None, light_sets)  # makes the light sets
@@ -66,7 +83,8 @@ def test_memory_is_told_before_it_is_taken(room: DeviceScene, choice: dict[str, 
     renderer.render(CAMERA, view=second)
     method, counts = method_of(settings), sample_counts_of(settings, room.device)
     shared, view = method.cluster_bytes(counts)
-    assert held() - both == pytest.approx(method.view_pixel_bytes * pixels + view, rel=0.1)
-    told = (method.pixel_bytes + method.view_pixel_bytes) * pixels + shared + view
+    view += (method.view_pixel_bytes + (method.soft_view_pixel_bytes if soft else 0)) * pixels
+    assert held() - both == pytest.approx(view, rel=0.1)
+    told = method.pixel_bytes * pixels + shared + view
     assert both - before == pytest.approx(told, rel=0.15, abs=300_000)  # what the display sums up has one size
     assert first is not second

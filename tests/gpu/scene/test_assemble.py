@@ -8,7 +8,7 @@ from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
-from gpu.scene.types import Camera, Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
+from gpu.scene.types import Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
 
 QUAD = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]])
 TWO = np.array([[0, 1, 2], [0, 2, 3]])
@@ -19,7 +19,7 @@ LAMP = Material(emission=(1.0, 1.0, 1.0))
 def scene_of(
     *parts: MeshPart, materials: tuple[Material, ...] = (GREY,), limits: SceneLimits = DEFAULT_LIMITS, **more: Any
 ) -> Scene:
-    return assemble("scene", SceneParts(parts, materials, **more), limits)
+    return assemble("scene", SceneParts(parts, materials, up="y", metres_per_unit=1.0, **more), limits)
 
 
 def test_the_largest_extent_becomes_one_around_the_origin() -> None:
@@ -180,16 +180,29 @@ def test_what_a_file_says_of_up_and_unit_counts_unless_an_option_says_otherwise(
     assert np.allclose(chosen.placement.centre, 0.0)
 
 
-def test_lights_and_cameras_turn_and_scale_with_the_file() -> None:
-    lamp = Light("lamp", LightKind.SPOT, (1.0, 1.0, 1.0), position=(200.0, 0.0, 100.0), direction=(0.0, 0.0, -1.0))
-    plan = Camera("plan", np.eye(4), 100.0, orthographic=True)
-    plan.to_world[:3, 3] = (200.0, 100.0, 300.0)
-    found = SceneParts([MeshPart(QUAD * 100, TWO)], [GREY], (), [lamp], [plan], up="z", metres_per_unit=0.01)
-    scene = assemble("scene", found)
-    assert np.allclose(scene.lights[0].direction, (0.0, -1.0, 0.0))
-    assert np.allclose(scene.lights[0].position, (0.0, 0.25, 0.25))
-    assert np.allclose(scene.lights[0].intensity, 1.0 / 4.0**2)  # the quad is 4 m wide
-    camera = scene.cameras[0]
-    assert np.allclose(camera.to_world[:3, 3], (2.0, 3.0, -1.0))
-    assert np.allclose(camera.to_world[:3, 2], (0.0, 1.0, 0.0))
-    assert camera.half_height == 1.0
+def with_far_triangle(distance: float, material: int) -> Scene:
+    far = MeshPart(QUAD[:3] / 10.0 + (distance, 0.0, 0.0), TWO[:1], material=material)
+    return scene_of(MeshPart(QUAD, TWO), far, materials=(GREY, LAMP))
+
+
+@pytest.mark.parametrize("distance", [1e2, 1e3, 1e4, 4.6e5, 1e6])
+def test_what_is_small_and_far_away_sets_neither_bounds_nor_the_default_view(distance: float) -> None:
+    alone, scene = scene_of(MeshPart(QUAD, TWO)), with_far_triangle(distance, 0)
+    assert scene.bounds == alone.bounds == ((0.0, 0.0, 0.0), (4.0, 2.0, 0.0))
+    assert np.allclose(scene.cameras[0].to_world, alone.cameras[0].to_world, rtol=1e-3, atol=0.01)
+    assert len(scene.triangles) == 2 + (distance == 1e2)
+
+
+def test_what_is_too_far_away_is_left_out_with_a_word() -> None:
+    scene = with_far_triangle(4.6e5, 0)
+    assert scene.placement.scale == 0.25
+    assert "1 triangles" in scene.report.notes[0]
+    assert "460 km" in scene.report.notes[0]
+    assert scene.report.dropped_triangles == 0
+
+
+def test_a_lamp_far_away_is_kept() -> None:
+    scene = with_far_triangle(1e4, 1)
+    assert len(scene.triangles) == 3
+    assert scene.bounds[1] == (4.0, 2.0, 0.0)
+    assert "leave out what is far away" in scene.report.notes[0]

@@ -37,3 +37,14 @@ def test_a_room_is_seen_from_inside_with_its_middle_ahead() -> None:
 def test_a_flat_scene_has_a_view_too() -> None:
     camera = default_camera(BOX[[0, 1, 4, 5]], np.array([[0, 1, 2], [1, 3, 2]]), WORLD)
     assert np.isfinite(camera.to_world).all()
+
+
+def test_a_house_on_a_lawn_is_no_room() -> None:
+    """Below the horizon the lawn is everywhere, and beside the house its wall is, too."""
+    lawn = np.array([[-0.5, -0.05, -0.5], [-0.5, -0.05, 0.5], [0.5, -0.05, 0.5], [0.5, -0.05, -0.5]])
+    house = BOX * (0.25, 0.5, 0.4) + (0.0, 0.05, 0.0)
+    vertices = np.vstack([house, lawn]).astype(np.float32)
+    camera = default_camera(vertices, np.vstack([OUTWARD, [[8, 9, 10], [8, 10, 11]]]), WORLD)
+    eye, direction = eye_and_direction(camera)
+    assert eye[1] > 0.15
+    assert np.dot(direction, -eye) > 0.9 * np.linalg.norm(eye)

@@ -5,14 +5,17 @@ import numpy as np
 import pytest
 
 from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.import_options import ImportOptions
 from gpu.scene.summary import memory_bytes, summarise, summary_text
 from gpu.scene.types import Light, LightKind, Material, Scene, Texture, TextureSlot
 
 QUAD = np.array([[0.0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0]])
-PART = MeshPart(QUAD + 10, np.array([[0, 1, 2], [0, 2, 3], [0, 0, 1]]))
+TWO = np.array([[0, 1, 2], [0, 2, 3]])
+PART = MeshPart(QUAD + 10, np.array([*TWO, [0, 0, 1]]))
 
 
 def scene_of(*lights: Light, **material: object) -> Scene:
+    """A room of which the file says nothing but its triangles."""
     pixels = np.zeros((1, 2, 4), np.uint8)
     pixels[0, 0] = 255
     textures = [Texture("half", pixels, srgb=True), Texture("half", pixels, srgb=False)]
@@ -62,6 +65,21 @@ def test_text_and_json_say_what_was_changed() -> None:
     summary = summarise(scene_of())
     assert json.loads(json.dumps(summary)) == summary
     text = summary_text(summary)
-    for part in ("room", "2 triangles", "size 4 2 0", "half: 2×1, colour", "sky: sky, 1 1 1 W/m²/sr", "ignored: that",
+    for part in ("room", "2 triangles", "size 4 2 0 m, from 10 10 10 to 14 12 10",
+                 "+Y is up, a unit is 1 m", "half: 2×1, colour", "sky: sky, 1 1 1 W/m²/sr", "ignored: that",
                  "dropped: 1 triangles", "note: the scene has no light", "default: perspective"):  # fmt: skip
+        assert part in text
+
+
+def test_coordinates_are_those_of_the_file_to_the_millimetre() -> None:
+    part = MeshPart(QUAD[:, [0, 2, 1]] * 1000.0 + (456_789_123.0, 5_432_100_456.0, 120_789.0), TWO)
+    found = SceneParts([part], [Material("m")], up="z", metres_per_unit=0.001, choices={"storey": ["ground", "first"]})
+    summary = summarise(assemble("survey", found, options=ImportOptions(origin=(456_000_000, 5_432_000_000, 0))))
+    assert summary["frame"] == {"up": "z", "metres_per_unit": 0.001, "origin": [456_000_000, 5_432_000_000, 0]}
+    assert np.allclose(summary["size"], (4, 2, 0))
+    assert np.allclose(summary["bounds"]["min"], (456_789_123, 5_432_100_456, 120_789), rtol=1e-15)
+    assert np.allclose(summary["bounds"]["max"], (456_793_123, 5_432_100_456, 122_789), rtol=1e-15)
+    text = summary_text(summary)
+    for part in ("to 456793123 5432100456 122789 in the file", "+Z is up, a unit is 0.001 m",
+                 "metres count from 456000000 5432000000 0", "storey: one of ground, first"):  # fmt: skip
         assert part in text

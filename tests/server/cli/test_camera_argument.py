@@ -24,6 +24,7 @@ def scene() -> Scene:
         sky=None,
         cameras=cameras,
         placement=Placement(),
+        bounds=((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
     )
 
 

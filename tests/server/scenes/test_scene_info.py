@@ -11,9 +11,9 @@ from server.scenes.scene_info import describe_scene
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    """A scene whose unit box is 10 units of the world wide, around (100, 0, 0)."""
+    """A scene 10 m wide around (100, 0, 0)."""
     vertices = np.array([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5], [0.5, -0.5, 0.0]], np.float32)
-    placement = Placement(centre=(100.0, 0.0, 0.0), scale=0.1)
+    placement, bounds = Placement(centre=(100.0, 0.0, 0.0), scale=0.1), ((95.0, -5.0, -5.0), (105.0, 5.0, 5.0))
     to_world = np.eye(4)
     to_world[:3, 3] = (100.0, 0.0, 20.0)
     cameras = (Camera("eye", to_world, half_height=0.5), Camera("plan", to_world, half_height=4.0, orthographic=True))
@@ -21,7 +21,14 @@ def scene() -> Scene:
     box = load_scene("cornell-box")
     triangles = np.array([[0, 1, 2]], np.int32)
     return replace(
-        box, name="test", vertices=vertices, triangles=triangles, placement=placement, cameras=cameras, report=report
+        box,
+        name="test",
+        vertices=vertices,
+        triangles=triangles,
+        placement=placement,
+        bounds=bounds,
+        cameras=cameras,
+        report=report,
     )
 
 

@@ -148,8 +148,16 @@ def test_memory_is_what_the_method_takes(cpu: str) -> None:
     pool = RendererPool(wp.get_device(cpu))
     key = server.worker.renderer_pool._Key
 
-    def took(views: int, size: tuple[int, int] = (100, 100), method: Method = Method.FUZZY_VPL, **counts: int) -> int:
-        return pool._bytes_of(key(BOX, size, SETTINGS.model_copy(update={"method": method, **counts})), views)
+    def took(
+        views: int,
+        size: tuple[int, int] = (100, 100),
+        method: Method = Method.FUZZY_VPL,
+        *,
+        soft: bool = False,
+        **counts: int,
+    ) -> int:
+        settings = SETTINGS.model_copy(update={"method": method, **counts})
+        return pool._bytes_of(key(BOX, size, settings, soft), views)
 
     for views in (1, 2):
         assert took(views, method=Method.PATH) < views * 20 * 10_000  # the pictures' radiance, and little else
@@ -157,5 +165,6 @@ def test_memory_is_what_the_method_takes(cpu: str) -> None:
     shared, own = FuzzyVpl.cluster_bytes(sample_counts_of(SETTINGS, wp.get_device(cpu)))
     assert took(2) - took(1) == 10_000 * FuzzyVpl.view_pixel_bytes + own
     assert took(0) == 10_000 * FuzzyVpl.pixel_bytes + shared
+    assert took(2, soft=True) - took(2) == 2 * 10_000 * FuzzyVpl.soft_view_pixel_bytes
     for count in ("sp_clusters", "vpl_clusters"):
         assert took(1, **{count: 500}) > took(1)
