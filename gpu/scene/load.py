@@ -9,8 +9,10 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
 
-SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".ifc", ".ifczip", ".step", ".stp")
 """How the names of scene files end, in lower case."""
+WRITTEN_IN_MEMORY = (".step", ".stp")
+"""Those of SUFFIXES whose library writes a file, in memory, to read it."""
 
 
 def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
@@ -37,6 +39,14 @@ def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:
         from gpu.scene.obj import load_obj
 
         return load_obj
+    if suffix in (".ifc", ".ifczip"):
+        from gpu.scene.ifc import load_ifc
+
+        return load_ifc
+    if suffix in (".step", ".stp"):
+        from gpu.scene.step import load_step
+
+        return load_step
     from gpu.scene.meshes import load_mesh
 
     return load_mesh

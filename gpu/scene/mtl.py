@@ -21,6 +21,11 @@ _USED = {"kd", "ke", "ks", "ns", "ni", "d", "tr", "pr", "pm", "map_kd", "map_ke"
 _NEUTRAL = {"illum": (2.0,), "ka": (0.0, 0.0, 0.0), "tf": (1.0, 1.0, 1.0)}
 
 
+def phong_roughness(exponent: float) -> float:
+    """The roughness that is like Phong's exponent n: of microfacets with α² = 2 / (n + 2), where α is roughness²."""
+    return (2.0 / (exponent + 2.0)) ** 0.25
+
+
 class MaterialLibrary:
     """The materials that an OBJ file's libraries define; those that are asked for, with their textures."""
 
@@ -73,8 +78,7 @@ class MaterialLibrary:
         """The material without its maps."""
         shines = said.has("pr") or said.has("pm") or said.has("map_pr") or said.has("map_pm")
         specular = said.color("ks", (1.0, 1.0, 1.0) if shines else (0.0, 0.0, 0.0))
-        # Phong's exponent n is like a microfacet width with α² = 2 / (n + 2); glTF's α is roughness².
-        roughness = (2.0 / (said.scalar("ns", 0.0) + 2.0)) ** 0.25
+        roughness = phong_roughness(said.scalar("ns", 0.0))
         opacity = self._opacity(said)
         ior = said.scalar("ni", 1.5)
         return replace(

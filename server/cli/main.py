@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from gpu.errors import UserError
+from gpu.scene.load import SUFFIXES
 from gpu.settings import Component, RenderSettings
 from server.cli.options import add_options, given_options, model_from
 from server.settings import ServerSettings, load_settings
@@ -21,7 +22,7 @@ CAMERA_HELP = (
     'a camera of the scene by name or number (from 0), or "x,y,z:tx,ty,tz[:yfov]": the eye, what it looks at, and the '
     "vertical field of view in degrees (default 60); write --camera=-1,... when it starts with a minus"
 )
-SCENE_HELP = "a file (.glb .gltf .obj .ply .stl .off) or the name of a built-in scene"
+SCENE_HELP = f"a file ({' '.join(SUFFIXES)}) or the name of a built-in scene"
 
 
 class _Parser(ArgumentParser):

@@ -2,7 +2,8 @@
 it.
 
 stdin has a CheckRequest as JSON, stdout gets its Checked or Refused. The process first limits itself: memory,
-processor time, no new files (but for what an archive holds), few open ones.
+processor time, no new files (but for what an archive holds, and for formats whose library writes one in memory), few
+open ones.
 """
 
 import sys
@@ -20,7 +21,7 @@ from resource import (
 )
 
 from gpu.errors import SceneError
-from gpu.scene.load import load_scene
+from gpu.scene.load import WRITTEN_IN_MEMORY, load_scene
 from gpu.scene.types import Scene
 from server.scenes.archives import unpack
 from server.scenes.checker import Checked, CheckRequest, Refused, SceneSize
@@ -35,12 +36,13 @@ def check(request: CheckRequest) -> Checked | Refused:
     _limit(RLIMIT_AS, request.memory_bytes)
     _limit(RLIMIT_CPU, ceil(request.seconds) + 1)
     _limit(RLIMIT_NOFILE, MAX_OPEN_FILES)
-    _limit(RLIMIT_FSIZE, request.max_unpacked_bytes if request.folder is not None else 0)
     source = request.source
     try:
         if request.folder is not None:
+            _limit(RLIMIT_FSIZE, request.max_unpacked_bytes)
             source = str(unpack(Path(source), Path(request.folder), request.max_unpacked_bytes))
-            _limit(RLIMIT_FSIZE, 0)
+        written = Path(source).suffix.lower() in WRITTEN_IN_MEMORY
+        _limit(RLIMIT_FSIZE, request.memory_bytes if written else 0)
         scene = load_scene(source, request.limits)
         return Checked(source=source, info=describe_scene(source, scene), size=measure(scene))
     except SceneError as error:

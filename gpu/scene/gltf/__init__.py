@@ -5,7 +5,7 @@ from pathlib import Path
 from gpu.scene.assemble import SceneParts, assemble
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.cameras_and_lights import read_cameras, read_lights
-from gpu.scene.gltf.document import open_document
+from gpu.scene.gltf.document import Document, open_document
 from gpu.scene.gltf.extensions import check_extensions
 from gpu.scene.gltf.geometry import Geometry
 from gpu.scene.gltf.hierarchy import placed_nodes
@@ -23,7 +23,11 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
     not supported, or outside the file's folder. What else is broken is left out or mended; that and what is not used is
     in the scene's report.
     """
-    document = open_document(path, limits)
+    return assemble(str(path), gltf_parts(open_document(path, limits)), limits, options)
+
+
+def gltf_parts(document: Document) -> SceneParts:
+    """What is in the scene of `document`. Raises SceneError as load_gltf does."""
     check_extensions(document)
     if document.root.raw.get("animations"):
         document.ignored.add("animations are not played; the scene is shown in its rest pose")
@@ -36,7 +40,7 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
         materials.pop()
     lights, cameras = read_lights(document, placed.values()), read_cameras(document, placed.values())
     # The format's metre is not what every file keeps to: it is taken where the size is likely.
-    found = SceneParts(
+    return SceneParts(
         parts,
         materials,
         images.textures,
@@ -46,4 +50,3 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
         notes=document.notes.sentences(),
         up="y",
     )
-    return assemble(str(path), found, limits, options)

@@ -61,7 +61,11 @@ class Document:
 
 def open_document(path: Path, limits: SceneLimits) -> Document:
     """Read `path`. Raises SceneError when the container or JSON is broken, or the file is not glTF 2."""
-    content = read_bytes(path, limits)
+    return read_document(path, read_bytes(path, limits), limits)
+
+
+def read_document(path: Path, content: bytes, limits: SceneLimits) -> Document:
+    """`content`, of the file at `path` or made from it, as `open_document` reads it."""
     text, binary = _chunks(str(path), content) if content[:4] == b"glTF" else (content, None)
     notes = Remarks()
     try:

@@ -1,3 +1,4 @@
+import sys
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,19 @@ def test_a_file_by_its_suffix(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     assert len(load_scene(str(path)).triangles) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "extra"),
+    [("a.ifc", "ifcopenshell.geom", "ifc"), ("a.ifczip", "ifcopenshell.geom", "ifc"), ("a.stp", "cascadio", "step")],
+)
+def test_a_format_whose_library_is_missing_names_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, module: str, extra: str
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    (tmp_path / name).write_bytes(b"")
+    with pytest.raises(SceneError, match=rf"needs the extra {extra}: pip install lumenwalk\[{extra}\]"):
+        load_scene(str(tmp_path / name))
 
 
 @pytest.mark.parametrize("source", ["kitchen", "kitchen.usd", ""])

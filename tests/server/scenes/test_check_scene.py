@@ -6,9 +6,12 @@ import sys
 import sysconfig
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import pytest
 from glb_file import TRIANGLE, TRIANGLE_GLB, glb, triangle
+from ifc_file import House
+from step_file import Box, step
 
 OUTSIDE = "a secret beside the folder"
 
@@ -137,3 +140,24 @@ def test_nothing_can_be_written(folder: Path) -> None:
     command = [sys.executable, "-c", script, str(folder / "new")]
     done = subprocess.run(command, input=request(folder / "a.glb"), capture_output=True, timeout=60)
     assert b"File too large" in done.stderr
+
+
+def test_a_step_file_is_read_though_its_library_writes_one_in_memory(folder: Path) -> None:
+    pytest.importorskip("cascadio", reason="the extra step is not installed")
+    (folder / "a.step").write_bytes(step(Box()))
+    assert check(folder / "a.step", memory_bytes=2**30)["info"]["triangles"] == 12
+    (folder / "a.step").write_bytes(step(Box())[:2000])
+    assert "not a STEP file that can be read" in check(folder / "a.step")["problem"]
+
+
+def test_an_ifc_file_is_read_within_the_limits(folder: Path) -> None:
+    pytest.importorskip("ifcopenshell", reason="the extra ifc is not installed")
+    (folder / "a.ifc").write_bytes(House().bytes())
+    assert check(folder / "a.ifc", memory_bytes=2**30)["info"]["triangles"] == 112
+
+
+def test_an_archive_may_hold_a_step_file(folder: Path) -> None:
+    pytest.importorskip("cascadio", reason="the extra step is not installed")
+    with ZipFile(folder.parent / "a.zip", "w") as archive:
+        archive.writestr("deep/a.stp", step(Box()))
+    assert check(folder.parent / "a.zip", folder)["info"]["triangles"] == 12

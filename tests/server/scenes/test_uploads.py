@@ -12,10 +12,11 @@ from glb_file import TRIANGLE, TRIANGLE_GLB, triangle
 from harness import ANY_CHECK
 
 from gpu.errors import SceneError, UserError
+from gpu.scene.load import SUFFIXES
 from server.refusals import NoRoomError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes import uploads as module
 from server.scenes.checker import CHECK, Checker
-from server.scenes.uploads import Uploads, clean_name
+from server.scenes.uploads import ARCHIVE, Uploads, clean_name
 from server.settings import ServerSettings
 
 Make = Callable[..., Uploads]
@@ -181,3 +182,8 @@ def test_a_checker_that_crashes_leaves_nothing(make: Make, tmp_path: Path) -> No
     with pytest.raises(SceneError, match="SIGABRT"):
         add(make((sys.executable, "-c", "import os; os.abort()")))
     assert files(tmp_path) == []
+
+
+def test_the_page_offers_files_of_every_format() -> None:
+    page = (Path(__file__).parents[3] / "web" / "index.html").read_text()
+    assert f'accept="{",".join((*SUFFIXES, ARCHIVE))}"' in page
