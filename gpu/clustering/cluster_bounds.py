@@ -11,6 +11,7 @@ from gpu.clustering.nearest import OTHER_NORMAL
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 
+# More would lie in wider spheres, fewer leave more of these to look at; what is found does not depend on it.
 PER_RUN = wp.constant(8)
 # Spheres are this much wider than what they hold, against rounding.
 WIDER = wp.constant(1.0001)

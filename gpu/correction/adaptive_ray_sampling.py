@@ -22,6 +22,7 @@ from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.form_factor import unoccluded_irradiance
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, thread_ray
 
+# Of each listed SP: arrays have room for so many.
 RAYS = 24
 GOLDEN = wp.constant(0.6180339887)
 # Of a step between rays: more than rounding.

@@ -35,6 +35,7 @@ from gpu.vpl.group_sampling import (
 from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, is_behind, out_of_reach
 
+# Of each outlier: arrays have room for so many.
 RAYS = 32
 OUTLIER_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 

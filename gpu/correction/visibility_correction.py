@@ -34,6 +34,7 @@ GOLDEN_STEP = wp.constant(wp.uint32(2654435769))
 PASS_SEED = wp.constant(wp.uint32(0x3C6EF372))
 # SPs that follow each other have a pass together, as the threads of a warp trace their rays.
 RUN = wp.constant(32 // CHECKS)
+# More than any frame has.
 ALL_PASSES = 1e3
 
 

@@ -20,6 +20,7 @@ from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.sparse_shading import is_anchor_only
 
+# Of the à-trous wavelet transform, each twice the one before; a launch each.
 STEPS = (1, 2, 4)
 
 

@@ -11,6 +11,7 @@ from gpu.device_scene.textures import sample_alpha
 OFFSET_ULP = wp.constant(32.0 * 1.1920929e-07)
 # Nearer to the origin float32 resolves finer than the intersection test, which rounds at the scale of the box.
 OFFSET_FLOOR = wp.constant(0.0625)
+# A ray that meets more masks than this ends: a loop has to.
 MAX_ALPHA_LAYERS = wp.constant(64)
 
 

@@ -23,6 +23,7 @@ from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair_at
 
+# Light samples of which one gets the shadow ray, one of each of so many strata of all light: the length of vectors.
 CANDIDATES = wp.constant(8)
 STRATUM = wp.constant(wp.uint32(2**32 // int(CANDIDATES)))
 Weights = wp.types.vector(length=int(CANDIDATES), dtype=float)

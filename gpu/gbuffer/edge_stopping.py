@@ -9,6 +9,8 @@ import warp as wp
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
 
+# One for all who ask whether points are of one surface, who differ in how far off its plane these may be. Compiled in,
+# since filters raise to it at every tap.
 NORMAL_POWER = wp.constant(16.0)
 
 

@@ -24,7 +24,8 @@ from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, is_behind, member_
 # Parts' sums are read so many at a time, before any is written: a thread would wait for each else.
 CHUNK = 8
 Chunk = wp.types.vector(length=CHUNK, dtype=float)
-# How wrong clusters may be that all agree that light is hidden, relative to such that all see it.
+# How wrong clusters may be that all agree that light is hidden, relative to such that all see it. Compiled in: the
+# innermost loop of shading has it.
 MIN_VISIBILITY_WEIGHT = wp.constant(0.25)
 
 

@@ -32,6 +32,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 # New representatives are taken in runs, so that what is planned for their pairs stays within bounded memory.
 MAX_PAIRS = 1 << 26
+# Threads for each ray where there are few rays, at most; what rays find does not depend on it.
 SPREAD = wp.constant(4)
 
 

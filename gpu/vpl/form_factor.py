@@ -9,7 +9,7 @@ from gpu.vpl.disk_light import Disk, disk_at
 from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, cluster_of, is_behind
 
 # A cluster's disk, or a subcluster's, whose squared reach is more than this times the squared distance gives way to
-# what it stands for.
+# what it stands for. Compiled in: the innermost loop of shading compares with them.
 OPEN_SHARE = wp.constant(0.167)
 OPEN_SUBCLUSTER_SHARE = wp.constant(0.05)
 

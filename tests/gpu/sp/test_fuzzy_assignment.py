@@ -63,3 +63,21 @@ def test_an_sp_far_from_all_takes_the_nearest_of_a_sample_when_the_needy_are_ser
     assert out.cluster.numpy()[:, 0].tolist() == [cluster, 0, 0, 0, 0, 0]
     assert out.weight.numpy()[:, 0].tolist() == [weight, 0.0, 0.0, 0.0, 0.0, 0.0]
     assert np.flatnonzero(out.serving.numpy()).tolist() == ([cluster] if least_deficit else [])
+
+
+def test_an_sp_at_a_representative_leaves_a_thousandth_to_one_a_spacing_away() -> None:
+    gbuffer, budget = wall(), budget_of(2, 0.75, extent=2)
+    spacing = float(gbuffer.spacing.numpy()[0] * budget.spacing_scale.numpy()[0])
+    grid = Grid(2, CPU)
+    grid.data.position.assign(gbuffer.position.numpy()[0] + np.float32([[0.0, 0.0, 0.0], [spacing, 0.0, 0.0]]))
+    grid.data.normal.assign(np.tile(gbuffer.normal.numpy()[0], (2, 1)))
+    grid.data.spacing.fill_(spacing)
+    grid.build()
+    points = PointList()
+    points.pixels, points.count = column([0], wp.int32), column([1], wp.int32)
+    out = allocate(SpClusters, 1, CPU, 6)
+    out.serving, out.deficit = wp.zeros(2, dtype=int, device=CPU), column([1], wp.int32)
+    inputs = [0, gbuffer, points, grid.data, budget, SP_CLUSTER_PARAMETERS, DEFICIT_IN_FRAME, 0, out]
+    wp.launch(fuzzy_assignment_kernel(6, True), 1, inputs, device=CPU)
+    assert out.cluster.numpy()[:2, 0].tolist() == [0, 1]
+    assert out.weight.numpy()[:2, 0] == pytest.approx([1000.0 / 1001.0, 1.0 / 1001.0], rel=1e-3)
