@@ -8,12 +8,14 @@ from shutil import copyfileobj
 
 from gpu.errors import SceneError
 from gpu.scene.load import SUFFIXES
+from server.scenes.clutter import is_clutter
 
 MAX_FILES = 2000
 MAX_DEPTH = 16
+MAX_NAMED = 10  # scenes of an archive that has more than one
 MAX_RATIO = 200  # of unpacked to packed bytes: textures and meshes stay far below, bombs do not
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-_ENCRYPTED = 0x1
+_ENCRYPTED, _MARKED_UTF8 = 0x1, 0x800
 
 
 def unpack(archive: Path, folder: Path, max_bytes: int) -> Path:
@@ -36,11 +38,22 @@ def unpack(archive: Path, folder: Path, max_bytes: int) -> Path:
         raise SceneError(archive.name, "", f"the .zip file cannot be unpacked: {error.strerror or 'broken'}") from None
     except zlib.error as error:
         raise SceneError(archive.name, "", f"broken data in the .zip file: {error}") from None
-    scenes = [path for path in entries if path.suffix.lower() in SUFFIXES]
-    if len(scenes) != 1:
-        found = f"{len(scenes)} scenes ({', '.join(map(str, scenes[:4]))})" if scenes else "no scene"
-        raise SceneError(archive.name, "", f"{found}; put one of {', '.join(SUFFIXES)} in it, with its side files")
-    return folder / scenes[0]
+    return folder / _one_scene(archive, list(entries))
+
+
+def _one_scene(archive: Path, paths: list[PurePosixPath]) -> PurePosixPath:
+    scenes = [path for path in paths if path.suffix.lower() in SUFFIXES]
+    if len(scenes) == 1:
+        return scenes[0]
+    inner = [path for path in paths if path.suffix.lower() == ".zip"]
+    if scenes:
+        more = f" and {len(scenes) - MAX_NAMED} more" if len(scenes) > MAX_NAMED else ""
+        problem = f"{len(scenes)} scenes ({', '.join(map(str, scenes[:MAX_NAMED]))}{more}); leave one in it"
+    elif inner:
+        problem = f"no scene but another archive ({inner[0]}); put that one's files in"
+    else:
+        problem = f"no scene; put one of {', '.join(SUFFIXES)} in it"
+    raise SceneError(archive.name, "", f"{problem}, with its side files")
 
 
 def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[PurePosixPath, zipfile.ZipInfo]:
@@ -48,8 +61,8 @@ def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[Pur
     entries: dict[PurePosixPath, zipfile.ZipInfo] = {}
     total = 0
     for entry in opened.infolist():
-        name = entry.filename
-        if entry.is_dir() or name.startswith("__MACOSX/"):
+        name = _name(entry).replace("\\", "/")
+        if name.endswith("/") or is_clutter(PurePosixPath(name)):
             continue
         path = _inside(archive, name)
         if stat.S_IFMT(entry.external_attr >> 16) not in (0, stat.S_IFREG):
@@ -69,8 +82,18 @@ def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[Pur
     return entries
 
 
+def _name(entry: zipfile.ZipInfo) -> str:
+    """The entry's name, in UTF-8 also where it is not marked as that: macOS does not mark it, others mean CP437."""
+    if entry.flag_bits & _MARKED_UTF8:
+        return entry.filename
+    try:
+        return entry.filename.encode("cp437").decode()
+    except UnicodeError:
+        return entry.filename
+
+
 def _inside(archive: Path, name: str) -> PurePosixPath:
-    path = PurePosixPath(name.replace("\\", "/"))
+    path = PurePosixPath(name)
     wrong = (
         not path.parts
         or path.is_absolute()

@@ -13,6 +13,7 @@ from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.load import SUFFIXES
 from server.refusals import UnknownSceneError
+from server.scenes.clutter import is_clutter
 from server.scenes.uploads import Uploads
 from server.wire.browser import SceneName
 from server.wire.worker import SceneRef
@@ -121,8 +122,9 @@ def _scene_files(folder: Path) -> list[tuple[str, str]]:
     for directory, _, names in os.walk(root):
         for name in names:
             path = Path(directory, name)
-            if path.suffix.lower() in SUFFIXES and path.resolve().is_relative_to(root):
-                found.append((path.relative_to(root).as_posix(), str(path)))
+            inside = path.relative_to(root)
+            if path.suffix.lower() in SUFFIXES and not is_clutter(inside) and path.resolve().is_relative_to(root):
+                found.append((inside.as_posix(), str(path)))
             if len(found) >= MAX_LISTED:
                 return sorted(found)
     return sorted(found)

@@ -112,7 +112,9 @@ def test_too_many_files_are_refused(tmp_path: Path, target: Path) -> None:
     ("files", "says"),
     [
         ({"readme.txt": b""}, "no scene; put one of .glb"),
-        ({"a.glb": b"", "b.obj": b""}, r"2 scenes \(a\.glb, b\.obj\)"),
+        ({"a.glb": b"", "b.obj": b""}, r"2 scenes \(a\.glb, b\.obj\); leave one in it, with its side files"),
+        ({f"{letter}.glb": b"" for letter in "abcdefghijkl"}, r"12 scenes \(a\.glb, .*, j\.glb and 2 more\)"),
+        ({"house.zip": b""}, r"no scene but another archive \(house\.zip\)"),
         ({}, "no scene"),
     ],
 )
@@ -122,8 +124,28 @@ def test_there_must_be_one_scene(tmp_path: Path, target: Path, files: dict[str, 
 
 
 def test_what_a_mac_adds_is_left_out(tmp_path: Path, target: Path) -> None:
-    unpack(archive(tmp_path, {"a.glb": b"1", "__MACOSX/a.glb": b"2"}), target, MEGABYTE)
+    clutter = ["__MACOSX/a.glb", "._a.glb", ".DS_Store", "Thumbs.db", "desktop.ini", "__MACOSX\\._b.glb"]
+    unpack(archive(tmp_path, {"a.glb": b"1", **dict.fromkeys(clutter, b"2")}), target, MEGABYTE)
     assert [path.name for path in target.rglob("*")] == ["a.glb"]
+
+
+def test_names_with_backslashes_are_paths_and_may_be_folders(tmp_path: Path, target: Path) -> None:
+    packed = archive(tmp_path, {"model\\": b"", "model\\house.gltf": b"{}", "model\\maps\\wood.png": b"png"})
+    assert unpack(packed, target, MEGABYTE) == target / "model" / "house.gltf"
+    assert (target / "model" / "maps" / "wood.png").read_bytes() == b"png"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp437"])
+def test_names_that_are_not_marked_as_utf_8_are_read(tmp_path: Path, target: Path, encoding: str) -> None:
+    letter = "\N{LATIN SMALL LETTER U WITH DIAERESIS}".encode(encoding)
+    packed = archive(tmp_path, {f"K{'x' * len(letter)}che.glb": b"1"})
+    packed.write_bytes(packed.read_bytes().replace(b"x" * len(letter), letter))
+    assert unpack(packed, target, MEGABYTE).name == "K\N{LATIN SMALL LETTER U WITH DIAERESIS}che.glb"
+
+
+def test_names_that_are_marked_as_utf_8_are_read(tmp_path: Path, target: Path) -> None:
+    packed = archive(tmp_path, {"K\N{LATIN SMALL LETTER U WITH DIAERESIS}che.glb": b"1"})
+    assert unpack(packed, target, MEGABYTE).name == "K\N{LATIN SMALL LETTER U WITH DIAERESIS}che.glb"
 
 
 @pytest.mark.parametrize("damage", [b"", b"no archive", None])
