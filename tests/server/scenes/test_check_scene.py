@@ -107,24 +107,37 @@ def test_what_is_beside_the_scene_is_opened(folder: Path) -> None:
     assert set(paths) == {folder / "a.gltf", folder / "b.bin"}
 
 
-@pytest.mark.parametrize("library", ["../secret.mtl", "{outside}", "link.mtl"])
+@pytest.mark.parametrize("library", ["../secret.mtl", "link.mtl"])
 def test_no_library_outside_the_folder_is_opened(folder: Path, library: str) -> None:
     (folder / "link.mtl").symlink_to(folder.parent / "secret.mtl")
-    named = library.replace("{outside}", str(folder.parent / "secret.mtl"))
-    (folder / "a.obj").write_text(f"mtllib {named}\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (folder / "a.obj").write_text(f"mtllib {library}\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     answer, paths = opened(folder / "a.obj")
     assert answer["field"] == "mtllib"
     assert paths == [folder / "a.obj"]
 
 
-@pytest.mark.parametrize("texture", ["../secret.bin", "{outside}", "link.png"])
+@pytest.mark.parametrize("texture", ["../secret.bin", "link.png"])
 def test_no_texture_outside_the_folder_is_opened(folder: Path, texture: str) -> None:
     (folder / "link.png").symlink_to(folder.parent / "secret.bin")
-    named = texture.replace("{outside}", str(folder.parent / "secret.bin"))
-    (folder / "a.mtl").write_text(f"newmtl a\nmap_Kd {named}\n")
+    (folder / "a.mtl").write_text(f"newmtl a\nmap_Kd {texture}\n")
     (folder / "a.obj").write_text("mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     answer, paths = opened(folder / "a.obj")
     assert "outside the scene's folder" in answer["problem"]
+    assert set(paths) == {folder / "a.obj", folder / "a.mtl"}
+
+
+def test_of_absolute_paths_the_last_part_is_sought_beside_the_scene(folder: Path) -> None:
+    secrets = [folder.parent / "secret.mtl", folder.parent / "secret.bin"]
+    (folder / "a.mtl").write_text(f"newmtl a\nmap_Kd {secrets[1]}\n")
+    (folder / "a.obj").write_text(
+        f"mtllib {secrets[0]}\nmtllib /home/me/a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    )
+    answer, paths = opened(folder / "a.obj")
+    assert {
+        f"material library {secrets[0]} is missing: its surfaces are grey",
+        "/home/me/a.mtl was read from a.mtl beside the scene",
+        f"texture {secrets[1]} is missing",
+    } <= set(answer["info"]["notes"])
     assert set(paths) == {folder / "a.obj", folder / "a.mtl"}
 
 
