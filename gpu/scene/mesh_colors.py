@@ -7,7 +7,7 @@ import numpy as np
 from gpu.scene.colors import srgb_to_linear
 from gpu.scene.mtl import DEFAULT_MATERIAL
 from gpu.scene.remarks import Remarks
-from gpu.scene.types import AlphaMode, Doubles, Material
+from gpu.scene.types import AlphaMode, Doubles, Floats, Material
 
 
 def linear_colors(values: Doubles, remarks: Remarks, full: float | None = None) -> Doubles:
@@ -28,7 +28,7 @@ def linear_colors(values: Doubles, remarks: Remarks, full: float | None = None) 
     return colors
 
 
-def bare_material(colors: Doubles | None) -> Material:
+def bare_material(colors: Doubles | Floats | None) -> Material:
     """The material of a mesh without any: matt grey, or as its `colors` (row, 4) are, with their alpha."""
     if colors is None:
         return DEFAULT_MATERIAL

@@ -8,7 +8,7 @@ from pathlib import Path, PureWindowsPath
 import numpy as np
 
 from gpu.errors import ForbiddenError, SceneError
-from gpu.scene.files import confined_file, read_bytes
+from gpu.scene.files import file_beside, read_bytes
 from gpu.scene.images import decode_image
 from gpu.scene.limits import SceneLimits
 from gpu.scene.mtl_statements import MapStatement, MtlMaterial
@@ -52,10 +52,10 @@ class MapFiles:
         wanted = [posixpath.normpath(posixpath.join(folder, relative)) for folder in dict.fromkeys([*folders, ""])]
         for place in wanted:
             if place == wanted[0] or not place.startswith(".."):
-                path = confined_file(self._scene, place, field)
+                path = file_beside(self._scene, place, field, self._remarks)
                 if path is not None:
                     if absolute:
-                        self._remarks.add(f"{name} was read from {path.name} beside the scene")
+                        self._remarks.add(f"{name[-60:]!r} was read from {place!r} beside the scene", field)
                     return path
         return None
 

@@ -1,10 +1,12 @@
 """What readers of polygons have in common: positions that may be broken where nothing uses them, faces to triangles."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from gpu.errors import SceneError
+from gpu.scene.assemble import MeshPart
 from gpu.scene.polygons import Triangulation, triangulate
 from gpu.scene.remarks import Remarks
 from gpu.scene.types import Doubles, Integers
@@ -40,3 +42,48 @@ def covered(positions: Doubles, corners: Integers, counts: Integers, remarks: Re
     remarks.add_count("faces with fewer than 3 corners were left out", found.too_small)
     remarks.add_count("polygons that cross themselves: their shape is a guess", found.crossing)
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class FaceMesh:
+    """Polygons as files of bare meshes have them.
+
+    positions (vertex, 3); corners (corner,): the faces' vertices one after another; counts (face,): how many corners
+    each has; normals (vertex, 3), colors (vertex, 4) and face_colors (face, 4), linear, where there are any.
+    """
+
+    positions: Doubles
+    corners: Integers
+    counts: Integers
+    normals: Doubles | None = None
+    colors: Doubles | None = None
+    face_colors: Doubles | None = None
+
+
+def face_part(source: str, mesh: FaceMesh, remarks: Remarks) -> MeshPart:
+    """The triangles of `mesh`; with colours of faces each triangle has vertices of its own.
+
+    Raises SceneError naming the first face with a corner that does not exist or is not finite.
+    """
+    wrong = (mesh.corners < 0) | (mesh.corners >= len(mesh.positions))
+    if wrong.any():
+        face = int(np.searchsorted(np.cumsum(mesh.counts), np.argmax(wrong), "right"))
+        start = int(mesh.counts[:face].sum())
+        indices = mesh.corners[start : start + min(int(mesh.counts[face]), 12)].tolist()
+        raise SceneError(
+            source, f"face {face}", f"index out of range: {indices}, there are {len(mesh.positions)} vertices"
+        )
+    positions = usable_positions(source, mesh.positions, mesh.corners, remarks)
+    cut = covered(positions, mesh.corners, mesh.counts, remarks)
+    normals, colors, triangles = mesh.normals, mesh.colors, mesh.corners[cut.triangles]
+    if normals is not None:
+        broken = np.any(~np.isfinite(normals), axis=1)
+        remarks.add_count("normals that are not finite: the geometric ones were taken", int(broken.sum()))
+    if mesh.face_colors is not None and colors is None:
+        vertices = triangles.reshape(-1)
+        positions, triangles = positions[vertices], np.arange(len(vertices)).reshape(-1, 3)
+        normals = None if normals is None else normals[vertices]
+        colors = np.repeat(mesh.face_colors[cut.polygons], 3, axis=0)
+    elif mesh.face_colors is not None:
+        remarks.add("colours of faces were ignored: the vertices have some")
+    return MeshPart(positions, triangles, normals, colors=colors, name="faces")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gpu.errors import SceneError
-from gpu.scene.outlines import covered, usable_positions
+from gpu.scene.outlines import FaceMesh, covered, face_part, usable_positions
 from gpu.scene.remarks import Remarks
 
 POSITIONS = np.array([[0.0, 0, 0], [np.nan, 0, 0], [1, 0, 0], [1e200, 0, 0], [0, 1, 0]])
@@ -29,3 +29,18 @@ def test_shapes_that_are_no_polygon_are_counted() -> None:
         "faces with fewer than 3 corners were left out (1)",
         "polygons that cross themselves: their shape is a guess (1)",
     )
+
+
+def test_colours_of_faces_split_vertices() -> None:
+    colors = np.array([[1.0, 0, 0, 1], [0, 1, 0, 1]])
+    mesh = FaceMesh(np.eye(4, 3), np.array([0, 1, 2, 1, 2, 3]), np.array([3, 3]), np.ones((4, 3)), None, colors)
+    part = face_part("a", mesh, Remarks())
+    assert part.colors is not None
+    assert part.normals is not None
+    assert part.colors.tolist() == np.repeat(colors, 3, axis=0).tolist()
+    assert (part.positions.shape, part.normals.shape) == ((6, 3), (6, 3))
+
+
+def test_a_corner_that_does_not_exist_is_named_by_its_face() -> None:
+    with pytest.raises(SceneError, match=r"face 1: index out of range: \[0, 1, 4\], there are 4 vertices"):
+        face_part("a", FaceMesh(np.eye(4, 3), np.array([0, 1, 2, 0, 1, 4]), np.array([3, 3])), Remarks())

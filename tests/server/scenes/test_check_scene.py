@@ -135,7 +135,7 @@ def test_of_absolute_paths_the_last_part_is_sought_beside_the_scene(folder: Path
     answer, paths = opened(folder / "a.obj")
     assert {
         f"material library {secrets[0]} is missing: its surfaces are grey",
-        "/home/me/a.mtl was read from a.mtl beside the scene",
+        "mtllib: '/home/me/a.mtl' was read from 'a.mtl' beside the scene",
         f"texture {secrets[1]} is missing",
     } <= set(answer["info"]["notes"])
     assert set(paths) == {folder / "a.obj", folder / "a.mtl"}

@@ -1,0 +1,106 @@
+"""STL files, binary and ASCII, as programs write them."""
+
+import re
+
+import numpy as np
+
+from gpu.errors import SceneError
+from gpu.scene.assemble import MeshPart
+from gpu.scene.normals import area_vectors
+from gpu.scene.outlines import covered, usable_positions
+from gpu.scene.remarks import Remarks
+from gpu.scene.text import decoded, numbers, without_mark
+from gpu.scene.types import Doubles, Integers
+
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_HEADER = 84
+# A name goes to the end of its line, or to the first facet where all is on one line.
+_NAME = re.compile(r"\b(?:end[ \t]*)?solid\b[^\n]*?(?=\bfacet\s+normal\s+[-+.\d]|\n|\Z)")
+_COMMENT = re.compile(r"^\s*(?:#|;|//)[^\n]*", re.MULTILINE)
+_KEYWORD = re.compile(r"\b(facet|vertex|endfacet|end\s+facet)\b")
+_TRIANGLE = ["facet", "vertex", "vertex", "vertex", "endfacet"]
+_AFTER = r"\s+(\S+\s+\S+\s+\S+)"
+
+
+def read_stl(source: str, content: bytes, remarks: Remarks) -> MeshPart:
+    """The triangles of an STL file; the order of their corners says which side is the front.
+
+    Raises SceneError when it is cut off or neither binary nor ASCII.
+    """
+    content = without_mark(content)
+    found = int.from_bytes(content[80:_HEADER], "little") if len(content) >= _HEADER else -1
+    exact = len(content) == _HEADER + found * _FACET.itemsize
+    if not exact and re.match(rb"\s*solid\b", content, re.IGNORECASE) and re.search(rb"(?i)\bvertex\s", content):
+        return _ascii(source, decoded(content), remarks)
+    if len(content) < _HEADER:
+        raise SceneError(source, "", "not an STL file: neither text with facets nor long enough to be binary")
+    return _binary(source, content, found, remarks)
+
+
+def _binary(source: str, content: bytes, said: int, remarks: Remarks) -> MeshPart:
+    """The facets of a binary file, of which its header says there are `said`."""
+    whole, rest = divmod(len(content) - _HEADER, _FACET.itemsize)
+    if said > whole and rest:
+        raise SceneError(source, "", f"{said:,} facets, but only {whole:,} follow; the file is cut off")
+    if said == 0 or said > whole:
+        remarks.add(f"the header says {said:,} facets: all {whole:,} that follow were taken")
+        said = whole
+    beyond = len(content) - _HEADER - said * _FACET.itemsize
+    remarks.add_count("bytes after the last facet were ignored", beyond)
+    facets = np.frombuffer(content, _FACET, said, _HEADER)
+    remarks.add_count(
+        "facets have an attribute, a colour of some programs, that was ignored",
+        int(facets["attribute"].astype(bool).sum()),
+    )
+    if b"COLOR=" in content[:80]:
+        remarks.add("the colour in the header was ignored")
+    corners = facets["corners"].reshape(-1, 3).astype(np.float64)
+    return _part(source, corners, np.full(said, 3), facets["normal"].astype(np.float64), remarks)
+
+
+def _ascii(source: str, text: str, remarks: Remarks) -> MeshPart:
+    text = _COMMENT.sub("", _NAME.sub("\n", text.lower()))
+    keywords = [word.replace(" ", "") for word in _KEYWORD.findall(text)]
+    count = len(keywords) // len(_TRIANGLE)
+    counts = np.full(count, 3) if keywords == _TRIANGLE * count else _corner_counts(source, keywords)
+    corners = _triples(source, re.findall(rf"\bvertex{_AFTER}", text), int(counts.sum()), "vertex")
+    normals = _triples(source, re.findall(rf"\bfacet\s+normal{_AFTER}", text), len(counts), "facet normal")
+    return _part(source, corners, counts, normals, remarks)
+
+
+def _corner_counts(source: str, keywords: list[str]) -> Integers:
+    """How many corners each facet has, where not all have three."""
+    counts: list[int] = []
+    is_open = False
+    for keyword in keywords:
+        if (keyword == "facet") == is_open:
+            break
+        if keyword == "vertex":
+            counts[-1] += 1
+        elif keyword == "facet":
+            counts.append(0)
+        is_open = keyword != "endfacet"
+    else:
+        if not is_open:
+            return np.array(counts, np.int64)
+    raise SceneError(source, f"facet {len(counts)}", "a facet does not end; the file is cut off")
+
+
+def _triples(source: str, found: list[str], count: int, what: str) -> Doubles:
+    try:
+        values = numbers(" ".join(found))
+    except ValueError as error:
+        raise SceneError(source, what, f"needs 3 numbers, with points for decimals: {error}") from error
+    if len(values) != 3 * count:
+        raise SceneError(source, what, f"{len(found)} have 3 numbers, not {count}; the file is cut off")
+    return values.reshape(-1, 3)
+
+
+def _part(source: str, corners: Doubles, counts: Integers, normals: Doubles, remarks: Remarks) -> MeshPart:
+    """The facets whose corners (corner, 3) follow one another; normals: (facet, 3) as the file has them."""
+    order = np.arange(len(corners))
+    positions = usable_positions(source, corners, order, remarks, lambda corner: f"facet {corner // 3}")
+    cut = covered(positions, order, counts, remarks)
+    sides = np.einsum("tc,tc->t", area_vectors(positions, cut.triangles), np.nan_to_num(normals)[cut.polygons])
+    remarks.add_count("facets have a normal against the order of their corners, which counts", int((sides < 0.0).sum()))
+    return MeshPart(positions, cut.triangles, name="facets")
