@@ -14,7 +14,7 @@ def folder(tmp_path: Path) -> Path:
     """A scenes folder beside a file that is not in it."""
     (tmp_path / "outside.glb").write_bytes(b"")
     folder = tmp_path / "scenes"
-    (folder / "deep").mkdir(parents=True)
+    (folder / "deep" / "__MACOSX").mkdir(parents=True)
     for name in ("a.glb", "deep/b.gltf", "deep/c.OBJ", "texture.png", "deep/._b.gltf", "deep/__MACOSX/d.glb"):
         (folder / name).write_bytes(b"")
     (folder / "link.glb").symlink_to(tmp_path / "outside.glb")
