@@ -9,7 +9,12 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
 
-SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".ifc", ".ifczip", ".step", ".stp")
+LAYERED = (".usd", ".usda", ".usdc", ".usdz")
+"""Those of SUFFIXES whose scenes are made of further files that are scenes too."""
+SUFFIXES = (
+    *(".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".ifc", ".ifczip", ".step", ".stp"),
+    *LAYERED,
+)
 """How the names of scene files end, in lower case."""
 WRITTEN_IN_MEMORY = (".step", ".stp")
 """Those of SUFFIXES whose library writes a file, in memory, to read it."""
@@ -47,6 +52,10 @@ def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:
         from gpu.scene.step import load_step
 
         return load_step
+    if suffix.startswith(".usd"):
+        from gpu.scene.usd import load_usd
+
+        return load_usd
     from gpu.scene.meshes import load_mesh
 
     return load_mesh

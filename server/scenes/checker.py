@@ -71,7 +71,9 @@ def _environment() -> dict[str, str]:
     """What a child needs of ours, which leaves out secrets; mathematics libraries' threads would reserve memory."""
     kept = ("PATH", "HOME", "LANG", "LC_ALL", "PYTHONPATH", "VIRTUAL_ENV", "LD_LIBRARY_PATH")
     ours = {name: os.environ[name] for name in kept if name in os.environ}
-    return ours | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    # The last keeps USD from printing that the limit is set.
+    usd = {"PXR_WORK_THREAD_LIMIT": "1", "TF_ENV_SETTING_ALERTS_ENABLED": "0"}
+    return ours | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"} | usd
 
 
 class Checker:

@@ -21,7 +21,12 @@ def test_a_file_by_its_suffix(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "module", "extra"),
-    [("a.ifc", "ifcopenshell.geom", "ifc"), ("a.ifczip", "ifcopenshell.geom", "ifc"), ("a.stp", "cascadio", "step")],
+    [
+        ("a.ifc", "ifcopenshell.geom", "ifc"),
+        ("a.ifczip", "ifcopenshell.geom", "ifc"),
+        ("a.stp", "cascadio", "step"),
+        ("a.usdz", "pxr", "usd"),
+    ],
 )
 def test_a_format_whose_library_is_missing_names_the_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, module: str, extra: str
@@ -32,7 +37,7 @@ def test_a_format_whose_library_is_missing_names_the_extra(
         load_scene(str(tmp_path / name))
 
 
-@pytest.mark.parametrize("source", ["kitchen", "kitchen.usd", ""])
+@pytest.mark.parametrize("source", ["kitchen", "kitchen.blend", ""])
 def test_what_is_no_scene_is_told_what_there_is(source: str) -> None:
     with pytest.raises(SceneError, match=r"\.gltf") as caught:
         load_scene(source)

@@ -123,6 +123,11 @@ def test_there_must_be_one_scene(tmp_path: Path, target: Path, files: dict[str, 
         unpack(archive(tmp_path, files), target, MEGABYTE)
 
 
+def test_scenes_in_folders_belong_to_the_one_above(tmp_path: Path, target: Path) -> None:
+    packed = archive(tmp_path, {"parts/a.usdc": b"1", "house.usda": b"2", "parts/b.usdc": b"3"})
+    assert unpack(packed, target, MEGABYTE) == target / "house.usda"
+
+
 def test_what_a_mac_adds_is_left_out(tmp_path: Path, target: Path) -> None:
     clutter = ["__MACOSX/a.glb", "._a.glb", ".DS_Store", "Thumbs.db", "desktop.ini", "__MACOSX\\._b.glb"]
     unpack(archive(tmp_path, {"a.glb": b"1", **dict.fromkeys(clutter, b"2")}), target, MEGABYTE)

@@ -1,0 +1,63 @@
+"""A stage as the parts of a scene."""
+
+from pathlib import Path
+
+from pxr import UsdGeom, UsdLux, UsdSkel
+
+from gpu.scene.assemble import MeshPart, SceneParts, assemble
+from gpu.scene.import_options import ImportOptions
+from gpu.scene.limits import SceneLimits
+from gpu.scene.transforms import placed
+from gpu.scene.types import Camera, Scene
+from gpu.scene.usd.cameras import read_camera
+from gpu.scene.usd.hierarchy import shown_prims
+from gpu.scene.usd.lights import Lights
+from gpu.scene.usd.materials import Materials
+from gpu.scene.usd.meshes import Meshes
+from gpu.scene.usd.shapes import SHAPES
+from gpu.scene.usd.stage import open_stage
+from gpu.scene.usd.variants import choose_variant
+from gpu.scene.validate import check_count
+
+
+def read_scene(path: Path, limits: SceneLimits, options: ImportOptions) -> Scene:
+    """The scene in the USD file at `path`. Raises SceneError."""
+    stage = open_stage(path, limits)
+    variants = choose_variant(str(path), stage.usd, options.variant)
+    metres = UsdGeom.GetStageMetersPerUnit(stage.usd)
+    materials = Materials(stage)
+    meshes, lights = Meshes(stage, materials), Lights(materials, metres)
+    parts: list[MeshPart] = []
+    cameras: list[Camera] = []
+    triangles = 0
+    for shown in shown_prims(stage):
+        prim = shown.prim
+        if any(prim.IsA(kind) for kind in (UsdGeom.Mesh, *SHAPES)):
+            for part in meshes.parts(prim):
+                triangles += len(part.triangles) * len(shown.to_world)
+                check_count(str(path), "triangles", triangles, limits.max_triangles, "max_triangles")
+                parts.append(placed(part, shown.to_world))
+            if prim.HasAPI(UsdLux.LightAPI):
+                stage.remarks.add("lights of kind MeshLightAPI are not shown", str(prim.GetPath()))
+        elif prim.HasAPI(UsdLux.LightAPI):
+            lights.read(shown)
+        elif prim.IsA(UsdGeom.Camera):
+            camera = read_camera(stage, shown)
+            cameras += [camera] if camera else []
+        elif prim.IsA(UsdSkel.Root):
+            stage.remarks.add("skinned meshes are shown in their bind pose", str(prim.GetPath()))
+        elif prim.IsA(UsdGeom.Gprim):
+            stage.remarks.add(f"prims of kind {prim.GetTypeName()} are not shown", str(prim.GetPath()))
+    found = SceneParts(
+        meshes=[*parts, *lights.parts],
+        materials=materials.materials,
+        textures=materials.textures.textures,
+        lights=lights.lights,
+        cameras=cameras,
+        sky=lights.sky,
+        ignored=stage.remarks.sentences(),
+        up="z" if UsdGeom.GetStageUpAxis(stage.usd) == UsdGeom.Tokens.z else "y",
+        metres_per_unit=metres,
+        choices={"variant": variants} if variants else {},
+    )
+    return assemble(str(path), found, limits, options)
