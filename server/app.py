@@ -51,7 +51,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     settings = with_token(settings)
     checker = Checker(settings, check)
     uploads = Uploads(settings, checker) if settings.uploads else None
-    catalogue = Catalogue(settings.scene, settings.scenes_dir, uploads)
+    catalogue = Catalogue(settings.scene, settings.scenes_dir, uploads, settings.scene_options)
     engine = Engine(start_message(settings, catalogue), worker, settings.hang_seconds)
     service = Service(settings, catalogue, engine, checker)
 

@@ -20,6 +20,7 @@ from pydantic_settings.exceptions import SettingsError
 
 from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
 from server.addresses import check_host, check_network, check_origin, check_prefix
@@ -132,6 +133,7 @@ class ServerSettings(BaseSettings):
     job_results_bytes: int = Field(default=512 * 2**20, ge=0, description="of all results of jobs together [bytes]")
     jpeg_quality: int = Field(default=80, ge=1, le=100, description="of streamed frames while the camera moves")
     still_quality: int = Field(default=92, ge=1, le=100, description="of streamed frames of a still view")
+    scene_options: ImportOptions = Field(default=DEFAULT_OPTIONS, description="how the served scene's file is read")
     scene_limits: SceneLimits = Field(default=SceneLimits(), description="how large a scene may be")
 
     @classmethod

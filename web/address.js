@@ -1,6 +1,7 @@
 /** The page's address tells what is seen, so that a link or a reload brings it back. */
 
 import { readLink } from "./link.js";
+import { optionsOf } from "./reading.js";
 
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {import("./link.js").View} View */
@@ -30,6 +31,11 @@ export class Address {
   /** The scene that is asked for. */
   get scene() {
     return this.#asked.scene;
+  }
+
+  /** How its file is asked to be read; null where nothing is said. */
+  get reading() {
+    return optionsOf(this.#asked.settings);
   }
 
   /** The settings that are asked for, as words: once. */

@@ -1,12 +1,11 @@
 /** A view as the end of an address (#scene=…&at=…&look=…&fov=…&SETTING=…), short enough to read and to send. */
 
 /** @typedef {import("./viewer/camera.js").Place} Place */
-/** @typedef {Place & {yfov: number}} View  yfov: vertical field of view of the camera [rad] */
+/** @typedef {Place & {yfov: number}} View  at: in the coordinates of the scene's file; yfov: vertical, of the camera [rad] */
 /** @typedef {{scene?: string, view?: View, settings: Record<string, string>}} Link  settings as words, not yet judged */
 
 const DEGREE = Math.PI / 180;
-/** Significant digits of a position and decimals of an angle in degrees: less than a pixel in any scene. */
-const DIGITS = 6;
+/** Decimals of an angle in degrees: less than a pixel. */
 const ANGLE_DECIMALS = 2;
 /** What nobody needs: a link that long, a place that far, a field of view outside of these [degrees]. */
 const MOST_CHARACTERS = 4096;
@@ -14,14 +13,15 @@ const FARTHEST = 1e12;
 const FIELD_OF_VIEW = { min: 1, max: 170 };
 
 /**
- * @param {string} scene id @param {View} view @param {Readonly<Record<string, unknown>>} settings that differ from the defaults
+ * @param {string} scene id @param {View} view @param {number} decimals of its position
+ * @param {Readonly<Record<string, unknown>>} settings that differ from the defaults, and how the file is read
  * @returns {string} without the #
  */
-export function writeLink(scene, { at, look, yfov }, settings) {
+export function writeLink(scene, { at, look, yfov }, decimals, settings) {
   const degrees = (/** @type {number} */ angle) => Number((angle / DEGREE).toFixed(ANGLE_DECIMALS));
   const words = new URLSearchParams({
     scene,
-    at: at.map((value) => Number(value.toPrecision(DIGITS))).join(),
+    at: at.map((value) => Number(value.toFixed(decimals))).join(),
     look: look.map(degrees).join(),
     fov: String(degrees(yfov)),
   });

@@ -1,7 +1,9 @@
 /** Wires the page: what the user does becomes poses and settings; what the server sends becomes pictures and words. */
 
 import { Address } from "./address.js";
+import { decimalsOf, toFile, toWorld } from "./frame.js";
 import { writeLink } from "./link.js";
+import { wordsOf } from "./reading.js";
 import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
 import { ConnectionStatus } from "./ui/connection-status.js";
@@ -48,12 +50,18 @@ const overlay = new Overlay();
 const notice = new Notice(() => session.connect());
 const connectionStatus = new ConnectionStatus(overlay, notice);
 const navigation = new Navigation(canvas, camera, wake);
-const address = new Address(() => scene && writeLink(scene.id, here(), panel.values), follow);
+const address = new Address(linkWords, follow);
 const panel = new Panel({
   settings: (settings) => change({ settings }),
   stream: (stream) => change({ stream }),
+  reading: (options) => change({ ...(scene && { scene: scene.id }), scene_options: options }),
 });
-const wanted = { size: viewport.size, stream: panel.stream, ...(address.scene !== undefined && { scene: address.scene }) };
+const wanted = {
+  size: viewport.size,
+  stream: panel.stream,
+  scene_options: address.reading,
+  ...(address.scene !== undefined && { scene: address.scene }),
+};
 const session = new Session(api, wanted, {
   connection(state) {
     if (state.state === "connecting") screen.restart();
@@ -116,7 +124,7 @@ function busy(waits) {
 /** @param {import("./protocol.js").Change} wanted */
 function change(wanted) {
   session.change(wanted);
-  connectionStatus.asked(wanted.scene !== undefined);
+  connectionStatus.asked(wanted.scene !== undefined || wanted.scene_options !== undefined);
   busy(true);
   address.tellSoon();
 }
@@ -142,7 +150,7 @@ function stand(view) {
   if (!scene || !chosen) return;
   viewport.yfov = view?.yfov ?? chosen.yfov;
   navigation.halfHeight = Math.tan(viewport.fov / 2);
-  if (view) camera.place = view;
+  if (view) camera.place = { at: toWorld(scene.frame, view.at), look: view.look };
   else camera.setMatrix(chosen.matrix);
   navigation.start(scene.bounds);
 }
@@ -151,15 +159,24 @@ const home = () => stand();
 
 /** @returns {View} */
 function here() {
-  return { ...camera.place, yfov: viewport.yfov };
+  const { at, look } = camera.place;
+  return { at: scene ? toFile(scene.frame, at) : at, look, yfov: viewport.yfov };
+}
+
+function linkWords() {
+  if (!scene) return null;
+  const decimals = decimalsOf(scene.frame, navigation.size);
+  return writeLink(scene.id, here(), decimals, { ...wordsOf(scene.options), ...panel.values });
 }
 
 /** The user gave the page another link. */
 function follow() {
+  const reading = address.reading;
   const settings = panel.take(address.takeSettings());
   const wanted = address.scene;
-  if (wanted !== undefined && wanted !== session.wanted.scene) {
-    change({ scene: wanted, settings });
+  const reads = scene !== null && JSON.stringify(wordsOf(reading ?? {})) === JSON.stringify(wordsOf(scene.options));
+  if (wanted !== undefined && (wanted !== session.wanted.scene || !reads)) {
+    change({ scene: wanted, scene_options: reading, settings });
   } else if (scene) {
     change({ settings });
     stand(address.takeView(scene.id));
@@ -180,25 +197,35 @@ async function savePicture() {
 
 // --- what the server says --------------------------------------------------------------------------------------------
 
+/** Ids of scenes without a file. @type {Set<string>} */
+let builtin = new Set();
+
 /** @param {readonly SceneName[]} names */
 function offerScenes(names) {
+  builtin = new Set(names.filter((name) => name.builtin).map(({ id }) => id));
   const choices = names.map(({ id, name, builtin }) => ({ value: id, label: name, group: builtin ? "Built in" : "Files" }));
   offer(sceneSelect, choices);
 }
 
-/** A scene is there: its first camera, unless the viewer stands in it already (after a reconnection). @param {SceneInfo} entered */
+/**
+ * A scene is there: its first camera, unless the viewer stands in it already: after a reconnection, or in the same file
+ * read otherwise, where it stays at the same place of the file.
+ * @param {SceneInfo} entered
+ */
 function enter(entered) {
-  const stays = scene?.id === entered.id;
+  const stays = scene?.id === entered.id && scene.frame.up === entered.frame.up;
+  const view = stays ? here() : address.takeView(entered.id);
+  const moved = JSON.stringify(scene?.frame) !== JSON.stringify(entered.frame);
   scene = entered;
   sceneSelect.value = entered.id;
   document.title = `${entered.name} – lumenwalk`;
-  panel.scene(entered);
+  panel.scene(entered, builtin.has(entered.id));
   views.scene(entered.id);
   if (!stays) {
     offer(cameraSelect, entered.cameras.map(({ name }, index) => ({ value: String(index), label: name || `Camera ${index + 1}` })));
     cameraSelect.value = "0";
-    stand(address.takeView(entered.id));
   }
+  if (!stays || moved) stand(view);
   poses.forget();
   wake();
 }
@@ -265,7 +292,7 @@ async function openUploaded(id) {
   change({ scene: id });
 }
 
-navigation.onSpeed = (speed) => notice.say(`Speed × ${speed.toPrecision(2)}`);
+navigation.onSpeed = (speed) => notice.say(`Speed ${Number(speed.toPrecision(2))} m/s`);
 navigation.onHome = home;
 navigation.onMode = () => move(navigation.mode === "fly" ? "orbit" : "fly");
 wireControls({

@@ -8,10 +8,26 @@ export interface Hello {
   size: [number, number];
   /** scene id; None is the served scene */
   scene?: string | null;
+  /** how its file is read; None is as the server does */
+  scene_options?: ImportOptions | null;
   settings?: RenderSettings;
   stream?: Stream;
   /** that the viewer decodes, the best first */
   codecs?: readonly string[];
+}
+
+/** How a file is read. What is None, or empty, is as the file says; where it says nothing, it is guessed. */
+export interface ImportOptions {
+  /** which axis of the file points up */
+  up?: "y" | "z" | null;
+  /** what one unit of length in the file is */
+  unit?: "m" | "cm" | "mm" | "ft" | "in" | null;
+  /** the point "x,y,z" of the file that metres of the scene are counted from; "auto" is its middle */
+  origin?: [number, number, number] | "auto" | null;
+  /** which of the file's variants is shown */
+  variant?: string | null;
+  /** which of the file's storeys are shown, comma-separated; all if none */
+  storeys?: readonly string[];
 }
 
 /** Method and quality of a render. A count that is None is chosen for the device (fewer on a CPU). */
@@ -40,6 +56,8 @@ export interface Settings {
   type: "settings";
   id: number;
   scene?: string | null;
+  /** how its file is read; None: as the server does */
+  scene_options?: ImportOptions | null;
   size?: [number, number] | null;
   settings?: RenderSettings | null;
   stream?: Stream | null;
@@ -93,6 +111,11 @@ export interface SceneInfo {
   name: string;
   cameras: readonly CameraInfo[];
   bounds: Bounds;
+  frame: SceneFrame;
+  /** how the file was read */
+  options: ImportOptions;
+  /** what of the file can be shown: "variant", "storey" */
+  choices: Readonly<Record<string, readonly string[]>>;
   triangles: number;
   /** what was added, ignored or changed in loading, a sentence each */
   notes: readonly string[];
@@ -109,10 +132,17 @@ export interface CameraInfo {
   orthographic: boolean;
 }
 
-/** The scene's axis-aligned box in world space. */
+/** The axis-aligned box, in world space, of all but what is small and far away. */
 export interface Bounds {
   min: [number, number, number];
   max: [number, number, number];
+}
+
+/** Where the file's coordinates are in the world: turn(metres_per_unit · (file − origin)). If +Z is up in the file, the turn takes +Z to +Y and +Y to −Z. */
+export interface SceneFrame {
+  up: "y" | "z";
+  metres_per_unit: number;
+  origin: [number, number, number];
 }
 
 /** What the server is doing for this viewer. */

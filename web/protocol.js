@@ -22,7 +22,9 @@ export const LOSSLESS = 100;
 /** @typedef {[number, number]} Size  width and height [px] */
 
 /** @typedef {import("./messages.js").CameraInfo} CameraInfo */
+/** @typedef {import("./messages.js").ImportOptions} ImportOptions */
 /** @typedef {import("./messages.js").Limits} Limits */
+/** @typedef {import("./messages.js").SceneFrame} SceneFrame */
 /** @typedef {import("./messages.js").SceneInfo} SceneInfo */
 /** @typedef {import("./messages.js").SceneName} SceneName */
 /** @typedef {import("./messages.js").ServerError} ServerError */
@@ -32,7 +34,7 @@ export const LOSSLESS = 100;
 /** @typedef {import("./messages.js").ViewerMessage} ViewerMessage */
 /** @typedef {import("./messages.js").Welcome} Welcome */
 
-/** @typedef {{size?: Size, scene?: string, settings?: import("./messages.js").RenderSettings, stream?: Stream}} Change */
+/** @typedef {{size?: Size, scene?: string, scene_options?: ImportOptions | null, settings?: import("./messages.js").RenderSettings, stream?: Stream}} Change */
 /** @typedef {Change & {size: Size}} Wanted */
 
 /**

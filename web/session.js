@@ -78,8 +78,10 @@ export class Session {
     return this.#sentAt.size > 0;
   }
 
-  /** Asks for another scene, size, settings or stream; what is left out stays. @param {Change} change */
-  change(change) {
+  /** Asks for another scene, way to read it, size, settings or stream; what is left out stays. @param {Change} wanted */
+  change(wanted) {
+    // Another scene is read as the server does, unless it is said.
+    const change = wanted.scene === undefined ? wanted : { scene_options: null, ...wanted };
     Object.assign(this.#wanted, change);
     if (change.scene !== undefined) {
       this.#previous = this.scene ?? this.#previous;
@@ -134,6 +136,7 @@ export class Session {
       case "scene":
         this.scene = message;
         this.#wanted.scene = message.id;
+        this.#wanted.scene_options = message.options;
         return this.#events.scene(message);
       case "status":
         return this.#events.status(message);
@@ -150,6 +153,7 @@ export class Session {
     if (this.scene !== null || this.#previous === null) return;
     this.scene = this.#previous;
     this.#wanted.scene = this.#previous.id;
+    this.#wanted.scene_options = this.#previous.options;
   }
 }
 

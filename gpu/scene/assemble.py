@@ -89,6 +89,7 @@ def assemble(
     nothing visible is left, or a limit is exceeded.
     """
     _check(name, found, limits)
+    _check_choices(name, found.choices, options)
     materials, lights, sky = found.materials, found.lights, found.sky
     metres = said_metres(found.metres_per_unit, options)
     parts = [_flat(part) if part.normals is None else part for part in found.meshes if len(part.triangles)]
@@ -187,6 +188,15 @@ def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:
         for what in (part.normals, part.colors, *part.uvs):
             if what is not None and len(what) != len(part.positions):
                 raise SceneError(name, part.name, f"{len(what)} values of an attribute, {len(part.positions)} vertices")
+
+
+def _check_choices(name: str, choices: Mapping[str, Sequence[str]], options: ImportOptions) -> None:
+    """Raise SceneError for a variant or storey that the file does not have."""
+    for kind, wanted in (("variant", [options.variant] if options.variant else []), ("storey", options.storeys)):
+        offered = choices.get(kind, ())
+        if wrong := [one for one in wanted if one not in offered]:
+            there = f"it has {', '.join(offered)}" if offered else "it has none"
+            raise SceneError(name, "", f"there is no {kind} {wrong[0]!r:.80} in it; {there}")
 
 
 def _flat(part: MeshPart) -> MeshPart:

@@ -26,6 +26,8 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: Impor
     Raises SceneError when there is no such scene, its format is not known, or its content is not sound.
     """
     if source in BUILTIN:
+        if options != DEFAULT_OPTIONS:
+            raise SceneError(source, "", "is built in: how it is read is no choice; up, unit and others are for files")
         return BUILTIN[source]()
     path = Path(source)
     if path.suffix.lower() not in SUFFIXES:

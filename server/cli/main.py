@@ -13,15 +13,18 @@ from pathlib import Path
 from typing import NoReturn
 
 from gpu.errors import UserError
+from gpu.scene.import_options import ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import Component, RenderSettings
 from server.cli.options import add_options, given_options, model_from
 from server.settings import ServerSettings, load_settings
 
 CAMERA_HELP = (
-    'a camera of the scene by name or number (from 0), or "x,y,z:tx,ty,tz[:yfov]": the eye, what it looks at, and the '
-    "vertical field of view in degrees (default 60); write --camera=-1,... when it starts with a minus"
+    'a camera of the scene by name or number (from 0), or "x,y,z:tx,ty,tz[:yfov]": the eye and what it looks at, in '
+    "the file's own coordinates, and the vertical field of view in degrees (default 60); write --camera=-1,... when it "
+    "starts with a minus"
 )
+READING = "how the scene's file is read"
 SCENE_HELP = f"a file ({' '.join(SUFFIXES)}) or the name of a built-in scene"
 
 
@@ -58,6 +61,7 @@ def _parser() -> ArgumentParser:
     serve = commands.add_parser("serve", help="serve scenes to browsers")
     serve.add_argument("--config", type=Path, metavar="FILE", help="a TOML file with settings by their names below")
     add_options(serve, ServerSettings, "service (or LUMENWALK_NAME in the environment; the limits of scenes only so)")
+    add_options(serve, ImportOptions, READING)
     serve.set_defaults(command=_serve)
 
     render = commands.add_parser("render", help="render one picture into a file")
@@ -68,6 +72,7 @@ def _parser() -> ArgumentParser:
     render.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
     render.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
     add_options(render, RenderSettings, "light and quality")
+    add_options(render, ImportOptions, READING)
     render.set_defaults(command=_render)
 
     compare = commands.add_parser(
@@ -91,12 +96,16 @@ def _parser() -> ArgumentParser:
     info = commands.add_parser("info", help="say what is in a scene")
     info.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     info.add_argument("--json", action="store_true", help="print it as JSON")
+    add_options(info, ImportOptions, READING)
     info.set_defaults(command=_info)
     return parser
 
 
 def _serve(options: Namespace) -> int:
-    settings = load_settings(options.config, given_options(options, ServerSettings))
+    flags = given_options(options, ServerSettings)
+    if given_options(options, ImportOptions):
+        flags["scene_options"] = model_from(options, ImportOptions)
+    settings = load_settings(options.config, flags)
 
     from server.app import serve
 
@@ -109,12 +118,22 @@ def _render(options: Namespace) -> int:
     from server.images import check_output
 
     settings, size, path = model_from(options, RenderSettings), parse_size(options.size), Path(options.output)
+    reading = model_from(options, ImportOptions)
     check_output(path)
 
     from server.cli.still import render_file
 
     camera, device = options.camera, options.device
-    render_file(options.scene, path, size=size, camera=camera, device=device, settings=settings, as_json=options.json)
+    render_file(
+        options.scene,
+        path,
+        size=size,
+        camera=camera,
+        device=device,
+        settings=settings,
+        reading=reading,
+        as_json=options.json,
+    )
     return 0
 
 
@@ -127,5 +146,5 @@ def _compare(options: Namespace) -> int:
 def _info(options: Namespace) -> int:
     from server.cli.reports import report_scene
 
-    report_scene(options.scene, as_json=options.json)
+    report_scene(options.scene, model_from(options, ImportOptions), as_json=options.json)
     return 0

@@ -3,7 +3,7 @@
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, BooleanOptionalAction, Namespace, _ArgumentGroup
 from enum import Enum
 from types import NoneType
-from typing import Any, TypeVar, get_args
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -32,6 +32,8 @@ def add_options(parser: ArgumentParser, model: type[BaseModel], title: str) -> N
             continue
         elif isinstance(kind, type) and issubclass(kind, Enum):
             details["choices"] = [member.value for member in kind]
+        elif get_origin(kind) is Literal:
+            details["choices"] = get_args(kind)
         else:
             details["metavar"] = {int: "N", float: "X"}.get(kind, "TEXT")
         group.add_argument(flag_of(name), **details)

@@ -5,11 +5,13 @@ from collections.abc import Iterable
 from dataclasses import fields
 from enum import Enum
 from pathlib import Path
+from typing import Literal, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from gpu.sample_counts import ON_CPU, ON_CUDA, PATHS
+from gpu.scene.import_options import ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings, Skips
 from server.cli.options import flag_of, kind_of, limits_of
@@ -21,7 +23,7 @@ BYTE_UNITS = ((2**30, "GiB"), (2**20, "MiB"))
 
 HEAD = """# Options
 
-Written by `make docs` from the settings' models (`gpu/settings.py`, `gpu/sample_counts.py`, `gpu/scene/limits.py`,
+Written by `make docs` from the settings' models (`gpu/settings.py`, `gpu/sample_counts.py`, `gpu/scene/`,
 `server/settings.py`); do not edit. `lumenwalk render --help` and `lumenwalk serve --help` say the same.
 """
 RENDER = """## Light and quality
@@ -38,6 +40,12 @@ SKIPS = """### Skips
 
 Each of these saves work, and is on unless told otherwise. `--no-skip NAME,NAME` switches some off; in a request,
 `{"skip": {"NAME": false}}` does. [method.md](method.md#what-is-left-out) says what each one changes.
+"""
+READING = """## How a file is read
+
+Options of `lumenwalk render`, `info` and `serve`, there for the served scene. In requests they are the parameters of an
+upload and the `scene_options` of a render, and in the page, choices of its panel.
+[formats.md](formats.md#up-units-places) says what is taken when they are not given.
 """
 SERVE = """## The service
 
@@ -68,6 +76,8 @@ def reference() -> str:
             ("name", "meaning"),
             ((f"`{name}`", field.description) for name, field in Skips.model_fields.items()),
         ),
+        READING,
+        _options(ImportOptions),
         SERVE,
         _options(ServerSettings),
         SCENES,
@@ -114,6 +124,8 @@ def _values(field: FieldInfo) -> str:
     kind = kind_of(field)
     if isinstance(kind, type) and issubclass(kind, Enum):
         return ", ".join(f"`{member.value}`" for member in kind)
+    if get_origin(kind) is Literal:
+        return ", ".join(f"`{value}`" for value in get_args(kind))
     return limits_of(field)
 
 

@@ -6,6 +6,7 @@ from math import isnan
 from pathlib import Path
 
 from gpu.errors import ImageError
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.settings import Component
 from server.images import read_image
 
@@ -33,10 +34,13 @@ def report_errors(render: str, reference: str, component: Component, *, as_json:
     return 1 if errors.nonfinite else 0
 
 
-def report_scene(source: str, *, as_json: bool) -> None:
-    """Print what is in the scene `source`, a file or a built-in name. Raises SceneError when it cannot be loaded."""
+def report_scene(source: str, reading: ImportOptions = DEFAULT_OPTIONS, *, as_json: bool) -> None:
+    """Print what is in the scene `source`, a built-in name or a file, read as told.
+
+    Raises SceneError when it cannot be loaded.
+    """
     from gpu.scene.load import load_scene
     from gpu.scene.summary import summarise, summary_text
 
-    summary = summarise(load_scene(source))
+    summary = summarise(load_scene(source, options=reading))
     print(json.dumps(summary, indent=2, ensure_ascii=False) if as_json else summary_text(summary))

@@ -9,6 +9,7 @@ from typing import Any
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
+from gpu.scene.import_options import ImportOptions
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from server.cli.camera_argument import choose_camera
@@ -23,17 +24,19 @@ def render_file(
     camera: str,
     device: str | None,
     settings: RenderSettings,
+    reading: ImportOptions,
     as_json: bool,
 ) -> None:
     """Render the scene `source` into the image file `path`; with `as_json`, print the statistics on stdout.
 
-    size: width and height [px]; camera: as `choose_camera` reads it; device: None takes the best there is.
+    size: width and height [px]; camera: as `choose_camera` reads it; device: None takes the best there is;
+    reading: how the scene's file is read.
     Raises UserError for a scene, camera, device or file that is not there or not sound.
     """
     suffix = check_output(path)
     width, height = size
     started = perf_counter()
-    scene = load_scene(source)
+    scene = load_scene(source, options=reading)
     for sentence in (*scene.report.ignored, *scene.report.notes):
         print(f"lumenwalk: note: {sentence}", file=sys.stderr)
     view = choose_camera(scene, camera, width / height)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, StrictInt, Tag, field_validator
 
+from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
 from server.wire.browser import Matrix, SceneId, Size, check_rigid
 from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef
@@ -24,16 +25,19 @@ class Strict(BaseModel):
 
 
 class LookAtCamera(Strict):
-    """A view from a point towards another, in the scene's own space."""
+    """A view from a point towards another, in the coordinates of the scene's file."""
 
     position: Vector
     target: Vector
-    up: Vector = (0.0, 1.0, 0.0)
+    up: Vector | None = Field(default=None, description="what points up in the picture; the scene's up if left out")
     yfov_degrees: Degrees = 60.0
 
 
 class MatrixCamera(Strict):
-    """A view by its camera-to-world matrix: 16 numbers, column after column, looking along −Z with +Y up."""
+    """A view by its camera-to-world matrix: 16 numbers, column after column, looking along −Z with +Y up.
+
+    The world is in metres with +Y up, counted from the scene's origin: `frame` of the scene says where that is.
+    """
 
     matrix: Matrix
     yfov_degrees: Degrees = 60.0
@@ -68,6 +72,9 @@ class RenderRequest(Strict):
     """A still; what is left out gets its default."""
 
     scene: SceneId | None = Field(default=None, description="scene id; the served scene when not given")
+    scene_options: ImportOptions | None = Field(
+        default=None, description="how its file is read; as the service does when not given"
+    )
     camera: CameraChoice = Field(default=0, description="one of the scene's by index or name, or one of your own")
     size: Size = Field(default=(1280, 720), description="width and height [px]")
     settings: RenderSettings = Field(

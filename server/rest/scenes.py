@@ -6,8 +6,9 @@ from typing import Annotated, Any
 from urllib.parse import quote
 
 from fastapi import APIRouter, Header, Query, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import RenderSettings
 from server.errors import EXPECTED, ErrorBody, error_body
@@ -25,6 +26,25 @@ router = APIRouter(
     responses={code: {"model": ErrorBody} for code in (403, 404, 408, 409, 413, 422, 429, 503, 507)},
 )
 EXAMPLE = ", ".join((*SUFFIXES, ARCHIVE))
+
+
+class Reading(ImportOptions):
+    """How a file is read, as parameters of an address, which may have others."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    @property
+    def options(self) -> ImportOptions | None:
+        """What is said of it; None where nothing is."""
+        return (
+            ImportOptions(**self.model_dump(include=set(ImportOptions.model_fields))) if self.model_fields_set else None
+        )
+
+
+class UploadQuery(Reading):
+    """What is said of an upload."""
+
+    name: str = Field(max_length=1024, description=f"what the file is called: one of {EXAMPLE}")
 
 
 class SceneListing(SceneName):
@@ -64,7 +84,7 @@ def _listing(service: Service, name: SceneName, ref: SceneRef) -> SceneListing:
     return SceneListing(
         **name.model_dump(),
         uploaded=service.catalogue.uploaded(name.id),
-        loaded=ref in service.residency.loaded,
+        loaded=service.residency.holds(ref),
         viewed=service.in_use(ref.id),
         bytes=service.catalogue.file_bytes(ref),
         device_bytes=service.residency.bytes_of(ref),
@@ -108,15 +128,17 @@ async def upload(
     request: Request,
     service: TheService,
     response: Response,
-    name: Annotated[str, Query(max_length=1024, description=f"what the file is called: one of {EXAMPLE}")],
+    query: Annotated[UploadQuery, Query()],
 ) -> SceneDetails:
     """Bring a scene: the file as the request's body. It is read and checked before this is answered.
 
-    A .zip holds one scene and the files that it refers to.
+    A .zip holds one scene and the files that it refers to. The other parameters say how it is read from now on.
     """
     length = request.headers.get("content-length", "")
     known_length = int(length) if length.isdecimal() else None
-    added = await _uploads(service).add(name, known_length, request.stream(), service.in_use)
+    added = await _uploads(service).add(
+        query.name, known_length, request.stream(), service.in_use, query.options or DEFAULT_OPTIONS
+    )
     ref = service.catalogue.find(added.id)
     service.residency.learn(ref, added.checked)
     await service.residency.free_lost()
@@ -153,9 +175,12 @@ async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
 
 
 @router.get("/{scene_id:path}")
-async def scene(scene_id: SceneId, service: TheService) -> SceneDetails:
-    """A scene's cameras, bounds, sizes and notes; it is read for that, in a process of its own, but not loaded."""
-    return await _details(service, service.catalogue.find(scene_id))
+async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Reading, Query()]) -> SceneDetails:
+    """A scene's cameras, bounds, sizes and notes; it is read for that, in a process of its own, but not loaded.
+
+    The parameters say how it is read; without any, it is as the service does.
+    """
+    return await _details(service, service.catalogue.find(scene_id, reading.options))
 
 
 @router.delete("/{scene_id:path}", status_code=204)

@@ -11,6 +11,7 @@ from time import monotonic
 
 from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from server.refusals import UnknownSceneError
 from server.scenes.clutter import is_clutter
@@ -25,8 +26,14 @@ LISTED_SECONDS = 2.0  # so that a burst of requests walks a large folder once
 class Catalogue:
     """Ids of scenes. `uploads` is None where clients may not bring any."""
 
-    def __init__(self, served: str, folder: Path | None, uploads: Uploads | None = None) -> None:
-        """UserError when the served scene or the folder does not exist."""
+    def __init__(
+        self,
+        served: str,
+        folder: Path | None,
+        uploads: Uploads | None = None,
+        options: ImportOptions = DEFAULT_OPTIONS,
+    ) -> None:
+        """options: how the served file is read. UserError when the served scene or the folder does not exist."""
         if folder is not None and not folder.is_dir():
             raise UserError(f"{folder}: the scenes folder does not exist")
         if served not in BUILTIN and not Path(served).is_file():
@@ -36,6 +43,7 @@ class Catalogue:
         self.uploads = uploads
         self._folder = folder
         self._served = served
+        self._options = options
         self._files: list[tuple[str, str]] = []
         self._files_until = 0.0
 
@@ -69,17 +77,35 @@ class Catalogue:
         sources, found = self._sources(), []
         for name in _names(sources):
             with suppress(UnknownSceneError):
-                found.append((name, _ref(name.id, sources[name.id])))
+                found.append((name, self._ref(name.id, sources[name.id], None)))
         return found
 
-    def find(self, scene_id: str | None) -> SceneRef:
-        """The scene with this id, or the served one; UnknownSceneError when there is none."""
+    def find(self, scene_id: str | None, options: ImportOptions | None = None) -> SceneRef:
+        """The scene with this id, or the served one, read as `options` say, or as it is when nobody says.
+
+        UnknownSceneError when there is none.
+        """
         sources = self._sources()
         if scene_id is None:
             scene_id = next(iter(sources))
         if scene_id not in sources:
             raise UnknownSceneError(f"scene: there is no {scene_id!r} here; /api/v1/scenes lists what there is")
-        return _ref(scene_id, sources[scene_id])
+        return self._ref(scene_id, sources[scene_id], options)
+
+    def _ref(self, scene_id: str, source: str, options: ImportOptions | None) -> SceneRef:
+        if options is None:
+            options = self._usual_options(scene_id, source)
+        if source in BUILTIN:
+            return SceneRef(scene_id, source, options=options)
+        try:
+            return SceneRef(scene_id, source, Path(source).stat().st_mtime_ns, options)
+        except OSError as error:
+            raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
+
+    def _usual_options(self, scene_id: str, source: str) -> ImportOptions:
+        if self.uploads is not None and scene_id in self.uploads.all:
+            return self.uploads.all[scene_id].options
+        return self._options if source == self._served else DEFAULT_OPTIONS
 
     def _sources(self) -> dict[str, str]:
         # A built-in scene or a file in the folder that is called as the served file is yields its id to that.
@@ -104,15 +130,6 @@ def _names(sources: Mapping[str, str]) -> tuple[SceneName, ...]:
         SceneName(id=id_, name=Path(id_).stem, builtin=source in BUILTIN, served=id_ == served)
         for id_, source in sources.items()
     )
-
-
-def _ref(scene_id: str, source: str) -> SceneRef:
-    if source in BUILTIN:
-        return SceneRef(scene_id, source)
-    try:
-        return SceneRef(scene_id, source, Path(source).stat().st_mtime_ns)
-    except OSError as error:
-        raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
 
 
 def _scene_files(folder: Path) -> list[tuple[str, str]]:

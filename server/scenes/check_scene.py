@@ -43,8 +43,8 @@ def check(request: CheckRequest) -> Checked | Refused:
             source = str(unpack(Path(source), Path(request.folder), request.max_unpacked_bytes))
         written = Path(source).suffix.lower() in WRITTEN_IN_MEMORY
         _limit(RLIMIT_FSIZE, request.memory_bytes if written else 0)
-        scene = load_scene(source, request.limits)
-        return Checked(source=source, info=describe_scene(source, scene), size=measure(scene))
+        scene = load_scene(source, request.limits, request.options)
+        return Checked(source=source, info=describe_scene(source, scene, request.options), size=measure(scene))
     except SceneError as error:
         return Refused(field=error.field, problem=error.problem)
     except (MemoryError, RecursionError):

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from gpu.errors import SceneError
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from server.refusals import TooBusyError
 from server.settings import ServerSettings
@@ -45,6 +46,7 @@ class CheckRequest(BaseModel):
     max_unpacked_bytes: int
     memory_bytes: int
     seconds: float
+    options: ImportOptions = DEFAULT_OPTIONS
 
 
 class Checked(BaseModel):
@@ -89,8 +91,11 @@ class Checker:
         self._waiting = 0
         self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
 
-    async def check(self, source: str, name: str, folder: str | None = None) -> Checked:
-        """What is in the scene `source`; `name` is what viewers call it; an archive is unpacked into `folder`.
+    async def check(
+        self, source: str, name: str, folder: str | None = None, options: ImportOptions = DEFAULT_OPTIONS
+    ) -> Checked:
+        """What is in the scene `source`, read as `options` say; `name` is what viewers call it; an archive is unpacked
+        into `folder`.
 
         Raises SceneError when the scene is not sound or takes more memory or time than allowed, TooBusyError when too
         many scenes wait to be checked.
@@ -100,6 +105,7 @@ class Checker:
         request = CheckRequest(
             source=source,
             folder=folder,
+            options=options,
             limits=self._limits,
             max_unpacked_bytes=self._max_unpacked_bytes,
             memory_bytes=self._memory_bytes,

@@ -18,6 +18,7 @@ VERTEX_BYTES, UV_BYTES, COLOR_BYTES = 24, 8, 16
 TRIANGLE_BYTES = 16 + 52 + 43 + 12 + 24 + 2 * 40
 MATERIAL_BYTES = 512
 TEXEL_BYTES = 4
+MOST_READINGS = 8  # of a file, with other options each, that are remembered
 LIGHTING_BYTES = 64 * 2**20  # virtual point lights, their clusters and a renderer
 
 
@@ -47,39 +48,47 @@ class Residency:
         self._reserve_bytes = reserve_bytes
         self._in_use = in_use
         self._touch = touch
-        self._checked: dict[str, tuple[SceneRef, Checked]] = {}
-        self._opened: dict[str, tuple[SceneRef, SceneInfo]] = {}
+        self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
+        self._opened: dict[SceneRef, SceneInfo] = {}
         self._loading = asyncio.Lock()
-        self._checking: dict[str, asyncio.Lock] = {}  # scenes that are being read now, by id
+        self._checking: dict[SceneRef, asyncio.Lock] = {}  # scenes that are being read now
 
     @property
     def loaded(self) -> tuple[SceneRef, ...]:
         """The scenes on the device."""
         return self._engine.scenes
 
+    def holds(self, scene: SceneRef) -> bool:
+        """Whether a scene is on the device, however its file was read."""
+        return any((other.id, other.stamp) == (scene.id, scene.stamp) for other in self.loaded)
+
     def bytes_of(self, scene: SceneRef) -> int | None:
         """What a scene takes on the device, as far as its file was checked [bytes]."""
-        known = self._checked.get(scene.id)
-        return device_bytes(known[1].size) if known is not None and known[0] == scene else None
+        known = self._checked.get(scene)
+        return device_bytes(known.size) if known is not None else None
 
     def learn(self, scene: SceneRef, checked: Checked) -> None:
         """A scene was checked already, such as an upload."""
-        self._checked[scene.id] = scene, checked
+        alike = [other for other in self._checked if other.id == scene.id and other != scene]
+        outdated = {other for other in alike if other.stamp != scene.stamp}
+        for other in outdated | {*alike[: len(alike) - MOST_READINGS + 1]}:
+            del self._checked[other]
+        self._checked[scene] = checked
 
     async def inspect(self, scene: SceneRef) -> Checked:
         """What is in a scene, read in a child process the first time; errors as of `Checker.check`."""
         # Many may come for one scene at the same time, as when a service was restarted: it is read once.
-        lock = self._checking.setdefault(scene.id, asyncio.Lock())
+        lock = self._checking.setdefault(scene, asyncio.Lock())
         try:
             async with lock:
-                known = self._checked.get(scene.id)
-                if known is None or known[0] != scene:
-                    known = scene, await self._checker.check(scene.source, scene.id)
-                    self._checked[scene.id] = known
-                return known[1]
+                checked = self._checked.pop(scene, None)
+                if checked is None:
+                    checked = await self._checker.check(scene.source, scene.id, options=scene.options)
+                self.learn(scene, checked)
+                return checked
         finally:
             if not lock.locked():
-                self._checking.pop(scene.id, None)
+                self._checking.pop(scene, None)
 
     async def open(self, scene: SceneRef) -> SceneInfo:
         """Make sure that a scene is on the device, and say what is in it.
@@ -90,22 +99,21 @@ class Residency:
         if scene not in self.loaded and scene.source not in BUILTIN:  # those that come with the program are small
             await self.inspect(scene)
         async with self._loading:
-            known = self._opened.get(scene.id)
-            if known is None or known[0] != scene or scene not in self.loaded:
+            self._opened = {known: info for known, info in self._opened.items() if known in self.loaded}
+            if scene not in self._opened:
                 self._check_room(scene)
-                known = scene, await self._engine.open(scene)
-                self._opened[scene.id] = known
-            return known[1]
+                self._opened[scene] = await self._engine.open(scene)
+            return self._opened[scene]
 
     async def close(self, scene: SceneRef) -> None:
-        """Free what is on the device of a scene."""
-        if scene in self.loaded:
-            await self._engine.close(scene)
+        """Free what is on the device of a scene, however its file was read."""
+        for other in self.loaded:
+            if other.id == scene.id:
+                await self._engine.close(other)
 
     async def free_lost(self) -> None:
         """Free scenes whose file is gone and that nobody looks at, and forget what was in them."""
-        self._checked = {id_: known for id_, known in self._checked.items() if not _gone(known[0])}
-        self._opened = {id_: known for id_, known in self._opened.items() if not _gone(known[0])}
+        self._checked = {scene: known for scene, known in self._checked.items() if not _gone(scene)}
         for scene in self.loaded:
             if _gone(scene) and self._engine.ready and not self._in_use(scene.id):
                 await self.close(scene)

@@ -1,16 +1,18 @@
 """What viewers are told of a scene."""
 
+from dataclasses import asdict
 from math import atan
 from pathlib import Path
 
 import numpy as np
 
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.types import Camera, Doubles, Scene
-from server.wire.browser import Bounds, CameraInfo, SceneInfo
+from server.wire.browser import Bounds, CameraInfo, SceneFrame, SceneInfo
 
 
-def describe_scene(scene_id: str, scene: Scene) -> SceneInfo:
-    """A scene's cameras, bounds and notes, in world space."""
+def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT_OPTIONS) -> SceneInfo:
+    """A scene's cameras and bounds in world space, and its notes; options: how it was read."""
     notes = scene.report.notes + scene.report.ignored
     if scene.report.dropped_triangles:
         notes += (f"{scene.report.dropped_triangles} triangles without area were dropped",)
@@ -20,6 +22,9 @@ def describe_scene(scene_id: str, scene: Scene) -> SceneInfo:
         name=Path(scene_id).stem,
         cameras=tuple(_describe_camera(camera, np.mean(scene.bounds, axis=0)) for camera in scene.cameras),
         bounds=Bounds(min=low, max=high),
+        frame=SceneFrame(**asdict(scene.frame)),
+        options=options,
+        choices={name: tuple(offered) for name, offered in scene.choices.items()},
         triangles=len(scene.triangles),
         notes=notes,
     )

@@ -18,6 +18,7 @@ from unicodedata import normalize
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gpu.errors import SceneError, UserError
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes.checker import Checked, Checker
@@ -42,6 +43,11 @@ class Upload(BaseModel):
     folder: str
     bytes: int
     checked: Checked
+
+    @property
+    def options(self) -> ImportOptions:
+        """How it is read unless told otherwise."""
+        return self.checked.info.options
 
 
 class Uploads:
@@ -90,9 +96,14 @@ class Uploads:
             self._uploads[scene_id] = self._uploads.pop(scene_id)
 
     async def add(
-        self, name: str, length: int | None, body: AsyncIterator[bytes], in_use: Callable[[str], bool]
+        self,
+        name: str,
+        length: int | None,
+        body: AsyncIterator[bytes],
+        in_use: Callable[[str], bool],
+        options: ImportOptions = DEFAULT_OPTIONS,
     ) -> Upload:
-        """Take in the file that a client calls `name`, of `length` bytes if that is known, and check it.
+        """Take in the file that a client calls `name`, of `length` bytes if that is known, and check it as it is read.
 
         Older uploads that are not `in_use` (asked by id) make room. Raises SceneError (name or content are wrong),
         TooLargeError, TooSlowError, NoRoomError or TooBusyError; nothing is kept then.
@@ -109,7 +120,7 @@ class Uploads:
             (work / "scene").mkdir(parents=True)
             file = work / ("archive.zip" if suffix == ARCHIVE else f"scene/{stem}{suffix}")
             await self._receive(file, body)
-            checked = await self._check(file, f"{stem}{suffix}", work / "scene")
+            checked = await self._check(file, f"{stem}{suffix}", work / "scene", options)
             return await self._keep(stem, work / "scene", checked, in_use)
         except OSError as error:
             raise NoRoomError(f"{stem}{suffix}: cannot be kept: {error.strerror or error}") from None
@@ -146,10 +157,10 @@ class Uploads:
                 if piece is None:
                     return
 
-    async def _check(self, file: Path, name: str, folder: Path) -> Checked:
+    async def _check(self, file: Path, name: str, folder: Path, options: ImportOptions) -> Checked:
         archive = file.suffix == ARCHIVE
         try:
-            return await self._checker.check(str(file), name, str(folder) if archive else None)
+            return await self._checker.check(str(file), name, str(folder) if archive else None, options)
         except SceneError as error:
             if archive or not error.field.endswith(".uri"):
                 raise

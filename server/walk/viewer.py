@@ -9,6 +9,7 @@ from time import monotonic
 from fastapi import WebSocketDisconnect
 
 from gpu.errors import OutOfMemoryError, UserError
+from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
 from server.http.rate_limit import Bucket
 from server.refusals import TooBusyError, UnknownSceneError
@@ -75,7 +76,7 @@ class Viewer:
     async def run(self) -> None:
         """Serve until the viewer leaves."""
         await self._socket.send(self._welcome())
-        self._wanted = await self._find(self._hello.scene)
+        self._wanted = await self._find(self._hello.scene, self._hello.scene_options)
         if self._wanted is None and self._hello.scene is not None:
             self._wanted = await self._find(None)
         self._service.engine.listeners.add(self._news.set)
@@ -138,17 +139,26 @@ class Viewer:
         except UserError as error:
             await self._fail(ErrorCode.LIMIT, error)
             return
-        scene = None if message.scene is None else await self._find(message.scene)
-        if message.scene is not None and scene is None:
-            return
+        scene = None
+        if message.scene is not None or message.scene_options is not None:
+            scene = await self._find(message.scene or self._scene_id, message.scene_options)
+            if scene is None:
+                return
         self._session.change(message.id, message.size, message.settings, message.stream)
         if scene is not None:
             self._wanted = scene
             self._session.show(None)
 
-    async def _find(self, scene_id: str | None) -> SceneRef | None:
+    @property
+    def _scene_id(self) -> str | None:
+        """Of the scene that is wanted last."""
+        if self._wanted is not None:
+            return self._wanted.id
+        return self._shown[0].id if self._shown is not None else None
+
+    async def _find(self, scene_id: str | None, options: ImportOptions | None = None) -> SceneRef | None:
         try:
-            return self._service.catalogue.find(scene_id)
+            return self._service.catalogue.find(scene_id, options)
         except UnknownSceneError as error:
             await self._fail(ErrorCode.UNKNOWN_SCENE, error)
             return None

@@ -2,10 +2,11 @@
 
 Text messages are JSON objects with a `type`; unknown types and unknown fields are refused. Binary messages go from the
 server to the viewer only: one frame each. All matrices are 16 numbers, column after column (glTF's order), camera to
-world; cameras look along −Z with +Y up; lengths are the scene's own units, angles radians.
+world; cameras look along −Z with +Y up; the world is in metres with +Y up, and `scene.frame` says how the file's own
+coordinates become those; angles are radians.
 
 A session
-    viewer  hello {protocol, size, scene?, settings?, stream?, codecs?}
+    viewer  hello {protocol, size, scene?, scene_options?, settings?, stream?, codecs?}
     server  welcome {viewer, scenes, settings_schema, codecs, limits}            at once
             status {state, text, fraction}                   while the scene is read and built
             scene {id, name, cameras, bounds, ...}           when it is known; again after each change
@@ -19,10 +20,10 @@ A session
                 unacknowledged, at first `limits.window`, more on a long way: then the server waits. A viewer that
                 acknowledges nothing for long is closed. age_ms: from the sending of the frame's pose until the
                 picture was shown, for the first frame of a pose; decode_ms: what decoding took of that.
-    viewer  settings {id, scene?, size?, settings?, stream?}
-                what is left out stays as it is; `settings` and `stream` are replaced as a whole (what they leave out
-                gets its default). The newest pose is rendered again. After a change of scene the server waits for a
-                new pose.
+    viewer  settings {id, scene?, scene_options?, size?, settings?, stream?}
+                what is left out stays as it is; `settings`, `stream` and `scene_options` are replaced as a whole (what
+                they leave out gets its default). The newest pose is rendered again. After a change of scene, or of how
+                its file is read, the server waits for a new pose.
     server  error {code, message}
                 a message was refused or a render failed; the session goes on without what was asked for. The codes
                 are `ErrorCode`. After a failed render the next one comes with the next settings message.
@@ -49,6 +50,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError, field_validator
 
 from gpu.errors import UserError
+from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.settings import RenderSettings
 
 PROTOCOL = 2
@@ -93,6 +95,7 @@ class Hello(Message):
     protocol: Literal[2]
     size: Size = Field(description="of frames that do not move, width and height [px]")
     scene: SceneId | None = Field(None, description="scene id; None is the served scene")
+    scene_options: ImportOptions | None = Field(None, description="how its file is read; None is as the server does")
     settings: RenderSettings = RenderSettings()
     stream: Stream = Stream()
     codecs: tuple[str, ...] = Field(("jpeg",), max_length=16, description="that the viewer decodes, the best first")
@@ -119,6 +122,7 @@ class Settings(Message):
     type: Literal["settings"]
     id: Id
     scene: SceneId | None = None
+    scene_options: ImportOptions | None = Field(None, description="how its file is read; None: as the server does")
     size: Size | None = None
     settings: RenderSettings | None = None
     stream: Stream | None = None
@@ -180,10 +184,21 @@ class CameraInfo(Message):
 
 
 class Bounds(Message):
-    """The scene's axis-aligned box in world space."""
+    """The axis-aligned box, in world space, of all but what is small and far away."""
 
     min: tuple[float, float, float]
     max: tuple[float, float, float]
+
+
+class SceneFrame(Message):
+    """Where the file's coordinates are in the world: turn(metres_per_unit · (file − origin)).
+
+    If +Z is up in the file, the turn takes +Z to +Y and +Y to −Z.
+    """
+
+    up: Axis = "y"
+    metres_per_unit: float = 1.0
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class SceneInfo(Message):
@@ -194,6 +209,9 @@ class SceneInfo(Message):
     name: str
     cameras: tuple[CameraInfo, ...]
     bounds: Bounds
+    frame: SceneFrame = SceneFrame()
+    options: ImportOptions = Field(DEFAULT_OPTIONS, description="how the file was read")
+    choices: dict[str, tuple[str, ...]] = Field({}, description='what of the file can be shown: "variant", "storey"')
     triangles: int
     notes: tuple[str, ...] = Field((), description="what was added, ignored or changed in loading, a sentence each")
 

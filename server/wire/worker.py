@@ -14,6 +14,7 @@ from typing import Annotated, BinaryIO, Literal
 
 from pydantic import Field, TypeAdapter
 
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
 from server.wire.browser import SceneInfo
@@ -34,11 +35,15 @@ StageTimes = Annotated[dict[Name, Milliseconds], Field(max_length=64)]  # they m
 
 @dataclass(frozen=True)
 class SceneRef:
-    """A scene as the worker finds it: public id, file or built-in name; a file that changed has another stamp."""
+    """A scene as the worker finds it: public id, file or built-in name, and how that is read.
+
+    A file that changed has another stamp.
+    """
 
     id: str
     source: str
     stamp: int = 0
+    options: ImportOptions = DEFAULT_OPTIONS
 
 
 @dataclass(frozen=True)
@@ -50,11 +55,11 @@ class SceneCamera:
 
 @dataclass(frozen=True)
 class LookAt:
-    """A perspective view from position to target, world space."""
+    """A perspective view from position to target, in the file's coordinates; up: None is the scene's."""
 
     position: Vector
     target: Vector
-    up: Vector
+    up: Vector | None
     yfov_degrees: float
 
 

@@ -75,7 +75,8 @@ class GpuBackend:
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
         """Make sure that a scene is on the device; OutOfMemoryError when that cannot hold it."""
         what = f"{scene.id}: the device has too little memory for this scene; close others, or simplify it"
-        return describe_scene(scene.id, self._with_room(lambda: self._load(scene, report), what).scene)
+        loaded = self._with_room(lambda: self._load(scene, report), what)
+        return describe_scene(scene.id, loaded.scene, scene.options)
 
     def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it."""
@@ -130,7 +131,7 @@ class GpuBackend:
             self._make_room()
             report(f"reading {ref.id}", 0.0)
             try:
-                scene = load_scene(ref.source, self._start.scene_limits)
+                scene = load_scene(ref.source, self._start.scene_limits, ref.options)
             except SceneError as error:  # viewers know ids, not this machine's paths
                 raise SceneError(ref.id, error.field, error.problem) from None
             report(f"building {ref.id}", 0.5)
@@ -208,7 +209,9 @@ def view_camera(scene: Scene, view: CameraSpec, size: tuple[int, int]) -> Camera
     aspect = size[0] / size[1]
     match view:
         case LookAt(position, target, up, yfov_degrees):
-            return look_at(position, target, up, yfov_degrees, aspect)
+            eye, aim = (scene.frame.to_world(np.array(point)).tolist() for point in (position, target))
+            upward = (0.0, 1.0, 0.0) if up is None else scene.frame.turned(np.array(up)).tolist()
+            return look_at(eye, aim, upward, yfov_degrees, aspect)
         case CameraMatrix(matrix, yfov):
             return Camera("", np.array(matrix).reshape(4, 4).T, tan(yfov / 2.0), aspect)
         case SceneCamera(int(index)) if 0 <= index < len(scene.cameras):

@@ -44,6 +44,8 @@ def type_of(schema: dict[str, Any]) -> str:
         case {"items": dict(item)}:
             kind = type_of(item)
             return f"readonly ({kind})[]" if "|" in kind else f"readonly {kind}[]"
+        case {"additionalProperties": dict(value)}:
+            return f"Readonly<Record<string, {type_of(value)}>>"
         case {"type": str(kind)}:
             return PLAIN[kind]
     raise ValueError(f"no type is known for {schema}")
@@ -88,8 +90,9 @@ def union(name: str, models: tuple[type[BaseModel], ...]) -> str:
 
 def text() -> str:
     """The whole file."""
-    # The page may leave out what has a default; the server says all.
-    types = declarations(TO_SERVER, complete=False) | declarations(TO_VIEWER, complete=True)
+    # The page may leave out what has a default; the server says all, also of what both may say.
+    types = declarations(TO_SERVER, complete=False)
+    types |= {name: of for name, of in declarations(TO_VIEWER, complete=True).items() if name not in types}
     unions = union("ViewerMessage", TO_SERVER), union("ServerMessage", TO_VIEWER)
     return HEAD + "\n".join([*types.values(), *unions])
 

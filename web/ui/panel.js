@@ -1,7 +1,8 @@
-/** The settings panel: how frames are sent, the render settings of the server's schema, light or dark, the scene. */
+/** The settings panel: how frames are sent, the settings of the server's schema, light or dark, how a scene is read. */
 
 import { SettingsForm } from "./form.js";
 import { button, byId, element, text } from "./page.js";
+import { ReadingForm } from "./reading-form.js";
 import { accepted, fieldsOf } from "./schema.js";
 import { Sheet } from "./sheet.js";
 import { chooseTheme, theme } from "./theme.js";
@@ -14,6 +15,7 @@ import { chooseTheme, theme } from "./theme.js";
  * @typedef {object} PanelEvents
  * @property {(settings: Values) => void} settings  what differs from the defaults
  * @property {(stream: Stream) => void} stream
+ * @property {(options: import("../protocol.js").ImportOptions) => void} reading  how the scene's file is to be read
  */
 
 export class Panel {
@@ -24,6 +26,7 @@ export class Panel {
   #lossless = byId("lossless", HTMLInputElement);
   #problem = text("settings-problem");
   #form;
+  #reading;
   #schema = "";
   /** What differs from the defaults. @type {Values} */
   values = {};
@@ -37,6 +40,7 @@ export class Panel {
       this.problem("");
       events.settings(values);
     });
+    this.#reading = new ReadingForm(events.reading);
     this.#scale.addEventListener("input", () => {
       this.#automatic.checked = false;
       this.#showScale();
@@ -94,9 +98,12 @@ export class Panel {
     return this.values;
   }
 
-  /** @param {SceneInfo} scene */
-  scene(scene) {
-    text("scene-facts").textContent = `${scene.name}: ${scene.triangles.toLocaleString("en")} triangles`;
+  /** @param {SceneInfo} scene @param {boolean} builtin */
+  scene(scene, builtin) {
+    const { min, max } = scene.bounds;
+    const size = max.map((high, axis) => Number((high - (min[axis] ?? 0)).toPrecision(3)).toLocaleString("en"));
+    text("scene-facts").textContent = `${scene.name}: ${scene.triangles.toLocaleString("en")} triangles, ${size.join(" × ")} m`;
+    this.#reading.show(scene, builtin);
     text("scene-notes").replaceChildren(...scene.notes.map((note) => element("li", { textContent: note })));
   }
 

@@ -1,6 +1,6 @@
 /**
  * The viewer's camera: a position, a heading and a pitch about the world's up (+Y), as in glTF: it looks along −Z.
- * Angles are radians; positions are world units.
+ * Angles are radians; positions are metres of the world.
  */
 
 /** @typedef {[number, number, number]} Vec3 */

@@ -1,7 +1,7 @@
 /** Walking through the scene: input devices on one side, the camera on the other, orbit or fly between them. */
 
 import { dot, distance as between } from "./camera.js";
-import { Fly } from "./fly.js";
+import { Fly, paceIn } from "./fly.js";
 import { Gamepads } from "./gamepad.js";
 import { Gestures } from "./gestures.js";
 import { bothOf, HeldKeys } from "./keys.js";
@@ -19,11 +19,11 @@ const FIRST_STEP = 1 / 60;
 export class Navigation {
   /** @type {Mode} */
   mode = "fly";
-  /** The scene's diagonal [world units]. */
+  /** The scene's diagonal [m]. */
   size = 1;
   /** tan(vertical field of view / 2) of the picture on the canvas. */
   halfHeight = 0.5;
-  /** Called with the new factor when the wheel changes the flying speed. @type {(speed: number) => void} */
+  /** Called with the new speed [m/s] when the wheel changes the flying speed. @type {(speed: number) => void} */
   onSpeed = () => {};
   /** Called when a gamepad asks for the start of the view, and for the other way to move. */
   onHome = () => {};
@@ -99,7 +99,7 @@ export class Navigation {
     return true;
   }
 
-  /** World units a CSS pixel at the pivot. */
+  /** Metres a CSS pixel at the pivot. */
   get #unit() {
     return (2 * this.halfHeight * this.#orbit.distance) / Math.max(this.#canvas.clientHeight, 1);
   }
@@ -123,7 +123,7 @@ export class Navigation {
   #wheel(steps) {
     if (this.mode === "fly") {
       this.#fly.wheel(steps);
-      this.onSpeed(this.#fly.speed);
+      this.onSpeed(paceIn(this.size) * this.#fly.speed);
     } else {
       this.#orbit.wheel(steps);
       this.#wake();

@@ -7,7 +7,7 @@ import { readLink, writeLink } from "../../../web/link.js";
 const view = { at: [1.5, -0.25, 1234.5678], look: [Math.PI / 4, -0.1], yfov: 1 };
 
 test("a link gives back the scene, the view and the settings, and can be read", () => {
-  const words = writeLink("rooms/große halle.glb", view, { method: "path", samples: 4 });
+  const words = writeLink("rooms/große halle.glb", view, 2, { method: "path", samples: 4 });
   assert.match(words, /^scene=rooms\/gro%C3%9Fe\+halle.glb&at=1.5,-0.25,1234.57&look=45,-5.73&fov=57.3&method=path&samples=4$/);
   const link = readLink(`#${words}`);
   assert.equal(link.scene, "rooms/große halle.glb");

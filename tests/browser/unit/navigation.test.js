@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Camera, distance } from "../../../web/viewer/camera.js";
-import { Fly } from "../../../web/viewer/fly.js";
+import { Fly, paceIn } from "../../../web/viewer/fly.js";
 import { Motion } from "../../../web/viewer/motion.js";
 import { Orbit } from "../../../web/viewer/orbit.js";
 
@@ -31,14 +31,18 @@ test("a page that stalled does not leap", () => {
   assert.ok((motion.advance(forward, 60)?.move[2] ?? 1) <= 0.1);
 });
 
-test("flying goes as far as the scene is large, and up is up whatever the gaze", () => {
+test("flying goes a walker's pace, but for what is small or vast", () => {
+  assert.deepEqual([0.1, 1, 10, 20, 100, 200, 1e4].map(paceIn), [0.012, 0.12, 1.2, 2, 2, 2, 100]);
+});
+
+test("flying goes as far as the pace says, and up is up whatever the gaze", () => {
   const camera = new Camera();
   const fly = new Fly(camera);
   fly.walk(forward, 10, false);
   const slow = -camera.position[2];
   assert.ok(slow > 0);
-  fly.walk(forward, 20, false);
-  assert.ok(Math.abs(-camera.position[2] - 3 * slow) < 1e-9);
+  fly.walk(forward, 5, false);
+  assert.ok(Math.abs(-camera.position[2] - 1.5 * slow) < 1e-9);
   camera.pitch = 1;
   const before = camera.position;
   fly.walk({ move: [0, 1, 0], turn: [0, 0] }, 10, true);

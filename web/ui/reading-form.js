@@ -1,0 +1,60 @@
+/** Choices of how a scene's file is read, with what is taken where nothing is chosen: up, unit, variant, storey. */
+
+import { UNITS, UPS } from "../reading.js";
+import { byId, text } from "./page.js";
+
+/** @typedef {import("../protocol.js").ImportOptions} ImportOptions */
+/** @typedef {import("../protocol.js").SceneInfo} SceneInfo */
+
+/** By the length of a unit [m]. */
+const UNIT_NAMES = new Map([[1, "m"], [0.01, "cm"], [0.001, "mm"], [0.3048, "ft"], [0.0254, "in"]]);
+
+export class ReadingForm {
+  #form = byId("reading", HTMLFormElement);
+  #up = byId("reading-up", HTMLSelectElement);
+  #unit = byId("reading-unit", HTMLSelectElement);
+  #variant = byId("reading-variant", HTMLSelectElement);
+  #storeys = byId("reading-storeys", HTMLSelectElement);
+  #origin = text("reading-origin");
+  /** In force. @type {ImportOptions} */
+  #options = {};
+
+  /** @param {(options: ImportOptions) => void} chosen */
+  constructor(chosen) {
+    this.#form.addEventListener("submit", (event) => event.preventDefault());
+    this.#form.addEventListener("change", () => chosen({ ...this.#options, ...this.#chosen }));
+  }
+
+  /** Shows how a scene was read. @param {SceneInfo} scene @param {boolean} builtin whether it has no file */
+  show({ frame, options, choices }, builtin) {
+    this.#options = options;
+    this.#form.hidden = builtin;
+    const unit = UNIT_NAMES.get(frame.metres_per_unit) ?? `${Number(frame.metres_per_unit.toPrecision(3))} m`;
+    fill(this.#up, options.up ? "automatic" : `automatic: ${frame.up}`, UPS, [options.up ?? ""]);
+    fill(this.#unit, options.unit ? "automatic" : `automatic: ${unit}`, UNITS, [options.unit ?? ""]);
+    fill(this.#variant, "as in the file", choices.variant ?? [], [options.variant ?? ""]);
+    fill(this.#storeys, "all", choices.storey ?? [], options.storeys?.length ? options.storeys : [""]);
+    this.#origin.hidden = frame.origin.every((value) => value === 0);
+    this.#origin.textContent = `Metres count from ${frame.origin.join(", ")} in the file.`;
+  }
+
+  /** @returns {ImportOptions} */
+  get #chosen() {
+    return {
+      up: UPS.find((axis) => axis === this.#up.value) ?? null,
+      unit: UNITS.find((name) => name === this.#unit.value) ?? null,
+      variant: this.#variant.value || null,
+      storeys: [...this.#storeys.selectedOptions].map(({ value }) => value).filter((value) => value !== ""),
+    };
+  }
+}
+
+/**
+ * Offers the names after what is taken when none is chosen; the field is hidden when there are none.
+ * @param {HTMLSelectElement} select @param {string} automatic @param {readonly string[]} names @param {readonly string[]} chosen
+ */
+function fill(select, automatic, names, chosen) {
+  select.replaceChildren(new Option(automatic, ""), ...names.map((name) => new Option(name)));
+  for (const option of select.options) option.selected = chosen.includes(option.value);
+  select.closest(".field")?.toggleAttribute("hidden", names.length === 0);
+}
