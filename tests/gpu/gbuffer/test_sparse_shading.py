@@ -89,6 +89,12 @@ def test_what_only_one_pixel_shows_is_shaded(kind: str) -> None:
     assert np.array_equal(shaded(gbuffer, STRIDE), shaded(wall(), STRIDE) | odd)
 
 
+@pytest.mark.parametrize(("depth", "is_shaded"), [(0.09, False), (0.15, True)])
+def test_a_pixel_off_its_plane_by_a_tenth_of_a_spacing_is_of_another_surface(depth: float, is_shaded: bool) -> None:
+    odd = (ROWS == 11) & (COLUMNS == 17)
+    assert shaded(wall(depth=np.where(odd, depth, 0.0)), STRIDE)[11, 17] == is_shaded
+
+
 def test_a_slanted_plane_and_a_gentle_curve_are_interpolated() -> None:
     slant = np.array([-0.6, 0.0, 0.8])
     gbuffer = wall(normals=np.broadcast_to(slant, (HEIGHT, WIDTH, 3)), depth=0.75 * COLUMNS)
@@ -140,6 +146,12 @@ def shaded_next(
     radiance.zero_()
     sps.reflect(*inputs)
     return sps.listed.numpy().reshape(HEIGHT, WIDTH) == 1, numbers(radiance)
+
+
+@pytest.mark.parametrize(("bright", "is_edge"), [(0.28, False), (0.45, True)])
+def test_light_has_no_edge_where_it_is_dark_for_the_picture(bright: float, is_edge: bool) -> None:
+    """Differences of 0.08 and 0.14 of the picture's mean radiance."""
+    assert shaded_next(np.where(LEFT, 0.02, bright))[0][:, 23].all() == is_edge
 
 
 def test_where_light_ends_between_anchors_the_next_frame_shades() -> None:

@@ -100,9 +100,10 @@ def test_no_more_clusters_than_wanted_have_room_and_a_sixteenth_where_some_go() 
 
 def test_the_accepted_distance_follows_how_many_clusters_stay_free() -> None:
     resting = float(np.float32(CHOSEN.accepted_distance))
-    for unused, lacking in ((15, 0), (35, 0), (130, 100)):
+    for unused, lacking in ((11, 0), (35, 0), (130, 100)):
         assert adapted_distance(unused, lacking) == resting
     assert adapted_distance(300, 0, sps=0) == resting
+    assert adapted_distance(9, 0) == pytest.approx(resting * (1.0 + 0.5 * 0.011))
     assert adapted_distance(50, 0) == pytest.approx(resting * (1.0 - 0.5 * 0.03))
     assert adapted_distance(0, 0) == pytest.approx(resting * (1.0 + 0.5 * 0.02))
     assert adapted_distance(100, 0) == adapted_distance(500, 100) == pytest.approx(resting * 0.97)

@@ -5,18 +5,18 @@ import pytest
 import warp as wp
 from scenes import column, grey, quad, resident_of, results
 from walking import Walk, budget_of, furnished, pose
-from walls import WIDTH, wall
+from walls import CPU, WIDTH, wall
 
-from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters
-from gpu.core.device import duplicate
+from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters, Grid
+from gpu.core.device import allocate, duplicate, launch
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.visibility import Visibility
 from gpu.scene.camera import look_at, rotated
 from gpu.scene.types import Camera
 from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT, SpClusterParameters
-from gpu.sp.reuse import drop_surplus_kernel, is_visible_at
-from gpu.sp.sp_clusters import SpClusters
+from gpu.sp.reuse import CORNERS, drop_surplus_kernel, is_visible_at, mark_close_pairs_kernel
+from gpu.sp.sp_clusters import ClusterWork, SpClusters
 
 CHOSEN = SP_CLUSTER_PARAMETERS
 EYE = (0.0, 0.0, 0.45)
@@ -209,6 +209,20 @@ def test_a_surface_that_moves_away_loses_clusters_until_none_crowd() -> None:
     assert inner.sum() < 0.35 * walk.count
     deficit = walk.clustering.deficit.numpy()[: walk.view.pixels]
     assert (deficit < WHOLE_DEFICIT).mean() > 0.95
+
+
+@pytest.mark.parametrize(("share", "goes"), [(0.91, 1), (0.95, 0)])
+def test_of_two_nearer_than_where_new_ones_come_one_goes(share: float, goes: int) -> None:
+    """share: of the distance from all others at which an SP gets a cluster of its own."""
+    grid, work = Grid(2, CPU), allocate(ClusterWork, 2, CPU)
+    grid.data.position.assign(np.float32([[0.0, 0.0, 0.0], [share * 0.75 * 0.1, 0.0, 0.0]]))
+    grid.data.normal.assign(np.float32([[0.0, 1.0, 0.0]] * 2))
+    grid.data.spacing.fill_(0.1)
+    grid.build()
+    work.spacing.fill_(0.1)
+    inputs = [budget_of(2, 0.75), CHOSEN.crowded, grid.data, work]
+    launch(mark_close_pairs_kernel, 2 * CORNERS, inputs, CPU)
+    assert work.crowded.numpy().sum() == goes
 
 
 @wp.kernel
