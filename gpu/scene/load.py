@@ -12,7 +12,7 @@ from gpu.scene.types import Scene
 LAYERED = (".usd", ".usda", ".usdc", ".usdz")
 """Those of SUFFIXES whose scenes are made of further files that are scenes too."""
 SUFFIXES = (
-    *(".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".ifc", ".ifczip", ".step", ".stp"),
+    *(".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".fbx", ".ifc", ".ifczip", ".step", ".stp"),
     *LAYERED,
 )
 """How the names of scene files end, in lower case."""
@@ -46,6 +46,10 @@ def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:
         from gpu.scene.obj import load_obj
 
         return load_obj
+    if suffix == ".fbx":
+        from gpu.scene.fbx import load_fbx
+
+        return load_fbx
     if suffix in (".ifc", ".ifczip"):
         from gpu.scene.ifc import load_ifc
 

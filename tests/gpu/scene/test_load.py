@@ -26,6 +26,7 @@ def test_a_file_by_its_suffix(tmp_path: Path, name: str) -> None:
         ("a.ifczip", "ifcopenshell.geom", "ifc"),
         ("a.stp", "cascadio", "step"),
         ("a.usdz", "pxr", "usd"),
+        ("a.fbx", "ufbx", "fbx"),
     ],
 )
 def test_a_format_whose_library_is_missing_names_the_extra(
