@@ -1,8 +1,11 @@
 """glTF 2.0 files (.gltf, .glb), read from their JSON: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html."""
 
+from itertools import product
 from pathlib import Path
 
-from gpu.scene.assemble import SceneParts, assemble
+import numpy as np
+
+from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.cameras_and_lights import read_cameras, read_lights
 from gpu.scene.gltf.document import Document, open_document
@@ -11,9 +14,10 @@ from gpu.scene.gltf.geometry import Geometry
 from gpu.scene.gltf.hierarchy import placed_nodes
 from gpu.scene.gltf.images import Images
 from gpu.scene.gltf.materials import DEFAULT_MATERIAL, read_materials
+from gpu.scene.gltf.unused import say_unused
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
-from gpu.scene.types import Scene
+from gpu.scene.types import Doubles, Scene
 
 
 def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
@@ -29,8 +33,6 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
 def gltf_parts(document: Document) -> SceneParts:
     """What is in the scene of `document`. Raises SceneError as load_gltf does."""
     check_extensions(document)
-    if document.root.raw.get("animations"):
-        document.ignored.add("animations are not played; the scene is shown in its rest pose")
     buffers = Buffers(document)
     images = Images(buffers)
     materials = [*read_materials(images), DEFAULT_MATERIAL]
@@ -38,7 +40,9 @@ def gltf_parts(document: Document) -> SceneParts:
     parts = list(Geometry(buffers, materials).parts(placed))
     if not any(part.material == len(materials) - 1 for part in parts):
         materials.pop()
-    lights, cameras = read_lights(document, placed.values()), read_cameras(document, placed.values())
+    lights = read_lights(document, placed.values())
+    cameras = read_cameras(document, placed.values(), _box(parts))
+    say_unused(document, placed.values(), materials)
     # The format's metre is not what every file keeps to: it is taken where the size is likely.
     return SceneParts(
         parts,
@@ -50,3 +54,12 @@ def gltf_parts(document: Document) -> SceneParts:
         notes=document.notes.sentences(),
         up="y",
     )
+
+
+def _box(parts: list[MeshPart]) -> Doubles:
+    """The corners (corner, 3) of the box around all parts."""
+    if not parts:
+        return np.zeros((0, 3))
+    low = np.min([part.positions.min(axis=0) for part in parts], axis=0)
+    high = np.max([part.positions.max(axis=0) for part in parts], axis=0)
+    return np.array(list(product(*zip(low, high, strict=True))))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from functools import partial
-from math import cos, pi, tan
+from math import cos, inf, pi, tan
 
 import numpy as np
 
@@ -10,17 +10,20 @@ from gpu.scene.gltf.document import Document
 from gpu.scene.gltf.hierarchy import PlacedNode
 from gpu.scene.gltf.values import Value
 from gpu.scene.transforms import rigid
-from gpu.scene.types import Camera, Light, LightKind, Rgb
+from gpu.scene.types import Camera, Doubles, Light, LightKind, Rgb
 
 _KINDS = {"point": LightKind.POINT, "spot": LightKind.SPOT, "directional": LightKind.DIRECTIONAL}
 _MOST = 1e30  # W/sr: so that float32 holds what is computed with it
 _EXTENSION = "KHR_lights_punctual"
 
 
-def read_cameras(document: Document, nodes: Iterable[PlacedNode]) -> list[Camera]:
-    """The cameras of `nodes`; those that are broken are left out and said."""
+def read_cameras(document: Document, nodes: Iterable[PlacedNode], bounds: Doubles) -> list[Camera]:
+    """The cameras of `nodes`; those that are broken are left out and said.
+
+    bounds: the corners (corner, 3) of a box around what they see; one that ends its view before that (zfar) is noted.
+    """
     placed = (node for node in nodes if node.entry.has("camera"))
-    found = (document.attempt(partial(_camera, document, node), "the camera") for node in placed)
+    found = (document.attempt(partial(_camera, document, node, bounds), "the camera") for node in placed)
     return [camera for camera in found if camera is not None]
 
 
@@ -34,10 +37,14 @@ def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[Light]:
     return [light for light in found if light is not None]
 
 
-def _camera(document: Document, node: PlacedNode) -> Camera:
+def _camera(document: Document, node: PlacedNode, bounds: Doubles) -> Camera:
     camera = document.referred(node.entry, "camera", "cameras")
     name = node.entry.name(camera.name(camera.path))
     kind = camera.text("type")
+    far = camera.part(kind).factor("zfar", inf, 0.0)
+    towards = -rigid(node.to_world)[:3, 2]
+    if len(bounds) and float(((bounds - node.to_world[:3, 3]) @ towards).max()) > far:
+        document.notes.add("what lies beyond its far plane (zfar) is shown all the same", name)
     if kind == "perspective":
         lens = camera.get("perspective")
         half_height = tan(lens.number("yfov", low=1e-4, high=pi - 1e-4) / 2.0)

@@ -1,4 +1,4 @@
-"""Which glTF extensions are read; the others are refused when required, and said when merely used."""
+"""Which glTF extensions are read, and which of the others a file can be shown without though it requires them."""
 
 from gpu.scene.gltf.document import Document
 from gpu.scene.gltf.values import Value
@@ -21,16 +21,34 @@ SUPPORTED = frozenset(
 )
 
 
+# Without these a surface has less gloss, or colour in its gloss, and a file is only described or moved less.
+_DISPENSABLE = frozenset(
+    {
+        "KHR_animation_pointer",
+        "KHR_materials_anisotropy",
+        "KHR_materials_clearcoat",
+        "KHR_materials_diffuse_transmission",
+        "KHR_materials_dispersion",
+        "KHR_materials_iridescence",
+        "KHR_materials_sheen",
+        "KHR_xmp",
+        "KHR_xmp_json_ld",
+    }
+)
+
+
 def check_extensions(document: Document) -> None:
-    """Raise SceneError naming the required extensions that are not supported; say which used ones are ignored."""
-    required, used = (_names(document.root, key) for key in ("extensionsRequired", "extensionsUsed"))
-    missing = sorted(set(required) - SUPPORTED)
+    """Raise SceneError naming the required extensions that are not supported and cannot be done without."""
+    missing = sorted(set(_names(document.root, "extensionsRequired")) - SUPPORTED - _DISPENSABLE)
     if missing:
         raise document.root.get("extensionsRequired").error(
             f"needs {', '.join(missing)}, which is not supported; export the scene without it"
         )
-    for name in sorted(set(used) - SUPPORTED):
-        document.ignored.add(f"extension {name} is not supported and was ignored")
+
+
+def used_extensions(document: Document) -> list[str]:
+    """The names of the extensions that the file says it uses or needs, sorted."""
+    return sorted({name for key in ("extensionsUsed", "extensionsRequired") for name in _names(document.root, key)})
 
 
 def _names(root: Value, key: str) -> list[str]:

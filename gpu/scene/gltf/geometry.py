@@ -67,6 +67,8 @@ class Geometry:
                 part = _part(primitive, material, attributes["POSITION"], attributes.get("NORMAL"))
                 yield placed(part, node.to_world @ instances)
             else:
+                if len(instances) > 1:
+                    self.buffers.document.ignored.add("instances of a skinned mesh are shown as one", node.entry.path)
                 yield _skinned(primitive, material, blended)
 
     def _material(self, entry: Value) -> int:

@@ -152,6 +152,16 @@ def test_a_broken_camera_is_left_out(gltf: GltfFile, camera: dict, says: str) ->
     assert "the scene has no camera: a view was chosen" in report.notes
 
 
+@pytest.mark.parametrize(("far", "said"), [(7.5, 0), (6.5, 1), (None, 0)])
+def test_a_far_plane_in_front_of_the_scenes_end_is_said(gltf: GltfFile, far: float | None, said: int) -> None:
+    lens = {"xmag": 1, "ymag": 1, "znear": 0, **({"zfar": far} if far else {})}
+    gltf.add("cameras", type="orthographic", orthographic=lens, name="plan")
+    gltf.add("nodes", camera=0, translation=[0, 7, 0], rotation=DOWN, scale=[2, 2, 2])
+    gltf.mesh_node()
+    notes = [note for note in gltf.load().report.notes if "zfar" in note]
+    assert notes == ["plan: what lies beyond its far plane (zfar) is shown all the same"] * said
+
+
 def test_an_odd_aspect_ratio_is_mended(gltf: GltfFile) -> None:
     gltf.add("cameras", type="perspective", perspective={"yfov": 1.0, "aspectRatio": None})
     gltf.add("nodes", camera=0, name=7)

@@ -11,6 +11,19 @@ def test_a_required_extension_that_is_not_supported_is_refused_by_name(gltf: Glt
         gltf.load()
 
 
+def test_one_that_only_changes_gloss_may_be_required(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    gltf.json["extensionsRequired"] = ["KHR_materials_iridescence"]
+    assert gltf.load().report.ignored == ("extension KHR_materials_iridescence is not supported and was ignored",)
+
+
+@pytest.mark.parametrize("names", [5, [None, "KHR_materials_unlit"], {}])
+def test_names_that_are_none_do_not_matter(gltf: GltfFile, names: object) -> None:
+    gltf.mesh_node()
+    gltf.json["extensionsRequired"] = names
+    assert len(gltf.load().triangles) == 1
+
+
 def test_a_used_extension_that_is_not_supported_is_said_once(gltf: GltfFile) -> None:
     gltf.mesh_node()
     gltf.json["extensionsUsed"] = ["KHR_materials_sheen", "KHR_materials_unlit", "KHR_materials_sheen"]

@@ -113,6 +113,13 @@ def test_what_is_odd_of_a_material_is_mended(
     assert [note.split(": ")[0].endswith(place) for note in notes][:1] == [True] * bool(place)
 
 
+@pytest.mark.parametrize(("factor", "said"), [(0.9, 1), (0.0, 0)])
+def test_what_lets_light_through_is_said_to_be_opaque(gltf: GltfFile, factor: float, said: int) -> None:
+    material_of(gltf, name="glass", **extension("transmission", transmissionFactor=factor))
+    notes = [note for note in gltf.load().report.notes if "opaque" in note]
+    assert notes == ["glass: lets light through (KHR_materials_transmission) but is shown opaque"] * said
+
+
 @pytest.mark.parametrize("broken", [None, [], 5])
 def test_a_material_that_is_none_is_plain(gltf: GltfFile, broken: object) -> None:
     gltf.json["materials"] = [broken]
