@@ -33,6 +33,6 @@ export function removeBookmark(scene, index) {
 function isBookmark(value) {
   const { name, view } = /** @type {Partial<Bookmark>} */ (value ?? {});
   if (typeof name !== "string" || !view || !Array.isArray(view.at) || !Array.isArray(view.look)) return false;
-  const numbers = [...view.at, ...view.look, view.yfov];
-  return numbers.length === 6 && numbers.every(Number.isFinite) && view.yfov > 0.01 && view.yfov < 3.1;
+  const numbers = [...view.at, ...view.look, view.yfov, view.near ?? 0];
+  return numbers.length === 7 && numbers.every(Number.isFinite) && view.yfov > 0.01 && view.yfov < 3.1;
 }

@@ -1,7 +1,10 @@
 /** A view as the end of an address (#scene=…&at=…&look=…&fov=…&SETTING=…), short enough to read and to send. */
 
 /** @typedef {import("./viewer/camera.js").Place} Place */
-/** @typedef {Place & {yfov: number}} View  at: in the coordinates of the scene's file; yfov: vertical, of the camera [rad] */
+/**
+ * at: in the coordinates of the scene's file; yfov: vertical, of the camera [rad]; near: of the camera, 0 if not said [m]
+ * @typedef {Place & {yfov: number, near?: number}} View
+ */
 /** @typedef {{scene?: string, view?: View, settings: Record<string, string>}} Link  settings as words, not yet judged */
 
 const DEGREE = Math.PI / 180;
@@ -9,6 +12,8 @@ const DEGREE = Math.PI / 180;
 const ANGLE_DECIMALS = 2;
 /** What nobody needs: a link that long, a place that far, a field of view outside of these [degrees]. */
 const MOST_CHARACTERS = 4096;
+/** Significant digits of where a view begins. */
+const NEAR_DIGITS = 6;
 const FARTHEST = 1e12;
 const FIELD_OF_VIEW = { min: 1, max: 170 };
 
@@ -17,13 +22,14 @@ const FIELD_OF_VIEW = { min: 1, max: 170 };
  * @param {Readonly<Record<string, unknown>>} settings that differ from the defaults, and how the file is read
  * @returns {string} without the #
  */
-export function writeLink(scene, { at, look, yfov }, decimals, settings) {
+export function writeLink(scene, { at, look, yfov, near }, decimals, settings) {
   const degrees = (/** @type {number} */ angle) => Number((angle / DEGREE).toFixed(ANGLE_DECIMALS));
   const words = new URLSearchParams({
     scene,
     at: at.map((value) => Number(value.toFixed(decimals))).join(),
     look: look.map(degrees).join(),
     fov: String(degrees(yfov)),
+    ...(near && { near: String(Number(near.toPrecision(NEAR_DIGITS))) }),
   });
   for (const [name, value] of Object.entries(settings)) words.set(name, String(value));
   return words.toString().replaceAll("%2C", ",").replaceAll("%2F", "/");
@@ -32,19 +38,25 @@ export function writeLink(scene, { at, look, yfov }, decimals, settings) {
 /** Whatever makes sense of the end of an address. @param {string} hash with or without the # @returns {Link} */
 export function readLink(hash) {
   if (hash.length > MOST_CHARACTERS) return { settings: {} };
-  const { scene, at, look, fov, ...settings } = Object.fromEntries(new URLSearchParams(hash.replace(/^#/, "")));
-  const view = viewOf(at, look, fov);
+  const { scene, at, look, fov, near, ...settings } = Object.fromEntries(new URLSearchParams(hash.replace(/^#/, "")));
+  const view = viewOf(at, look, fov, near);
   return { ...(scene && { scene }), ...(view && { view }), settings };
 }
 
-/** @param {string | undefined} at @param {string | undefined} look @param {string | undefined} fov @returns {View | null} */
-function viewOf(at, look, fov) {
+/**
+ * @param {string | undefined} at @param {string | undefined} look @param {string | undefined} fov
+ * @param {string | undefined} near
+ * @returns {View | null}
+ */
+function viewOf(at, look, fov, near) {
   const [x, y, z] = numbers(at, 3, FARTHEST);
   const [yaw, pitch] = numbers(look, 2, 360);
   const [degrees] = numbers(fov, 1, FIELD_OF_VIEW.max);
+  const [cut = 0] = numbers(near, 1, FARTHEST);
   if (x === undefined || y === undefined || z === undefined || yaw === undefined || pitch === undefined) return null;
   if (degrees === undefined || degrees < FIELD_OF_VIEW.min) return null;
-  return { at: [x, y, z], look: [yaw * DEGREE, pitch * DEGREE], yfov: degrees * DEGREE };
+  const cuts = cut > 0 ? { near: cut } : {};
+  return { at: [x, y, z], look: [yaw * DEGREE, pitch * DEGREE], yfov: degrees * DEGREE, ...cuts };
 }
 
 /** So many numbers; none if one is missing or out of bounds. @param {string | undefined} words @param {number} count @param {number} most */

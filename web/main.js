@@ -104,7 +104,7 @@ function wake() {
   requestAnimationFrame((now) => {
     scheduled = false;
     const moving = navigation.advance(now);
-    const waiting = poses.update(camera.matrix(), viewport.fov);
+    const waiting = poses.update(camera.matrix(), viewport.fov, viewport.near);
     if (moving || waiting) wake();
     if (session.owesPicture) late ??= setTimeout(() => busy(true), LATE);
     address.tellSoon();
@@ -149,6 +149,7 @@ function stand(view) {
   const chosen = scene?.cameras[Number(cameraSelect.value)];
   if (!scene || !chosen) return;
   viewport.yfov = view?.yfov ?? chosen.yfov;
+  viewport.near = view ? (view.near ?? 0) : chosen.near;
   navigation.halfHeight = Math.tan(viewport.fov / 2);
   if (view) camera.place = { at: toWorld(scene.frame, view.at), look: view.look };
   else camera.setMatrix(chosen.matrix);
@@ -160,7 +161,8 @@ const home = () => stand();
 /** @returns {View} */
 function here() {
   const { at, look } = camera.place;
-  return { at: scene ? toFile(scene.frame, at) : at, look, yfov: viewport.yfov };
+  const cut = viewport.near > 0 ? { near: viewport.near } : {};
+  return { at: scene ? toFile(scene.frame, at) : at, look, yfov: viewport.yfov, ...cut };
 }
 
 function linkWords() {

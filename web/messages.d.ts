@@ -49,6 +49,8 @@ export interface Pose {
   matrix: readonly number[];
   /** vertical field of view [rad] */
   yfov: number;
+  /** what is less far in front of the camera is cut away [m] */
+  near?: number;
 }
 
 /** A change of scene, frame size or render settings; what is None stays. */
@@ -130,6 +132,8 @@ export interface CameraInfo {
   yfov: number;
   aspect: number;
   orthographic: boolean;
+  /** what is less far in front of the camera is cut away [m] */
+  near: number;
 }
 
 /** The axis-aligned box, in world space, of all but what is small and far away. */

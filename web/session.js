@@ -90,10 +90,14 @@ export class Session {
     if (this.#connection.open) this.#changes.ask(change);
   }
 
-  /** @param {number[]} matrix column-major, camera to world @param {number} yfov vertical field of view [rad] */
-  sendPose(matrix, yfov) {
+  /**
+   * @param {number[]} matrix column-major, camera to world
+   * @param {number} yfov vertical field of view [rad]
+   * @param {number} near what is less far in front of the camera is cut away [m]
+   */
+  sendPose(matrix, yfov, near) {
     this.#sentAt.set(++this.#poseId, performance.now());
-    this.#connection.send({ type: "pose", id: this.#poseId, matrix, yfov });
+    this.#connection.send({ type: "pose", id: this.#poseId, matrix, yfov, near });
   }
 
   /** Milliseconds since the pose of this frame was sent; null if an earlier frame showed it. @param {Frame} frame */

@@ -18,7 +18,8 @@ class Bvh:
 
     bounds (6·node + row,): of a node's four children, least x, greatest x, then y, then z; a child that there is not is
     far away. children (2·node + row,): row 0 the child's node or, for a leaf, its first place; row 1 how many places a
-    leaf has, 0 for a node. corners (3·place + corner,): of the leaves' triangles; faces (place,): which they are.
+    leaf has, 0 for a node. corners (3·place + corner,): of the leaves' triangles, the first with 1 for w where its back
+    can be culled, else 0; faces (place,): which they are.
     """
 
     bounds: wp.array[wp.vec4]
@@ -55,6 +56,7 @@ _TRAVERSAL = """
 
     // The shear after which the ray runs along the third axis, one unit a unit of its length.
     float along_x[3], along_y[3], along_z[3];
+    bool ascends;
     {
         const float size_x = fabsf(dx), size_y = fabsf(dy), size_z = fabsf(dz);
         const int longest = size_x > size_y ? (size_x > size_z ? 0 : 2) : (size_y > size_z ? 1 : 2);
@@ -68,6 +70,7 @@ _TRAVERSAL = """
         along_z[0] = longest == 0 ? scale : 0.0f;
         along_z[1] = longest == 1 ? scale : 0.0f;
         along_z[2] = longest == 2 ? scale : 0.0f;
+        ascends = scale > 0.0f;
     }
     auto dot = [](const float* row, float x, float y, float z) -> float {
         return row[0] * x + row[1] * y + row[2] * z;
@@ -80,7 +83,10 @@ _TRAVERSAL = """
     const float rz = 1.0f / (fabsf(dz) < least ? least : dz);
     const int back_x = rx < 0.0f, back_y = ry < 0.0f, back_z = rz < 0.0f;
 
-    float nearest = max_t, u = 0.0f, v = 0.0f;
+    // Of two faces in one place the one that is turned to the ray counts: a front is met before a back that is less
+    // than this above it.
+    const float least_height = 8.0f * 1.1920929e-07f;
+    float nearest = max_t, nearest_front = max_t, nearest_back = max_t, u = 0.0f, v = 0.0f;
     int found = -1;
     int stack[STACK];
     float entries[STACK];
@@ -102,7 +108,7 @@ _TRAVERSAL = """
             const float begin_y = (near_y[c] - oy) * ry, end_y = (far_y[c] - oy) * ry;
             const float begin_z = (near_z[c] - oz) * rz, end_z = (far_z[c] - oz) * rz;
             const float begin = larger(larger(begin_x, begin_y), larger(begin_z, 0.0f));
-            const float end = smaller(smaller(end_x, end_y), smaller(end_z, nearest));
+            const float end = smaller(smaller(end_x, end_y), smaller(end_z, nearest_front));
             if (begin <= end * longer) {
                 if (count[c] > 0) {
                     leaves |= 1 << c;
@@ -147,18 +153,26 @@ _TRAVERSAL = """
                 if (whole == 0.0f) continue;
                 const float depth = U * dot(along_z, ax, ay, az) + V * dot(along_z, bx, by, bz)
                     + W * dot(along_z, cx, cy, cz);
+                const bool is_front = (whole > 0.0f) == ascends;
+                if (cull_backs && !is_front && p[3] != 0.0f) continue;
                 const float share = 1.0f / whole;
                 const float t = depth * share;
-                if (t >= 0.0f && t < nearest) {
+                if (t >= 0.0f && t < (is_front ? nearest_front : nearest_back)) {
+                    if (any_one) return Four(t, U * share, V * share, wp::cast<wp::float32>(bvh.faces.data[place]));
+                    const float ex = bx - ax, ey = by - ay, ez = bz - az, fx = cx - ax, fy = cy - ay, fz = cz - az;
+                    const float nx = ey * fz - ez * fy, ny = ez * fx - ex * fz, nz = ex * fy - ey * fx;
+                    const float tie = least_height * sqrtf(nx * nx + ny * ny + nz * nz)
+                        / larger(fabsf(nx * dx + ny * dy + nz * dz), least);
                     nearest = t;
+                    nearest_front = is_front ? t : smaller(t + tie, max_t);
+                    nearest_back = is_front ? t - tie : t;
                     u = U * share;
                     v = V * share;
                     found = bvh.faces.data[place];
-                    if (any_one) return Four(nearest, u, v, wp::cast<wp::float32>(found));
                 }
             }
         }
-        while (next < 0 || next_entry > nearest * longer) {
+        while (next < 0 || next_entry > nearest_front * longer) {
             if (size == 0) return Four(nearest, u, v, wp::cast<wp::float32>(found));
             --size;
             next = stack[size];
@@ -170,9 +184,12 @@ _TRAVERSAL = """
 
 
 @wp.func_native(_TRAVERSAL)
-def intersect(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_one: bool) -> wp.vec4:
+def intersect(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_one: bool,
+              cull_backs: bool) -> wp.vec4:  # fmt: skip
     """The first triangle along a ray, nearer than `max_t`, or `any_one`; `direction` has unit length.
 
+    cull_backs: those that can be culled are not met from behind. Of two that lie in one place, back to back, the one
+    whose front is met is the first.
     (t, u, v) and, as the bits of a float, the triangle, -1 for none, which is met at u·p0 + v·p1 + (1 − u − v)·p2.
     Edges that triangles share let no ray through: S. Woop et al., Watertight Ray/Triangle Intersection, 2013.
     """

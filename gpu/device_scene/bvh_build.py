@@ -134,14 +134,14 @@ def bvh_level_kernel(first: int, mesh: wp.uint64, slots: wp.array2d[int], inner:
 
 @wp.kernel
 def bvh_corner_kernel(first: int, mesh: wp.uint64, vertices: wp.array[wp.vec3], indices: wp.array[int],
-                      corners: wp.array[wp.vec4], faces: wp.array[int]) -> None:  # fmt: skip
-    """One thread a place of the leaves: its triangle and that one's corners."""
+                      culled: wp.array[float], corners: wp.array[wp.vec4], faces: wp.array[int]) -> None:  # fmt: skip
+    """One thread a place of the leaves: its triangle and that one's corners. culled: see `build`."""
     place = first + wp.tid()
     face = face_at(mesh, place)
     faces[place] = face
     for corner in range(3):
         vertex = vertices[indices[3 * face + corner]]
-        corners[3 * place + corner] = wp.vec4(vertex[0], vertex[1], vertex[2], 0.0)
+        corners[3 * place + corner] = wp.vec4(vertex[0], vertex[1], vertex[2], culled[face])
 
 
 def _joined(parts: list[wp.array]) -> wp.array:
@@ -154,9 +154,10 @@ def _joined(parts: list[wp.array]) -> wp.array:
     return whole
 
 
-def build(vertices: wp.array, indices: wp.array) -> Bvh:
+def build(vertices: wp.array, indices: wp.array, culled: wp.array) -> Bvh:
     """A tree over one triangle or more, of `vertices` (vertex,) with corners `indices` (3·triangle,).
 
+    culled (triangle,): 1 where the back can be culled, else 0.
     Raises RuntimeError if it has more levels than a ray's stack is made for.
     """
     device = vertices.device
@@ -186,7 +187,7 @@ def build(vertices: wp.array, indices: wp.array) -> Bvh:
     bvh.bounds, bvh.children = _joined(bounds), _joined(children)
     bvh.faces = wp.empty(len(indices) // 3, dtype=int, device=device)
     bvh.corners = wp.empty(len(indices), dtype=wp.vec4, device=device)
-    launch(bvh_corner_kernel, len(bvh.faces), [mesh.id, vertices, indices, bvh.corners, bvh.faces], device)
+    launch(bvh_corner_kernel, len(bvh.faces), [mesh.id, vertices, indices, culled, bvh.corners, bvh.faces], device)
     # What is read above goes with the mesh.
     wp.synchronize_device(device)
     return bvh

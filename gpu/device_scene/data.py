@@ -43,7 +43,7 @@ class TextureData:
 
 @wp.struct
 class MaterialData:
-    """A material. base_color: linear RGBA; emission: radiance of the front side [W/m²/sr]."""
+    """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too."""
 
     base_color: wp.vec4
     emission: wp.vec3
@@ -55,6 +55,7 @@ class MaterialData:
     transmission: float
     normal_scale: float
     alpha_cutoff: float
+    double_sided: bool
     unlit: bool
     base_color_slot: SlotData
     metallic_roughness_slot: SlotData
@@ -64,18 +65,22 @@ class MaterialData:
 
 @wp.struct
 class SceneData:
-    """The scene as kernels see it, in unit space. Triangles below `opaque_count` are opaque, the rest alpha-masked.
+    """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `masked_count` after
+    them alpha-masked, and the last `backdrop_count` a sky around the scene, which only cameras and its light know.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
-    linear. alpha: rays must test masks; textured, glossy: rays may hit textures, narrow specular lobes;
-    lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks let no light through.
+    linear. alpha: rays must test masks; textured, glossy: rays may hit textures, narrow specular lobes; one_sided:
+    cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal;
+    ignore_alpha: masks let no light through.
     """
 
     opaque: Bvh
     masked: Bvh
+    backdrop: Bvh
     opaque_count: int
     masked_count: int
+    backdrop_count: int
     vertices: wp.array[wp.vec3]
     normals: wp.array[wp.vec3]
     uvs: wp.array2d[wp.vec2]
@@ -91,5 +96,6 @@ class SceneData:
     alpha: bool
     textured: bool
     glossy: bool
+    one_sided: bool
     lambertian: bool
     ignore_alpha: bool

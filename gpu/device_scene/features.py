@@ -17,12 +17,14 @@ MAX_ENUMERATED = 8
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    alpha: masks that let light through; textures; gloss: lobes so narrow that they get rays of their own; soft: as
-    `has_soft_light` tells.
+    alpha: masks that let light through; textures; one_sided: backs that cameras do not see; backdrop: a sky of
+    triangles; gloss: lobes so narrow that they get rays of their own; soft: as `has_soft_light` tells.
     """
 
     alpha: bool = True
     textures: bool = True
+    one_sided: bool = True
+    backdrop: bool = True
     gloss: bool = True
     soft: bool = True
 
@@ -42,7 +44,7 @@ def _glossy(material: Material) -> bool:
 
 def has_soft_light(scene: Scene) -> bool:
     """Whether `scene` has light that is sampled, not visited light by light, so that it is noisy and smoothed."""
-    emits = any(max(material.emission) > 0.0 and not material.unlit for material in scene.materials)
+    emits = any(material.emits for material in scene.materials)
     return emits or scene.sky is not None or len(scene.lights) > MAX_ENUMERATED
 
 
@@ -55,6 +57,8 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
     return SceneFeatures(
         alpha=alpha or assume_alpha,
         textures=bool(scene.textures) or assume_textures,
+        one_sided=not lambertian and any(material.double_sided is False for material in materials),
+        backdrop=any(material.backdrop for material in materials),
         gloss=gloss or assume_gloss,
         soft=has_soft_light(scene),
     )

@@ -1,10 +1,11 @@
-"""Rays against the scene: the only place that knows of offsets at a ray's ends, of alpha masks and of the BVHs."""
+"""Rays against the scene: the only place that knows of offsets at a ray's ends and of the BVHs."""
 
 import warp as wp
 
+from gpu.core.constants import RAY_LENGTH
 from gpu.device_scene.bvh import Bvh, intersect
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
-from gpu.device_scene.textures import sample_alpha
+from gpu.device_scene.sides import is_solid
 
 # A ray that starts on a triangle hits it at t = 0, so both ends move off their surfaces by this many units in the last
 # place of the position (Wächter and Binder, Ray Tracing Gems, ch. 6); unit space bounds the position by 1/2.
@@ -29,9 +30,9 @@ def offset_origin(position: wp.vec3, normal: wp.vec3, direction: wp.vec3) -> wp.
 
 
 @wp.func
-def first_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
-    """The first triangle of a tree along a ray."""
-    nearest = intersect(bvh, origin, direction, max_t, False)
+def first_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, cull_backs: bool) -> Hit:
+    """The first triangle of a tree along a ray; cull_backs: that is not met from behind where that can be culled."""
+    nearest = intersect(bvh, origin, direction, max_t, False, cull_backs)
     hit = Hit()
     hit.t = nearest[0]
     hit.u = nearest[1]
@@ -43,39 +44,56 @@ def first_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hi
 @wp.func
 def any_hit(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float) -> bool:
     """Whether a ray meets any triangle of a tree."""
-    return wp.cast(intersect(bvh, origin, direction, max_t, True)[3], int) != NO_HIT
+    return wp.cast(intersect(bvh, origin, direction, max_t, True, False)[3], int) != NO_HIT
 
 
 @wp.func
-def is_solid(scene: SceneData, masked_face: int, u: float, v: float) -> bool:
-    """Whether the point with barycentrics (u, v) of a triangle of the masked tree stops light."""
-    if scene.ignore_alpha:
-        return True
-    face = scene.opaque_count + masked_face
-    return sample_alpha(scene, face, u, v) >= scene.materials[scene.triangle_material[face]].alpha_cutoff
-
-
-@wp.func
-def closest_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
-    """The first surface along a ray; hit.face is NO_HIT where there is none. `direction` has unit length."""
+def first_surface(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float, cull_backs: bool) -> Hit:
+    """The first surface along a ray, whose back is not met where `cull_backs` and it can be culled."""
     hit = Hit()
     hit.face = NO_HIT
     hit.t = max_t
     if scene.opaque_count > 0:
-        hit = first_hit(scene.opaque, origin, direction, max_t)
+        hit = first_hit(scene.opaque, origin, direction, max_t, cull_backs)
     if scene.masked_count > 0:
         start = float(0.0)
         for _layer in range(MAX_ALPHA_LAYERS):
-            layer = first_hit(scene.masked, origin + direction * start, direction, hit.t - start)
+            layer = first_hit(scene.masked, origin + direction * start, direction, hit.t - start, cull_backs)
             if layer.face == NO_HIT:
                 break
+            layer.face += scene.opaque_count
             start += layer.t
             if is_solid(scene, layer.face, layer.u, layer.v):
                 hit = layer
-                hit.face += scene.opaque_count
                 hit.t = start
                 break
             start += OFFSET_ULP
+    return hit
+
+
+@wp.func
+def closest_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float) -> Hit:
+    """The first surface that light meets along a ray; hit.face is NO_HIT where there is none. `direction` has unit
+    length.
+    """
+    return first_surface(scene, origin, direction, max_t, False)
+
+
+@wp.func
+def seen_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3) -> Hit:
+    """The first surface that a camera sees along a ray; hit.face is NO_HIT where there is none."""
+    return first_surface(scene, origin, direction, RAY_LENGTH, scene.one_sided)
+
+
+@wp.func
+def backdrop_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3) -> Hit:
+    """The sky around the scene where a ray that meets nothing else sees it; hit.face is NO_HIT where it does not."""
+    hit = Hit()
+    hit.face = NO_HIT
+    if scene.backdrop_count > 0:
+        hit = first_hit(scene.backdrop, origin, direction, RAY_LENGTH, scene.one_sided)
+        if hit.face != NO_HIT:
+            hit.face += scene.opaque_count + scene.masked_count
     return hit
 
 
@@ -87,10 +105,10 @@ def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float
     if scene.masked_count > 0:
         start = float(0.0)
         for _layer in range(MAX_ALPHA_LAYERS):
-            layer = first_hit(scene.masked, origin + direction * start, direction, max_t - start)
+            layer = first_hit(scene.masked, origin + direction * start, direction, max_t - start, False)
             if layer.face == NO_HIT:
                 return False
-            if is_solid(scene, layer.face, layer.u, layer.v):
+            if is_solid(scene, scene.opaque_count + layer.face, layer.u, layer.v):
                 return True
             start += layer.t + OFFSET_ULP
     return False

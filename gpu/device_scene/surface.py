@@ -3,6 +3,7 @@
 import warp as wp
 
 from gpu.device_scene.data import NO_TEXTURE, Hit, SceneData
+from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
 from gpu.device_scene.textures import sample_slot
 
 # Lower roughness makes highlights of punctual lights too small to be seen; α = roughness².
@@ -15,7 +16,7 @@ class Surface:
 
     albedo: reflectance for indirect light, which sees every surface as Lambertian; diffuse: reflectance of the diffuse
     lobe, f0: specular reflectance at normal incidence, roughness: perceptual, for direct light; emission: radiance
-    towards the ray's origin [W/m²/sr], zero on the back side.
+    towards the ray's origin [W/m²/sr].
     """
 
     position: wp.vec3
@@ -26,14 +27,6 @@ class Surface:
     emission: wp.vec3
     f0: wp.vec3
     roughness: float
-
-
-@wp.func
-def triangle_normal(scene: SceneData, face: int) -> wp.vec3:
-    """Unit normal of a triangle's front side, the one it is wound counter-clockwise on."""
-    corner = scene.triangles[face]
-    p0 = scene.vertices[corner[0]]
-    return wp.normalize(wp.cross(scene.vertices[corner[1]] - p0, scene.vertices[corner[2]] - p0))
 
 
 @wp.func
@@ -80,8 +73,10 @@ def albedo_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
 
 @wp.func
 def emission_at(scene: SceneData, face: int, u: float, v: float) -> wp.vec3:
-    """Radiance of a triangle's front side [W/m²/sr]: factor × strength × texture."""
+    """Radiance of a triangle's sides that emit [W/m²/sr]: factor × strength × texture; none where alpha cuts away."""
     material = scene.materials[scene.triangle_material[face]]
+    if not is_solid(scene, face, u, v):
+        return wp.vec3(0.0, 0.0, 0.0)
     texture = sample_slot(scene, material.emission_slot, face, u, v)
     return wp.cw_mul(material.emission, wp.vec3(texture[0], texture[1], texture[2]))
 
@@ -100,7 +95,7 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     seen_front = wp.dot(front, direction) < 0.0
     surface.geometric_normal = wp.where(seen_front, front, -front)
     base = albedo_at(scene, hit.face, hit.u, hit.v)
-    if seen_front:
+    if seen_front or emits_from_back(scene, hit.face):
         surface.emission = emission_at(scene, hit.face, hit.u, hit.v)
     surface.normal = surface.geometric_normal
     surface.albedo = base

@@ -9,7 +9,7 @@ from gpu.core.device import choose_device, duplicate
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
-from gpu.scene.types import AlphaMode, Ints, Material, Scene, Texture, TextureSlot
+from gpu.scene.types import AlphaMode, Floats, Ints, Material, Scene, Texture, TextureSlot
 
 
 def _slot(slot: TextureSlot | None) -> SlotData:
@@ -29,12 +29,20 @@ def _material(material: Material) -> MaterialData:
     data.metallic, data.roughness, data.ior = material.metallic, material.roughness, material.ior
     data.specular, data.specular_color = material.specular, wp.vec3(*material.specular_color)
     data.transmission, data.normal_scale, data.unlit = material.transmission, material.normal_scale, material.unlit
-    data.alpha_cutoff = 0.5 if material.alpha_mode is AlphaMode.BLEND else material.alpha_cutoff
+    data.alpha_cutoff = material.solid_alpha
+    data.double_sided = bool(material.double_sided)
     data.base_color_slot = _slot(material.base_color_slot)
     data.metallic_roughness_slot = _slot(material.metallic_roughness_slot)
     data.normal_slot = _slot(material.normal_slot)
     data.emission_slot = _slot(material.emission_slot)
     return data
+
+
+def _kind(material: Material) -> int:
+    """The group of triangles that those of `material` are in, by SceneData's order."""
+    if material.backdrop:
+        return 2
+    return int(material.alpha_mode is not AlphaMode.OPAQUE)
 
 
 def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndarray]:
@@ -66,18 +74,18 @@ def _srgb_decode() -> np.ndarray:
 class DeviceScene:
     """A scene's geometry, materials and textures on one device.
 
-    `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, to the
-    scene's. Raises DeviceError when `device` does not
-    exist.
+    `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, then
+    masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist.
     """
 
     def __init__(self, scene: Scene, device: str | None = None) -> None:
         self.scene = scene
         self.device = choose_device(device)
-        masked = np.array([m.alpha_mode is not AlphaMode.OPAQUE for m in scene.materials])[scene.triangle_material]
-        self.triangle_order: Ints = np.argsort(masked, kind="stable").astype(np.int32)
+        kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
+        self.triangle_order: Ints = np.argsort(kind, kind="stable").astype(np.int32)
         triangles = np.ascontiguousarray(scene.triangles[self.triangle_order])
-        opaque_count = int(len(masked) - masked.sum())
+        counts = np.bincount(kind, minlength=3).tolist()
+        one_sided = np.array([m.double_sided is False for m in scene.materials])[scene.triangle_material]
 
         data = SceneData()
         data.vertices = self._upload(scene.vertices, wp.vec3)
@@ -93,27 +101,32 @@ class DeviceScene:
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
         data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
-        data.opaque_count, data.masked_count = opaque_count, len(triangles) - opaque_count
+        data.opaque_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
-        if data.opaque_count:
-            data.opaque = self._tree(data.vertices, triangles[:opaque_count])
-        if data.masked_count:
-            data.masked = self._tree(data.vertices, triangles[opaque_count:])
+        data.one_sided = bool(one_sided.any())
+        begin, culled = 0, one_sided[self.triangle_order].astype(np.float32)
+        for name, count in zip(("opaque", "masked", "backdrop"), counts, strict=True):
+            if count:
+                part = slice(begin, begin + count)
+                setattr(data, name, self._tree(data.vertices, triangles[part], culled[part]))
+            begin += count
         self.data = data
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
         return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
 
-    def _tree(self, vertices: wp.array, triangles: Ints) -> Bvh:
-        return build(vertices, self._upload(triangles.ravel(), wp.int32))
+    def _tree(self, vertices: wp.array, triangles: Ints, culled: Floats) -> Bvh:
+        return build(vertices, self._upload(triangles.ravel(), wp.int32), self._upload(culled, wp.float32))
 
     def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
 
-        Then surfaces are opaque and Lambertian with their geometric normals, without alpha or normal maps.
+        Then surfaces are opaque and Lambertian with their geometric normals, without alpha or normal maps, and cameras
+        see both sides of all.
         assume_alpha: rays look for masks even where there are none.
         """
         data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
+        data.one_sided = data.one_sided and not lambertian
         data.alpha = (data.masked_count > 0 and not lambertian) or assume_alpha
         return data

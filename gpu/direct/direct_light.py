@@ -149,7 +149,7 @@ def direct_samples(count: int, moment: wp.array, seed: int) -> DirectSamples:
 
 
 @cache
-def direct_light_kernel(alpha: bool, textures: bool, gloss: bool) -> wp.Kernel:
+def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool) -> wp.Kernel:
     """The kernel for scenes with or without these of gpu.device_scene.features."""
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
@@ -181,6 +181,8 @@ def direct_light_kernel(alpha: bool, textures: bool, gloss: bool) -> wp.Kernel:
             scene.textured = False
         if wp.static(not gloss):
             scene.glossy = False
+        if wp.static(not backdrop):
+            scene.backdrop_count = 0
         surface = Surface()
         surface.position = gbuffer.position[pixel]
         surface.geometric_normal = gbuffer.geometric_normal[pixel]
@@ -215,7 +217,7 @@ def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, si
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
     gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
-    kernel = direct_light_kernel(features.alpha, features.textures, features.gloss)
+    kernel = direct_light_kernel(features.alpha, features.textures, features.gloss, features.backdrop)
     launch(kernel, size[0] * size[1], [scene, table, gbuffer, image_size(size), samples, out, soft], out.device)
 
 

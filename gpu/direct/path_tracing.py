@@ -13,12 +13,13 @@ from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.rays import closest_hit, connected, offset_origin, seen_hit
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
+from gpu.lights.background import background
 from gpu.lights.light_sampling import light_at_hit, sample_light
-from gpu.lights.light_table import LightTable, sky_radiance
+from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
 
@@ -111,10 +112,10 @@ def trace_paths_kernel(first: int, scene: SceneData, table: LightTable, cameras:
     total = wp.vec3(0.0, 0.0, 0.0)
     for index in range(paths.before, paths.before + paths.count):
         ray = pixel_ray(cameras[0], pixel, image)
-        hit = closest_hit(scene, ray.origin, ray.direction, RAY_LENGTH)
+        hit = seen_hit(scene, ray.origin, ray.direction)
         if hit.face == NO_HIT:
             if paths.direct:
-                total += sky_radiance(scene, ray.direction)
+                total += background(scene, ray.origin, ray.direction)
             continue
         surface = surface_at(scene, hit, ray.direction)
         if paths.direct:

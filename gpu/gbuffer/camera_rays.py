@@ -11,7 +11,8 @@ from gpu.scene.types import Camera, Placement
 class CameraData:
     """A camera in unit space. right, up, back: unit axes; half_width, half_height: of the image plane at distance 1.
 
-    An orthographic camera's are in unit lengths instead. x, y: where in a pixel its ray goes through, in [0, 1).
+    An orthographic camera's are in unit lengths instead. near: how far in front of it the view begins. x, y: where in a
+    pixel its ray goes through, in [0, 1).
     """
 
     origin: wp.vec3
@@ -21,6 +22,7 @@ class CameraData:
     half_width: float
     half_height: float
     orthographic: bool
+    near: float
     x: float
     y: float
 
@@ -36,17 +38,18 @@ def camera_data(
     data.origin = wp.vec3(*origin)
     data.right, data.up, data.back = (wp.vec3(*axes[:, k]) for k in range(3))
     data.half_height, data.half_width = half_height, half_height * aspect
-    data.orthographic = camera.orthographic
+    data.orthographic, data.near = camera.orthographic, camera.near * placement.scale
     data.x, data.y = place
     return data
 
 
 @wp.struct
 class CameraRay:
-    """A camera's ray; direction: unit length."""
+    """A camera's ray from where its view begins; direction: unit length; start: distance from the camera to there."""
 
     origin: wp.vec3
     direction: wp.vec3
+    start: float
 
 
 @wp.func
@@ -61,6 +64,8 @@ def camera_ray(camera: CameraData, x: float, y: float) -> CameraRay:
         ray.origin += camera.right * right + camera.up * up
     else:
         ray.direction = wp.normalize(camera.right * right + camera.up * up - camera.back)
+    ray.start = camera.near / -wp.dot(ray.direction, camera.back)
+    ray.origin += ray.direction * ray.start
     return ray
 
 
@@ -76,11 +81,11 @@ def pixel_ray(camera: CameraData, pixel: int, image: ImageSize) -> CameraRay:
 def image_point(camera: CameraData, position: wp.vec3, image: ImageSize) -> wp.vec2:
     """Where `position` is in the image [pixels]: whole numbers where pixels' rays pass; −1, −1 where it is outside."""
     offset = position - camera.origin
-    depth = float(1.0)
-    if not camera.orthographic:
-        depth = -wp.dot(offset, camera.back)
-        if depth <= 0.0:
-            return wp.vec2(-1.0, -1.0)
+    depth = -wp.dot(offset, camera.back)
+    if depth <= camera.near:
+        return wp.vec2(-1.0, -1.0)
+    if camera.orthographic:
+        depth = 1.0
     right = wp.dot(offset, camera.right) / (depth * camera.half_width)
     up = wp.dot(offset, camera.up) / (depth * camera.half_height)
     if wp.abs(right) > 1.0 or wp.abs(up) > 1.0:

@@ -4,15 +4,15 @@ from functools import cache
 
 import warp as wp
 
-from gpu.core.constants import PI, RAY_LENGTH
+from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
-from gpu.device_scene.rays import closest_hit
+from gpu.device_scene.rays import seen_hit
 from gpu.device_scene.surface import surface_at
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
-from gpu.lights.light_table import sky_radiance
+from gpu.lights.background import background
 
 
 @wp.struct
@@ -47,8 +47,10 @@ def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 
 @cache
-def primary_ray_kernel(texels: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
+def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
+    of gpu.device_scene.features.
+    """
 
     @wp.kernel(module="unique")
     def primary_ray_kernel(
@@ -59,20 +61,25 @@ def primary_ray_kernel(texels: bool) -> wp.Kernel:
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
+        if wp.static(not one_sided):
+            scene.one_sided = False
+        if wp.static(not backdrop):
+            scene.backdrop_count = 0
         camera = cameras[0]
         ray = pixel_ray(camera, pixel, image)
-        hit = closest_hit(scene, ray.origin, ray.direction, RAY_LENGTH)
+        hit = seen_hit(scene, ray.origin, ray.direction)
         out.face[pixel] = hit.face
         out.to_camera[pixel] = -ray.direction
         out.throughput[pixel] = wp.vec3(1.0, 1.0, 1.0)
         if hit.face == NO_HIT:
-            out.emitted[pixel] = sky_radiance(scene, ray.direction)
+            out.emitted[pixel] = background(scene, ray.origin, ray.direction)
             return
         surface = surface_at(scene, hit, ray.direction)
         out.position[pixel] = surface.position
         out.geometric_normal[pixel] = surface.geometric_normal
         out.normal[pixel] = surface.normal
-        out.spacing[pixel] = wp.where(camera.orthographic, 1.0, hit.t) * 2.0 * camera.half_height / float(image.height)
+        distance = wp.where(camera.orthographic, 1.0, ray.start + hit.t)
+        out.spacing[pixel] = distance * 2.0 * camera.half_height / float(image.height)
         out.albedo[pixel] = surface.albedo
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0
@@ -86,4 +93,5 @@ def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int]
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData."""
     inputs = [scene, camera, image_size(size), out]
-    launch(primary_ray_kernel(features.texels), size[0] * size[1], inputs, out.face.device)
+    kernel = primary_ray_kernel(features.texels, features.one_sided, features.backdrop)
+    launch(kernel, size[0] * size[1], inputs, out.face.device)

@@ -16,7 +16,7 @@ from gpu.core.parameters import parameters
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import blocking, closest_hit, offset_origin
-from gpu.device_scene.surface import triangle_normal
+from gpu.device_scene.sides import triangle_normal
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints

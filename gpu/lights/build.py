@@ -7,17 +7,20 @@ from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import MAX_ENUMERATED
+from gpu.device_scene.sides import emits_from_back
 from gpu.device_scene.surface import emission_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.sampling.warps import triangle_barycentrics
-from gpu.scene.types import Doubles, Ints, Light, LightKind
+from gpu.scene.types import Doubles, Floats, Ints, Light, LightKind, Scene
 
 
 @wp.kernel
 def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], samples: int, areas: wp.array[float],
                           powers: wp.array[float]) -> None:  # fmt: skip
-    """One thread an emissive triangle: its area and its power [W], averaged over `samples` points and all channels."""
+    """One thread an emissive triangle: its area and the power [W] of the sides that emit, averaged over `samples`
+    points and all channels.
+    """
     index = first + wp.tid()
     face = faces[index]
     corner = scene.triangles[face]
@@ -33,7 +36,7 @@ def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], sa
     # A floor, so that no point that emits is left without a chance to be chosen.
     total = wp.max(total / float(samples), 0.01 * wp.max(factor[0], wp.max(factor[1], factor[2])))
     areas[index] = area
-    powers[index] = PI * area * total
+    powers[index] = wp.where(emits_from_back(scene, face), 2.0, 1.0) * PI * area * total
 
 
 def _light(light: Light) -> LightData:
@@ -56,7 +59,7 @@ def _light_power(light: Light, radius: float) -> float:
 
 def emissive_faces(device_scene: DeviceScene) -> Ints:
     """The device's triangles whose material emits light, shape (triangle,). Unlit materials are shown, not lights."""
-    emits = np.array([max(m.emission) > 0.0 and not m.unlit for m in device_scene.scene.materials])
+    emits = np.array([material.emits for material in device_scene.scene.materials])
     materials = device_scene.scene.triangle_material[device_scene.triangle_order]
     return np.flatnonzero(emits[materials]).astype(np.int32)
 
@@ -72,24 +75,34 @@ def _power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
     return cdf
 
 
+def _solid_vertices(scene: Scene) -> Floats:
+    """Vertices (vertex, 3) of what light can meet: all but a backdrop's, if there is one."""
+    backdrop = np.array([material.backdrop for material in scene.materials])
+    if not backdrop.any():
+        return scene.vertices
+    return scene.vertices[scene.triangles[~backdrop[scene.triangle_material]].reshape(-1)]
+
+
 def build_light_table(
-    device_scene: DeviceScene, *, power_samples: int = 16, min_solid_angle: float = 0.1
+    device_scene: DeviceScene, *, power_samples: int = 16, mask_samples: int = 256, min_solid_angle: float = 0.1
 ) -> LightTable:
     """The scene's emitters, to be chosen in proportion to their power; `count` is 0 when nothing emits.
 
-    power_samples: points of a triangle whose emission tells its power; min_solid_angle: see LightTable [sr].
+    power_samples: points of a triangle whose emission tells its power, in scenes with masks as many as mask_samples;
+    min_solid_angle: see LightTable [sr].
     """
     scene, device = device_scene.scene, device_scene.device
     faces = wp.array(emissive_faces(device_scene), dtype=wp.int32, device=device)
     table = LightTable()
-    table.radius = float(np.linalg.norm(np.abs(scene.vertices).max(axis=0)))
+    table.radius = float(np.linalg.norm(np.abs(_solid_vertices(scene)).max(axis=0)))
     table.min_solid_angle = min_solid_angle
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
     table.light_count = len(scene.lights)
     table.faces = faces
     table.areas = wp.zeros(len(faces), dtype=float, device=device)
     powers = wp.zeros(len(faces), dtype=float, device=device)
-    launch(triangle_power_kernel, len(faces), [device_scene.data, faces, power_samples, table.areas, powers], device)
+    samples = mask_samples if device_scene.data.alpha else power_samples
+    launch(triangle_power_kernel, len(faces), [device_scene.data, faces, samples, table.areas, powers], device)
     table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
     sky = [] if scene.sky is None else [float(np.mean(scene.sky.radiance)) * 2.0 * (np.pi * table.radius) ** 2]
     extended = np.concatenate([powers.numpy().astype(np.float64), sky])

@@ -4,7 +4,8 @@ import warp as wp
 
 from gpu.core.constants import PI
 from gpu.device_scene.data import SceneData
-from gpu.device_scene.surface import emission_at, triangle_normal
+from gpu.device_scene.sides import emits_from_back, triangle_normal
+from gpu.device_scene.surface import emission_at
 from gpu.lights.light_table import (
     DIRECTIONAL,
     FAR,
@@ -51,8 +52,13 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
         uv = triangle_barycentrics(on_emitter.x, on_emitter.y)
         particle.origin = point_on(scene, face, uv)
         particle.normal = triangle_normal(scene, face)
-        particle.direction = cosine_direction(particle.normal, outgoing.x, outgoing.y)
         power = PI * table.areas[choice.index] / choice.probability
+        turn = outgoing.x
+        if emits_from_back(scene, face):
+            power *= 2.0
+            particle.normal = wp.where(turn < 0.5, particle.normal, -particle.normal)
+            turn = wp.where(turn < 0.5, 2.0 * turn, 2.0 * turn - 1.0)
+        particle.direction = cosine_direction(particle.normal, turn, outgoing.y)
         particle.flux = emission_at(scene, face, uv[0], uv[1]) * power
         return particle
     if not is_light(table, choice.index):

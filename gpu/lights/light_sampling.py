@@ -4,7 +4,9 @@ import warp as wp
 
 from gpu.core.constants import PI
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
-from gpu.device_scene.surface import emission_at, triangle_normal
+from gpu.device_scene.rays import backdrop_hit
+from gpu.device_scene.sides import emitting_normal
+from gpu.device_scene.surface import emission_at
 from gpu.lights.light_table import (
     DIRECTIONAL,
     FAR,
@@ -84,10 +86,12 @@ def corners_from(scene: SceneData, face: int, position: wp.vec3) -> Corners:
 
 
 @wp.func
-def solid_angle_from(scene: SceneData, face: int, position: wp.vec3, corners: Corners) -> float:
-    """The solid angle [sr] of a triangle that `position` sees so; none from its own plane, where it is not defined."""
-    height = wp.dot(position - scene.vertices[scene.triangles[face][0]], triangle_normal(scene, face))
-    return wp.where(height > MIN_HEIGHT, triangle_solid_angle(corners), 0.0)
+def solid_angle_from(scene: SceneData, face: int, normal: wp.vec3, position: wp.vec3, corners: Corners) -> float:
+    """The solid angle [sr] of a triangle's side of `normal` that `position` sees so; none from its own plane, where it
+    is not defined.
+    """
+    height = wp.dot(position - scene.vertices[scene.triangles[face][0]], normal)
+    return wp.where(height > MIN_HEIGHT, wp.abs(triangle_solid_angle(corners)), 0.0)
 
 
 @wp.func
@@ -97,9 +101,10 @@ def barycentrics_towards(scene: SceneData, face: int, position: wp.vec3, directi
     p0 = scene.vertices[corner[0]] - position
     p1 = scene.vertices[corner[1]] - position
     p2 = scene.vertices[corner[2]] - position
-    u = wp.max(-wp.dot(direction, wp.cross(p1, p2)), 0.0)
-    v = wp.max(-wp.dot(direction, wp.cross(p2, p0)), 0.0)
-    w = wp.max(-wp.dot(direction, wp.cross(p0, p1)), 0.0)
+    turn = wp.where(wp.dot(direction, wp.cross(p1 - p0, p2 - p0)) > 0.0, 1.0, -1.0)
+    u = wp.max(turn * wp.dot(direction, wp.cross(p1, p2)), 0.0)
+    v = wp.max(turn * wp.dot(direction, wp.cross(p2, p0)), 0.0)
+    w = wp.max(turn * wp.dot(direction, wp.cross(p0, p1)), 0.0)
     return wp.vec2(u, v) / (u + v + w)
 
 
@@ -132,13 +137,13 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
     if is_triangle(table, choice.index):
         face = table.faces[choice.index]
         corners = corners_from(scene, face, position)
-        solid_angle = solid_angle_from(scene, face, position, corners)
+        sample.normal = emitting_normal(scene, face, position - scene.vertices[scene.triangles[face][0]])
+        solid_angle = solid_angle_from(scene, face, sample.normal, position, corners)
         uv = triangle_barycentrics(place.x, place.y)
         if solid_angle > table.min_solid_angle:
             direction = triangle_direction(corners, solid_angle, place.x, place.y)
             uv = barycentrics_towards(scene, face, position, direction)
         sample.point = point_on(scene, face, uv)
-        sample.normal = triangle_normal(scene, face)
         to_light = sample.point - position
         sample.direction = wp.normalize(to_light)
         density = triangle_density(table, choice.index, choice.probability, solid_angle, sample.normal, to_light)
@@ -155,19 +160,25 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
 
 @wp.func
 def light_at_hit(scene: SceneData, table: LightTable, cdf: PowerCdf, origin: wp.vec3, direction: wp.vec3,
-                 hit: Hit) -> HitLight:  # fmt: skip
-    """The light that a ray along unit `direction` sees at its `hit`; `cdf` must have all emitters it can hit."""
+                 met: Hit) -> HitLight:  # fmt: skip
+    """The light that a ray along unit `direction` sees where it `met` a surface, or in the sky where it met none; `cdf`
+    must have all emitters it can hit.
+    """
     found = HitLight()
+    hit = met
+    if hit.face == NO_HIT:
+        hit = backdrop_hit(scene, origin, direction)
     if hit.face == NO_HIT:
         found.radiance = sky_radiance(scene, direction)
         if table.sky_count > 0:
             found.density = probability_of(cdf, table.triangle_count) * (1.0 + direction[1]) / (4.0 * PI)
         return found
     emitter = emitter_of(table, hit.face)
-    normal = triangle_normal(scene, hit.face)
+    normal = emitting_normal(scene, hit.face, -direction)
     if emitter != NOT_AN_EMITTER and wp.dot(normal, direction) < 0.0:
         found.radiance = emission_at(scene, hit.face, hit.u, hit.v)
-        solid_angle = solid_angle_from(scene, hit.face, origin, corners_from(scene, hit.face, origin))
+        corners = corners_from(scene, hit.face, origin)
+        solid_angle = solid_angle_from(scene, hit.face, normal, origin, corners)
         to_light = direction * hit.t
         found.density = triangle_density(table, emitter, probability_of(cdf, emitter), solid_angle, normal, to_light)
     return found

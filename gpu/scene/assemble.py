@@ -8,13 +8,16 @@ import numpy as np
 from gpu.errors import SceneError
 from gpu.scene import validate
 from gpu.scene.bulk import bulk_of
+from gpu.scene.default_light import with_default_light
 from gpu.scene.default_view import default_camera
+from gpu.scene.emitted_power import emitted_power
 from gpu.scene.guess import Shape, frame_of, said_metres
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.lengths import length_text
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.precision import device_precision, file_precision
+from gpu.scene.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.to_world import as_vector, camera_in_world, light_in_unit_space
 from gpu.scene.types import (
     Camera,
@@ -22,6 +25,7 @@ from gpu.scene.types import (
     Floats,
     Integers,
     Light,
+    LightKind,
     LoadReport,
     Mask,
     Material,
@@ -31,7 +35,6 @@ from gpu.scene.types import (
     Texture,
 )
 
-SOFT_SKY = Sky((1.0, 1.0, 1.0))
 # Twice a triangle's area in unit space, relative to its longest edge squared and absolute: below, float32 sees a line.
 _RELATIVE_AREA, _ABSOLUTE_AREA = 1e-12, 1e-24
 
@@ -84,13 +87,13 @@ def assemble(
     Its world is in metres with +Y up, as `options` and the file say or else as is guessed, counted from the origin that
     `options` give. What is small and too far away to be seen is left out.
     Degenerate triangles are dropped and counted; normals that are missing, zero or not finite become geometric ones. A
-    scene that nothing lights gets a soft sky, one without a camera a view; the report's notes say so.
+    sky of triangles becomes a backdrop. A scene that nothing lights gets a light, one without a camera a view; the
+    report's notes say so.
     Raises SceneError when an array is not finite or refers to what is not there, a number is too large to compute with,
     nothing visible is left, or a limit is exceeded.
     """
     _check(name, found, limits)
     _check_choices(name, found.choices, options)
-    materials, lights, sky = found.materials, found.lights, found.sky
     metres = said_metres(found.metres_per_unit, options)
     parts = [_flat(part) if part.normals is None else part for part in found.meshes if len(part.triangles)]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")
@@ -102,20 +105,24 @@ def assemble(
     material = np.repeat([part.material for part in parts], [len(part.triangles) for part in parts])
     positions = np.concatenate([np.asarray(part.positions, np.float64) for part in parts])
 
-    bulk = bulk_of(positions, triangles)
+    sun = any(light.kind is LightKind.DIRECTIONAL for light in found.lights)
+    materials = with_sky_dome(positions, triangles, material, found.materials, sun=sun)
+    backdrop = np.array([made.backdrop for made in materials])[material]
+    bulk = bulk_of(positions, triangles, ~backdrop)
     shape = Shape(positions, triangles[bulk.member], bulk.low, bulk.high)
     frame, guesses = frame_of(shape, found.up, found.metres_per_unit, options)
     notes = [*found.notes, *guesses]
     world = frame.to_world(positions)
-    too_far = bulk.too_far & ~_emits(materials)[material]
+    too_far = bulk.too_far & ~backdrop & ~_emits(materials)[material]
+    notes += sky_notes(materials)
     notes += _far_away(too_far, bulk.distances * frame.metres_per_unit)
     notes += file_precision(positions, bulk, frame.metres_per_unit)
 
     kept = ~too_far
-    kept &= _sound(_recentred(world, triangles[kept])[0], triangles)
+    kept &= _sound(_recentred(world, triangles[kept & ~backdrop])[0], triangles)
     if not kept.any():
         raise SceneError(name, "", f"none of its {len(triangles)} triangles has an area")
-    unit, placement = _recentred(world, triangles[kept])
+    unit, placement = _recentred(world, triangles[kept & ~backdrop])
     vertices = unit.astype(np.float32)
     kept &= _sound(vertices.astype(np.float64), triangles)
     dropped = int(np.count_nonzero(~too_far & ~kept))
@@ -130,13 +137,10 @@ def assemble(
     normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
     notes += device_precision(vertices, triangles, 1.0 / placement.scale)
     cameras = [camera_in_world(camera, frame) for camera in found.cameras]
-    if not lights and sky is None and not any(any(materials[number].emission) for number in np.unique(material)):
-        sky = SOFT_SKY
-        notes.append("the scene has no light: a soft sky from above was added")
     if not cameras:
         cameras = [default_camera(vertices, triangles[member], placement)]
         notes.append("the scene has no camera: a view was chosen")
-    return Scene(
+    scene = Scene(
         name=name,
         vertices=vertices,
         normals=repaired_normals(normals, vertices, triangles),
@@ -146,8 +150,8 @@ def assemble(
         triangle_material=material.astype(np.int32),
         materials=tuple(materials),
         textures=tuple(found.textures),
-        lights=tuple(light_in_unit_space(light, frame, placement, metres) for light in lights),
-        sky=sky,
+        lights=tuple(light_in_unit_space(light, frame, placement, metres) for light in found.lights),
+        sky=found.sky,
         cameras=tuple(cameras),
         placement=placement,
         report=LoadReport(tuple(found.ignored), dropped, tuple(notes)),
@@ -155,6 +159,12 @@ def assemble(
         frame=frame,
         choices=found.choices,
     )
+    return scene if _is_lit(scene) else with_default_light(scene)
+
+
+def _is_lit(scene: Scene) -> bool:
+    lights = [*(light.intensity for light in scene.lights), *([scene.sky.radiance] if scene.sky else [])]
+    return any(max(light) > 0.0 for light in lights) or bool(emitted_power(scene).any())
 
 
 def _emits(materials: Sequence[Material]) -> Mask:

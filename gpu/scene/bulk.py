@@ -31,17 +31,18 @@ class Bulk:
         return ~self.member & (self.distances > FARTHEST * float((self.high - self.low).max()))
 
 
-def bulk_of(positions: Doubles, triangles: Integers) -> Bulk:
+def bulk_of(positions: Doubles, triangles: Integers, counts: Mask | None = None) -> Bulk:
     """The bulk of triangles (triangle, 3), indices of positions (vertex, 3): without what is small and beyond a gap.
 
-    A ground plane or a sky dome is large: it belongs to the bulk.
+    A ground plane is large: it belongs to the bulk. counts (triangle,): which may belong to it, if not all.
     """
+    counts = np.ones(len(triangles), bool) if counts is None else counts
     size = max(float(np.abs(positions).max()), np.finfo(float).tiny)
     area = np.linalg.norm(area_vectors(positions / size, triangles), axis=1)
-    area = area if area.any() else np.ones(len(triangles))
+    area = np.where(counts, area if area[counts].any() else 1.0, 0.0)
     middle = np.array([_weighted_median(positions[:, axis][triangles].mean(axis=1), area) for axis in range(3)])
     reach = _distances(positions, triangles, middle)
-    member = reach <= _radius(reach, area)
+    member = counts & (reach <= _radius(reach[counts], area[counts]))
     corners = positions[np.unique(triangles[member])]
     low, high = corners.min(axis=0), corners.max(axis=0)
     return Bulk(member, low, high, _distances(positions, triangles, low + (high - low) / 2.0))

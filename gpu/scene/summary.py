@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from gpu.scene.colors import srgb_to_linear
+from gpu.scene.emitted_power import emitted_power
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.normals import area_vectors
-from gpu.scene.types import Camera, Doubles, Light, LightKind, Material, Scene, Texture
+from gpu.scene.types import Camera, Doubles, Light, LightKind, Scene, Texture
 
 _LISTED = 40
 
@@ -21,8 +21,6 @@ def summarise(scene: Scene) -> dict[str, Any]:
     Points and directions are in the file's own coordinates, which `frame` takes to metres.
     """
     corners = scene.frame.to_file(np.array(scene.bounds))
-    areas = np.linalg.norm(area_vectors(scene.vertices.astype(np.float64), scene.triangles), axis=1) / 2.0
-    world_areas = np.bincount(scene.triangle_material, areas, len(scene.materials)) / scene.placement.scale**2
     triangles = np.bincount(scene.triangle_material, minlength=len(scene.materials))
     return {
         "name": scene.name,
@@ -34,10 +32,10 @@ def summarise(scene: Scene) -> dict[str, Any]:
         "bounds": {"min": _list(corners.min(axis=0)), "max": _list(corners.max(axis=0))},
         "materials": [
             {"name": material.name, "triangles": int(count), "area": float(area)}
-            for material, count, area in zip(scene.materials, triangles, world_areas, strict=True)
+            for material, count, area in zip(scene.materials, triangles, _world_areas(scene), strict=True)
         ],
         "textures": [_texture(texture) for texture in scene.textures],
-        "lights": [*_emitters(scene, world_areas), *(_light(light, scene.placement.scale) for light in scene.lights)]
+        "lights": [*_emitters(scene), *(_light(light, scene.placement.scale) for light in scene.lights)]
         + ([{"name": "sky", "kind": "sky", "radiance": list(scene.sky.radiance)}] if scene.sky else []),
         "cameras": [_camera(camera, scene.frame) for camera in scene.cameras],
         "choices": {name: list(offered) for name, offered in scene.choices.items()},
@@ -87,22 +85,17 @@ def summary_text(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def mean_emission(scene: Scene, material: Material) -> Doubles:
-    """The radiance (3,) that `material` emits, averaged over its emissive texture."""
-    emission = np.array(material.emission)
-    if material.emission_slot is None:
-        return emission
-    texture = scene.textures[material.emission_slot.texture]
-    linear = srgb_to_linear(np.arange(256)) if texture.srgb else np.arange(256) / 255.0
-    counts = np.stack([np.bincount(texture.pixels[:, :, channel].reshape(-1), minlength=256) for channel in range(3)])
-    return np.asarray(emission * (counts @ linear) / counts.sum(axis=1))
+def _world_areas(scene: Scene) -> Doubles:
+    """The area (material,) of each material's surfaces in world units."""
+    areas = np.linalg.norm(area_vectors(scene.vertices.astype(np.float64), scene.triangles), axis=1) / 2.0
+    return np.bincount(scene.triangle_material, areas, len(scene.materials)) / scene.placement.scale**2
 
 
-def _emitters(scene: Scene, areas: Doubles) -> Iterator[dict[str, Any]]:
-    """Materials that emit: a Lambertian emitter of radiance L and area A has the power π·A·L."""
-    for material, area in zip(scene.materials, areas, strict=True):
-        if any(material.emission) and area > 0.0:
-            power = pi * area * mean_emission(scene, material)
+def _emitters(scene: Scene) -> Iterator[dict[str, Any]]:
+    """Materials that emit, with their area and power."""
+    areas = _world_areas(scene)
+    for material, area, power in zip(scene.materials, areas, emitted_power(scene), strict=True):
+        if material.emits and area > 0.0:
             yield {"name": material.name, "kind": "area", "area": float(area), "power": _list(power)}
 
 
@@ -123,6 +116,7 @@ def _camera(camera: Camera, frame: FileFrame) -> dict[str, Any]:
         "position": _list(frame.to_file(camera.to_world[:3, 3])),
         "direction": _list(frame.turned_back(-camera.to_world[:3, 2])),
         "aspect": camera.aspect,
+        "near": camera.near,
     }
     if camera.orthographic:
         return {**entry, "height": 2.0 * camera.half_height}

@@ -14,7 +14,7 @@ def camera_in_world(camera: Camera, frame: FileFrame) -> Camera:
     to_world[:3, :3] = frame.turned(camera.to_world[:3, :3].T).T
     to_world[:3, 3] = frame.to_world(camera.to_world[:3, 3])
     half_height = camera.half_height * (frame.metres_per_unit if camera.orthographic else 1.0)
-    return replace(camera, to_world=to_world, half_height=half_height)
+    return replace(camera, to_world=to_world, half_height=half_height, near=camera.near * frame.metres_per_unit)
 
 
 def light_in_unit_space(light: Light, frame: FileFrame, placement: Placement, said_metres: float) -> Light:

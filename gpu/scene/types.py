@@ -66,7 +66,12 @@ class TextureSlot:
 
 @dataclass(frozen=True)
 class Material:
-    """A glTF metallic-roughness material. Colours are linear Rec. 709; emission is radiance [W/m²/sr], front side."""
+    """A glTF metallic-roughness material. Colours are linear Rec. 709; emission is radiance [W/m²/sr].
+
+    double_sided: whether both sides are seen and emit, or the front alone; None where a format does not tell: both are
+    seen, and the front emits. backdrop: its triangles are a sky around the scene, seen behind everything; they neither
+    stop nor reflect light.
+    """
 
     name: str = "default"
     base_color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
@@ -81,8 +86,9 @@ class Material:
     normal_scale: float = 1.0
     alpha_mode: AlphaMode = AlphaMode.OPAQUE
     alpha_cutoff: float = 0.5
-    double_sided: bool = False
+    double_sided: bool | None = None
     unlit: bool = False
+    backdrop: bool = False
     transmission: float = 0.0
     ior: float = 1.5
     thickness: float = 0.0
@@ -90,6 +96,16 @@ class Material:
     attenuation_distance: float = float("inf")
     specular: float = 1.0
     specular_color: Rgb = (1.0, 1.0, 1.0)
+
+    @property
+    def emits(self) -> bool:
+        """Whether its surfaces are lights, where alpha leaves them; unlit ones are merely shown."""
+        return max(self.emission) > 0.0 and not self.unlit
+
+    @property
+    def solid_alpha(self) -> float:
+        """The alpha from which on there is something, where there is less nothing."""
+        return 0.5 if self.alpha_mode is AlphaMode.BLEND else self.alpha_cutoff
 
 
 @dataclass(frozen=True)
@@ -119,7 +135,8 @@ class Sky:
 class Camera:
     """A view in world space. to_world: 4×4 column-vector matrix, looking along −Z with +Y up.
 
-    half_height: tan(vertical field of view / 2), or half the view's height [m] when orthographic.
+    half_height: tan(vertical field of view / 2), or half the view's height [m] when orthographic; near: what is less
+    far in front of the camera is cut away from the view [m].
     """
 
     name: str
@@ -127,11 +144,12 @@ class Camera:
     half_height: float
     aspect: float = 16.0 / 9.0
     orthographic: bool = False
+    near: float = 0.0
 
     @property
-    def view_key(self) -> tuple[bytes, float, bool]:
+    def view_key(self) -> tuple[bytes, float, bool, float]:
         """All of the camera that an image depends on: not the aspect, since an image has its own."""
-        return self.to_world.tobytes(), self.half_height, self.orthographic
+        return self.to_world.tobytes(), self.half_height, self.orthographic, self.near
 
 
 @dataclass(frozen=True)

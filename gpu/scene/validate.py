@@ -102,6 +102,6 @@ def check_cameras(source: str, cameras: Sequence[Camera], limits: SceneLimits) -
     for number, camera in enumerate(cameras):
         field = f"cameras[{number}]"
         check_finite(source, f"{field}.to_world", camera.to_world)
-        check_finite(source, field, np.array([camera.half_height, camera.aspect]))
+        check_finite(source, field, np.array([camera.half_height, camera.aspect, camera.near]))
         if camera.half_height <= 0.0 or camera.aspect <= 0.0:
             raise SceneError(source, field, "field of view and aspect ratio must be positive")

@@ -25,7 +25,7 @@ from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, occluded
-from gpu.device_scene.surface import triangle_normal
+from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.sampling.warps import orthonormal

@@ -41,6 +41,7 @@ class MatrixCamera(Strict):
 
     matrix: Matrix
     yfov_degrees: Degrees = 60.0
+    near: float = Field(0.0, ge=0.0, lt=1e30, description="what is less far in front of the camera is cut away [m]")
 
     @field_validator("matrix")
     @classmethod
@@ -88,8 +89,8 @@ class RenderRequest(Strict):
         match self.camera:
             case LookAtCamera(position=position, target=target, up=up, yfov_degrees=yfov):
                 return LookAt(position, target, up, yfov)
-            case MatrixCamera(matrix=matrix, yfov_degrees=yfov):
-                return CameraMatrix(matrix, math.radians(yfov))
+            case MatrixCamera(matrix=matrix, yfov_degrees=yfov, near=near):
+                return CameraMatrix(matrix, math.radians(yfov), near)
             case camera:
                 return SceneCamera(camera)
 

@@ -39,4 +39,5 @@ def _describe_camera(camera: Camera, centre: Doubles) -> CameraInfo:
         yfov=2.0 * atan(camera.half_height / max(distance, 1e-9)),
         aspect=camera.aspect,
         orthographic=camera.orthographic,
+        near=camera.near,
     )

@@ -103,7 +103,7 @@ class Session:
         if self.scene is None:
             return
         before, self._pose = self._pose, pose
-        if before is None or (before.matrix, before.yfov) != (pose.matrix, pose.yfov):
+        if before is None or (before.matrix, before.yfov, before.near) != (pose.matrix, pose.yfov, pose.near):
             self._touch()
 
     def change(
@@ -144,7 +144,7 @@ class Session:
         render = Render(
             self.viewer,
             self.scene,
-            CameraMatrix(self._pose.matrix, self._pose.yfov),
+            CameraMatrix(self._pose.matrix, self._pose.yfov, self._pose.near),
             self._size,
             self._settings,
             "jpeg",

@@ -10,7 +10,7 @@ A session
     server  welcome {viewer, scenes, settings_schema, codecs, limits}            at once
             status {state, text, fraction}                   while the scene is read and built
             scene {id, name, cameras, bounds, ...}           when it is known; again after each change
-    viewer  pose {id, matrix, yfov}
+    viewer  pose {id, matrix, yfov, near}
                 as often as it likes; only the newest counts. There is no frame before the first pose.
     server  <frame>
                 for the newest pose: small ones while the pose changes, one of the wanted size when it rests, then ever
@@ -108,6 +108,7 @@ class Pose(Message):
     id: Id
     matrix: Matrix = Field(description="camera to world, column-major, rotation and translation only")
     yfov: float = Field(gt=0.01, lt=3.1, description="vertical field of view [rad]")
+    near: float = Field(0.0, ge=0.0, lt=1e30, description="what is less far in front of the camera is cut away [m]")
 
     @field_validator("matrix")
     @classmethod
@@ -181,6 +182,7 @@ class CameraInfo(Message):
     yfov: float = Field(description="vertical field of view [rad]; of an orthographic camera one that shows as much")
     aspect: float
     orthographic: bool
+    near: float = Field(description="what is less far in front of the camera is cut away [m]")
 
 
 class Bounds(Message):

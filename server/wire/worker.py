@@ -65,10 +65,14 @@ class LookAt:
 
 @dataclass(frozen=True)
 class CameraMatrix:
-    """A perspective view by its camera-to-world matrix (16 numbers, column-major) and vertical field of view [rad]."""
+    """A perspective view by its camera-to-world matrix (16 numbers, column-major) and vertical field of view [rad].
+
+    near: what is less far in front of the camera is cut away [m].
+    """
 
     matrix: tuple[float, ...]
     yfov: float
+    near: float = 0.0
 
 
 CameraSpec = SceneCamera | LookAt | CameraMatrix

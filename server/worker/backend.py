@@ -212,8 +212,8 @@ def view_camera(scene: Scene, view: CameraSpec, size: tuple[int, int]) -> Camera
             eye, aim = (scene.frame.to_world(np.array(point)).tolist() for point in (position, target))
             upward = (0.0, 1.0, 0.0) if up is None else scene.frame.turned(np.array(up)).tolist()
             return look_at(eye, aim, upward, yfov_degrees, aspect)
-        case CameraMatrix(matrix, yfov):
-            return Camera("", np.array(matrix).reshape(4, 4).T, tan(yfov / 2.0), aspect)
+        case CameraMatrix(matrix, yfov, near):
+            return Camera("", np.array(matrix).reshape(4, 4).T, tan(yfov / 2.0), aspect, near=near)
         case SceneCamera(int(index)) if 0 <= index < len(scene.cameras):
             return replace(scene.cameras[index], aspect=aspect)
         case SceneCamera(str(name)):

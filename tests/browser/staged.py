@@ -17,7 +17,7 @@ from server.wire.browser import PROTOCOL
 from server.wire.frame_header import Codec, FrameHeader, Phase
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-FRONT = {"name": "front", "matrix": IDENTITY, "yfov": 1.0, "aspect": 1.6, "orthographic": False}
+FRONT = {"name": "front", "matrix": IDENTITY, "yfov": 1.0, "aspect": 1.6, "orthographic": False, "near": 0.0}
 SCENES = [
     {"id": "cornell-box", "name": "cornell-box", "builtin": True, "served": True},
     {"id": "hall.glb", "name": "hall", "builtin": False, "served": False},

@@ -49,7 +49,7 @@ class GradientBackend:
         if scene.source.endswith("broken.glb"):
             raise UserError(f"{scene.id}: accessors[0]: is cut off")
         self._scenes[scene] = None
-        camera = CameraInfo(name="front", matrix=IDENTITY, yfov=1.0, aspect=16 / 9, orthographic=False)
+        camera = CameraInfo(name="front", matrix=IDENTITY, yfov=1.0, aspect=16 / 9, orthographic=False, near=0.0)
         bounds = Bounds(min=(-1.0, -1.0, -1.0), max=(1.0, 1.0, 1.0))
         return SceneInfo(id=scene.id, name=scene.id, cameras=(camera,), bounds=bounds, triangles=12)
 

@@ -17,13 +17,14 @@ export class PoseSender {
   /**
    * @param {number[]} matrix column-major, camera to world
    * @param {number} yfov vertical field of view [rad]
+   * @param {number} near what is less far in front of the camera is cut away [m]
    * @returns {boolean} whether a changed pose waits for the network
    */
-  update(matrix, yfov) {
-    const pose = [...matrix, yfov].join();
+  update(matrix, yfov, near) {
+    const pose = [...matrix, yfov, near].join();
     if (pose === this.#last) return false;
     if (!this.#session.takesPoses) return this.#session.scene !== null;
-    this.#session.sendPose(matrix, yfov);
+    this.#session.sendPose(matrix, yfov, near);
     this.#last = pose;
     return false;
   }

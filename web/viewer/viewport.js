@@ -34,6 +34,8 @@ export function fitFov(yfov, aspect) {
 export class Viewport {
   /** Vertical field of view of the chosen camera [rad]. */
   yfov = Math.PI / 3;
+  /** What is less far in front of the chosen camera is cut away, until another is chosen [m]. */
+  near = 0;
   /** What the server takes; next to nothing until it has said so. */
   limits = { max_pixels: 64 * 36, max_side: 4096 };
   #canvas;

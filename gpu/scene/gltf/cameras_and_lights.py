@@ -13,6 +13,7 @@ from gpu.scene.transforms import rigid
 from gpu.scene.types import Camera, Doubles, Light, LightKind, Rgb
 
 _KINDS = {"point": LightKind.POINT, "spot": LightKind.SPOT, "directional": LightKind.DIRECTIONAL}
+_FAR = 1e30  # where a view begins at the farthest [m]
 _MOST = 1e30  # W/sr: so that float32 holds what is computed with it
 _EXTENSION = "KHR_lights_punctual"
 
@@ -48,13 +49,15 @@ def _camera(document: Document, node: PlacedNode, bounds: Doubles) -> Camera:
     if kind == "perspective":
         lens = camera.get("perspective")
         half_height = tan(lens.number("yfov", low=1e-4, high=pi - 1e-4) / 2.0)
-        return Camera(name, rigid(node.to_world), half_height, lens.factor("aspectRatio", 16.0 / 9.0, 1e-4, 1e4))
+        aspect = lens.factor("aspectRatio", 16.0 / 9.0, 1e-4, 1e4)
+        return Camera(name, rigid(node.to_world), half_height, aspect, near=lens.factor("znear", 0.0, 0.0, _FAR))
     if kind == "orthographic":
         lens = camera.get("orthographic")
         width, height = (abs(lens.number(key, low=-1e30, high=1e30)) for key in ("xmag", "ymag"))
         if not (width > 0.0 and height > 0.0):
             raise lens.error("xmag and ymag must not be 0")
-        return Camera(name, rigid(node.to_world), height, width / height, orthographic=True)
+        near = lens.factor("znear", 0.0, 0.0, _FAR)
+        return Camera(name, rigid(node.to_world), height, width / height, orthographic=True, near=near)
     raise camera.get("type").error(f"must be perspective or orthographic, not {kind!r:.40}")
 
 

@@ -12,7 +12,7 @@ _LARGE = 1e6
 _INFINITE_IOR = 1e6  # what an index of 0 stands for: everything is reflected
 _WHITE, _BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
-DEFAULT_MATERIAL = Material(name="glTF default", metallic=1.0)
+DEFAULT_MATERIAL = Material(name="glTF default", metallic=1.0, double_sided=False)
 """What a primitive without a material has (glTF 2.0, section 3.9.6)."""
 
 

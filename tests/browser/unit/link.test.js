@@ -17,6 +17,13 @@ test("a link gives back the scene, the view and the settings, and can be read", 
   assert.ok(Math.abs((link.view?.yfov ?? 0) - 1) < 1e-3);
 });
 
+test("a link keeps where a section begins", () => {
+  const words = writeLink("hall", { ...view, near: 4.25 }, 2, {});
+  assert.match(words, /&fov=57.3&near=4.25$/);
+  assert.equal(readLink(words).view?.near, 4.25);
+  assert.equal(readLink(words.replace("4.25", "-1")).view?.near, undefined);
+});
+
 test("a link may say a part only", () => {
   assert.deepEqual(readLink(""), { settings: {} });
   assert.deepEqual(readLink("#scene=atrium"), { scene: "atrium", settings: {} });

@@ -16,31 +16,33 @@ LENGTH = 10.0
 
 @wp.kernel
 def met_kernel(first: int, bvh: Bvh, origins: wp.array[wp.vec3], directions: wp.array[wp.vec3],
-               lengths: wp.array[float], nearest: wp.array[wp.vec4], faces: wp.array[int],
+               lengths: wp.array[float], culls: bool, nearest: wp.array[wp.vec4], faces: wp.array[int],
                blocked: wp.array[int]) -> None:  # fmt: skip
     """What each ray meets first, and whether it meets anything."""
     index = first + wp.tid()
-    nearest[index] = intersect(bvh, origins[index], directions[index], lengths[index], False)
+    nearest[index] = intersect(bvh, origins[index], directions[index], lengths[index], False, culls)
     faces[index] = wp.cast(nearest[index][3], int)
-    any_one = intersect(bvh, origins[index], directions[index], lengths[index], True)
+    any_one = intersect(bvh, origins[index], directions[index], lengths[index], True, False)
     blocked[index] = int(wp.cast(any_one[3], int) >= 0)
 
 
-def tree(triangles: Doubles, device: wp.Device = CPU) -> Bvh:
+def tree(triangles: Doubles, device: wp.Device = CPU, culled: Doubles | float = 0.0) -> Bvh:
     """A tree over triangles (triangle, corner, 3)."""
     vertices = wp.array(triangles.reshape(-1, 3).astype(np.float32), dtype=wp.vec3, device=device)
-    return build(vertices, wp.array(np.arange(3 * len(triangles)), dtype=int, device=device))
+    flags = wp.array(np.broadcast_to(culled, len(triangles)).astype(np.float32), dtype=float, device=device)
+    return build(vertices, wp.array(np.arange(3 * len(triangles)), dtype=int, device=device), flags)
 
 
-def shoot(bvh: Bvh, origins: Doubles, directions: Doubles, lengths: Doubles | float = LENGTH) -> tuple[Doubles, Ints]:
+def shoot(bvh: Bvh, origins: Doubles, directions: Doubles, lengths: Doubles | float = LENGTH, *,
+          culls: bool = False) -> tuple[Doubles, Ints]:  # fmt: skip
     """What each ray meets first: (t, u, v) and the triangle; it must meet something exactly if it meets a first."""
     count, device = len(origins), bvh.faces.device
     nearest = wp.zeros(count, dtype=wp.vec4, device=device)
     faces, blocked = (wp.zeros(count, dtype=int, device=device) for _ in range(2))
     rays = [wp.array(values.astype(np.float32), dtype=wp.vec3, device=device) for values in (origins, directions)]
     limits = wp.array(np.broadcast_to(lengths, count).astype(np.float32), dtype=float, device=device)
-    launch(met_kernel, count, [bvh, *rays, limits, nearest, faces, blocked], device)
-    assert np.array_equal(blocked.numpy() == 1, faces.numpy() >= 0)
+    launch(met_kernel, count, [bvh, *rays, limits, culls, nearest, faces, blocked], device)
+    assert culls or np.array_equal(blocked.numpy() == 1, faces.numpy() >= 0)
     return nearest.numpy()[:, :3].astype(float), faces.numpy()
 
 
@@ -156,6 +158,33 @@ def test_length_ends_a_ray_before_what_lies_there() -> None:
     origins, directions = np.zeros((3, 3)), np.tile([0.0, 0.0, 1.0], (3, 1))
     _, faces = shoot(tree(wall), origins, directions, np.array([0.2, 0.25, 0.3]))
     assert faces.tolist() == [-1, -1, 0]
+
+
+def test_backs_are_culled_where_they_can_be() -> None:
+    """Of two squares one behind the other only the nearer can be culled, and is where its back is met."""
+    square = np.array([[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]]])
+    bvh = tree(np.concatenate([square, square - [0.0, 0.0, 0.5]]), culled=np.array([1.0, 0.0]))
+    origins, directions = np.array([[0.0, 0.0, 0.25], [0.0, 0.0, -0.25], [0.0, 0.0, -2.0]]), np.diag([0.0, 0.0, 1.0])
+    directions = np.stack([-directions[2], directions[2], directions[2]])
+    assert shoot(bvh, origins, directions, culls=True)[1].tolist() == [0, -1, 1]
+    assert shoot(bvh, origins, directions)[1].tolist() == [0, 0, 1]
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_of_two_faces_in_one_place_the_one_that_faces_the_ray_is_met(device: str) -> None:
+    """A wall of two skins back to back, divided differently into triangles, met under all angles from both sides."""
+    rng = np.random.default_rng(11)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn[:, 0] *= np.linalg.det(turn)
+    a, b, c, d = np.array([[-0.4, -0.3, 0.1], [0.4, -0.3, 0.1], [0.4, 0.3, 0.1], [-0.4, 0.3, 0.1]])
+    wall = np.array([[a, b, c], [a, c, d], [b, a, d], [b, d, c]]) @ turn.T
+    side = np.tile([1.0, -1.0], 2000)
+    aims = np.stack([rng.uniform(-0.39, 0.39, 4000), rng.uniform(-0.29, 0.29, 4000), np.full(4000, 0.1)], axis=1)
+    eyes = aims + unit(rng.normal(size=(4000, 3)) * [1.0, 1.0, 0.3]) * rng.uniform(0.01, 1.0, (4000, 1))
+    eyes[:, 2] = 0.1 + side * np.maximum(np.abs(eyes[:, 2] - 0.1), 1e-3)
+    origins, directions = eyes @ turn.T, unit(aims - eyes) @ turn.T
+    _, faces = shoot(tree(wall, wp.get_device(device)), origins, directions)
+    assert np.array_equal(faces // 2, (side < 0.0).astype(int))
 
 
 @NEEDS_CUDA

@@ -15,7 +15,8 @@ def tree_of(count: int) -> tuple[Bvh, np.ndarray]:
     triangles = rng.uniform(-0.5, 0.5, (count, 1, 3)) + 0.05 * rng.uniform(-0.5, 0.5, (count, 3, 3))
     triangles = triangles.astype(np.float32)
     vertices = wp.array(triangles.reshape(-1, 3), dtype=wp.vec3, device=CPU)
-    return build(vertices, wp.array(np.arange(3 * count), dtype=int, device=CPU)), triangles
+    culled = wp.array(np.arange(count) % 2, dtype=float, device=CPU)
+    return build(vertices, wp.array(np.arange(3 * count), dtype=int, device=CPU), culled), triangles
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 8, 100, 3000])
@@ -26,6 +27,7 @@ def test_each_triangle_is_in_one_leaf_and_in_all_boxes_above(count: int) -> None
     faces, corners = bvh.faces.numpy(), bvh.corners.numpy().reshape(-1, 3, 4)[:, :, :3]
     assert sorted(faces) == list(range(count))
     assert np.array_equal(corners, triangles[faces])
+    assert np.array_equal(bvh.corners.numpy().reshape(-1, 3, 4)[:, 0, 3], faces % 2)
     visited: list[int] = []
     places: list[int] = []
     todo: list[tuple[int, list[np.ndarray]]] = [(0, [])]

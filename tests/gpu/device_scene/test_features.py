@@ -12,15 +12,16 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     mask = Texture("mask", np.full((1, 1, 4), 255, np.uint8), srgb=True)
     materials = [
         Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0), roughness=0.1),
-        Material(emission=(3.0, 2.0, 1.0)),
+        Material(emission=(3.0, 2.0, 1.0), double_sided=False),
+        Material(unlit=True, backdrop=True),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == EVERYTHING
-    assert scene_features(scene, lambertian=True) == replace(EVERYTHING, alpha=False, gloss=False)
+    assert scene_features(scene, lambertian=True) == replace(EVERYTHING, alpha=False, one_sided=False, gloss=False)
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
-    nothing = SceneFeatures(alpha=False, textures=False, gloss=False, soft=False)
+    nothing = SceneFeatures(alpha=False, textures=False, one_sided=False, backdrop=False, gloss=False, soft=False)
     assert scene_features(bare, lambertian=False) == nothing
     for name in ("alpha", "textures", "gloss"):
         assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == replace(nothing, **{name: True})

@@ -7,7 +7,7 @@ from scenes import box, column, grey, quad, resident_of, results
 
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, occluded, offset_origin
-from gpu.device_scene.surface import triangle_normal
+from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.upload import DeviceScene
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import AlphaMode, Doubles, Material, Texture, TextureSlot

@@ -54,6 +54,15 @@ def test_what_is_behind_or_beside_is_outside() -> None:
     assert (results(image_kernel, 2, [data, image, points], wp.vec4) == -1.0).all()
 
 
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_what_is_cut_away_is_outside(orthographic: bool) -> None:
+    data, image = camera_data(replace(CAMERA, orthographic=orthographic, near=0.6), PLACEMENT, 1.5), image_size(SIZE)
+    ahead = [np.array(data.origin) - depth * np.array(data.back) for depth in (0.29, 0.31)]
+    found = results(image_kernel, 2, [data, image, wp.array(ahead, dtype=wp.vec3, device="cpu")], wp.vec4)
+    assert (found[0, :2] == -1.0).all()
+    assert (found[1, :2] >= 0.0).all()
+
+
 def test_cameras_are_placed_in_unit_space() -> None:
     data = camera_data(CAMERA, PLACEMENT, 1.5)
     assert np.allclose(data.origin, (np.array([1.2, 2.1, 4.0]) - PLACEMENT.centre) * PLACEMENT.scale)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import box, camera_of, grey, quad, resident_of
@@ -62,6 +64,31 @@ def test_orthographic_pixels_are_parallel() -> None:
     assert np.allclose(own[..., 2], -5.0, atol=1e-4)
     assert np.allclose(seen["to_camera"], [0, 0, 1])
     assert np.allclose(seen["spacing"], 3.0 / SIZE[1] * device_scene.scene.placement.scale)
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_the_view_begins_where_the_camera_says(orthographic: bool) -> None:
+    """A wall a little before that place is cut away, one a little behind it is seen, wherever in the picture."""
+    walls = [quad([-3, -3, z], [6, 0, 0], [0, 6, 0], number) for number, z in enumerate((-0.9, -1.1))]
+    device_scene = resident_of(walls, [grey(0.2), grey(0.6)])
+    base = look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    for near, albedo, depth in ((0.0, 0.2, 0.9), (0.89, 0.2, 0.9), (0.91, 0.6, 1.1)):
+        camera = Camera("cut", base.to_world, 1.0, orthographic=orthographic, near=near)
+        seen = look(device_scene, camera)
+        assert np.allclose(seen["albedo"], albedo)
+        distance = np.linalg.norm(in_camera(camera, device_scene, seen["position"]), axis=-1)
+        scale = device_scene.scene.placement.scale
+        wanted = 1.0 if orthographic else distance * scale
+        assert np.allclose(seen["spacing"], wanted * 2.0 / SIZE[1] * (scale if orthographic else 1.0), rtol=1e-3)
+        assert np.allclose(in_camera(camera, device_scene, seen["position"])[..., 2], -depth, atol=1e-3)
+
+
+@pytest.mark.parametrize(("sides", "seen"), [(False, 0.6), (True, 0.2), (None, 0.2)])
+def test_rooms_of_one_sided_walls_are_seen_from_outside(sides: bool | None, seen: float) -> None:
+    near = quad([-1, -1, 0.5], [0, 2, 0], [2, 0, 0], 0)  # faces away from the camera
+    materials = [replace(grey(albedo), double_sided=sides) for albedo in (0.2, 0.6)]
+    device_scene = resident_of([near, quad([-1, -1, -0.5], [2, 0, 0], [0, 2, 0], 1)], materials)
+    assert np.allclose(look(device_scene, look_at((0.0, 0.0, 1.5), (0.0, 0.0, 0.0), yfov_degrees=20.0))["albedo"], seen)
 
 
 def test_pixels_beside_the_scene_show_the_sky() -> None:

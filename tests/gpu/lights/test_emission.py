@@ -13,7 +13,7 @@ from gpu.lights.light_table import (
     LightTable,
 )
 from gpu.sampling.sobol import sobol_pair
-from gpu.scene.types import Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
+from gpu.scene.types import AlphaMode, Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
 
 COUNT = 1 << 14
 
@@ -73,6 +73,28 @@ def test_particles_leave_the_front_of_lamps_and_cover_the_scene_from_afar() -> N
     past = np.linalg.norm(np.cross(origin, direction), axis=1)
     assert stats.chisquare(np.histogram(past**2 / 0.75, 32, (0.0, 1.0))[0]).pvalue > 1e-3
     assert (np.sum(origin * direction, axis=1) < -1.0).all()
+
+
+def test_two_sided_lamps_send_as_much_from_their_backs() -> None:
+    lamp = Material(emission=(2.0, 2.0, 2.0), double_sided=True)
+    found = particles(resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp]))
+    assert np.allclose(found[:, 3].mean(axis=0), 4.0 * np.pi, rtol=0.01)
+    assert (np.sum(found[:, 1] * found[:, 2], axis=1) > 0.0).all()
+    for side in (-1.0, 1.0):
+        own = np.abs(found[found[:, 1, 1] * side > 0.0, 2, 1])
+        assert len(own) == pytest.approx(COUNT / 2, rel=0.01)
+        assert stats.chisquare(np.histogram(own**2, 32, (0.0, 1.0))[0]).pvalue > 1e-3
+
+
+def test_what_alpha_cuts_away_sends_nothing() -> None:
+    pixels = np.full((8, 8, 4), 255, np.uint8)
+    pixels[:, :6, 3] = 0
+    lamp = Material(emission=(2.0, 2.0, 2.0), alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0))
+    device_scene = resident_of([quad([-0.5, 0, -0.5], [1, 0, 0], [0, 0, 1])], [lamp],
+                           textures=[Texture("quarter", pixels, srgb=True, nearest=True)])  # fmt: skip
+    found = particles(device_scene)
+    assert np.allclose(found[:, 3].mean(axis=0), np.pi / 2.0, rtol=0.02)
+    assert (found[found[:, 3, 0] > 0.0, 0, 0] > 0.25 - 1e-6).all()
 
 
 def test_textured_emission_keeps_its_power() -> None:

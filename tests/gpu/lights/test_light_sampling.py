@@ -1,5 +1,6 @@
 """Irradiance from samples against closed forms, and densities against what they must integrate to."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cone_direction
-from gpu.scene.types import Doubles, Light, LightKind, Sky
+from gpu.scene.types import AlphaMode, Doubles, Light, LightKind, Sky, Texture, TextureSlot
 
 COUNT = 1 << 13
 FLOOR = quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
@@ -86,6 +87,29 @@ def test_a_lamp_lights_nothing_behind_it() -> None:
     assert np.allclose(irradiance(device_scene, (0.0, -0.25, 0.0)), 0.0)
 
 
+@pytest.mark.parametrize("height", [0.1, 0.8])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_two_sided_lamp_lights_both_sides_by_all_of_its_radiance(height: float, turned: bool) -> None:
+    edges = [[0.4, 0.0, 0.0], [0.0, 0.0, 0.2]]
+    lamp = quad([-0.2, height, -0.1], *(edges[::-1] if turned else edges), 1)
+    material = replace(grey(0.0, emission=2.0), double_sided=True)
+    got = irradiance(resident_of([FLOOR, lamp], [grey(0.5), material]), (0.0, -height / 2.0, 0.0))
+    assert np.allclose(got, np.pi * 2.0 * rectangle_over(0.2, 0.1, height), rtol=0.01)
+
+
+@pytest.mark.parametrize("height", [0.1, 0.8])
+def test_a_lamp_lights_nothing_where_alpha_has_cut_it_away(height: float) -> None:
+    """A lamp of twice the width whose outer quarters are cut away is the lamp of above."""
+    pixels = np.full((1, 8, 4), 255, np.uint8)
+    pixels[:, [0, 1, 6, 7], 3] = 0
+    sign = replace(grey(0.0, emission=2.0), alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0))
+    lamp = quad([-0.4, height, -0.1], [0.8, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
+    textures = [Texture("letters", pixels, srgb=True, nearest=True)]
+    device_scene = resident_of([FLOOR, lamp], [grey(0.5), sign], textures=textures)
+    got = irradiance(device_scene, (0.0, -height / 2.0, 0.0))
+    assert np.allclose(got, np.pi * 2.0 * rectangle_over(0.2, 0.1, height), rtol=0.02)
+
+
 def test_punctual_lights() -> None:
     point = Light("point", LightKind.POINT, (1.0, 2.0, 3.0), position=(0.3, 0.4, 0.0))
     device_scene = resident_of([FLOOR], [grey(0.5)], lights=[point])
@@ -112,21 +136,25 @@ def test_the_sky_is_brightest_above() -> None:
     assert np.allclose(irradiance(device_scene, (0, 0, 0), (1, 0, 0)), sky * np.pi / 2.0, rtol=0.02)
 
 
-def lamps(**rest: Any) -> DeviceScene:
-    """A near lamp, sampled by solid angle, and a far one, sampled by area, both facing down."""
-    near = quad([-0.5, 0.1, -0.3], [0.6, 0.0, 0.0], [0.0, 0.0, 0.6], 1)
-    far = quad([0.3, 0.9, 0.2], [0.1, 0.0, 0.0], [0.0, 0.0, 0.1], 2)
-    return resident_of([FLOOR, near, far], [grey(0.5), grey(0.0, emission=2.0), grey(0.0, emission=60.0)], **rest)
+def lamps(sides: bool | None = False, **rest: Any) -> DeviceScene:
+    """A near lamp, sampled by solid angle, and a far one, sampled by area, both facing down, or up if two-sided."""
+    edges = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]][:: -1 if sides else 1]
+    near = quad([-0.5, 0.1, -0.3], *(np.multiply(0.6, edge) for edge in edges), 1)
+    far = quad([0.3, 0.9, 0.2], *(np.multiply(0.1, edge) for edge in edges), 2)
+    materials = [replace(grey(0.0, emission), double_sided=sides) for emission in (2.0, 60.0)]
+    return resident_of([FLOOR, near, far], [grey(0.5), *materials], **rest)
 
 
-def test_the_density_of_met_light_integrates_to_one() -> None:
-    device_scene = lamps()
+@pytest.mark.parametrize("sides", [False, True])
+def test_the_density_of_met_light_integrates_to_one(sides: bool | None) -> None:
+    device_scene = lamps(sides)
     inputs = [device_scene.data, build_light_table(device_scene), wp.vec3(0.1, -0.44, 0.1)]
     assert results(met_kernel, 1 << 17, inputs, float).mean() == pytest.approx(1.0, rel=0.03)
 
 
-def test_sampling_and_meeting_the_same_light_agree() -> None:
-    device_scene = lamps(sky=Sky((0.5, 0.5, 0.5)))
+@pytest.mark.parametrize("sides", [False, True])
+def test_sampling_and_meeting_the_same_light_agree(sides: bool | None) -> None:
+    device_scene = lamps(sides, sky=Sky((0.5, 0.5, 0.5)))
     inputs = [device_scene.data, build_light_table(device_scene), wp.vec3(0.1, -0.44, 0.1)]
     product, sampled, met = results(agreement_kernel, COUNT, inputs, wp.vec3).T
     # A sample that something hides meets another light, or none.

@@ -18,5 +18,6 @@ def test_cameras_that_see_otherwise_have_other_keys() -> None:
         replace(CAMERA, to_world=moved),
         replace(CAMERA, half_height=0.6),
         replace(CAMERA, orthographic=True),
+        replace(CAMERA, near=0.1),
     ]
-    assert len({camera.view_key for camera in (CAMERA, *others)}) == 4
+    assert len({camera.view_key for camera in (CAMERA, *others)}) == 5

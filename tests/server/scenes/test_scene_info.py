@@ -16,7 +16,10 @@ def scene() -> Scene:
     placement, bounds = Placement(centre=(100.0, 0.0, 0.0), scale=0.1), ((95.0, -5.0, -5.0), (105.0, 5.0, 5.0))
     to_world = np.eye(4)
     to_world[:3, 3] = (100.0, 0.0, 20.0)
-    cameras = (Camera("eye", to_world, half_height=0.5), Camera("plan", to_world, half_height=4.0, orthographic=True))
+    cameras = (
+        Camera("eye", to_world, half_height=0.5, near=4.0),
+        Camera("plan", to_world, half_height=4.0, orthographic=True),
+    )
     report = LoadReport(ignored=("a fog was ignored",), dropped_triangles=2)
     box = load_scene("cornell-box")
     triangles = np.array([[0, 1, 2]], np.int32)
@@ -42,6 +45,7 @@ def test_cameras_are_column_major(scene: Scene) -> None:
     camera = describe_scene("id", scene).cameras[0]
     assert camera.matrix[12:15] == (100.0, 0.0, 20.0)
     assert camera.yfov == pytest.approx(2.0 * atan(0.5))
+    assert camera.near == 4.0
 
 
 def test_an_orthographic_camera_becomes_one_that_shows_as_much(scene: Scene) -> None:

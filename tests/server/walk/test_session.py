@@ -100,6 +100,14 @@ def test_the_newest_pose_is_rendered_once(desk: Desk) -> None:
     assert desk.session.take() is None
 
 
+def test_a_section_begins_where_the_pose_says(desk: Desk) -> None:
+    desk.session.pose(pose(1))
+    desk.serve()
+    desk.session.pose(pose(1).model_copy(update={"near": 2.5}))
+    assert desk.session.due is Urgency.MOVING
+    assert desk.take()[1].view == CameraMatrix(pose(1).matrix, 1.0, 2.5)
+
+
 def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk: Desk) -> None:
     desk.session.change(1, stream=Stream(motion_scale=0.5))
     desk.session.pose(pose(1))

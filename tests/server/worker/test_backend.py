@@ -258,7 +258,8 @@ def test_views_become_cameras() -> None:
     by_index, by_name = (view_camera(scene, SceneCamera(key), (40, 10)) for key in (0, scene.cameras[0].name))
     assert by_index.aspect == 4.0
     np.testing.assert_array_equal(by_index.to_world, by_name.to_world)
-    placed = view_camera(scene, CameraMatrix((*IDENTITY[:12], 1.0, 2.0, 3.0, 1.0), np.pi / 2), (10, 10))
+    placed = view_camera(scene, CameraMatrix((*IDENTITY[:12], 1.0, 2.0, 3.0, 1.0), np.pi / 2, 0.5), (10, 10))
+    assert placed.near == 0.5
     np.testing.assert_array_equal(placed.to_world[:3, 3], (1.0, 2.0, 3.0))
     assert placed.half_height == pytest.approx(1.0)
     looking = view_camera(scene, LookAt((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 90.0), (10, 10))

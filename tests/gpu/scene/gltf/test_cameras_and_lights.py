@@ -119,18 +119,19 @@ def test_a_perspective_camera_under_a_scaled_node(gltf: GltfFile) -> None:
     (camera,) = gltf.load().cameras
     assert camera.name == "eye"
     assert np.allclose(camera.half_height, tan(radians(45)))
-    assert camera.aspect == 2.0
+    assert (camera.aspect, camera.near) == (2.0, 0.1)
     assert np.allclose(camera.to_world[:3, 3], (0, 7, 0))
     assert np.allclose(-camera.to_world[:3, 2], (0, -1, 0))
     assert np.allclose(np.linalg.det(camera.to_world), 1.0)
 
 
 def test_an_orthographic_camera(gltf: GltfFile) -> None:
-    gltf.add("cameras", type="orthographic", orthographic={"xmag": 6, "ymag": 3, "znear": 0, "zfar": 9}, name="plan")
+    gltf.add("cameras", type="orthographic", orthographic={"xmag": 6, "ymag": 3, "znear": 2, "zfar": 9}, name="plan")
     gltf.add("nodes", camera=0)
     gltf.mesh_node()
     (camera,) = gltf.load().cameras
     assert (camera.name, camera.orthographic, camera.half_height, camera.aspect) == ("plan", True, 3.0, 2.0)
+    assert camera.near == 2.0
 
 
 @pytest.mark.parametrize(

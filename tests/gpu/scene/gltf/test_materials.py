@@ -12,7 +12,7 @@ def test_defaults_are_those_of_the_specification(gltf: GltfFile) -> None:
     assert (material.base_color, material.metallic, material.roughness) == ((1, 1, 1, 1), 1.0, 1.0)
     assert (material.emission, material.ior, material.specular) == ((0, 0, 0), 1.5, 1.0)
     assert (material.alpha_mode, material.alpha_cutoff, material.attenuation_distance) == (AlphaMode.OPAQUE, 0.5, inf)
-    assert not material.double_sided
+    assert material.double_sided is False
     assert not material.unlit
 
 

@@ -1,0 +1,47 @@
+"""Sides and alpha of surfaces: decided here, for camera rays, light paths, light samples and shadow rays alike.
+
+- The front of a triangle is the side that it is wound counter-clockwise on (glTF 2.0, 3.7.2.1).
+- What alpha cuts away is not there: it is not seen, stops no light and emits none (3.9.4).
+- Light meets both sides of every surface, and both reflect alike: no wall leaks, whichever way it is turned.
+- A camera does not see the backs of one-sided surfaces (3.9.5), so that a room is seen from outside.
+- Two-sided surfaces emit from both sides, all others from the front.
+"""
+
+import warp as wp
+
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.textures import sample_alpha
+
+
+@wp.func
+def triangle_normal(scene: SceneData, face: int) -> wp.vec3:
+    """Unit normal of a triangle's front."""
+    corner = scene.triangles[face]
+    p0 = scene.vertices[corner[0]]
+    return wp.normalize(wp.cross(scene.vertices[corner[1]] - p0, scene.vertices[corner[2]] - p0))
+
+
+@wp.func
+def is_solid(scene: SceneData, face: int, u: float, v: float) -> bool:
+    """Whether there is something at barycentrics (u, v) of a triangle, or alpha has cut it away."""
+    if scene.ignore_alpha or face < scene.opaque_count or face >= scene.opaque_count + scene.masked_count:
+        return True
+    return sample_alpha(scene, face, u, v) >= scene.materials[scene.triangle_material[face]].alpha_cutoff
+
+
+@wp.func
+def emits_from_back(scene: SceneData, face: int) -> bool:
+    """Whether a triangle emits from its back as it does from its front."""
+    return scene.materials[scene.triangle_material[face]].double_sided
+
+
+@wp.func
+def emitting_normal(scene: SceneData, face: int, to_viewer: wp.vec3) -> wp.vec3:
+    """Unit normal of the side of a triangle that may emit to whoever is in the direction `to_viewer`.
+
+    The front's where the back does not emit; that points away from a viewer behind it.
+    """
+    normal = triangle_normal(scene, face)
+    if wp.dot(normal, to_viewer) < 0.0 and emits_from_back(scene, face):
+        return -normal
+    return normal

@@ -1,0 +1,46 @@
+"""Rays against triangles without a device, for the few that a default needs to be checked."""
+
+import numpy as np
+
+from gpu.scene.types import Doubles, Integers, Mask
+
+
+class HostRays:
+    """Triangles (triangle, 3) of vertices (vertex, 3), to be met one ray at a time."""
+
+    def __init__(self, vertices: Doubles, triangles: Integers) -> None:
+        self._corner = vertices[triangles[:, 0]]
+        self._edges = vertices[triangles[:, 1]] - self._corner, vertices[triangles[:, 2]] - self._corner
+        middle = self._corner + (self._edges[0] + self._edges[1]) / 3.0
+        self._middle = middle
+        reach = [np.linalg.norm(vertices[triangles[:, k]] - middle, axis=1) for k in range(3)]
+        self._radius = np.max(reach, axis=0)
+        self.normals = np.cross(*self._edges)
+
+    def first(self, origin: Doubles, direction: Doubles, culled: Mask | None = None) -> tuple[float, int]:
+        """Distance and number of the first triangle along a unit `direction`, infinity and −1 where there is none.
+
+        culled (triangle,): those that are not met from behind.
+        """
+        offset = self._middle - origin
+        along = offset @ direction
+        aside = np.einsum("tc,tc->t", offset, offset) - along * along
+        near = (aside <= (1.001 * self._radius) ** 2 + 1e-12) & (along >= -self._radius)
+        if culled is not None:
+            near &= ~culled | (self.normals @ direction < 0.0)
+        which = np.flatnonzero(near)
+        edge, other = (edges[which] for edges in self._edges)
+        across = np.cross(direction, other)
+        determinant = np.einsum("tc,tc->t", edge, across)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            start = origin - self._corner[which]
+            u = np.einsum("tc,tc->t", start, across) / determinant
+            turned = np.cross(start, edge)
+            v = turned @ direction / determinant
+            t = np.einsum("tc,tc->t", turned, other) / determinant
+            met = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9) & (t > 1e-6)
+        if not met.any():
+            return float("inf"), -1
+        distance = np.where(met, t, np.inf)
+        nearest = int(np.argmin(distance))
+        return float(distance[nearest]), int(which[nearest])
