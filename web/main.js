@@ -76,6 +76,7 @@ const session = new Session(api, wanted, {
     const words = address.takeSettings();
     change({ size: viewport.size, ...(Object.keys(words).length > 0 && { settings: panel.take(words) }) });
     navigation.halfHeight = Math.tan(viewport.fov / 2);
+    overlay.limit(viewport.size, viewport.window);
   },
   scene: enter,
   status: (status) => connectionStatus.status(status),
@@ -131,6 +132,7 @@ function change(wanted) {
 
 function askForSize() {
   navigation.halfHeight = Math.tan(viewport.fov / 2);
+  overlay.limit(viewport.size, viewport.window);
   if (viewport.size.join() !== session.wanted.size.join()) change({ size: viewport.size });
   wake();
 }
@@ -309,5 +311,5 @@ wireControls({
   bookmark: (number) => views.go(number),
   scene: (id) => change({ scene: id }),
 });
-new ResizeObserver(askForSizeSoon).observe(canvas);
+viewport.observe(askForSizeSoon);
 session.connect();

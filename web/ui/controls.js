@@ -51,6 +51,8 @@ export function wireControls(actions) {
   button("toggle-help").addEventListener("click", () => help.showModal());
   button("toggle-stats").addEventListener("click", toggleStatistics);
   button("toggle-full").addEventListener("click", toggleFullScreen);
+  button("toggle-full").hidden = !document.fullscreenEnabled;
+  text("no-gamepads").hidden = "getGamepads" in navigator;
   document.addEventListener("fullscreenchange", () => {
     button("toggle-full").setAttribute("aria-pressed", String(document.fullscreenElement !== null));
   });
@@ -86,5 +88,5 @@ function toggleStatistics() {
 
 function toggleFullScreen() {
   if (document.fullscreenElement) document.exitFullscreen();
-  else document.documentElement.requestFullscreen();
+  else if (document.fullscreenEnabled) document.documentElement.requestFullscreen();
 }

@@ -19,6 +19,7 @@ export class Overlay {
   #fps = text("fps");
   #latency = text("latency");
   #size = text("size");
+  #limit = text("size-limit");
   #phase = text("phase");
   #codec = text("codec");
   #method = text("method");
@@ -48,6 +49,12 @@ export class Overlay {
     this.#refinement.value = phase === "final" ? 1 : phase === "still" ? samples / Math.max(targetSamples, 1) : 0;
     this.#codec.textContent = `${codec.toUpperCase()} ${quality === LOSSLESS ? "lossless" : quality}`;
     this.#method.textContent = method;
+  }
+
+  /** Says when the sharpest picture has fewer pixels than the window. @param {import("../protocol.js").Size} size @param {{width: number, height: number}} window in device pixels */
+  limit([width, height], window) {
+    this.#limit.hidden = width >= window.width && height >= window.height;
+    this.#limit.textContent = `${width} × ${height} of ${window.width} × ${window.height} device pixels`;
   }
 
   /** @param {"good" | "busy" | "bad"} state @param {string} words */

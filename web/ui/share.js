@@ -1,13 +1,27 @@
 /** Gives a view away: its link to the clipboard, its picture as a file. */
 
-/** @returns {Promise<boolean>} whether the page's address is in the clipboard, which only secure pages may write */
+import { element } from "./page.js";
+
+/** @returns {Promise<boolean>} whether the page's address is in the clipboard */
 export async function copyAddress() {
   try {
     await navigator.clipboard.writeText(location.href);
     return true;
   } catch {
-    return false;
+    return copySelected(location.href);
   }
+}
+
+/** The way of pages that came over http:// from another machine, which have no clipboard. @param {string} words */
+function copySelected(words) {
+  const focused = document.activeElement;
+  const field = element("textarea", { value: words, className: "visually-hidden" });
+  document.body.append(field);
+  field.select();
+  const copied = document.execCommand("copy");
+  field.remove();
+  if (focused instanceof HTMLElement) focused.focus({ preventScroll: true });
+  return copied;
 }
 
 /** Offers a file for download. @param {Blob} content @param {string} name */

@@ -3,18 +3,18 @@
 /** @typedef {import("../protocol.js").Size} Size */
 
 /**
- * The size of a frame for a window, in its proportions: all of its pixels, as far as the server makes so many.
+ * The size of a frame for a window, in its proportions: each of its pixels, as far as the server makes so many. A picture
+ * of just that size is shown pixel by pixel; any other is stretched by the browser.
  * @param {{width: number, height: number}} window in device pixels
  * @param {{max_pixels: number, max_side: number}} limits
- * @returns {Size} even numbers, so that halved chroma fits
+ * @returns {Size}
  */
 export function frameSize(window, limits) {
   const width = Math.max(window.width, 1);
   const height = Math.max(window.height, 1);
   const fit = Math.min(1, Math.sqrt(limits.max_pixels / (width * height)), limits.max_side / Math.max(width, height));
   // Rounding down keeps within the limits.
-  const even = (/** @type {number} */ pixels) => Math.max(2, 2 * Math.floor((pixels * fit) / 2));
-  return [even(width), even(height)];
+  return [Math.max(1, Math.floor(width * fit)), Math.max(1, Math.floor(height * fit))];
 }
 
 /** 0 keeps the vertical field of view of an upright picture, 1 keeps the horizontal one that a square would have. */
@@ -45,20 +45,36 @@ export class Viewport {
     this.#canvas = canvas;
   }
 
+  /** Calls `changed` when the canvas gets other device pixels: by its size, by zoom, on another screen. @param {() => void} changed */
+  observe(changed) {
+    new ResizeObserver(changed).observe(this.#canvas);
+    watchRatio(changed);
+  }
+
   /** The canvas in device pixels. */
-  get #window() {
-    const { clientWidth, clientHeight } = this.#canvas;
-    return { width: Math.max(clientWidth, 1) * devicePixelRatio, height: Math.max(clientHeight, 1) * devicePixelRatio };
+  get window() {
+    const { width, height } = this.#canvas.getBoundingClientRect(); // unlike clientWidth, not whole CSS pixels only
+    return { width: Math.round(width * devicePixelRatio), height: Math.round(height * devicePixelRatio) };
   }
 
   /** Of the frames to ask for. */
   get size() {
-    return frameSize(this.#window, this.limits);
+    return frameSize(this.window, this.limits);
   }
 
   /** Vertical field of view to ask for [rad]. */
   get fov() {
-    const { width, height } = this.#window;
-    return fitFov(this.yfov, width / height);
+    const { width, height } = this.window;
+    return fitFov(this.yfov, Math.max(width, 1) / Math.max(height, 1));
   }
+}
+
+/** Calls `changed` whenever a CSS pixel becomes another number of device pixels. @param {() => void} changed */
+function watchRatio(changed) {
+  const query = matchMedia(`(resolution: ${devicePixelRatio}dppx)`);
+  const again = () => {
+    changed();
+    watchRatio(changed);
+  };
+  query.addEventListener("change", again, { once: true });
 }

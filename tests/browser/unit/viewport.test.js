@@ -10,7 +10,8 @@ test("a frame has the window's proportions and stays within the limits", () => {
   const [width, height] = frameSize({ width: 3840, height: 2160 }, limits);
   assert.ok(width * height <= limits.max_pixels && width > 1900);
   assert.deepEqual(frameSize({ width: 9000, height: 10 }, limits), [4096, 4]);
-  assert.deepEqual(frameSize({ width: 0, height: 0 }, limits), [2, 2]);
+  assert.deepEqual(frameSize({ width: 1365, height: 767 }, limits), [1365, 767]); // pixel by pixel, odd or not
+  assert.deepEqual(frameSize({ width: 0, height: 0 }, limits), [1, 1]);
 });
 
 test("a wide picture has the camera's field of view, an upright one more", () => {
