@@ -63,7 +63,7 @@ HEADERS = {
 # A cookie that is SameSite=Strict does not come along when a link on another site is followed; loading the page once
 # more, from itself, brings it.
 LOGIN = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8">{again}<title>lumenwalk</title></head>
+<html lang="en"><head><meta charset="utf-8">{again}<link rel="icon" href="data:,"><title>lumenwalk</title></head>
 <body><h1>lumenwalk</h1><p>This service needs its token: open the address that it printed when it started, or</p>
 <form><label>token <input name="token" type="password" required autofocus></label> <button>enter</button></form>
 </body></html>

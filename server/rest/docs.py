@@ -1,6 +1,7 @@
 """/api/docs: the REST interface to read and try out (Swagger UI), with nothing loaded from elsewhere.
 
-What it loads is named from the page, so that it is found below any prefix.
+What it loads is named from the page, so that it is found below any prefix. Without an icon of its own, browsers would
+ask for one at the top of the host.
 """
 
 from importlib.resources import files
@@ -12,7 +13,7 @@ from starlette.staticfiles import StaticFiles
 # The script is a file of its own because the Content-Security-Policy allows none inside a page.
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>lumenwalk: REST</title>
-<link rel="stylesheet" href="docs/files/swagger-ui.css"></head>
+<link rel="icon" href="data:,"><link rel="stylesheet" href="docs/files/swagger-ui.css"></head>
 <body><div id="docs"></div>
 <script src="docs/files/swagger-ui-bundle.js"></script><script src="docs/start.js"></script></body></html>
 """

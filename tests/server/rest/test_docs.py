@@ -6,7 +6,8 @@ from harness import Running
 def test_the_docs_and_all_that_they_load_are_served_from_here(running: Running) -> None:
     page = running.http.get("/api/docs")
     assert page.status_code == 200
-    loaded = re.findall(r'(?:src|href)="([^"]+)"', page.text)
+    icon, *loaded = re.findall(r'(?:src|href)="([^"]+)"', page.text)
+    assert icon.startswith("data:")
     assert len(loaded) == 3
     for path in loaded:
         assert path.startswith("docs/")  # from the page's own address, whatever the prefix
