@@ -124,6 +124,7 @@ def test_copies_the_link(page: Page, stage: Stage) -> None:
     assert page.evaluate("navigator.clipboard.readText()") == page.url
     assert link(page)["fov"] == "57.3"
     page.evaluate("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
+    page.evaluate("document.execCommand = () => false")
     page.keyboard.press("KeyC")
     expect(page.locator("#toast")).to_have_text("The link is in the address bar")
 
