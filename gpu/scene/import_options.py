@@ -17,7 +17,10 @@ def _split(value: Any) -> Any:
 def _point(value: Any) -> Any:
     if isinstance(value, list) and len(value) == 1:  # of an address
         value = value[0]
-    return value if value == "auto" else _split(value)
+    parts = value if value in (None, "auto") else _split(value)
+    if isinstance(parts, list | tuple) and len(parts) != 3:
+        raise ValueError('needs three numbers "x,y,z", or "auto"')
+    return parts
 
 
 Point = tuple[FiniteFloat, FiniteFloat, FiniteFloat]

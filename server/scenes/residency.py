@@ -71,7 +71,7 @@ class Residency:
         """A scene was checked already, such as an upload."""
         alike = [other for other in self._checked if other.id == scene.id and other != scene]
         outdated = {other for other in alike if other.stamp != scene.stamp}
-        for other in outdated | {*alike[: len(alike) - MOST_READINGS + 1]}:
+        for other in outdated | {*alike[: max(len(alike) - MOST_READINGS + 1, 0)]}:
             del self._checked[other]
         self._checked[scene] = checked
 

@@ -51,7 +51,8 @@ class GradientBackend:
         self._scenes[scene] = None
         camera = CameraInfo(name="front", matrix=IDENTITY, yfov=1.0, aspect=16 / 9, orthographic=False, near=0.0)
         bounds = Bounds(min=(-1.0, -1.0, -1.0), max=(1.0, 1.0, 1.0))
-        return SceneInfo(id=scene.id, name=scene.id, cameras=(camera,), bounds=bounds, triangles=12)
+        options = scene.options
+        return SceneInfo(id=scene.id, name=scene.id, cameras=(camera,), bounds=bounds, options=options, triangles=12)
 
     def close(self, scene: SceneRef) -> None:
         self._scenes.pop(scene, None)

@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gpu.errors import UserError
+from gpu.scene.file_frame import FileFrame
 from gpu.scene.types import Camera, Material, Placement, Scene
 from server.cli.camera_argument import choose_camera, parse_size
 
@@ -65,3 +68,10 @@ def test_an_unknown_camera_lists_the_known(scene: Scene, text: str) -> None:
 def test_bad_positions_are_said(scene: Scene, text: str) -> None:
     with pytest.raises(UserError, match="camera"):
         choose_camera(scene, text, aspect=1.0)
+
+
+def test_points_are_in_the_coordinates_of_the_file(scene: Scene) -> None:
+    survey = replace(scene, frame=FileFrame("z", 0.001, (456_789_000.0, 5_432_100_000.0, 120_000.0)))
+    camera = choose_camera(survey, "456790500,5432102000,121600:456790500,5432103000,121600", 1.0)
+    assert np.allclose(camera.to_world[:3, 3], (1.5, 1.6, -2.0))
+    assert np.allclose(camera.to_world[:3, 2], (0.0, 0.0, 1.0))  # looks north, which is −Z

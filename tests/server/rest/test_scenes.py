@@ -233,3 +233,26 @@ def test_an_upload_that_is_cut_off_leaves_nothing_and_no_traceback(
     time.sleep(0.1)
     assert not list(uploads._folder.iterdir())
     assert "Traceback" not in caplog.text
+
+
+def test_an_upload_is_read_as_its_parameters_say(running: Running) -> None:
+    reading = {"up": "z", "unit": "mm", "origin": "1,2,3", "storeys": ["ground, east", "first"]}
+    answer = running.http.post(SCENES, params={"name": "turned.glb", **reading}, content=TRIANGLE_GLB).json()
+    options = {**reading, "origin": [1, 2, 3], "variant": None}
+    assert answer["scene"]["options"] == options
+    address = f"{SCENES}/{answer['id']}"
+    assert running.http.get(address).json()["scene"]["options"] == options
+    assert running.http.get(address, params={"unit": "ft"}).json()["scene"]["options"]["unit"] == "ft"
+    render = {"scene": answer["id"], "size": [8, 8], "scene_options": {"unit": "in"}}
+    assert running.http.post("/api/v1/render", json=render).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("parameter", "words"),
+    [({"up": "x"}, "up"), ({"unit": "km"}, "unit"), ({"origin": "1,2"}, "three numbers")],
+    ids=str,
+)
+def test_a_way_to_read_that_cannot_be_is_refused(running: Running, parameter: dict[str, str], words: str) -> None:
+    answer = running.http.post(SCENES, params={"name": "turned.glb", **parameter}, content=TRIANGLE_GLB)
+    assert answer.status_code == 422
+    assert words in answer.json()["message"]

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from gpu.errors import UserError
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from server.refusals import UnknownSceneError
 from server.scenes.catalogue import Catalogue
 from server.wire.worker import SceneRef
@@ -73,3 +74,12 @@ def test_what_does_not_exist_is_not_served(tmp_path: Path) -> None:
         Catalogue(str(tmp_path / "gone.glb"), None)
     with pytest.raises(UserError, match="does not exist"):
         Catalogue("cornell-box", tmp_path / "gone")
+
+
+def test_a_file_read_otherwise_is_another_scene_to_the_worker(folder: Path, tmp_path: Path) -> None:
+    inches, feet = ImportOptions(unit="in"), ImportOptions(unit="ft")
+    catalogue = Catalogue(str(tmp_path / "outside.glb"), folder, options=inches)
+    assert catalogue.served.options == catalogue.find("outside.glb").options == inches
+    assert catalogue.find(None, feet).options == feet
+    assert catalogue.find("a.glb").options == DEFAULT_OPTIONS
+    assert catalogue.find("a.glb", feet) != catalogue.find("a.glb")

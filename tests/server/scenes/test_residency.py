@@ -1,15 +1,17 @@
 import asyncio
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from engines import BOX, FakeEngine
 
 from gpu.errors import SceneError
+from gpu.scene.import_options import ImportOptions
 from server.refusals import NoRoomError
-from server.scenes.checker import Checker, SceneSize
-from server.scenes.residency import LIGHTING_BYTES, Residency, device_bytes
+from server.scenes.checker import Checked, Checker, SceneSize
+from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
 from server.wire.worker import SceneRef
 
@@ -156,3 +158,32 @@ def test_what_was_in_a_lost_file_is_forgotten(hall: SceneRef) -> None:
         assert scenes.bytes_of(hall) is None
 
     asyncio.run(run())
+
+
+def test_a_file_read_otherwise_is_read_and_loaded_beside_itself(hall: SceneRef) -> None:
+    engine = FakeEngine()
+    scenes = residency(engine)
+    inches = replace(hall, options=ImportOptions(unit="in"))
+
+    async def run() -> None:
+        plain, turned = await scenes.inspect(hall), await scenes.inspect(inches)
+        assert (plain.info.frame.metres_per_unit, turned.info.frame.metres_per_unit) == (1.0, 0.0254)
+        assert turned.info.options == inches.options
+        await scenes.open(hall)
+        await scenes.open(inches)
+        assert engine.opened == [hall, inches]
+        assert scenes.holds(hall)
+
+    asyncio.run(run())
+
+
+def test_few_ways_to_read_a_file_are_remembered(hall: SceneRef) -> None:
+    scenes = residency(FakeEngine())
+    size = SceneSize(vertices=1, triangles=1, uv_sets=0, colored=False, materials=1, texels=0)
+    checked = Checked.model_construct(source=hall.source, size=size)
+    readings = [replace(hall, options=ImportOptions(origin=(float(x), 0.0, 0.0))) for x in range(MOST_READINGS + 3)]
+    for reading in readings:
+        scenes.learn(reading, checked)
+    assert [scenes.bytes_of(reading) is not None for reading in readings] == [False] * 3 + [True] * MOST_READINGS
+    scenes.learn(replace(hall, stamp=2), checked)
+    assert scenes.bytes_of(readings[-1]) is None

@@ -175,6 +175,18 @@ def test_another_scene_needs_another_pose(walker: Walker) -> None:
     assert walker.frame()[0].settings == 1
 
 
+def test_a_scene_read_otherwise_needs_another_pose(walker: Walker) -> None:
+    walker.send("settings", id=1, scene="rooms/hall.glb")
+    walker.word("scene")
+    walker.send("settings", id=2, scene_options={"unit": "mm", "up": "z"})
+    scene = walker.word("scene")
+    assert (scene["id"], scene["options"]["unit"], scene["options"]["up"]) == ("rooms/hall.glb", "mm", "z")
+    walker.pose(1)
+    assert walker.frame()[0].settings == 2
+    walker.send("settings", id=3, scene="rooms/hall.glb")
+    assert walker.word("scene")["options"]["unit"] is None
+
+
 def test_a_scene_that_cannot_be_opened_leaves_the_last_one(walker: Walker) -> None:
     walker.send("settings", id=1, scene="broken.glb")
     assert "accessors[0]" in walker.word("error", code="scene-failed")["message"]

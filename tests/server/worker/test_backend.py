@@ -17,6 +17,7 @@ from PIL import Image
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
+from gpu.scene.file_frame import FileFrame
 from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import RenderSettings
@@ -265,6 +266,16 @@ def test_views_become_cameras() -> None:
     looking = view_camera(scene, LookAt((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 90.0), (10, 10))
     np.testing.assert_allclose(looking.to_world[:3, 3], (0.0, 0.0, 5.0))
     assert looking.half_height == pytest.approx(1.0)
+
+
+def test_a_view_is_given_in_the_coordinates_of_the_file() -> None:
+    survey = replace(load_scene("cornell-box"), frame=FileFrame("z", 0.001, (456_789_000.0, 5_432_100_000.0, 0.0)))
+    there, north = (456_790_500.0, 5_432_102_000.0, 1600.0), (456_790_500.0, 5_432_103_000.0, 1600.0)
+    level = view_camera(survey, LookAt(there, north, None, 90.0), (10, 10)).to_world
+    np.testing.assert_allclose(level[:3, 3], (1.5, 1.6, -2.0))
+    np.testing.assert_allclose(level[:3, :3], np.eye(3), atol=1e-12)
+    on_its_side = view_camera(survey, LookAt(there, north, (1.0, 0.0, 0.0), 90.0), (10, 10)).to_world
+    np.testing.assert_allclose(on_its_side[:3, 1], (1.0, 0.0, 0.0), atol=1e-12)
 
 
 def test_the_whole_way_from_a_pose_to_a_lit_frame(cpu: str) -> None:
