@@ -50,7 +50,7 @@ def load_step(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
     materials = [_matt(material) for material in found.materials]
     plain = sum(materials[part.material] is DEFAULT_MATERIAL for part in meshes)
     ignored = [*found.ignored, *_broken(said)]
-    notes = [f"bodies without a colour, which are grey: {plain}"] if plain else []
+    notes = [*found.notes, *([f"bodies without a colour, which are grey: {plain}"] if plain else [])]
     step = SceneParts(meshes, materials, ignored=ignored, notes=notes, up="z", metres_per_unit=unit)
     return assemble(str(path), step, limits, options)
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from gpu.errors import SceneError
 from gpu.scene.assemble import SceneParts, assemble
 from gpu.scene.extras import library
 from gpu.scene.ifc.geometry import Geometry
@@ -20,12 +21,20 @@ def load_ifc(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOp
     Raises SceneError when the file is broken or cut off, its schema is not known, a storey does not exist, a limit is
     exceeded, or the library is not installed.
     """
+    try:
+        found = _parts(path, limits, options)
+    except (AttributeError, TypeError) as error:  # an entity refers to one of another kind
+        raise SceneError(str(path), "", f"is not as its schema says: {error}") from error
+    return assemble(str(path), found, limits, options)
+
+
+def _parts(path: Path, limits: SceneLimits, options: ImportOptions) -> SceneParts:
     geom = library(str(path), "ifcopenshell.geom", "ifc")
     model, broken = open_model(path, limits)
     chosen = choose_products(str(path), model, options.storeys)
     geometry = Geometry(str(path), geom, model, limits)
     parts = geometry.parts(chosen.shown)
-    found = SceneParts(
+    return SceneParts(
         parts,
         geometry.styles.materials,
         ignored=[*broken, *chosen.sentences, *geometry.sentences, *unshown_kinds(model)],
@@ -34,4 +43,3 @@ def load_ifc(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOp
         metres_per_unit=geometry.metres_per_unit,
         choices={"storey": chosen.storeys},
     )
-    return assemble(str(path), found, limits, options)

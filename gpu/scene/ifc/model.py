@@ -39,7 +39,7 @@ def open_model(path: Path, limits: SceneLimits) -> tuple[Any, list[str]]:
     errors = [line.rpartition("] ")[2] for line in lines if line.startswith("[error]")]
     if not errors:
         return model, []
-    return model, [f"{len(errors)} errors in statements of the file, which were left out; the first: {errors[0]:.200}"]
+    return model, [f"statements with errors, left out: {len(errors)} (the first: {errors[0]:.200})"]
 
 
 def _unzipped(path: Path, content: bytes, limits: SceneLimits) -> bytes:

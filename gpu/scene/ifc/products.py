@@ -47,7 +47,7 @@ def choose_products(source: str, model: Any, names: Sequence[str]) -> Chosen:
 
     Raises SceneError for a name that no storey with products has.
     """
-    shaped = [product for product in model.by_type("IfcProduct") if product.Representation]
+    shaped = [product for product in model.by_type("IfcProduct") if _shapes(product)]
     no_bodies = Counter(product.is_a() for product in shaped if any(product.is_a(kind) for kind in _NO_BODIES))
     bodies = [product for product in shaped if product.is_a() not in no_bodies]
     outlines = [product for product in bodies if not _has_body(product)]
@@ -79,7 +79,7 @@ def storey_of(product: Any) -> Any | None:
         if product.is_a("IfcBuildingStorey"):
             return product
         seen.add(product.id())
-        wholes = [getattr(relation, one) for many, one in _WHOLES for relation in getattr(product, many, ())]
+        wholes = [getattr(relation, one, None) for many, one in _WHOLES for relation in getattr(product, many, ())]
         product = wholes[0] if wholes else None
     return None
 
@@ -89,5 +89,10 @@ def _name(storey: Any) -> str:
 
 
 def _has_body(product: Any) -> bool:
-    kinds = (shape.RepresentationIdentifier for shape in product.Representation.Representations or ())
+    kinds = (getattr(shape, "RepresentationIdentifier", "") for shape in _shapes(product))
     return any(kind is None or kind in _BODIES for kind in kinds)
+
+
+def _shapes(product: Any) -> Sequence[Any]:
+    """The representations of `product`; none where the file refers to something else."""
+    return getattr(product.Representation, "Representations", None) or ()

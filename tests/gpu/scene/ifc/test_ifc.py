@@ -97,3 +97,24 @@ def test_a_model_without_bodies_is_refused(tmp_path: Path) -> None:
         product.Representation = None
     with pytest.raises(SceneError, match="no triangles"):
         load(tmp_path, house)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"IFCRELFILLSELEMENT('", b"IFCRELFILLSELEMENT($,'"),
+        (b"IFCPRODUCTDEFINITIONSHAPE($,$,(#", b"IFCPRODUCTDEFINITIONSHAPE($,$,(#1,#"),
+        (b"IFCSURFACESTYLE('plaster',.BOTH.,(#", b"IFCSURFACESTYLE('plaster',.BOTH.,(#1,#"),
+        (b".ELEMENT.,0.)", b".ELEMENT.,'high')"),
+    ],
+)
+def test_a_reference_to_another_kind_is_no_traceback(tmp_path: Path, old: bytes, new: bytes) -> None:
+    content = House().bytes()
+    assert old in content
+    path = tmp_path / "a.ifc"
+    path.write_bytes(content.replace(old, new, 1))
+    try:
+        said = load_ifc(path).report.ignored
+    except SceneError as error:
+        said = (error.problem,)
+    assert any("is not as its schema says" in text or "left out" in text or "no body" in text for text in said)
