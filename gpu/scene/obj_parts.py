@@ -53,13 +53,15 @@ class ObjParts:
     def _with_none(self, rows: Doubles, column: int, sentence: str, instead: float) -> Doubles:
         """`rows` with `instead` of what is not finite, and a last one, that of corners without any."""
         broken = np.any(~np.isfinite(rows), axis=1)
-        used = np.unique(self._corners[self._corners[:, column] >= 0, column])
-        self._remarks.add_count(sentence, int(broken[used].sum()))
+        used = np.zeros(len(rows), bool)
+        used[self._corners[self._corners[:, column] >= 0, column]] = True
+        self._remarks.add_count(sentence, int((broken & used).sum()))
         return np.concatenate([np.where(broken[:, None], instead, rows), np.full((1, rows.shape[1]), instead)])
 
     def _part(self, triangles: Integers, smooth: bool, material: int, name: str) -> MeshPart:
         """A part of `triangles` (triangle, 3) of corners; without `smooth` its normals are those of its triangles."""
-        used, inverse = np.unique(triangles, return_inverse=True)
+        used = np.zeros(len(self._corners), bool)
+        used[triangles] = True
         v, vt, vn = self._corners[used].T
         normals = None
         if smooth:
@@ -69,7 +71,7 @@ class ObjParts:
                 normals = np.where((vn < 0)[:, None], summed[v], normals)
         return MeshPart(
             positions=self._positions[v],
-            triangles=inverse.reshape(-1, 3),
+            triangles=(np.cumsum(used) - 1)[triangles],
             normals=normals,
             uvs=() if self._uvs is None else (self._uvs[vt],),
             colors=None if self.colors is None else self.colors[v],

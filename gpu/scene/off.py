@@ -121,7 +121,9 @@ def _faces(file: OffFile, lines: list[str]) -> tuple[Integers, Integers, Doubles
 def _numbers(file: OffFile, lines: list[str], what: str) -> tuple[Doubles, Integers]:
     """All numbers (number,) of lines, and how many each has (line,)."""
     try:
-        return numbers("\n".join(lines)), np.array([len(line.split()) for line in lines], np.int64)
+        return numbers(word for line in lines for word in line.split()), np.array(
+            [len(line.split()) for line in lines], np.int64
+        )
     except ValueError as error:
         raise SceneError(file.source, what, f"needs numbers, with points for decimals: {error}") from error
 

@@ -83,7 +83,7 @@ def read_elements(source: str, content: bytes, remarks: Remarks) -> PlyFile:
         buffer = body
     else:  # text is as numbers that all have the same type
         try:
-            buffer = numbers(decoded(body)).astype("<f8").tobytes()
+            buffer = numbers(decoded(body).split()).astype("<f8").tobytes()
         except ValueError as error:
             raise SceneError(source, "", f"needs numbers, with points for decimals: {error}") from error
     at = 0

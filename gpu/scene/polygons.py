@@ -38,7 +38,7 @@ def triangulate(positions: Doubles, corners: Integers, counts: Integers) -> Tria
     starts = np.cumsum(counts) - counts
     triangles, polygons = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     crossing = 0
-    for count in np.unique(counts[counts >= 3]):
+    for count in 3 + np.flatnonzero(np.bincount(counts[counts >= 3] - 3)):
         same = np.flatnonzero(counts == count)
         for some in np.array_split(same, -(-len(same) * int(count) // _AT_ONCE)):
             places = starts[some, None] + np.arange(count)

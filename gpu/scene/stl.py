@@ -15,11 +15,10 @@ from gpu.scene.types import Doubles, Integers
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84
 # A name goes to the end of its line, or to the first facet where all is on one line.
-_NAME = re.compile(r"\b(?:end[ \t]*)?solid\b[^\n]*?(?=\bfacet\s+normal\s+[-+.\d]|\n|\Z)")
+_NAME = re.compile(r"[^\n]*?(?=\bfacet\s+normal\s+[-+.\d]|\n|\Z)")
 _COMMENT = re.compile(r"^\s*(?:#|;|//)[^\n]*", re.MULTILINE)
-_KEYWORD = re.compile(r"\b(facet|vertex|endfacet|end\s+facet)\b")
+_KEYWORDS = {"facet", "vertex", "endfacet"}
 _TRIANGLE = ["facet", "vertex", "vertex", "vertex", "endfacet"]
-_AFTER = r"\s+(\S+\s+\S+\s+\S+)"
 
 
 def read_stl(source: str, content: bytes, remarks: Remarks) -> MeshPart:
@@ -59,12 +58,20 @@ def _binary(source: str, content: bytes, said: int, remarks: Remarks) -> MeshPar
 
 
 def _ascii(source: str, text: str, remarks: Remarks) -> MeshPart:
-    text = _COMMENT.sub("", _NAME.sub("\n", text.lower()))
-    keywords = [word.replace(" ", "") for word in _KEYWORD.findall(text)]
+    """The facets of a file of text."""
+    first, *named = (piece.rstrip(" \t").removesuffix("end") for piece in text.lower().split("solid"))
+    text = "\n".join([first, *(_NAME.sub("", piece, count=1) for piece in named)])
+    if any(mark in text for mark in "#;/"):
+        text = _COMMENT.sub("", text)
+    words = text.split()
+    if "end" in words:
+        words = re.sub(r"\bend\s+(?=facet|loop)", "end", text).split()
+    places = [place for place, word in enumerate(words) if word in _KEYWORDS]
+    keywords = [words[place] for place in places]
     count = len(keywords) // len(_TRIANGLE)
     counts = np.full(count, 3) if keywords == _TRIANGLE * count else _corner_counts(source, keywords)
-    corners = _triples(source, re.findall(rf"\bvertex{_AFTER}", text), int(counts.sum()), "vertex")
-    normals = _triples(source, re.findall(rf"\bfacet\s+normal{_AFTER}", text), len(counts), "facet normal")
+    corners = _triples(source, words, [place for place in places if words[place] == "vertex"])
+    normals = _triples(source, words, [place + 1 for place in places if words[place] == "facet"])
     return _part(source, corners, counts, normals, remarks)
 
 
@@ -86,13 +93,13 @@ def _corner_counts(source: str, keywords: list[str]) -> Integers:
     raise SceneError(source, f"facet {len(counts)}", "a facet does not end; the file is cut off")
 
 
-def _triples(source: str, found: list[str], count: int, what: str) -> Doubles:
+def _triples(source: str, words: list[str], places: list[int]) -> Doubles:
+    """The 3 numbers (place, 3) that follow each of these places in `words`."""
     try:
-        values = numbers(" ".join(found))
-    except ValueError as error:
-        raise SceneError(source, what, f"needs 3 numbers, with points for decimals: {error}") from error
-    if len(values) != 3 * count:
-        raise SceneError(source, what, f"{len(found)} have 3 numbers, not {count}; the file is cut off")
+        values = numbers(words[place + after] for place in places for after in (1, 2, 3))
+    except (ValueError, IndexError) as error:
+        problem = f"a vertex or a normal is not 3 numbers with points for decimals: {error}"
+        raise SceneError(source, "", problem) from error
     return values.reshape(-1, 3)
 
 

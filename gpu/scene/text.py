@@ -2,7 +2,7 @@
 
 import codecs
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -68,12 +68,6 @@ def number(word: str) -> float:
         raise
 
 
-def numbers(text: str) -> Doubles:
-    """All numbers (number,) of `text`, between any white space. Raises ValueError where a word is none."""
-    words = text.split()
-    try:
-        if "_" not in text:
-            return np.array(words, np.float64) if len(words) < 100 else np.fromiter(map(float, words), np.float64)
-    except ValueError:
-        pass
+def numbers(words: Iterable[str]) -> Doubles:
+    """The numbers (number,) that `words` are. Raises ValueError where one is none."""
     return np.fromiter(map(number, words), np.float64)

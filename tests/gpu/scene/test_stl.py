@@ -81,8 +81,8 @@ def test_a_facet_that_nobody_can_see_is_left_to_be_dropped_and_normals_against_t
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (TEXT.replace("1 0 0", "1,0 0 0").encode(), "vertex: needs 3 numbers, with points for decimals"),
-        (TEXT.replace("vertex 1 0 0", "vertex 1 0").encode(), "vertex"),
+        (TEXT.replace("1 0 0", "1,0 0 0").encode(), "a vertex or a normal is not 3 numbers with points for decimals"),
+        (TEXT.replace("vertex 1 0 0", "vertex 1 0").encode(), "a vertex or a normal is not 3 numbers"),
         (TEXT.replace("vertex 1 0 0", "vertex nan 0 0").encode(), "facet 0: is not finite"),
         (TEXT[:-30].encode(), "facet 2: a facet does not end; the file is cut off"),
         (binary(2, RECORD * 2)[:-1], "2 facets, but only 1 follow; the file is cut off"),

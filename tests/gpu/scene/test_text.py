@@ -35,13 +35,12 @@ def test_comments_begin_a_word() -> None:
 @pytest.mark.parametrize("word", ["nan", "-1.#IND", "1.#QNAN00", "-nan(ind)", "1.#INF"])
 def test_what_programs_write_for_no_number_is_none(word: str) -> None:
     assert isnan(number(word))
-    assert np.isnan(numbers(f"1 {word}\t2")).tolist() == [False, True, False]
+    assert np.isnan(numbers(["1", word, "2"])).tolist() == [False, True, False]
 
 
 def test_numbers() -> None:
     assert (number("1e3"), number("-inf")) == (1000.0, -inf)
-    assert numbers("1\t2.5\n\f-3e1 ").tolist() == [1.0, 2.5, -30.0]
-    assert numbers(" ".join(["2"] * 200)).tolist() == [2.0] * 200
+    assert numbers(["1", "2.5", "-3e1"]).tolist() == [1.0, 2.5, -30.0]
 
 
 @pytest.mark.parametrize("word", ["x", "1,5", "1_000", "0x10", "1.2.3"])
@@ -49,4 +48,4 @@ def test_words_are_no_numbers(word: str) -> None:
     with pytest.raises(ValueError, match=r"number|convert"):
         number(word)
     with pytest.raises(ValueError, match=r"number|convert"):
-        numbers(f"1 {word}")
+        numbers(["1", word])
