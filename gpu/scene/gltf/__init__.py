@@ -15,6 +15,7 @@ from gpu.scene.gltf.hierarchy import placed_nodes
 from gpu.scene.gltf.images import Images
 from gpu.scene.gltf.materials import DEFAULT_MATERIAL, read_materials
 from gpu.scene.gltf.unused import say_unused
+from gpu.scene.gltf.variants import chosen_variant, variant_names
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Doubles, Scene
@@ -27,17 +28,17 @@ def load_gltf(path: Path, limits: SceneLimits = DEFAULT_LIMITS, options: ImportO
     not supported, or outside the file's folder. What else is broken is left out or mended; that and what is not used is
     in the scene's report.
     """
-    return assemble(str(path), gltf_parts(open_document(path, limits)), limits, options)
+    return assemble(str(path), gltf_parts(open_document(path, limits), options.variant), limits, options)
 
 
-def gltf_parts(document: Document) -> SceneParts:
-    """What is in the scene of `document`. Raises SceneError as load_gltf does."""
+def gltf_parts(document: Document, variant: str | None = None) -> SceneParts:
+    """What is in the scene of `document`, with the materials of its `variant`. Raises SceneError as load_gltf does."""
     check_extensions(document)
     buffers = Buffers(document)
     images = Images(buffers)
     materials = [*read_materials(images), DEFAULT_MATERIAL]
     placed = placed_nodes(document)
-    parts = list(Geometry(buffers, materials).parts(placed))
+    parts = list(Geometry(buffers, materials, chosen_variant(document, variant)).parts(placed))
     if not any(part.material == len(materials) - 1 for part in parts):
         materials.pop()
     lights = read_lights(document, placed.values())
@@ -53,6 +54,7 @@ def gltf_parts(document: Document) -> SceneParts:
         ignored=document.ignored.sentences(),
         notes=document.notes.sentences(),
         up="y",
+        choices={"variant": variants} if (variants := variant_names(document)) else {},
     )
 
 

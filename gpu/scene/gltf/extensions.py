@@ -1,11 +1,13 @@
 """Which glTF extensions are read, and which of the others a file can be shown without though it requires them."""
 
+from gpu.scene.extras import library
 from gpu.scene.gltf.document import Document
 from gpu.scene.gltf.values import Value
 
 SUPPORTED = frozenset(
     {
         "EXT_mesh_gpu_instancing",
+        "EXT_meshopt_compression",
         "EXT_texture_webp",
         "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
@@ -15,10 +17,20 @@ SUPPORTED = frozenset(
         "KHR_materials_transmission",
         "KHR_materials_unlit",
         "KHR_materials_volume",
+        "KHR_materials_variants",
         "KHR_mesh_quantization",
+        "KHR_meshopt_compression",
+        "KHR_texture_basisu",
         "KHR_texture_transform",
     }
 )
+
+_LIBRARIES = {
+    "EXT_meshopt_compression": ("meshopt", "meshopt"),
+    "KHR_meshopt_compression": ("meshopt", "meshopt"),
+    "KHR_texture_basisu": ("opengl_basisu", "ktx2"),
+}
+"""The module that reads what an extension packs, and the extra that installs it."""
 
 
 # Without these a surface has less gloss, or colour in its gloss, and a file is only described or moved less.
@@ -38,12 +50,18 @@ _DISPENSABLE = frozenset(
 
 
 def check_extensions(document: Document) -> None:
-    """Raise SceneError naming the required extensions that are not supported and cannot be done without."""
-    missing = sorted(set(_names(document.root, "extensionsRequired")) - SUPPORTED - _DISPENSABLE)
+    """Raise SceneError naming the required extensions that are not supported and cannot be done without.
+
+    One that needs an extra that is not installed is refused by the name of that.
+    """
+    required = set(_names(document.root, "extensionsRequired"))
+    missing = sorted(required - SUPPORTED - _DISPENSABLE)
     if missing:
         raise document.root.get("extensionsRequired").error(
             f"needs {', '.join(missing)}, which is not supported; export the scene without it"
         )
+    for name in sorted(required & _LIBRARIES.keys()):
+        library(document.root.source, *_LIBRARIES[name])
 
 
 def used_extensions(document: Document) -> list[str]:

@@ -13,6 +13,7 @@ from gpu.scene.gltf.primitives import Primitive, read_primitive
 from gpu.scene.gltf.skins import blend, joint_matrices
 from gpu.scene.gltf.transforms import instance_matrices
 from gpu.scene.gltf.values import Value
+from gpu.scene.gltf.variants import with_material
 from gpu.scene.transforms import cofactors, placed
 from gpu.scene.types import Doubles, Material
 from gpu.scene.validate import check_count, slots
@@ -20,10 +21,11 @@ from gpu.scene.validate import check_count, slots
 
 @dataclass
 class Geometry:
-    """Reads the meshes that nodes show. materials: those of the file, then glTF's default one."""
+    """Reads the meshes that nodes show. materials: those of the file, then the default; variant: the chosen one."""
 
     buffers: Buffers
     materials: list[Material]
+    variant: int | None = None
     _primitives: dict[tuple[str, tuple[float, ...]], Primitive | None] = field(default_factory=dict)
     _triangles: int = 0
     _vertices: int = 0
@@ -73,9 +75,10 @@ class Geometry:
 
     def _material(self, entry: Value) -> int:
         default = len(self.materials) - 1
-        if not entry.has("material"):
+        place = with_material(entry, self.variant)
+        if not place.has("material"):
             return default
-        return entry.mended(lambda: entry.get("material").as_index(default), default, "glTF's default one was used")
+        return place.mended(lambda: place.get("material").as_index(default), default, "glTF's default one was used")
 
     def _primitive(self, entry: Value, weights: tuple[float, ...]) -> Primitive | None:
         key = (entry.path, weights)

@@ -8,6 +8,7 @@ from gpu.scene.files import read_uri
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.values import Value
 from gpu.scene.images import decode_image
+from gpu.scene.ktx2 import IDENTIFIER, decode_ktx2
 from gpu.scene.types import Bytes, Texture, Wrap
 from gpu.scene.validate import check_count
 
@@ -41,9 +42,10 @@ class Images:
 
     def _texture(self, entry: Value, srgb: bool) -> Texture | None:
         document = self.buffers.document
-        sources = [place for place in (entry.named_extension("EXT_texture_webp"), entry) if place.has("source")]
+        packed = [entry.named_extension(name) for name in ("KHR_texture_basisu", "EXT_texture_webp")]
+        sources = [place for place in (*packed, entry) if place.has("source")]
         if not sources:
-            document.ignored.add("has no PNG, JPEG or WebP image and was ignored", entry.path)
+            document.ignored.add("has no PNG, JPEG, WebP or KTX2 image and was ignored", entry.path)
         for source in sources:
             image = document.attempt(partial(document.referred, source, "source", "images"), "the image")
             pixels = self._image(image) if image is not None else None
@@ -81,7 +83,8 @@ class Images:
             content = bytes(self.buffers.view(image, "bufferView")[0])
         name = _name(image)
         field = f"{image.path} {name!r:.60}" if name else image.path
-        return decode_image(content, image.source, field, document.limits)
+        decode = decode_ktx2 if content.startswith(IDENTIFIER) else decode_image
+        return decode(content, image.source, field, document.limits)
 
 
 def _name(image: Value) -> str:

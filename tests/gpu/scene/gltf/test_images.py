@@ -1,8 +1,10 @@
 import base64
 import io
+import sys
 
 import pytest
 from gltf_file import GltfFile, image, material_of
+from ktx2_file import ktx2, uastc_block
 from PIL import Image
 
 from gpu.errors import SceneError
@@ -22,6 +24,27 @@ def test_webp_goes_before_its_fallback(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf), extensions={"EXT_texture_webp": {"source": webp}})
     material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
     assert gltf.load().textures[0].pixels.shape == (1, 3, 4)
+
+
+def basisu(gltf: GltfFile) -> None:
+    """A texture that is KTX2 (8×4), with a fallback (2×1)."""
+    packed = gltf.add("images", bufferView=gltf.view(ktx2([[uastc_block(1, 2, 3)] * 2], 8, 4)), mimeType="image/ktx2")
+    gltf.add("textures", source=image(gltf), extensions={"KHR_texture_basisu": {"source": packed}})
+    material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+
+
+def test_ktx2_goes_before_its_fallback(gltf: GltfFile) -> None:
+    pytest.importorskip("opengl_basisu")
+    basisu(gltf)
+    assert gltf.load().textures[0].pixels.shape == (4, 8, 4)
+
+
+def test_without_the_extra_ktx2_gives_way_to_its_fallback(gltf: GltfFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "opengl_basisu", None)
+    basisu(gltf)
+    scene = gltf.load()
+    assert scene.textures[0].pixels.shape == (1, 2, 4)
+    assert "needs the extra ktx2: pip install lumenwalk[ktx2]; the image was left out" in scene.report.ignored[0]
 
 
 def test_an_image_in_a_data_uri_and_one_in_a_file(gltf: GltfFile) -> None:
@@ -78,9 +101,9 @@ def test_a_broken_webp_gives_way_to_its_fallback(gltf: GltfFile) -> None:
 
 
 def test_a_texture_without_an_image_that_can_be_read_is_said(gltf: GltfFile) -> None:
-    gltf.add("textures", extensions={"KHR_texture_basisu": {"source": 0}})
+    gltf.add("textures", extensions={"VENDOR_texture": {"source": 0}})
     assert material_of(gltf, pbrMetallicRoughness={"baseColorTexture": {"index": 0}}).base_color_slot is None
-    assert "textures[0]: has no PNG, JPEG or WebP image and was ignored" in gltf.load().report.ignored
+    assert "textures[0]: has no PNG, JPEG, WebP or KTX2 image and was ignored" in gltf.load().report.ignored
 
 
 @pytest.mark.parametrize("key", ["wrapS", "wrapT", "magFilter"])

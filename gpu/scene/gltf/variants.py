@@ -1,0 +1,34 @@
+"""KHR_materials_variants: other materials of the same primitives, of which a user chooses."""
+
+from gpu.scene.gltf.document import Document
+from gpu.scene.gltf.values import Value
+
+_NAME = "KHR_materials_variants"
+
+
+def variant_names(document: Document) -> list[str]:
+    """The file's variants, in its order."""
+    extension = document.root.extension(_NAME)
+    entries = extension.objects("variants") if extension else []
+    return [entry.text("name", f"variant {number}") for number, entry in enumerate(entries)]
+
+
+def chosen_variant(document: Document, wanted: str | None) -> int | None:
+    """The number of the variant called `wanted`. Raises SceneError, naming those there are, when there is none."""
+    names = variant_names(document)
+    if wanted is None:
+        return None
+    if wanted not in names:
+        known = f"there are {', '.join(names[:20])}" if names else "the file has none"
+        raise document.root.error(f"has no variant {wanted!r:.80}; {known}")
+    return names.index(wanted)
+
+
+def with_material(primitive: Value, variant: int | None) -> Value:
+    """Where the material of `primitive` stands in that variant: in a mapping of it, else in itself."""
+    extension = primitive.extension(_NAME)
+    if variant is not None and extension is not None:
+        for mapping in extension.objects("mappings"):
+            if any(item.raw == variant for item in mapping.items("variants")):
+                return mapping
+    return primitive
