@@ -2,7 +2,11 @@
 
 from math import cos, inf, sin
 
+import numpy as np
+
+from gpu.scene.colors import mean_color
 from gpu.scene.gltf.images import Images
+from gpu.scene.gltf.specular_glossiness import converted
 from gpu.scene.gltf.values import Value
 from gpu.scene.types import AlphaMode, Material, Rgb, TextureSlot
 
@@ -10,6 +14,7 @@ _ALPHA_MODES = {"OPAQUE": AlphaMode.OPAQUE, "MASK": AlphaMode.MASK, "BLEND": Alp
 _MOST = 1e30  # radiance: so that float32 holds what is computed with it
 _LARGE = 1e6
 _INFINITE_IOR = 1e6  # what an index of 0 stands for: everything is reflected
+_GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 _WHITE, _BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
 DEFAULT_MATERIAL = Material(name="glTF default", metallic=1.0, double_sided=False)
@@ -23,7 +28,8 @@ def read_materials(images: Images) -> list[Material]:
 
 
 def _material(images: Images, entry: Value, number: int) -> Material:
-    base = entry.part("pbrMetallicRoughness")
+    glossy = entry.part("extensions").has(_GLOSSY)
+    base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
     transmission, volume, specular, strength, ior = (
         entry.named_extension(f"KHR_materials_{name}")
         for name in ("transmission", "volume", "specular", "emissive_strength", "ior")
@@ -37,7 +43,7 @@ def _material(images: Images, entry: Value, number: int) -> Material:
     if max(emission) > 1.0:
         entry.get("emissiveFactor").mend("is above 1, which glTF leaves to the emissive strength; it was used as it is")
     normal = entry.part("normalTexture")
-    return Material(
+    material = Material(
         name=entry.name(f"material {number}"),
         base_color=_rgba(base.factors("baseColorFactor", (1.0, 1.0, 1.0, 1.0), 0.0, 1.0)),
         metallic=base.factor("metallicFactor", 1.0, 0.0, 1.0),
@@ -61,6 +67,23 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         specular=specular.factor("specularFactor", 1.0, 0.0, 1.0),
         specular_color=_rgb(specular.factors("specularColorFactor", _WHITE, 0.0, _MOST)),
     )
+    return _from_glossy(images, entry, material) if glossy else material
+
+
+def _from_glossy(images: Images, entry: Value, material: Material) -> Material:
+    """`material` with what KHR_materials_pbrSpecularGlossiness says of it; of its gloss texture the mean counts."""
+    place = entry.named_extension(_GLOSSY)
+    diffuse = np.array(place.factors("diffuseFactor", (1.0, 1.0, 1.0, 1.0), 0.0, 1.0))
+    gloss = np.array(
+        [*place.factors("specularFactor", _WHITE, 0.0, 1.0), place.factor("glossinessFactor", 1.0, 0.0, 1.0)]
+    )
+    slot, glossy = (_slot(images, place, key, srgb=True) for key in ("diffuseTexture", "specularGlossinessTexture"))
+    if glossy is not None:
+        gloss *= mean_color(images.textures[glossy.texture])
+    texture = None if slot is None else (slot, mean_color(images.textures[slot.texture]))
+    problem = f"was converted from specular and glossiness ({_GLOSSY}), as near as metallic-roughness can be"
+    images.buffers.document.notes.add(problem, material.name)
+    return converted(material, diffuse, gloss[:3], float(gloss[3]), texture)
 
 
 def _slot(images: Images, place: Value, key: str, srgb: bool = False) -> TextureSlot | None:

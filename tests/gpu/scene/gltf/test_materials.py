@@ -120,6 +120,26 @@ def test_what_lets_light_through_is_said_to_be_opaque(gltf: GltfFile, factor: fl
     assert notes == ["glass: lets light through (KHR_materials_transmission) but is shown opaque"] * said
 
 
+def test_specular_and_glossiness_are_converted_and_said(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf))
+    gltf.json["extensionsRequired"] = ["KHR_materials_pbrSpecularGlossiness"]
+    glossy = extension("pbrSpecularGlossiness", diffuseFactor=[0.5, 0.5, 0.5, 0.25], specularFactor=[0.04] * 3,
+                       glossinessFactor=0.75, diffuseTexture={"index": 0})  # fmt: skip
+    material = material_of(gltf, name="old", **metal(metallicFactor=1), **glossy)
+    assert np.allclose(material.base_color, (0.5, 0.5, 0.5, 0.25))
+    assert np.allclose((material.metallic, material.roughness), (0.0, 0.25))
+    assert material.base_color_slot is not None
+    report = gltf.load().report
+    assert report.ignored == ()
+    assert any(note.startswith("old: was converted from specular and glossiness") for note in report.notes)
+
+
+@pytest.mark.parametrize("glossy", [{"diffuseFactor": "x", "glossinessFactor": 5}, {"specularGlossinessTexture": {}}])
+def test_odd_specular_and_glossiness_is_mended(gltf: GltfFile, glossy: dict) -> None:
+    material = material_of(gltf, **extension("pbrSpecularGlossiness", **glossy))
+    assert (*material.base_color, material.metallic, material.roughness) == pytest.approx((1, 1, 1, 1, 1, 0))
+
+
 @pytest.mark.parametrize("broken", [None, [], 5])
 def test_a_material_that_is_none_is_plain(gltf: GltfFile, broken: object) -> None:
     gltf.json["materials"] = [broken]
