@@ -65,7 +65,7 @@ class Materials:
             emission_slot=emission,
             normal_slot=self._slot(told, "normal_map", False),
             alpha_mode=AlphaMode.BLEND if opacity < 1.0 else AlphaMode.OPAQUE,
-            double_sided=bool(told["double_sided"]),
+            double_sided=True if told["double_sided"] else None,  # most programs never say so
             transmission=float(np.clip(through, 0.0, 1.0)),
             ior=max(_value(told, "specular_ior", (1.5,))[0], _MIN_IOR),
             specular=float(specular > 0.0),

@@ -65,6 +65,7 @@ def test_phong(things: Scene) -> None:
     assert material.emission == pytest.approx((1.0, 2.0, 3.0))
     assert 0.2 < material.roughness < 0.5
     assert material.specular == 1.0
+    assert material.double_sided is None
 
 
 def test_transparency(things: Scene) -> None:
