@@ -123,7 +123,8 @@ def assemble(
     if not kept.any():
         raise SceneError(name, "", f"none of its {len(triangles)} triangles has an area")
     unit, placement = _recentred(world, triangles[kept & ~backdrop])
-    vertices = unit.astype(np.float32)
+    with np.errstate(over="ignore"):  # of what is left out
+        vertices = unit.astype(np.float32)
     kept &= _sound(vertices.astype(np.float64), triangles)
     dropped = int(np.count_nonzero(~too_far & ~kept))
     member = bulk.member if (bulk.member & kept).any() else kept

@@ -1,5 +1,6 @@
 """The statements of OBJ files, line by line: numbers, faces with absolute indices, names of materials."""
 
+import re
 from array import array
 from dataclasses import dataclass, field
 from math import nan
@@ -15,6 +16,7 @@ _WIDTHS = {"v": 3, "vt": 2, "vn": 3}
 _LEAST = {"v": 3, "vt": 1, "vn": 3}
 _USUAL = {"f", *_WIDTHS}
 _NAMES_ONLY = {"o", "g"}
+_COUNTED = re.compile(r"0*[1-9][0-9]{0,14}")
 
 
 @dataclass
@@ -128,11 +130,9 @@ def _corner(file: ObjFile, known: dict[str, int], place: int, word: str) -> int:
     found = [-1, -1, -1]
     for position, digits in enumerate(word.split("/")[:3]):
         if digits or position == 0:
-            try:
-                index = int(digits)
-            except ValueError:
-                index = 0
-            found[position] = index - 1 if index > 0 else _counted_back(file, place, position, digits)
+            found[position] = (
+                int(digits) - 1 if _COUNTED.fullmatch(digits) else _counted_back(file, place, position, digits)
+            )
     key = "/".join(map(str, found)) + "/" if "-" in word else word  # ends as no word that is known so far
     if key not in known:
         known[key] = len(file.corners)

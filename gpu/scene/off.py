@@ -8,7 +8,7 @@ import numpy as np
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
 from gpu.scene.mesh_colors import linear_colors
-from gpu.scene.outlines import FaceMesh, face_part
+from gpu.scene.outlines import FaceMesh, face_part, whole
 from gpu.scene.remarks import Remarks
 from gpu.scene.text import decoded, numbers, uncommented, without_mark
 from gpu.scene.types import Doubles, Integers
@@ -101,21 +101,19 @@ def _faces(file: OffFile, lines: list[str]) -> tuple[Integers, Integers, Doubles
     owner = np.repeat(np.arange(len(widths)), widths)
     place = np.arange(len(values)) - starts[owner]
     corners = values[(place > 0) & (place <= counts[owner])]
-    if not (corners == np.floor(corners)).all():
-        raise SceneError(file.source, "faces", "have corners that are no whole numbers")
     extra = widths - 1 - counts
     colored = (extra == 3) | (extra == 4)
     file.remarks.add_count(
         "faces have an entry of a colour map, or other numbers, that was ignored", int((~colored & (extra > 0)).sum())
     )
     if not colored.any():
-        return corners.astype(np.int64), counts, None
+        return whole(corners), counts, None
     white = 255.0 if (values[(place > counts[owner]) & colored[owner]] > 1.0).any() else 1.0
     colors = np.full((len(widths), 4), white)
     for channel in range(4):
         some = colored & (extra > channel)
         colors[some, channel] = values[starts[some] + counts[some] + 1 + channel]
-    return corners.astype(np.int64), counts, colors
+    return whole(corners), counts, colors
 
 
 def _numbers(file: OffFile, lines: list[str], what: str) -> tuple[Doubles, Integers]:

@@ -12,6 +12,14 @@ from gpu.scene.remarks import Remarks
 from gpu.scene.types import Doubles, Integers
 from gpu.scene.validate import FARTHEST
 
+_OUT_OF_RANGE = 2.0**53
+
+
+def whole(values: Doubles) -> Integers:
+    """`values` that a file has as indices; what is no whole number, or too large for one, becomes one out of range."""
+    sound = (values == np.floor(values)) & (np.abs(values) < _OUT_OF_RANGE)
+    return np.where(sound, values, _OUT_OF_RANGE).astype(np.int64)
+
 
 def usable_positions(
     source: str,

@@ -5,7 +5,7 @@ import numpy as np
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
 from gpu.scene.mesh_colors import linear_colors
-from gpu.scene.outlines import FaceMesh, face_part
+from gpu.scene.outlines import FaceMesh, face_part, whole
 from gpu.scene.ply_elements import Element, Lists, read_elements
 from gpu.scene.remarks import Remarks
 from gpu.scene.types import Doubles, Integers
@@ -48,7 +48,7 @@ def read_ply(source: str, content: bytes, remarks: Remarks) -> MeshPart:
         face_colors = np.concatenate([face_colors, np.ones((len(strips), 4))])
     mesh = FaceMesh(
         positions,
-        np.concatenate([faces.values.astype(np.int64), strips.reshape(-1)]),
+        np.concatenate([whole(faces.values), strips.reshape(-1)]),
         np.concatenate([faces.counts, np.full(len(strips), 3)]),
         normals,
         colors,
@@ -82,7 +82,7 @@ def _indices(element: Element) -> Lists:
 def _strip_triangles(strips: Lists) -> Integers:
     """The triangles (triangle, 3) of strips, in which -1 ends a strip and every other triangle is turned around."""
     ends = np.cumsum(strips.counts)
-    corners = np.insert(strips.values.astype(np.int64), ends, -1)
+    corners = np.insert(whole(strips.values), ends, -1)
     if len(corners) < 3:
         return np.empty((0, 3), np.int64)
     first = np.arange(len(corners))

@@ -75,6 +75,8 @@ def test_materials_and_textures(tmp_path: Path) -> None:
         ("v 0 0 0\nf -2 1 1\n", None, "line 2: v index '-2'"),
         ("v 0 0 0\nf 1/1 1 1\n", None, "line 2: vt index '1'"),
         ("v 0 0 0\nf 1.5 1 1\n", None, "line 2: v index '1.5'"),
+        ("v 0 0 0\nf 1 1 9999999999999999\n", None, "line 2: v index '9999999999999999' does not exist"),
+        ("v 0 0 0\nf 1 1 1_0\n", None, "line 2: v index '1_0' does not exist"),
         ("v 0 0 0\nf 1 1\n", None, "no triangles"),
         ("v 0 0 0\n", None, "no triangles"),
         ("", None, "no triangles"),

@@ -82,7 +82,7 @@ def test_binary_files(colors: tuple[float, ...]) -> None:
             ("OFF\n" + BODY.format("", "")).replace("3 0 1 2", "2147483648 0 1 2").encode(),
             "face 0: 2.14748e+09 corners",
         ),
-        (("OFF\n" + BODY.format("", "")).replace("3 0 1 2", "3 0 1.5 2").encode(), "no whole numbers"),
+        (("OFF\n" + BODY.format("", "")).replace("3 0 1 2", "3 0 1.5 2").encode(), "face 0: index out of range"),
         (("OFF\n" + BODY.format("", "")).replace("1 0 0", "1 0").encode(), "vertex 1: needs 3 numbers, not '1 0'"),
         (("OFF\n" + BODY.format("", "")).replace("1 0 0", "1 0,5 0").encode(), "with points for decimals"),
     ],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gpu.errors import SceneError
-from gpu.scene.outlines import FaceMesh, covered, face_part, usable_positions
+from gpu.scene.outlines import FaceMesh, covered, face_part, usable_positions, whole
 from gpu.scene.remarks import Remarks
 
 POSITIONS = np.array([[0.0, 0, 0], [np.nan, 0, 0], [1, 0, 0], [1e200, 0, 0], [0, 1, 0]])
@@ -44,3 +44,9 @@ def test_colours_of_faces_split_vertices() -> None:
 def test_a_corner_that_does_not_exist_is_named_by_its_face() -> None:
     with pytest.raises(SceneError, match=r"face 1: index out of range: \[0, 1, 4\], there are 4 vertices"):
         face_part("a", FaceMesh(np.eye(4, 3), np.array([0, 1, 2, 0, 1, 4]), np.array([3, 3])), Remarks())
+
+
+def test_what_is_no_index_is_out_of_range() -> None:
+    found = whole(np.array([0.0, -1.0, 7.0, 1.5, np.nan, np.inf, 1e300]))
+    assert found[:3].tolist() == [0, -1, 7]
+    assert (found[3:] > 1e15).all()
