@@ -23,7 +23,7 @@ from gpu.scene.validate import check_count
 def read_scene(path: Path, limits: SceneLimits, options: ImportOptions) -> Scene:
     """The scene in the USD file at `path`. Raises SceneError."""
     stage = open_stage(path, limits)
-    variants = choose_variant(str(path), stage.usd, options.variant)
+    variants = choose_variant(stage.usd, options.variant)
     metres = UsdGeom.GetStageMetersPerUnit(stage.usd)
     materials = Materials(stage)
     meshes, lights = Meshes(stage, materials), Lights(materials, metres)

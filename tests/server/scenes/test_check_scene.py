@@ -9,6 +9,7 @@ from typing import Any
 from zipfile import ZipFile
 
 import pytest
+from fbx_file import FbxFile
 from glb_file import TRIANGLE, TRIANGLE_GLB, glb, triangle
 from ifc_file import House
 from step_file import Box, step
@@ -153,6 +154,18 @@ def test_nothing_can_be_written(folder: Path) -> None:
     command = [sys.executable, "-c", script, str(folder / "new")]
     done = subprocess.run(command, input=request(folder / "a.glb"), capture_output=True, timeout=60)
     assert b"File too large" in done.stderr
+
+
+def test_libraries_of_usd_and_fbx_keep_to_the_limits(folder: Path) -> None:
+    pytest.importorskip("pxr")
+    pytest.importorskip("ufbx")
+    mesh = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\n"
+    points = "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n"
+    (folder / "a.usda").write_text(f'#usda 1.0\ndef Mesh "M" {{\n{mesh}{points}}}\n')
+    assert check(folder / "a.usda")["size"]["triangles"] == 1
+    fbx = FbxFile(folder)
+    fbx.mesh(fbx.node("Floor", "Mesh"))
+    assert check(fbx.write())["size"]["triangles"] == 2
 
 
 def test_a_step_file_is_read_though_its_library_writes_one_in_memory(folder: Path) -> None:
