@@ -113,7 +113,7 @@ def assemble(
     frame, guesses = frame_of(shape, found.up, found.metres_per_unit, options)
     notes = [*found.notes, *guesses]
     world = frame.to_world(positions)
-    too_far = bulk.too_far & ~backdrop & ~_emits(materials)[material]
+    too_far = bulk.too_far & ~backdrop & ~np.array([made.emits for made in materials])[material]
     notes += sky_notes(materials)
     notes += _far_away(too_far, bulk.distances * frame.metres_per_unit)
     notes += file_precision(positions, bulk, frame.metres_per_unit)
@@ -166,10 +166,6 @@ def assemble(
 def _is_lit(scene: Scene) -> bool:
     lights = [*(light.intensity for light in scene.lights), *([scene.sky.radiance] if scene.sky else [])]
     return any(max(light) > 0.0 for light in lights) or bool(emitted_power(scene).any())
-
-
-def _emits(materials: Sequence[Material]) -> Mask:
-    return np.array([any(material.emission) for material in materials])
 
 
 def _far_away(too_far: Mask, distances: Doubles) -> list[str]:

@@ -13,7 +13,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from gpu.settings import RenderSettings
 from server.images import encode_image
-from server.wire.browser import PROTOCOL
+from server.wire.browser import PROTOCOL, SceneInfo
 from server.wire.frame_header import Codec, FrameHeader, Phase
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
@@ -76,10 +76,12 @@ class Stage:
         words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png"]}
         self.say("welcome", protocol=PROTOCOL, limits=limits, **words)
 
-    def scene(self, id_: str = "cornell-box") -> None:
-        """Has the page enter a scene; it answers with a pose."""
+    def scene(self, id_: str = "cornell-box", **more: Any) -> None:
+        """Has the page enter a scene, of which there may be `more` to say; it answers with a pose."""
         bounds = {"min": [-1.0, -1.0, -1.0], "max": [1.0, 1.0, 1.0]}
-        self.say("scene", id=id_, name=id_, cameras=[FRONT], bounds=bounds, triangles=36, notes=[])
+        info = {"id": id_, "name": id_, "cameras": [FRONT], "bounds": bounds, "triangles": 36, **more}
+        words = SceneInfo.model_validate(info).model_dump(mode="json", exclude={"type"})
+        self.say("scene", **words)
 
     def start(self) -> None:
         """A page that has its first, moving picture of one colour."""

@@ -186,3 +186,48 @@ def test_a_gamepad_moves_turns_and_is_asked_only_while_connected(page: Page, gra
     polls = page.evaluate("window.polls")
     page.wait_for_timeout(200)
     assert page.evaluate("window.polls") == polls
+
+
+SURVEY = {"up": "z", "metres_per_unit": 0.001, "origin": [456_789_000.0, 5_432_100_000.0, 120_000.0]}
+
+
+def test_links_have_the_coordinates_of_a_survey_and_how_its_file_is_read(page: Page, stage: Stage) -> None:
+    options = {"up": "z", "unit": "mm", "storeys": ["ground, east", "first"]}
+    stage.scene("hall.glb", frame=SURVEY, options=options)
+    wait_for(page, lambda: link(page).get("scene") == "hall.glb")
+    place = [float(number) for number in link(page)["at"].split(",")]
+    x, y, z = stage.all("pose")[-1]["matrix"][12:15]
+    assert np.allclose(place, np.add(SURVEY["origin"], (1000 * x, -1000 * z, 1000 * y)), rtol=0, atol=0.1)
+    words = {name: link(page)[name] for name in ("up", "unit", "storeys")}
+    assert words == {"up": "z", "unit": "mm", "storeys": "ground%2C%20east,first"}
+
+
+def test_a_link_goes_to_the_coordinates_of_a_survey(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    words = "scene=hall.glb&at=456790500.5,5432102000,121600&look=0,0&fov=60&unit=mm"
+    page.goto(f"{gradients.http.base_url}/#{words}")
+    stage.welcome()
+    assert stage.hear("hello")["scene_options"] == {"unit": "mm"}
+    stage.scene("hall.glb", frame=SURVEY, options={"unit": "mm"})
+    assert np.allclose(stage.hear("pose")["matrix"][12:15], (1.5005, 1.6, -2.0), atol=1e-9)
+
+
+def test_how_a_file_is_read_can_be_chosen(page: Page, stage: Stage) -> None:
+    choices = {"variant": ["oak", "beech"], "storey": ["ground", "first"]}
+    stage.scene("hall.glb", choices=choices)
+    page.keyboard.press("KeyP")
+    expect(page.get_by_label("unit of the file")).to_contain_text("automatic: m")
+    page.get_by_label("variant").select_option("beech")
+    wait_for(page, lambda: stage.all("settings")[-1].get("scene_options", {}).get("variant") == "beech")
+    assert stage.all("settings")[-1]["scene"] == "hall.glb"
+    chosen = stage.all("settings")[-1]["scene_options"]
+    stage.scene("hall.glb", choices=choices, options=chosen)
+    page.get_by_label("up in the file").select_option("z")
+    wait_for(page, lambda: stage.all("settings")[-1].get("scene_options", {}).get("up") == "z")
+    assert stage.all("settings")[-1]["scene_options"]["variant"] == "beech"
+
+
+def test_a_built_in_scene_has_no_file_to_read(page: Page, stage: Stage) -> None:
+    page.keyboard.press("KeyP")
+    expect(page.get_by_label("seed")).to_be_visible()
+    expect(page.locator("#reading")).to_be_hidden()
