@@ -128,7 +128,7 @@ def assemble(
     kept &= _sound(vertices.astype(np.float64), triangles)
     dropped = int(np.count_nonzero(~too_far & ~kept))
     member = bulk.member if (bulk.member & kept).any() else kept
-    inside = world[np.unique(triangles[member & kept])]
+    inside = world[triangles[member & kept].reshape(-1)]
     triangles, material, member = triangles[kept], material[kept], member[kept]
 
     used = np.zeros(len(world), bool)

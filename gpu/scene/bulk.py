@@ -43,7 +43,7 @@ def bulk_of(positions: Doubles, triangles: Integers, counts: Mask | None = None)
     middle = np.array([_weighted_median(positions[:, axis][triangles].mean(axis=1), area) for axis in range(3)])
     reach = _distances(positions, triangles, middle)
     member = counts & (reach <= _radius(reach[counts], area[counts]))
-    corners = positions[np.unique(triangles[member])]
+    corners = positions[triangles[member].reshape(-1)]
     low, high = corners.min(axis=0), corners.max(axis=0)
     return Bulk(member, low, high, _distances(positions, triangles, low + (high - low) / 2.0))
 
