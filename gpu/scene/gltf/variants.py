@@ -8,9 +8,8 @@ _NAME = "KHR_materials_variants"
 
 def variant_names(document: Document) -> list[str]:
     """The file's variants, in its order."""
-    extension = document.root.extension(_NAME)
-    entries = extension.objects("variants") if extension else []
-    return [entry.text("name", f"variant {number}") for number, entry in enumerate(entries)]
+    entries = document.root.named_extension(_NAME).parts("variants")
+    return [entry.name(f"variant {number}") for number, entry in enumerate(entries)]
 
 
 def chosen_variant(document: Document, wanted: str | None) -> int | None:
@@ -21,9 +20,8 @@ def chosen_variant(document: Document, wanted: str | None) -> int | None:
 
 def with_material(primitive: Value, variant: int | None) -> Value:
     """Where the material of `primitive` stands in that variant: in a mapping of it, else in itself."""
-    extension = primitive.extension(_NAME)
-    if variant is not None and extension is not None:
-        for mapping in extension.objects("mappings"):
-            if any(item.raw == variant for item in mapping.items("variants")):
+    if variant is not None:
+        for mapping in primitive.named_extension(_NAME).parts("mappings"):
+            if any(item.raw == variant for item in mapping.parts("variants")):
                 return mapping
     return primitive

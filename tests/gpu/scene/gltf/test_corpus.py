@@ -97,8 +97,8 @@ def test_junk_in_any_place_is_refused_or_does_not_matter(gltf: GltfFile) -> None
     gltf.json.update(scenes=[{"nodes": [1]}], scene=0)
     assert len(gltf.load().triangles) == 2
     sound = copy.deepcopy(gltf.json)
-    for path in places(sound):
-        for junk in JUNK:
+    for number, path in enumerate(places(sound)):
+        for junk in JUNK[number % 2 :: 2]:
             gltf.json = copy.deepcopy(sound)
             place = gltf.json
             for key in path[:-1]:

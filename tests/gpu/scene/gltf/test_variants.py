@@ -44,3 +44,12 @@ def test_a_file_without_variants(gltf: GltfFile) -> None:
     assert not load_gltf(path).choices
     with pytest.raises(SceneError, match="no variant 'hot' in it; it has none"):
         load_gltf(path, options=ImportOptions(variant="hot"))
+
+
+@pytest.mark.parametrize("broken", [5, {"variants": 3}, {"variants": [None, {"name": 7}]}])
+def test_broken_variants_leave_the_materials_as_they_are(gltf: GltfFile, broken: object) -> None:
+    variants(gltf)
+    gltf.json["extensions"]["KHR_materials_variants"] = broken
+    scene = gltf.load()
+    assert shown(scene) == "own"
+    assert any("KHR_materials_variants" in note for note in scene.report.notes)
