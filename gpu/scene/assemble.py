@@ -160,12 +160,8 @@ def assemble(
         frame=frame,
         choices=found.choices,
     )
-    return scene if _is_lit(scene) else with_default_light(scene)
-
-
-def _is_lit(scene: Scene) -> bool:
-    lights = [*(light.intensity for light in scene.lights), *([scene.sky.radiance] if scene.sky else [])]
-    return any(max(light) > 0.0 for light in lights) or bool(emitted_power(scene).any())
+    is_lit = bool(scene.lights) or scene.sky is not None or bool(emitted_power(scene).any())
+    return scene if is_lit else with_default_light(scene)
 
 
 def _far_away(too_far: Mask, distances: Doubles) -> list[str]:

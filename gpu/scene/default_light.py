@@ -29,7 +29,7 @@ def with_default_light(scene: Scene) -> Scene:
     solid = np.array([_stops_light(m.alpha_mode, m.base_color[3], m.solid_alpha) for m in scene.materials])
     solid &= ~np.array([m.backdrop for m in scene.materials])
     kept = solid[scene.triangle_material]
-    rays = HostRays(scene.vertices.astype(np.float64), scene.triangles[kept])
+    rays = HostRays(scene.vertices, scene.triangles[kept])
     one_sided = np.array([m.double_sided is False for m in scene.materials])[scene.triangle_material[kept]]
     count = int(np.clip(_TESTS / len(scene.triangles) / (_WAYS + _LAMPS + 2), _LEAST_SEEN, _ACROSS * _DOWN))
     seen = _seen(scene, rays, one_sided, count)

@@ -2,13 +2,16 @@
 
 import numpy as np
 
-from gpu.scene.types import Doubles, Integers, Mask
+from gpu.scene.types import Doubles, Floats, Integers, Mask
+
+# Shares of a triangle by which rounding may lose a ray at its edges.
+_WIDER = 1e-6
 
 
 class HostRays:
     """Triangles (triangle, 3) of vertices (vertex, 3), to be met one ray at a time."""
 
-    def __init__(self, vertices: Doubles, triangles: Integers) -> None:
+    def __init__(self, vertices: Doubles | Floats, triangles: Integers) -> None:
         self._corner = vertices[triangles[:, 0]]
         self._edges = vertices[triangles[:, 1]] - self._corner, vertices[triangles[:, 2]] - self._corner
         middle = self._corner + (self._edges[0] + self._edges[1]) / 3.0
@@ -38,7 +41,7 @@ class HostRays:
             turned = np.cross(start, edge)
             v = turned @ direction / determinant
             t = np.einsum("tc,tc->t", turned, other) / determinant
-            met = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9) & (t > 1e-6)
+            met = (u >= -_WIDER) & (v >= -_WIDER) & (u + v <= 1.0 + _WIDER) & (t > 1e-6)
         if not met.any():
             return float("inf"), -1
         distance = np.where(met, t, np.inf)
