@@ -80,9 +80,9 @@ def test_a_sound_scene_is_described(folder: Path) -> None:
 
 
 def test_a_broken_scene_is_refused_with_the_place(folder: Path) -> None:
-    (folder / "a.glb").write_bytes(glb(triangle(nodes=[{"mesh": 7}]), TRIANGLE))
+    (folder / "a.glb").write_bytes(glb(triangle(nodes=[{"mesh": 0, "scale": 7}]), TRIANGLE))
     assert check(folder / "a.glb") == {
-        "field": "nodes[0].mesh", "problem": "7 does not exist, there are 1"
+        "field": "nodes[0].scale", "problem": "must be an array"
     }  # fmt: skip
 
 

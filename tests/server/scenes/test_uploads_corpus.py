@@ -23,9 +23,7 @@ from server.settings import ServerSettings
 ALL = os.environ.get("LUMENWALK_CORPUS") == "all"
 SECONDS = 30.0  # that an answer may take
 # Valid files, but with nothing that could be rendered here: no surfaces, or a later glTF.
-NOTHING_TO_RENDER = re.compile(
-    r"no triangles|has an area|has no 'uri'|only 2\.0 is read|needs KHR_materials_iridescence"
-)
+NOTHING_TO_RENDER = re.compile(r"no triangles|has an area|has no 'uri'|only 2\.0 is read")
 pytestmark = pytest.mark.timeout(7200 if ALL else 600)
 
 
