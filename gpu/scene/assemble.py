@@ -169,7 +169,7 @@ def _far_away(too_far: Mask, distances: Doubles) -> list[str]:
     if not too_far.any():
         return []
     distance = length_text(float(distances[too_far].max()))
-    return [f"left out as too small to be seen so far away, up to {distance}: {np.count_nonzero(too_far):,} triangles"]
+    return [f"triangles left out, as they are too small to be seen from {distance} away: {np.count_nonzero(too_far):,}"]
 
 
 def _check(name: str, found: SceneParts, limits: SceneLimits) -> None:

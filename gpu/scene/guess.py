@@ -80,7 +80,7 @@ def guessed_unit(height: float, width: float) -> tuple[float, list[str]]:
     if CENTIMETRES < height <= HIGHEST and LANDSCAPE * width <= height <= TOWER * width:
         name, unit = ("millimetre", 0.001) if height > MILLIMETRES else ("centimetre", 0.01)
         return unit, [
-            f"its unit was taken to be a {name}, since it is {height:,.0f} units high; if not, choose the unit"
+            f"its unit was taken to be a {name}, since it is {height:,.0f} units high; if it is not, choose the unit"
         ]
     return 1.0, []
 
