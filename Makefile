@@ -16,7 +16,7 @@ help: ## say what can be made
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 run: .venv/.installed ## serve SCENE, or a built-in scene, on http://127.0.0.1:8000
-	@$(BIN)/lumenwalk serve $(if $(SCENE),--scene "$(SCENE)") $(ARGS)
+	@$(BIN)/python -I $(BIN)/lumenwalk serve $(if $(SCENE),--scene "$(SCENE)") $(ARGS)
 
 test: lint unit-js browser proxies ## lint and every test
 	$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
@@ -44,6 +44,7 @@ lock: .venv/.installed ## resolve pyproject.toml's dependencies anew into the lo
 	$(BIN)/python -m pip --quiet install uv
 	$(BIN)/uv pip compile $(LOCK) pyproject.toml --output-file requirements.lock
 	$(BIN)/uv pip compile $(LOCK) pyproject.toml --extra dev --constraint requirements.lock --output-file requirements-dev.lock
+	echo setuptools | $(BIN)/uv pip compile $(LOCK) - --constraint requirements-dev.lock --output-file requirements-build.lock
 
 clean: ## remove everything that these targets made
 	rm -rf .venv tests/browser/node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info

@@ -24,7 +24,7 @@ GPU = [
     ["device_scene", "clustering"],
     ["sampling", "film"],
     ["scene", "core"],
-    ["errors"],
+    ["errors", "child_process"],
 ]
 # Who knows the settings of users; what is below gets plain arguments.
 KNOWS_SETTINGS = {"renderer", "methods", "sample_counts"}

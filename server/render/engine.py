@@ -11,12 +11,12 @@ pixel of what was rendered last is rendered every few seconds, to see whether it
 import asyncio
 import itertools
 import logging
-import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from time import monotonic
 
+from gpu.child_process import module_command
 from gpu.errors import UserError
 from server.render.activity import RECOVERING, Activity, EngineState
 from server.render.heartbeat import heartbeat, is_warm
@@ -47,7 +47,7 @@ from server.wire.worker import (
     Start,
 )
 
-WORKER = (sys.executable, "-m", "server.worker.backend")
+WORKER = module_command("server.worker.backend")
 # Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
 BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
 START_SECONDS = 600.0  # that a worker may say nothing while it starts: it may compile every kernel

@@ -9,6 +9,7 @@ from contextlib import suppress
 from signal import SIGKILL
 from time import monotonic
 
+from gpu.child_process import clean_environment
 from gpu.errors import UserError
 from server.wire.worker import FromWorker, Progress, ToWorker, pack, receive
 
@@ -51,6 +52,7 @@ class WorkerLink:
                     pass_fds=[theirs.fileno()],
                     stdin=asyncio.subprocess.DEVNULL,
                     stdout=2,
+                    env=clean_environment(),
                     start_new_session=True,
                 )
             except BaseException as error:

@@ -4,14 +4,13 @@ The child is server.scenes.check_scene. What it says of a scene is all that the 
 """
 
 import asyncio
-import os
 import signal
-import sys
 from collections import Counter
 from collections.abc import Sequence
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
+from gpu.child_process import clean_environment, module_command
 from gpu.errors import SceneError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
@@ -19,7 +18,7 @@ from server.refusals import TooBusyError
 from server.settings import ServerSettings
 from server.wire.browser import SceneInfo
 
-CHECK = (sys.executable, "-m", "server.scenes.check_scene")
+CHECK = module_command("server.scenes.check_scene")
 AT_ONCE = 2
 MAX_WAITING = 16
 
@@ -69,13 +68,13 @@ class Refused(BaseModel):
 _answer: TypeAdapter[Checked | Refused] = TypeAdapter(Checked | Refused)
 
 
-def _environment() -> dict[str, str]:
-    """What a child needs of ours, which leaves out secrets; mathematics libraries' threads would reserve memory."""
-    kept = ("PATH", "HOME", "LANG", "LC_ALL", "PYTHONPATH", "VIRTUAL_ENV", "LD_LIBRARY_PATH")
-    ours = {name: os.environ[name] for name in kept if name in os.environ}
-    # The last keeps USD from printing that the limit is set.
-    usd = {"PXR_WORK_THREAD_LIMIT": "1", "TF_ENV_SETTING_ALERTS_ENABLED": "0"}
-    return ours | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"} | usd
+# Threads of libraries would reserve memory. The last keeps USD from printing that its limit is set.
+ONE_THREAD = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "PXR_WORK_THREAD_LIMIT": "1",
+    "TF_ENV_SETTING_ALERTS_ENABLED": "0",
+}
 
 
 class Checker:
@@ -131,7 +130,7 @@ class Checker:
                 *self._command,
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
-                env=_environment(),
+                env=clean_environment() | ONE_THREAD,
                 start_new_session=True,
             )
         except OSError as error:

@@ -21,14 +21,27 @@ from server.settings import ServerSettings
 from server.wire.browser import PROTOCOL
 from server.wire.frame_header import FrameHeader, unpack_frame
 
-GRADIENT_WORKER = (sys.executable, str(Path(__file__).with_name("gradient_worker.py")))
-ANY_CHECK = (sys.executable, str(Path(__file__).with_name("any_check.py")))
+# Children get no PYTHONPATH, so they are told where this checkout is.
+RUN = (
+    "import runpy, sys; sys.path[:0] = sys.argv[1:3]; del sys.argv[:3]; "
+    "runpy.run_path(sys.argv[0], run_name='__main__')"
+)
+HERE = Path(__file__).parent
+
+
+def script(name: str) -> tuple[str, ...]:
+    """The command of a script beside this file."""
+    return (sys.executable, "-c", RUN, str(HERE), str(HERE.parents[1]), str(HERE / f"{name}.py"))
+
+
+GRADIENT_WORKER = script("gradient_worker")
+ANY_CHECK = script("any_check")
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
 def rogue(way: str) -> tuple[str, ...]:
     """The command of a worker that misbehaves in this way."""
-    return sys.executable, str(Path(__file__).with_name("rogue_worker.py")), way
+    return *script("rogue_worker"), way
 
 
 class Walker:

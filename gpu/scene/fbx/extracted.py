@@ -2,10 +2,8 @@
 
 import io
 import json
-import os
 import signal
 import subprocess
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,12 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gpu.child_process import clean_environment, module_command
 from gpu.errors import SceneError
 from gpu.scene.limits import SceneLimits
 from gpu.scene.remarks import Remarks
 from gpu.scene.types import Doubles
 
-_COMMAND = (sys.executable, "-m", "gpu.scene.fbx.extract")
+_COMMAND = module_command("gpu.scene.fbx.extract")
 
 
 @dataclass(frozen=True)
@@ -34,8 +33,7 @@ class Extracted:
 
 def run_extract(path: Path, content: bytes, limits: SceneLimits) -> Extracted:
     """What is in the FBX file at `path`, which has `content`. Raises SceneError when it cannot be read."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    ended = subprocess.run(_COMMAND, input=content, capture_output=True, check=False, env=environment)
+    ended = subprocess.run(_COMMAND, input=content, capture_output=True, check=False, env=clean_environment())
     if ended.returncode:
         code = ended.returncode
         why = signal.Signals(-code).name if code < 0 else ended.stderr.decode("utf-8", "replace").strip()[-200:]

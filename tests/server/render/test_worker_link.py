@@ -5,6 +5,7 @@ import re
 import signal
 import sys
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 
 import pytest
 from harness import GRADIENT_WORKER, rogue
@@ -136,3 +137,16 @@ def test_the_engine_starts_anew_after_answers_that_nobody_asked_for(
 def test_a_command_that_does_not_exist_is_the_users_fault() -> None:
     with pytest.raises(UserError, match="cannot be started"):
         asyncio.run(WorkerLink.start(("/nowhere/python",)))
+
+
+def test_a_worker_gets_no_secrets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LUMENWALK_TOKEN", "x" * 16)
+    command = (sys.executable, "-c", f"import os; open({str(tmp_path / 'names')!r}, 'w').write(str([*os.environ]))")
+
+    async def scenario(link: WorkerLink) -> None:
+        with pytest.raises(WorkerLostError):
+            await read_on(link)
+
+    assert linked(command, scenario) == 0
+    assert "PATH" in (tmp_path / "names").read_text()
+    assert "TOKEN" not in (tmp_path / "names").read_text()

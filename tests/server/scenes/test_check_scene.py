@@ -14,6 +14,8 @@ from glb_file import TRIANGLE, TRIANGLE_GLB, glb, triangle
 from ifc_file import House
 from step_file import Box, step
 
+from server.scenes.checker import CHECK
+
 OUTSIDE = "a secret beside the folder"
 
 # Runs the check with every file that is opened written to stderr, once the modules are there.
@@ -42,8 +44,7 @@ def request(source: Path, folder: Path | None = None, **changes: Any) -> bytes:
 
 def check(source: Path, folder: Path | None = None, **changes: Any) -> dict[str, Any]:
     """The answer of a child."""
-    command = [sys.executable, "-m", "server.scenes.check_scene"]
-    done = subprocess.run(command, input=request(source, folder, **changes), capture_output=True, timeout=60)
+    done = subprocess.run(CHECK, input=request(source, folder, **changes), capture_output=True, timeout=60)
     assert done.returncode == 0, done.stderr
     answer: dict[str, Any] = json.loads(done.stdout)
     return answer

@@ -1,12 +1,13 @@
 import io
 import json
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fbx_file import FbxFile
+
+from gpu.child_process import module_command
 
 pytest.importorskip("ufbx")
 
@@ -16,9 +17,8 @@ def test_what_a_process_answers(tmp_path: Path) -> None:
     node = fbx.node("Floor", "Mesh", Lcl_Translation=(1.0, 2.0, 3.0))
     fbx.mesh(node)
     fbx.material(node, "Red", DiffuseColor=(0.5, 0.0, 0.0))
-    command = [sys.executable, "-m", "gpu.scene.fbx.extract"]
-    root = Path(__file__).parents[4]
-    answer = subprocess.run(command, input=fbx.write().read_bytes(), capture_output=True, check=True, cwd=root)
+    command = module_command("gpu.scene.fbx.extract")
+    answer = subprocess.run(command, input=fbx.write().read_bytes(), capture_output=True, check=True)
     arrays = np.load(io.BytesIO(answer.stdout))
     told = json.loads(arrays["json"].tobytes())
     assert arrays["mesh0.counts"].tolist() == [4]
