@@ -1,6 +1,7 @@
 """Addresses of the web, each in one spelling, so that they can be compared: hosts, origins, networks, path prefixes."""
 
 import re
+from collections.abc import Collection
 from ipaddress import IPv4Address, IPv6Address, ip_address, ip_network
 
 DEFAULT_PORTS = {"http": 80, "https": 443}
@@ -37,6 +38,12 @@ def client_network(address: str) -> str:
     if isinstance(known, IPv6Address):
         return str(ip_network(f"{known}/{CLIENT_BITS}", strict=False))
     return str(known or address)
+
+
+def is_within(address: str, networks: Collection[str]) -> bool:
+    """Whether an address is one of these, or of these networks, as `check_network` writes them."""
+    known = _address(address)
+    return known is not None and any(known in ip_network(network) for network in networks)
 
 
 def _place(text: str) -> tuple[str, int | None] | None:

@@ -7,13 +7,16 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 from errno import EADDRINUSE
 from importlib.metadata import version
+from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
 
 from gpu.errors import UserError
 from server import errors
+from server.http.connections import ACCEPTED_AT_ONCE, Connections, raise_file_limit
 from server.http.cors import Cors
+from server.http.delivery import Delivery
 from server.http.forwarded import Forwarded
 from server.http.middleware import BodyLimit, RequestLimit
 from server.http.security import HEADERS, Guard, with_token
@@ -86,6 +89,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     app.add_middleware(
         Forwarded, root_path=settings.root_path, trusted=settings.trusted_proxies, names=frozenset(NAMES)
     )
+    app.add_middleware(Delivery)
     errors.install(app)
     for part in (docs, health, monitor, render_api, scene_api, job_api, stream):
         app.include_router(part.router)
@@ -96,8 +100,11 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
 
 def server_config(app: FastAPI, settings: ServerSettings) -> uvicorn.Config:
     """How uvicorn runs the application: frames are JPEGs already, so compressing messages would only cost time."""
+    connections: Any = Connections(settings, app.state.service.metrics)  # for uvicorn the class of a protocol
     return uvicorn.Config(
         app,
+        http=connections,
+        backlog=ACCEPTED_AT_ONCE,
         host=settings.host,
         port=settings.port,
         log_level="warning",
@@ -126,6 +133,7 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
     Raises UserError when it cannot listen, or when the served scene or the device cannot be used.
     """
     configure(settings.log_format)
+    raise_file_limit()
     made = settings.token is None
     settings = with_token(settings)
     app = create_app(settings, worker)

@@ -93,6 +93,12 @@ class ServerSettings(BaseSettings):
     scene: str = Field(default="cornell-box", min_length=1, description="served scene: a built-in name or a file")
     scenes_dir: Path | None = Field(default=None, description="folder whose scene files can be chosen too")
     device: str | None = Field(default=None, description='"cpu", "cuda:0", ...; the best there is when not given')
+    max_connections: int = Field(
+        default=2048,
+        ge=16,
+        le=50_000,
+        description="at the same time, half of them from one address; who asks for nothing makes room for others",
+    )
     max_viewers: int = Field(default=32, ge=1, le=10_000, description="viewers at the same time")
     max_stream_pixels: int = Field(default=3840 * 2160, ge=1, le=MAX_SIDE**2, description="pixels of a streamed frame")
     max_pixels: int = Field(default=7680 * 4320, ge=1, le=MAX_SIDE**2, description="pixels of a still")

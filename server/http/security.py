@@ -23,6 +23,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.addresses import client_network, host_of, is_loopback, origin_of
 from server.errors import error_response
+from server.http.connection import connection_of
 from server.http.cors import is_preflight
 from server.http.forwarded import route_path
 from server.http.rate_limit import Buckets
@@ -115,6 +116,8 @@ class Guard:
         """Pass on what may come in."""
         judged = scope["type"] in ("http", "websocket") and route_path(scope) not in OPEN
         answer = self._judge(scope) if judged else None
+        if judged and answer is None and (connection := connection_of(scope)) is not None:
+            connection.trust()
         await (answer or self._app)(scope, receive, send)
 
     def _judge(self, scope: Scope) -> Response | None:

@@ -15,6 +15,7 @@ from server.service import Service
 DRAIN_SECONDS = 4.0  # for viewers to be told and stills to finish
 CLOSE_SECONDS = 1  # for what is left to be sent
 END_SECONDS = 9.5  # then the process ends, whatever holds it
+WAITING_CONNECTIONS = 2048  # to be accepted
 
 
 class Server(uvicorn.Server):
@@ -23,6 +24,14 @@ class Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, service: Service) -> None:
         super().__init__(config)
         self._service = service
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen. Few connections are accepted at once, as each takes a descriptor before it is counted; the others
+        may wait, more of them than of those.
+        """
+        await super().startup(sockets)
+        for listener in sockets or ():
+            listener.listen(WAITING_CONNECTIONS)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Tell everyone, wait a little, then close what is left. A second signal ends the waiting."""

@@ -3,10 +3,15 @@
 A closed asyncio transport waits until its peer has read everything, so a peer that reads nothing must be cut off.
 """
 
-from typing import Any
+from typing import Any, cast
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import Frame
 
+from server.http.connection import KEY
+
+MAX_FRAGMENTS = 1024  # of one message
+POLICY = 1008  # the code of a close
 LINGER_SECONDS = 10.0  # for a peer to read the last words
 DISCARD_SECONDS = 0.5  # for it to stop talking
 
@@ -51,8 +56,17 @@ class WebSocket(WebSocketsSansIOProtocol):
         super().keepalive_timeout()
         self._cut_off()
 
+    def handle_cont(self, event: Frame) -> None:
+        """A piece of a message; of empty ones there could be any number."""
+        if len(self.frames) < MAX_FRAGMENTS:
+            super().handle_cont(event)
+        elif self.conn.close_sent is None:
+            self.conn.fail(POLICY, f"a message has more than {MAX_FRAGMENTS} fragments")
+            self.handle_parser_exception()
+
     async def run_asgi(self) -> None:
         """Serve the connection, and cut it off if it outlives that."""
+        cast(dict[str, Any], self.scope)["extensions"][KEY] = self.transport
         try:
             await super().run_asgi()
         finally:
