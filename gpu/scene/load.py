@@ -8,6 +8,7 @@ from gpu.scene.builtin import BUILTIN
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.types import Scene
+from gpu.scene.wording import shortened
 
 LAYERED = (".usd", ".usda", ".usdc", ".usdz")
 """Those of SUFFIXES whose scenes are made of further files that are scenes too."""
@@ -23,6 +24,7 @@ WRITTEN_IN_MEMORY = (".step", ".stp")
 def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:
     """The built-in scene called `source`, or the scene in the file at that path, read as `options` say.
 
+    What a file says of itself is cut where it is too long (gpu.scene.wording).
     Raises SceneError when there is no such scene, its format is not known, or its content is not sound.
     """
     if source in BUILTIN:
@@ -33,7 +35,7 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: Impor
     if path.suffix.lower() not in SUFFIXES:
         known = f"one of {', '.join(BUILTIN)}, or a file that ends in {', '.join(SUFFIXES)}"
         raise SceneError(source, "", f"is not a scene; give {known}")
-    return _reader(path.suffix.lower())(path, limits, options)
+    return shortened(_reader(path.suffix.lower())(path, limits, options))
 
 
 def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:

@@ -10,17 +10,25 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.types import Camera, Doubles, Scene
 from server.wire.browser import Bounds, CameraInfo, SceneFrame, SceneInfo
 
+MOST_CAMERAS = 256  # that are listed, more than anyone chooses from; the others can be named by their number
+
 
 def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT_OPTIONS) -> SceneInfo:
-    """A scene's cameras and bounds in world space, and its notes; options: how it was read."""
+    """A scene's cameras and bounds in world space, and its notes; options: how it was read.
+
+    Of a scene as `load_scene` gives it this is less than two megabytes of JSON.
+    """
     notes = scene.report.notes + scene.report.ignored
     if scene.report.dropped_triangles:
         notes += (f"{scene.report.dropped_triangles} triangles without area were dropped",)
+    if len(scene.cameras) > MOST_CAMERAS:
+        notes += (f"{len(scene.cameras)} cameras, of which the first {MOST_CAMERAS} are listed",)
     low, high = scene.bounds
+    listed = scene.cameras[:MOST_CAMERAS]
     return SceneInfo(
         id=scene_id,
         name=Path(scene_id).stem,
-        cameras=tuple(_describe_camera(camera, np.mean(scene.bounds, axis=0)) for camera in scene.cameras),
+        cameras=tuple(_describe_camera(camera, np.mean(scene.bounds, axis=0)) for camera in listed),
         bounds=Bounds(min=low, max=high),
         frame=SceneFrame(**asdict(scene.frame)),
         options=options,

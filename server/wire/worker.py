@@ -251,8 +251,10 @@ _lengths = struct.Struct("<II")
 
 
 def pack(message: ToWorker | FromWorker, payload: bytes = b"") -> bytes:
-    """A message and its bytes, ready for the pipe."""
+    """A message and its bytes, ready for the pipe; ValueError for what the other side would not take."""
     text = _adapter.dump_json(message)
+    if len(text) > MAX_TEXT_BYTES:
+        raise ValueError(f"{len(text)} bytes of text are more than a message may have: {message.kind}")
     return b"".join((_lengths.pack(len(text), len(payload)), text, payload))
 
 

@@ -20,7 +20,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device
-from gpu.errors import OutOfMemoryError, SceneError, UserError
+from gpu.errors import OutOfMemoryError, SceneError, UserError, brief
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
@@ -37,6 +37,7 @@ from server.worker.renderer_pool import RendererPool
 from server.worker.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
+MOST_NAMED = 10  # of a scene's cameras, where there is not the one that was asked for
 MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
@@ -220,8 +221,9 @@ def view_camera(scene: Scene, view: CameraSpec, size: tuple[int, int]) -> Camera
             for camera in scene.cameras:
                 if camera.name == name:
                     return replace(camera, aspect=aspect)
-    names = ", ".join(f"{index} ({camera.name})" for index, camera in enumerate(scene.cameras))
-    raise UserError(f"camera: {scene.name} has no camera {view.camera!r}; it has {names}")
+    names = ", ".join(f"{index} ({camera.name})" for index, camera in enumerate(scene.cameras[:MOST_NAMED]))
+    there = names + (f" and {len(scene.cameras) - MOST_NAMED} more" if len(scene.cameras) > MOST_NAMED else "")
+    raise UserError(f"camera: {scene.name} has no camera {brief(repr(view.camera), 80)}; it has {there}")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gpu.errors import OutOfMemoryError, UserError
+from gpu.errors import OutOfMemoryError, UserError, brief
 from server.logs import configure
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
@@ -49,6 +49,7 @@ from server.worker.encode import encode
 from server.worker.reporter import Reporter
 
 FAULT = 70  # exit status after a fault that only a new process can mend
+MOST_WORDS = 4000  # characters of a failure's text
 QUIET_SECONDS = 0.3  # work shorter than this reports no progress
 INTERNAL = "an internal error of the renderer; the server's log has the details"
 
@@ -179,7 +180,7 @@ class Worker:
         busy_ms = 1e3 * (perf_counter() - began)
         self._send(Free(job.request, busy_ms, self._holdings()))
         if answer is not None:
-            self._send(answer)
+            self._answer(job.request, answer)
 
     def _holdings(self) -> Holdings:
         return Holdings(*self._backend.memory(), self._backend.scenes())
@@ -203,13 +204,19 @@ class Worker:
         except Exception as error:
             self._fail(job.request, error)
 
+    def _answer(self, request: int, answer: FromWorker) -> None:
+        try:
+            self._send(answer)
+        except ValueError as error:  # it cannot be told: that is a fault, and not one to die of
+            self._fail(request, error)
+
     def _fail(self, request: int, error: Exception) -> None:
         users_fault = isinstance(error, UserError)
         if not users_fault:
             log.error("request %d failed", request, exc_info=error)
         memory = isinstance(error, OutOfMemoryError)
         cause = Cause.MEMORY if memory else Cause.USER if users_fault else Cause.PROGRAM
-        self._send(Failed(request, str(error) if users_fault else INTERNAL, cause))
+        self._send(Failed(request, brief(str(error), MOST_WORDS) if users_fault else INTERNAL, cause))
 
     def _reporter(self, quiet_seconds: float) -> Reporter:
         return Reporter(lambda text, fraction: self._send(Progress(text, fraction)), quiet_seconds)

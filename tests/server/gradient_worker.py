@@ -12,7 +12,7 @@ import numpy as np
 
 from gpu.errors import OutOfMemoryError, UserError
 from server.wire.browser import Bounds, CameraInfo, SceneInfo
-from server.wire.worker import HEARTBEAT, CameraMatrix, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import HEARTBEAT, MAX_TEXT_BYTES, CameraMatrix, Render, SceneCamera, SceneRef, Start
 from server.worker.worker import Picture, Report, work
 
 SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
@@ -52,7 +52,8 @@ class GradientBackend:
         camera = CameraInfo(name="front", matrix=IDENTITY, yfov=1.0, aspect=16 / 9, orthographic=False, near=0.0)
         bounds = Bounds(min=(-1.0, -1.0, -1.0), max=(1.0, 1.0, 1.0))
         options = scene.options
-        return SceneInfo(id=scene.id, name=scene.id, cameras=(camera,), bounds=bounds, options=options, triangles=12)
+        name = MAX_TEXT_BYTES * "n" if scene.source.endswith("verbose.glb") else scene.id
+        return SceneInfo(id=scene.id, name=name, cameras=(camera,), bounds=bounds, options=options, triangles=12)
 
     def close(self, scene: SceneRef) -> None:
         self._scenes.pop(scene, None)

@@ -6,7 +6,9 @@ import pytest
 
 from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, LoadReport, Placement, Scene
-from server.scenes.scene_info import describe_scene
+from gpu.scene.wording import MOST_CHOICE, MOST_CHOICES, MOST_NAME, MOST_SENTENCE, MOST_SENTENCES
+from server.scenes.scene_info import MOST_CAMERAS, describe_scene
+from server.wire.worker import MAX_TEXT_BYTES, Opened, pack
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +64,24 @@ def test_what_was_ignored_or_dropped_is_said(scene: Scene) -> None:
 
 def test_a_scene_is_called_by_its_id_not_by_its_path(scene: Scene) -> None:
     assert describe_scene("rooms/hall.glb", replace(scene, name="/private/rooms/hall.glb")).name == "hall"
+
+
+@pytest.mark.parametrize("extra", [0, 1, 2000])
+def test_some_cameras_are_listed_and_the_others_counted(scene: Scene, extra: int) -> None:
+    count = MOST_CAMERAS + extra
+    info = describe_scene("id", replace(scene, cameras=scene.cameras[:1] * count))
+    assert len(info.cameras) == MOST_CAMERAS
+    said = f"{count} cameras, of which the first {MOST_CAMERAS} are listed"
+    assert info.notes[2:] == ((said,) if extra else ())
+
+
+def test_the_most_that_a_scene_can_say_is_told(scene: Scene) -> None:
+    name = MOST_NAME * "𝟙"
+    sentences = tuple(MOST_SENTENCE * "𝟙" for _ in range(MOST_SENTENCES))
+    full = replace(
+        scene,
+        cameras=4096 * (replace(scene.cameras[0], name=name),),
+        report=LoadReport(sentences, 1, sentences),
+        choices=dict.fromkeys(("variant", "storey"), MOST_CHOICES * (MOST_CHOICE * "𝟙",)),
+    )
+    assert len(pack(Opened(1, describe_scene("id", full)))) < MAX_TEXT_BYTES / 8

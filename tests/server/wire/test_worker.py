@@ -5,6 +5,7 @@ from pydantic import ValidationError
 
 from gpu.settings import Method, RenderSettings
 from server.wire.worker import (
+    MAX_TEXT_BYTES,
     CameraMatrix,
     CameraSpec,
     Cause,
@@ -60,6 +61,13 @@ def test_a_cut_message_is_the_end() -> None:
 def test_stages_that_cannot_be_told_to_a_browser_are_refused(stages: dict[str, float]) -> None:
     with pytest.raises(ValidationError, match="stage_ms"):
         read(io.BytesIO(pack(Done(2, (1, 2), 3.0, 4.0, 1, 1, stages, {}, {}))))
+
+
+def test_what_the_other_side_would_refuse_is_not_sent() -> None:
+    empty = len(pack(Failed(1, "", Cause.USER))) - 8
+    assert len(pack(Failed(1, "n" * (MAX_TEXT_BYTES - empty), Cause.USER))) == MAX_TEXT_BYTES + 8
+    with pytest.raises(ValueError, match=r"more than a message may have: failed$"):
+        pack(Failed(1, "n" * (MAX_TEXT_BYTES - empty + 1), Cause.USER))
 
 
 def test_what_is_not_a_message_is_refused() -> None:

@@ -108,6 +108,15 @@ def test_a_scene_is_opened(pipe: Pipe) -> None:
     assert (opened.request, opened.info.id) == (9, "cornell-box")
 
 
+def test_an_answer_too_long_to_be_told_is_a_fault_of_one_job(pipe: Pipe) -> None:
+    for message in (OpenScene(SceneRef("verbose.glb", "verbose.glb"), 1), OpenScene(SCENE, 2)):
+        pipe.send(message)
+    failed, _ = pipe.read(Failed)
+    assert isinstance(failed, Failed)
+    assert (failed.request, failed.cause) == (1, Cause.PROGRAM)
+    assert pipe.read(Opened)[0].request == 2  # type: ignore[union-attr]
+
+
 def test_the_scenes_on_the_device_are_told_after_each_job(pipe: Pipe) -> None:
     hall = SceneRef("hall", "hall")
     for message in (OpenScene(hall, 1), CloseScene(hall, 2)):
