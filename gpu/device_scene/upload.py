@@ -9,7 +9,8 @@ from gpu.core.device import choose_device, duplicate
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
-from gpu.scene.types import AlphaMode, Floats, Ints, Material, Scene, Texture, TextureSlot
+from gpu.device_scene.repeated import repeated
+from gpu.scene.types import AlphaMode, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
 
 
 def _slot(slot: TextureSlot | None) -> SlotData:
@@ -65,6 +66,11 @@ def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndar
     return entries, np.concatenate(chunks) if chunks else np.zeros(1, np.uint32)
 
 
+def _corner_values(scene: Scene) -> Floats:
+    """All that vertices have but their normals, (vertex, value)."""
+    return np.concatenate([scene.vertices, *scene.uvs, *([] if scene.colors is None else [scene.colors])], axis=1)
+
+
 def _srgb_decode() -> np.ndarray:
     """Linear value of each sRGB byte, shape (256,) (IEC 61966-2-1)."""
     encoded = np.arange(256) / 255.0
@@ -108,15 +114,23 @@ class DeviceScene:
         for name, count in zip(("opaque", "masked", "backdrop"), counts, strict=True):
             if count:
                 part = slice(begin, begin + count)
-                setattr(data, name, self._tree(data.vertices, triangles[part], culled[part]))
+                # Where alpha cuts holes, what looks different is different.
+                values = _corner_values(scene) if name == "masked" else scene.vertices
+                again = repeated(values, triangles[part], scene.triangle_material[self.triangle_order[part]])
+                setattr(data, name, self._tree(data.vertices, triangles[part], culled[part], ~again))
             begin += count
         self.data = data
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
         return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
 
-    def _tree(self, vertices: wp.array, triangles: Ints, culled: Floats) -> Bvh:
-        return build(vertices, self._upload(triangles.ravel(), wp.int32), self._upload(culled, wp.float32))
+    def _tree(self, vertices: wp.array, triangles: Ints, culled: Floats, listed: Mask) -> Bvh:
+        """A tree over the triangles that are `listed`, by their numbers among all."""
+        indices = self._upload(triangles[listed].ravel(), wp.int32)
+        tree = build(vertices, indices, self._upload(culled[listed], wp.float32))
+        if not listed.all():
+            tree.faces = self._upload(np.flatnonzero(listed)[tree.faces.numpy()], wp.int32)
+        return tree
 
     def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
