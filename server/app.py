@@ -21,6 +21,7 @@ from server.http.forwarded import Forwarded
 from server.http.middleware import BodyLimit, RequestLimit
 from server.http.security import HEADERS, Guard, with_token
 from server.http.shutdown import CLOSE_SECONDS, Server
+from server.http.sparse_log import make_sparse
 from server.http.websocket import WebSocket
 from server.logs import configure
 from server.render.activity import Activity, EngineState
@@ -133,6 +134,7 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
     Raises UserError when it cannot listen, or when the served scene or the device cannot be used.
     """
     configure(settings.log_format)
+    make_sparse()
     raise_file_limit()
     made = settings.token is None
     settings = with_token(settings)

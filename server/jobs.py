@@ -112,6 +112,17 @@ class Jobs:
         self._forget(job.id)
         return job
 
+    def stop(self) -> None:
+        """Render no more: what waits or runs fails, and says why."""
+        for job in self._jobs.values():
+            if job.state not in ENDED:
+                job.error = "the service was stopped before the picture was done"
+                self._tell(job, JobState.FAILED)
+        if self._running is not None:
+            self._running.cancel()
+        if lost := sum(bool(job.result) for job in self._jobs.values()):
+            log.warning("the results of %d jobs are lost as the service ends: they are kept in memory", lost)
+
     async def run(self) -> None:
         """Work until cancelled."""
         try:

@@ -9,12 +9,16 @@ from starlette.requests import HTTPConnection
 
 from server.jobs import ENDED, Jobs
 from server.metrics import Metrics
+from server.places import Places
 from server.render.engine import Engine
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
 from server.settings import ServerSettings
 from server.wire.worker import SceneRef, Start
+
+# A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
+MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
 
 
 @dataclass
@@ -30,6 +34,7 @@ class Service:
     last_viewer: int = 0
     viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
     stills_waiting: int = 0
+    streams: Places = field(default_factory=lambda: Places("event streams", MAX_STREAMS, MAX_STREAMS_OF_ONE))
     metrics: Metrics = field(default_factory=Metrics)
     stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
 
@@ -68,6 +73,11 @@ class Service:
         self.viewers.discard(viewer)
         self.viewing.pop(viewer, None)
         self.engine.leave(viewer)
+
+    def stop(self) -> None:
+        """The service ends: whoever waits is told."""
+        self.stopping.set()
+        self.jobs.stop()
 
     def in_use(self, scene_id: str) -> bool:
         """Whether somebody looks at a scene, or a job is to render it."""

@@ -8,6 +8,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.errors import error_response
 from server.http.forwarded import route_path
+from server.http.presence import serve_while_present
 from server.http.security import OPEN
 from server.logs import bind
 from server.service import Service
@@ -89,8 +90,24 @@ class RequestLimit:
             text = f"{self._running} requests are being answered already; try again later"
             await error_response(503, "too-busy", text)(scope, receive, send)
         else:
-            self._running += 1
-            try:
-                await self._app(scope, receive, send)
-            finally:
-                self._running -= 1
+            await self._serve(scope, receive, send)
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """What is being answered counts until the answer begins: how long that takes to read is the client's affair."""
+        counts = True
+        self._running += 1
+
+        def discount() -> None:
+            nonlocal counts
+            self._running -= counts
+            counts = False
+
+        async def counted(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                discount()
+            await send(message)
+
+        try:
+            await serve_while_present(self._app, scope, receive, counted, self._service.stopping)
+        finally:
+            discount()

@@ -134,6 +134,9 @@ class Guard:
             self._metrics.refused("origin")
             text = f"not from a page of {origin!r}: this service is {own}, as far as it and its proxies know; "
             return error_response(403, "foreign-origin", text + "see `allowed_origins` and `trusted_proxies`")
+        if _from_page_elsewhere(headers) and origin_of(origin) not in self._origins:
+            self._metrics.refused("origin")
+            return error_response(403, "foreign-origin", "asked for by a page of another site; see `allowed_origins`")
         return self._ask(scope, headers, self._key) if self._key is not None else None
 
     def _knows(self, host: str) -> bool:
@@ -148,9 +151,6 @@ class Guard:
         cookie = HTTPConnection(scope).cookies.get(key.cookie, "")
         brought = bool(asked or cookie) or bearer is not None
         address = client_network((scope["client"] or ("",))[0])
-        if brought and self._wrong.empty(address):
-            self._metrics.refused("guesses")
-            return error_response(429, "too-many-guesses", "too many wrong tokens from this address")
         if asked and key.fits(asked[-1]) and scope["method"] in SAFE:
             rest = urlencode([(name, value) for name, value in query if name != "token"])
             # From the same folder: so it leads back whatever prefix a proxy has taken away without a word.
@@ -160,6 +160,10 @@ class Guard:
             return response
         if key.fits_cookie(cookie) or (bearer is not None and key.fits(bearer)):
             return None
+        # Who has the token is let in whatever others of the address have tried: they may share it, or have made it up.
+        if brought and self._wrong.empty(address):
+            self._metrics.refused("guesses")
+            return error_response(429, "too-many-guesses", "too many wrong tokens from this address")
         if brought:
             self._wrong.take(address)
         self._metrics.refused("token")
@@ -185,6 +189,11 @@ def _bearer(scope: Scope, headers: Headers) -> str | None:
             except binascii.Error:
                 return ""
     return None
+
+
+def _from_page_elsewhere(headers: Headers) -> bool:
+    """Whether a page of another site, and no user who follows a link, asks: it may not read it, but it costs."""
+    return headers.get("Sec-Fetch-Site") == "cross-site" and headers.get("Sec-Fetch-Mode") != "navigate"
 
 
 def _from_elsewhere(headers: Headers) -> bool:

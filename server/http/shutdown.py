@@ -37,7 +37,7 @@ class Server(uvicorn.Server):
         """Tell everyone, wait a little, then close what is left. A second signal ends the waiting."""
         if threading.current_thread() is threading.main_thread():  # else the process is not ours to end
             _end_process_after(END_SECONDS)
-        self._service.stopping.set()
+        self._service.stop()
         with suppress(TimeoutError):
             async with asyncio.timeout(DRAIN_SECONDS):
                 while self.server_state.tasks and not self.force_exit:

@@ -106,7 +106,7 @@ async def events(job_id: str, service: TheService, request: Request) -> Response
         async for now in service.jobs.watch(found):
             yield event("end" if now.state in ENDED else "progress", describe(now, request))
 
-    return event_stream(told(), service.stopping, service.settings.keepalive_seconds)
+    return event_stream(told(), service)
 
 
 @router.delete("/{job_id}")

@@ -160,7 +160,7 @@ async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | N
     ref = service.catalogue.find(scene_id)
     _check_ready(service)
     if wants_events(accept):
-        return event_stream(_load_events(service, ref), service.stopping, service.settings.keepalive_seconds)
+        return event_stream(_load_events(service, ref), service)
     return await _load(service, ref)
 
 

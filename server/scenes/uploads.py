@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Callable
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from time import time_ns
+from time import monotonic, time_ns
 from unicodedata import normalize
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -30,6 +30,7 @@ RECORD, UNFINISHED = ".upload.json", ".upload-"
 MAX_AT_ONCE = 16
 CHUNK_BYTES = 2**20
 STALL_SECONDS = 30.0
+MIN_RATE = 32_768  # bytes a second from then on: a place that drips is kept from others
 MAX_STEM = 64
 log = logging.getLogger("lumenwalk.uploads")
 
@@ -138,7 +139,7 @@ class Uploads:
         await asyncio.to_thread(shutil.rmtree, self._folder / upload.folder, ignore_errors=True)
 
     async def _receive(self, file: Path, body: AsyncIterator[bytes]) -> None:
-        received, pending = 0, bytearray()
+        received, pending, began = 0, bytearray(), monotonic()
         pieces = aiter(body)
         with file.open("xb") as target:
             while True:
@@ -148,6 +149,8 @@ class Uploads:
                 except TimeoutError:
                     raise TooSlowError(f"nothing of the file came for {STALL_SECONDS:g} s; upload it again") from None
                 received += len(piece or b"")
+                if received < MIN_RATE * (monotonic() - began - STALL_SECONDS):
+                    raise TooSlowError(f"the file comes with less than {MIN_RATE} bytes a second; upload it again")
                 if received > self._max_bytes:
                     raise self._too_large()
                 pending += piece or b""

@@ -18,7 +18,7 @@ FLOORS = (
     {"jobs", "errors", "worker"},
     {"scenes"},
     {"render"},
-    {"settings", "metrics", "logs"},
+    {"settings", "metrics", "logs", "places"},
     {"wire"},
     {"images", "refusals", "addresses"},
     {"srgb_profile"},

@@ -184,6 +184,29 @@ def test_who_guesses_has_to_wait() -> None:
     assert judge(times=int(WRONG_BURST) + 1, token=TOKEN).status_code == 401  # to bring none is no guess
 
 
+def test_who_has_the_token_comes_in_whatever_others_guess() -> None:
+    guard = Guard(PlainTextResponse("in"), ServerSettings(token=TOKEN), Metrics())
+    wrong = {"Authorization": "Bearer a-wrong-guess"}
+
+    async def main() -> list[int]:
+        transport = httpx.ASGITransport(guard)
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost:8000") as client:
+            guesses = [await client.get("/api/v1/jobs", headers=wrong) for _ in range(int(WRONG_BURST) + 1)]
+            right = [await client.get(f"/?token={TOKEN}"), await client.get("/api/v1/jobs")]  # the second by the cookie
+            client.cookies.clear()
+            right.append(await client.get("/api/v1/jobs", headers=BEARER))
+        return [answer.status_code for answer in (guesses[-1], *right)]
+
+    assert asyncio.run(main()) == [429, 303, 200, 200]
+
+
+def test_pages_of_other_sites_cause_no_work() -> None:
+    elsewhere = {"Sec-Fetch-Site": "cross-site"}
+    assert judge(headers=elsewhere | {"Sec-Fetch-Mode": "no-cors"}).status_code == 403
+    assert judge(headers=elsewhere | {"Sec-Fetch-Mode": "navigate"}).status_code == 200
+    assert judge(headers={"Sec-Fetch-Site": "same-origin", "Sec-Fetch-Mode": "cors"}).status_code == 200
+
+
 def test_a_token_is_made_where_others_could_come() -> None:
     made = [with_token(ServerSettings(host="0.0.0.0")).token for _ in range(2)]
     assert all(token is not None and len(token.get_secret_value()) >= 32 for token in made)

@@ -4,7 +4,9 @@ from collections.abc import AsyncGenerator
 import pytest
 
 from server.errors import ErrorBody
-from server.rest.server_sent_events import COMMENT, event, event_stream, wants_events
+from server.places import Places
+from server.refusals import TooBusyError
+from server.rest.server_sent_events import COMMENT, EventStream, event, wants_events
 
 
 def test_an_event_is_a_name_and_a_line_of_json() -> None:
@@ -18,6 +20,10 @@ def test_an_event_is_a_name_and_a_line_of_json() -> None:
 )
 def test_events_are_for_who_asks_for_them(accept: str | None, wants: bool) -> None:
     assert wants_events(accept) is wants
+
+
+def event_stream(events: AsyncGenerator[str], stopping: asyncio.Event, rest_seconds: float) -> EventStream:
+    return EventStream(events, Places("streams", 1, 1), stopping, rest_seconds)
 
 
 class Source:
@@ -45,6 +51,7 @@ def test_a_stream_ends_with_its_events_or_with_the_service(ends: bool) -> None:
         assert [await anext(stream), await anext(stream)] == ["a", "b"]
         if not ends:
             stopping.set()
+            assert str(await anext(stream)).startswith("event: stopping\n")
         with pytest.raises(StopAsyncIteration):
             await anext(stream)
         assert source.closed
@@ -75,5 +82,44 @@ def test_events_are_closed_when_the_client_leaves() -> None:
         with pytest.raises(asyncio.CancelledError):
             await waiting
         assert source.closed
+
+    asyncio.run(asyncio.wait_for(main(), 5.0))
+
+
+def test_an_end_that_comes_with_the_services_is_the_last_word() -> None:
+    async def main() -> None:
+        stopping = asyncio.Event()
+
+        async def events() -> AsyncGenerator[str]:
+            await stopping.wait()
+            yield "end"
+
+        stream = event_stream(events(), stopping, 60.0).body_iterator
+        asyncio.get_running_loop().call_soon(stopping.set)
+        assert [text async for text in stream] == ["end"]
+
+    asyncio.run(asyncio.wait_for(main(), 5.0))
+
+
+def test_a_stream_takes_a_place_while_it_lasts() -> None:
+    async def main() -> None:
+        places, sent = Places("streams", 1, 1), list[object]()
+        scope = {"type": "http", "asgi": {"spec_version": "2.4"}, "client": ("192.0.2.7", 1)}
+
+        async def send(message: object) -> None:
+            sent.append(message)
+
+        async def receive() -> dict[str, str]:
+            await asyncio.sleep(3600)
+            return {}
+
+        stream = EventStream(Source("a", ends=True)(), places, asyncio.Event(), 60.0)
+        with places.taken("198.51.100.1"), pytest.raises(TooBusyError):
+            await stream(scope, receive, send)
+        assert sent == []
+        await stream(scope, receive, send)
+        assert sent
+        with places.taken("192.0.2.7"):
+            pass
 
     asyncio.run(asyncio.wait_for(main(), 5.0))
