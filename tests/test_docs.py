@@ -6,7 +6,8 @@ import pytest
 from gpu.methods.registry import METHODS
 from gpu.renderer import MAX_SIDE
 from gpu.settings import Method, RenderSettings, Skips
-from server.http import middleware
+from server import service
+from server.http import connection, http_protocol, middleware
 from server.rest import render, requests
 from server.scenes import archives, checker, uploads
 from server.settings import ServerSettings
@@ -101,6 +102,10 @@ def test_parts_of_the_benchmark_named_exist() -> None:
         f"says hello within {stream.HELLO_SECONDS:.0f} s",
         f"acknowledges no frame for {viewer.STALLED_SECONDS:.0f} s is closed",
         f"arrives within {middleware.BODY_SECONDS:.0f} s; an upload may not pause for longer",
+        f"nor bring less than {uploads.MIN_RATE:,} bytes a second",
+        f"head comes within {connection.REQUEST_SECONDS:.0f} s and has up to {http_protocol.MAX_HEAD_BYTES:,} bytes",
+        f"less than {connection.UNREAD_BYTES:,} bytes are read in {connection.UNREAD_SECONDS:.0f} s",
+        f"{service.MAX_STREAMS} event streams, {service.MAX_STREAMS_OF_ONE} for one client",
         f"averages at most {render.MAX_FRAMES} frames",
         f"path tracing counts one for each {requests.SAMPLES_A_FRAME} samples",
         f"Two scene files are read at a time, and {checker.MAX_WAITING} may be read or wait",
