@@ -19,6 +19,8 @@ SUFFIXES = (
 """How the names of scene files end, in lower case."""
 WRITTEN_IN_MEMORY = (".step", ".stp")
 """Those of SUFFIXES whose library writes a file, in memory, to read it."""
+READ_BY_A_PROCESS = (".fbx",)
+"""Those of SUFFIXES whose reader starts a process."""
 
 
 def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: ImportOptions = DEFAULT_OPTIONS) -> Scene:

@@ -3,7 +3,7 @@ it.
 
 stdin has a CheckRequest as JSON, stdout gets its Checked or Refused. The process first limits itself: memory,
 processor time, no new files (but for what an archive holds, and for formats whose library writes one in memory), few
-open ones.
+open ones; then it puts up the walls of server.scenes.walls.
 """
 
 import sys
@@ -21,8 +21,10 @@ from resource import (
 )
 
 from gpu.errors import SceneError
-from gpu.scene.load import WRITTEN_IN_MEMORY, load_scene
+from gpu.scene.builtin import BUILTIN
+from gpu.scene.load import READ_BY_A_PROCESS, WRITTEN_IN_MEMORY, load_scene
 from gpu.scene.types import Scene
+from server.scenes import walls
 from server.scenes.archives import unpack
 from server.scenes.checker import Checked, CheckRequest, Refused, SceneSize
 from server.scenes.scene_info import describe_scene
@@ -34,14 +36,17 @@ def check(request: CheckRequest) -> Checked | Refused:
     """Read the scene under the limits, which stay in force afterwards."""
     _limit(RLIMIT_CORE, 0)
     _limit(RLIMIT_AS, request.memory_bytes)
-    _limit(RLIMIT_CPU, ceil(request.seconds) + 1)
+    _limit(RLIMIT_CPU, ceil(request.seconds) + 1, spare=1)  # the first ends it by SIGXCPU, which says why
     _limit(RLIMIT_NOFILE, MAX_OPEN_FILES)
     source = request.source
+    walls.open_only(_belonging(request), [Path(request.folder)] if request.folder is not None else [])
     try:
         if request.folder is not None:
             _limit(RLIMIT_FSIZE, request.max_unpacked_bytes)
             source = str(unpack(Path(source), Path(request.folder), request.max_unpacked_bytes))
-        written = Path(source).suffix.lower() in WRITTEN_IN_MEMORY
+        suffix = Path(source).suffix.lower()
+        walls.start_nothing(except_processes=suffix in READ_BY_A_PROCESS)
+        written = suffix in WRITTEN_IN_MEMORY
         _limit(RLIMIT_FSIZE, request.memory_bytes if written else 0)
         scene = load_scene(source, request.limits, request.options)
         return Checked(source=source, info=describe_scene(source, scene, request.options), size=measure(scene))
@@ -65,13 +70,22 @@ def measure(scene: Scene) -> SceneSize:
     )
 
 
-def _limit(resource: int, value: int) -> None:
-    """Lower a limit of this process; one that is lower already stays."""
+def _belonging(request: CheckRequest) -> list[Path]:
+    """The file of a scene, and the folder that its other files are in."""
+    path = Path(request.source)
+    if request.source in BUILTIN:
+        return []
+    return [path.resolve()] if request.folder is not None else [path.resolve(), path.parent.resolve()]
+
+
+def _limit(resource: int, value: int, spare: int = 0) -> None:
+    """Lower a limit of this process, the one that cannot be raised by `spare` less; one that is lower already stays."""
     _, hard = getrlimit(resource)
-    bound = value if hard == RLIM_INFINITY else min(value, hard)
-    setrlimit(resource, (bound, bound))
+    soft, bound = (it if hard == RLIM_INFINITY else min(it, hard) for it in (value, value + spare))
+    setrlimit(resource, (soft, bound))
 
 
 if __name__ == "__main__":
+    walls.end_with_parent()
     answer = check(CheckRequest.model_validate_json(sys.stdin.buffer.read()))
     sys.stdout.buffer.write(answer.model_dump_json().encode())

@@ -4,6 +4,7 @@ The child is server.scenes.check_scene. What it says of a scene is all that the 
 """
 
 import asyncio
+import logging
 import signal
 from collections import Counter
 from collections.abc import Sequence
@@ -15,12 +16,14 @@ from gpu.errors import SceneError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from server.refusals import TooBusyError
+from server.scenes import walls
 from server.settings import ServerSettings
 from server.wire.browser import SceneInfo
 
 CHECK = module_command("server.scenes.check_scene")
 AT_ONCE = 2
 MAX_WAITING = 16
+log = logging.getLogger("lumenwalk.checker")
 
 
 class SceneSize(BaseModel):
@@ -87,6 +90,8 @@ class Checker:
         self._max_unpacked_bytes = settings.max_uploads_bytes
         self._command = command
         self._turns = asyncio.Semaphore(AT_ONCE)
+        for wall in walls.missing():
+            log.debug("this kernel has no %s: readers of scenes do without", wall)
         self._waiting = 0
         self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
 
@@ -155,8 +160,13 @@ class Checker:
 
     def _death(self, status: int) -> str:
         """Why a child ended without an answer."""
-        if status in (-signal.SIGXCPU, -signal.SIGKILL):
+        if status == -signal.SIGXCPU:
             return self._too_long()
+        if status == -signal.SIGKILL:  # nobody here did it
+            return (
+                f"its reader was killed by the system, which ran out of memory; simplify it, or give the service more "
+                f"than the {self._memory_bytes} bytes of check_memory_bytes"
+            )
         ended = signal.Signals(-status).name if status < 0 else f"status {status}"
         return (
             f"cannot be read: its reader ended with {ended}; the file is broken, or needs more than the "

@@ -20,12 +20,14 @@ OUTSIDE = "a secret beside the folder"
 
 # Runs the check with every file that is opened written to stderr, once the modules are there.
 WATCHED = """
+import os
 import sys
 import server.scenes.check_scene as check_scene
 from server.scenes.checker import CheckRequest
 import gpu.scene.gltf, gpu.scene.obj, gpu.scene.meshes
 request = CheckRequest.model_validate_json(sys.stdin.read())
-sys.addaudithook(lambda name, args: print(args[0], file=sys.stderr) if name == "open" else None)
+opening = lambda name, args: name == "open" and not args[2] & os.O_PATH
+sys.addaudithook(lambda name, args: print(args[0], file=sys.stderr) if opening(name, args) else None)
 print(check_scene.check(request).model_dump_json())
 """
 
@@ -154,7 +156,16 @@ def test_nothing_can_be_written(folder: Path) -> None:
     script = WATCHED + "\nimport os\nos.write(os.open(sys.argv[1], os.O_CREAT | os.O_WRONLY), b'x')"
     command = [sys.executable, "-c", script, str(folder / "new")]
     done = subprocess.run(command, input=request(folder / "a.glb"), capture_output=True, timeout=60)
-    assert b"File too large" in done.stderr
+    assert b"Permission denied" in done.stderr or b"File too large" in done.stderr
+
+
+def test_scenes_are_read_where_the_kernel_has_no_walls(folder: Path) -> None:
+    (folder / "a.glb").write_bytes(TRIANGLE_GLB)
+    script = f"import platform; platform.machine = lambda: ''\n{WATCHED}"
+    done = subprocess.run(
+        [sys.executable, "-c", script], input=request(folder / "a.glb"), capture_output=True, timeout=60
+    )
+    assert json.loads(done.stdout)["info"]["triangles"] == 1
 
 
 def test_libraries_of_usd_and_fbx_keep_to_the_limits(folder: Path) -> None:
