@@ -5,7 +5,15 @@ from typing import Any
 
 import warp as wp
 
-from gpu.clustering.grid import Representatives, bucket_of, cell_at, cells_per_unit, entry_at, separation
+from gpu.clustering.grid import (
+    ClusteringParameters,
+    Representatives,
+    bucket_of,
+    cell_at,
+    cells_per_unit,
+    entry_at,
+    separation,
+)
 from gpu.core.constants import FAR_AWAY
 
 # Farther than anything in unit space, even stretched: a like normal comes first, but no point is left out.
@@ -44,6 +52,18 @@ def cell_beside(centre: wp.vec3i, place: wp.vec3, number: int) -> CellBeside:
     return beside
 
 
+@wp.func
+def one_try(chosen: ClusteringParameters) -> int:
+    """How often a search that does not widen is made: known when it is compiled, so that it has no loop."""
+    return 1
+
+
+@wp.func
+def twice_wider_levels(chosen: ClusteringParameters) -> int:
+    """How often one that widens is made: with normals that are alike, then with others."""
+    return 2 * chosen.wider_levels
+
+
 @cache
 def nearest_search(number: int, metric: wp.Function = separation, *, widens: bool = False) -> wp.Function:
     """The function that finds the `number` representatives nearest to a point by `metric`, in the 27 cells about it.
@@ -53,6 +73,7 @@ def nearest_search(number: int, metric: wp.Function = separation, *, widens: boo
     widens: where there is none, wider cells are searched, then all of them for those with other normals; `alike` tells
     whether that was not necessary.
     """
+    most_tries = twice_wider_levels if widens else one_try
     distances: Any = wp.types.vector(length=number, dtype=float)
     indices: Any = wp.types.vector(length=number, dtype=int)
 
@@ -66,16 +87,13 @@ def nearest_search(number: int, metric: wp.Function = separation, *, widens: boo
     def search(clusters: Representatives, position: wp.vec3, normal: wp.vec3, level: int) -> Nearest:
         chosen = clusters.chosen
         threshold = chosen.normal_threshold
-        tries = int(1)
-        if wp.static(widens):
-            tries = 2 * chosen.wider_levels
         nearest = Nearest()
         for f in range(wp.static(number)):
             nearest.distance[f] = FAR_AWAY
             nearest.cluster[f] = -1
         nearest.alike = True
         tried = int(0)
-        while nearest.cluster[0] < 0 and tried < tries:
+        while nearest.cluster[0] < 0 and tried < most_tries(chosen):
             if wp.static(widens) and tried == chosen.wider_levels:
                 level -= chosen.wider_levels
                 threshold = chosen.relaxed_threshold

@@ -12,7 +12,7 @@ from gpu.errors import SceneError
 from gpu.film.metrics import rel_mse
 from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
-from gpu.scene.types import Camera, Doubles, Floats
+from gpu.scene.types import Camera, Doubles, Floats, Light, LightKind
 from gpu.settings import Method
 
 SIZE = (24, 18)
@@ -116,7 +116,8 @@ def test_two_islands_far_apart(device: str, apart: float, method: Method) -> Non
 @METHODS
 def test_an_emitter_without_an_area_is_no_light(device: str, method: Method) -> None:
     spark = triangles(np.full((1, 3, 3), 0.1), 1)
-    device_scene = resident_of([*box(), spark], MATERIALS, device=device)
+    off = Light("off", LightKind.POINT, (0.0, 0.0, 0.0))  # a scene without any lamp gets one
+    device_scene = resident_of([*box(), spark], MATERIALS, lights=[off], device=device)
     assert (render(device_scene, CAMERA, SIZE, method=method) == 0.0).all()
 
 

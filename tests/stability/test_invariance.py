@@ -38,7 +38,8 @@ def room(folder: Path, device: str, scale: float, offset: Sequence[float]) -> De
     ]
     primitives.append(file.primitive(ball.vertices, ball.faces.ravel(), material=0))
     inside = look_at((0.1, 0.05, 0.42), (-0.05, -0.1, -0.5), yfov_degrees=75.0)
-    file.add("cameras", type="perspective", perspective={"yfov": 1.3, "aspectRatio": SIZE[0] / SIZE[1], "znear": 0.01})
+    view = {"yfov": 1.3, "aspectRatio": SIZE[0] / SIZE[1], "znear": 0.01 * scale}
+    file.add("cameras", type="perspective", perspective=view)
     eye = file.add("nodes", camera=0, matrix=inside.to_world.T.ravel().tolist())
     rotated = file.mesh_node(*primitives, rotation=TURN, children=[eye])
     root = file.add("nodes", children=[rotated], scale=[scale] * 3, translation=list(offset))

@@ -135,7 +135,7 @@ def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
             launch(next_probes_kernel, size, [values[size]], device)
 
         stages.start_frame()
-        stages.graph_key = size
+        stages.graph_key = (size,)
         stages.run("turn", work)
         wp.synchronize_device(device)
         stages.milliseconds()

@@ -20,7 +20,7 @@ from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import ON_CPU
 from gpu.scene.camera import look_at
-from gpu.scene.types import Camera
+from gpu.scene.types import Camera, Light, LightKind
 from gpu.settings import Component, RenderSettings
 
 SIZE = (64, 48)
@@ -313,7 +313,7 @@ def test_an_error_is_met_by_more_clusters_for_less_of_it(room: DeviceScene) -> N
 
 
 def test_a_scene_without_indirect_light_meets_any_error() -> None:
-    dark = resident_of(box(), [grey(0.7)])
+    dark = resident_of(box(), [grey(0.7)], lights=[Light("off", LightKind.POINT, (0.0, 0.0, 0.0))])
     frame = Renderer(dark, SIZE, RenderSettings(**INDIRECT, target_error=1e-3)).render(CAMERA)
     assert np.all(frame.radiance() == 0.0)
 
