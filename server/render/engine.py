@@ -21,8 +21,9 @@ from gpu.errors import UserError
 from server.render.activity import RECOVERING, Activity, EngineState
 from server.render.heartbeat import heartbeat, is_warm
 from server.render.pending import ERRORS, Answer, PendingJob, Reply
+from server.render.quarantine import Quarantine, QuarantinedError
 from server.render.schedule import QueueEntry, Schedule, Urgency
-from server.render.worker_link import WorkerLink, WorkerLostError
+from server.render.worker_link import InnocentLossError, WorkerLink, WorkerLostError
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
     HEARTBEAT,
@@ -73,6 +74,7 @@ class _Running:
 
     request: int
     entry: QueueEntry
+    job: Job
     began: float  # [s]
     patience: float  # [s]
 
@@ -102,6 +104,8 @@ class Engine:
         self._pending: dict[int, PendingJob] = {}
         self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
         self._last_rendered: Render | None = None  # what was rendered last
+        self._quarantine = Quarantine()
+        self._hung = False  # the worker was killed because it said nothing
         self._failures = 0  # workers that ended since one was ready
         self.restarts = 0
         self.device = ""
@@ -189,6 +193,7 @@ class Engine:
 
     async def _run_worker(self) -> None:
         self._link = link = await WorkerLink.start(self._command)
+        self._hung = False
         self._last_heard = monotonic()
         watch = asyncio.create_task(self._watch(link), name="watch")
         try:
@@ -205,11 +210,16 @@ class Engine:
             self.memory, self.scenes = (0, 0), ()
             if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
                 self._set_activity(RECOVERING)
-            if self._running is not None:
-                self._end_turn(monotonic() - self._running.began)
+            running, now = self._running, monotonic()
+            if running is not None:
+                self._end_turn(now - running.began)
             for request in list(self._pending):
-                self._pending.pop(request).resolve(WorkerLostError("the renderer was lost; it is being started again"))
-            log.info("worker %d ended with status %s", link.pid, await link.stop())
+                kind = WorkerLostError if running is not None and running.request == request else InnocentLossError
+                self._pending.pop(request).resolve(kind("the renderer was lost; it is being started again"))
+            status = await link.stop()
+            if running is not None:
+                self._quarantine.blame(running.job, now - running.began, status, hung=self._hung)
+            log.info("worker %d ended with status %s", link.pid, status)
 
     def _handle(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
         running = self._running
@@ -236,6 +246,7 @@ class Engine:
                 pending = self._pending.pop(request)
                 if isinstance(pending.job, Render):
                     self._last_rendered = pending.job
+                self._quarantine.acquit(pending.job)
                 pending.resolve((message, payload))
             case Free(request) if running and running.request == request:
                 self._take_note_of(message.holdings)
@@ -266,6 +277,7 @@ class Engine:
                     self._queue_heartbeat()
             elif silence >= (running.patience if running else START_SECONDS):
                 log.error("worker %d has said nothing for %.1f s: it hangs and is killed", link.pid, silence)
+                self._hung = True
                 link.kill()
 
     def _queue_heartbeat(self) -> None:
@@ -297,10 +309,15 @@ class Engine:
 
     def _send(self, entry: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
         assert self._link is not None
+        reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+        try:
+            self._quarantine.check(job)
+        except QuarantinedError as error:
+            PendingJob(job, reply).resolve(error)
+            return reply
         quick = entry.client == HEARTBEAT and is_warm(self._last_rendered, self.scenes)
         patience = HEARTBEAT_DEADLINE if quick else self._hang_seconds
-        self._running = _Running(next(self._numbers), entry, monotonic(), patience)
-        reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
+        self._running = _Running(next(self._numbers), entry, job, monotonic(), patience)
         self._pending[self._running.request] = PendingJob(job, reply)
         self._link.send(replace(job, request=self._running.request))
         return reply

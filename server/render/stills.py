@@ -7,8 +7,10 @@ from dataclasses import replace
 
 from server.render.engine import Engine
 from server.render.schedule import Urgency
-from server.render.worker_link import WorkerLostError
+from server.render.worker_link import InnocentLossError, WorkerLostError
 from server.wire.worker import Done, Render
+
+MOST_INNOCENT = 5  # losses of the worker by others, after which a picture is given up
 
 
 async def render_frames(
@@ -24,10 +26,11 @@ async def render_frames(
     """The mean of `frames` frames of `job`, and their times together.
 
     If they are more than one, the job's viewer number must be the caller's own. told: hears how many are in.
-    After a loss of the worker the frames start anew, up to `max_losses` times without a frame more than before. Raises
+    After a loss of the worker the frames start anew, up to `max_losses` times without a frame more than before, and
+    MOST_INNOCENT times where it was lost in others' turns. Raises
     what the futures of `Engine.submit` do; WorkerLostError also when a turn takes more than `turn_seconds`.
     """
-    samples = most = losses = 0
+    samples = most = losses = innocent = 0
     render_ms, encode_ms, stage_ms = 0.0, 0.0, Counter[str]()
     while True:
         last = samples + 1 == frames
@@ -36,10 +39,11 @@ async def render_frames(
         try:
             done, image = await _turn(engine, order, urgency, turn_seconds)
             if done.samples <= samples:
-                raise WorkerLostError("the renderer was started again, and what it had rendered was lost")
-        except WorkerLostError:
-            losses += 1
-            if losses > max_losses:
+                raise InnocentLossError("the renderer was started again, and what it had rendered was lost")
+        except WorkerLostError as error:
+            is_innocent = isinstance(error, InnocentLossError)
+            innocent, losses = innocent + is_innocent, losses + (not is_innocent)
+            if losses > max_losses or innocent > MOST_INNOCENT:
                 raise
             samples = 0
             told(samples)

@@ -23,6 +23,10 @@ class WorkerLostError(Exception):
     """The worker process is gone, and with it the answers that it owed."""
 
 
+class InnocentLossError(WorkerLostError):
+    """It went with a worker that ended in another's turn: to be tried again, and nobody's fault."""
+
+
 class WorkerLink:
     """A running worker process and the socket to it."""
 

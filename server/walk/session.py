@@ -195,11 +195,14 @@ class Session:
         self._touch()
         return not self._blocked
 
-    def lost(self, request: FrameRequest) -> bool:
-        """The worker died with a frame: it is tried again; False when that happened too often with these settings."""
+    def lost(self, request: FrameRequest, *, innocent: bool = False) -> bool:
+        """The worker died with a frame: it is tried again; False when that happened too often with these settings.
+
+        innocent: it died in another's turn, which does not count.
+        """
         self._forget(request)
         if request.view > self._lost_view:  # else it went with the same worker as the one before
-            self._losses += 1
+            self._losses += not innocent
             self._lost_view = self._view
             self._view += 1
         self._fresh = True

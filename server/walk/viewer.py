@@ -16,7 +16,7 @@ from server.refusals import TooBusyError, UnknownSceneError
 from server.render.activity import EngineState
 from server.render.pending import RenderFaultError, Reply
 from server.render.schedule import Urgency
-from server.render.worker_link import WorkerLostError
+from server.render.worker_link import InnocentLossError, WorkerLostError
 from server.service import Service
 from server.walk.frame_request import FrameRequest
 from server.walk.frame_times import FrameTimes
@@ -245,7 +245,8 @@ class Viewer:
                 if self._session.failed(request):  # of several under way, the first to fail is told
                     await self._fail(ErrorCode.RENDER_FAILED, error)
             except WorkerLostError as error:
-                if not self._session.lost(request):
+                innocent = isinstance(error, InnocentLossError)
+                if not self._session.lost(request, innocent=innocent):
                     await self._fail(ErrorCode.RENDER_FAILED, UserError(f"{error}; it dies of this view: change it"))
             self._awaited -= not request.refines
             self._stir()

@@ -25,7 +25,12 @@ class FakeEngine(Engine):
     Counts orders from 1; an order waits for `gate`, when there is one.
     """
 
-    def __init__(self, deaths: tuple[int, ...] = (), failure: Exception | None = None) -> None:
+    def __init__(
+        self,
+        deaths: tuple[int, ...] = (),
+        failure: Exception | None = None,
+        lost: type[WorkerLostError] = WorkerLostError,
+    ) -> None:
         super().__init__(Start(BOX))
         self.orders: list[tuple[int, Urgency, Job]] = []
         self.left: list[int] = []
@@ -33,6 +38,7 @@ class FakeEngine(Engine):
         self.gate: asyncio.Event | None = None
         self._deaths = deaths
         self._failure = failure
+        self._lost = lost
         self._samples: dict[int, int] = {}
 
     async def submit(self, client: int, urgency: Urgency, make: Callable[[], Job | None]) -> asyncio.Future[Reply]:
@@ -44,7 +50,7 @@ class FakeEngine(Engine):
         reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
         if len(self.orders) in self._deaths:
             self._samples = {}
-            reply.set_exception(WorkerLostError("the renderer was lost"))
+            reply.set_exception(self._lost("the renderer was lost"))
         elif self._failure is not None:
             reply.set_exception(self._failure)
         elif isinstance(job, Render):

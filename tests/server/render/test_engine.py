@@ -28,8 +28,9 @@ from gpu.settings import RenderSettings
 from server.render.activity import EngineState
 from server.render.engine import BACKOFF_SECONDS, Engine
 from server.render.pending import RenderFaultError
+from server.render.quarantine import QuarantinedError
 from server.render.schedule import Urgency
-from server.render.worker_link import WorkerLostError
+from server.render.worker_link import InnocentLossError, WorkerLostError
 from server.wire.worker import Done, Render, SceneCamera, SceneRef, Start
 
 SCENE = SceneRef("cornell-box", "cornell-box")
@@ -414,3 +415,22 @@ def test_pauses_grow_only_while_no_worker_becomes_ready(monkeypatch: pytest.Monk
 
     asyncio.run(main())
     assert [pause for pause in pauses if pause in BACKOFF_SECONDS][:3] == list(BACKOFF_SECONDS[:3])
+
+
+def test_what_crashed_a_worker_is_refused_to_all_and_others_are_innocent() -> None:
+    async def scenario(engine: Engine) -> None:
+        encoding = await engine.submit(1, Urgency.MOVING, lambda: job(1))
+        waiting = asyncio.ensure_future(result(engine, job(3)))
+        with pytest.raises(WorkerLostError) as lost:
+            await result(engine, job(2, seed=FAULT_SEED))
+        assert not isinstance(lost.value, InnocentLossError)
+        assert encoding is not None
+        with suppress(InnocentLossError):  # it may have been answered in time
+            await encoding
+        with pytest.raises(QuarantinedError, match="nobody has it tried again"):
+            await result(engine, job(4, seed=FAULT_SEED))
+        await waiting
+        await result(engine, job(4))
+        assert engine.restarts == 1
+
+    check(scenario)

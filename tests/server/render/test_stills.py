@@ -5,8 +5,8 @@ from engines import FakeEngine, order
 
 from gpu.errors import UserError
 from server.render.schedule import Urgency
-from server.render.stills import render_frames
-from server.render.worker_link import WorkerLostError
+from server.render.stills import MOST_INNOCENT, render_frames
+from server.render.worker_link import InnocentLossError, WorkerLostError
 from server.wire.worker import Render
 
 
@@ -49,6 +49,15 @@ def test_losses_are_bounded() -> None:
     with pytest.raises(WorkerLostError):
         picture(engine, 3, max_losses=3)
     assert len(engine.orders) == 8
+
+
+def test_losses_in_the_turns_of_others_do_not_count() -> None:
+    engine = FakeEngine(deaths=(2, 5), lost=InnocentLossError)
+    assert picture(engine, 3)[0] == [1, 0, 2, 0, 3]
+    engine = FakeEngine(deaths=tuple(range(1, 100)), lost=InnocentLossError)
+    with pytest.raises(InnocentLossError):
+        picture(engine, 1)
+    assert len(engine.orders) == MOST_INNOCENT + 1
 
 
 def test_an_error_ends_it() -> None:

@@ -1,0 +1,92 @@
+"""What ended a worker, so that nobody has it tried again: each time would take the device from all others, too.
+
+A job is held to be at fault if its worker crashed, was killed because it hung, or ended after a long turn. A worker
+killed in a short one may have been killed by somebody: then the job is tried once more.
+"""
+
+from dataclasses import dataclass, field, replace
+from signal import SIGKILL, SIGTERM
+
+from gpu.errors import UserError
+from gpu.scene.builtin import BUILTIN
+from gpu.settings import RenderSettings
+from server.wire.worker import HEARTBEAT, Job, OpenScene, Render, SceneRef
+
+STRIKES = 2
+LONG_SECONDS = 5.0  # of a turn, in which a worker killed from outside was rather killed for its memory
+SCENE_STRIKES = 3  # renders of a scene that ended workers, after which it is not rendered at all
+MOST = 1000  # that are remembered
+
+
+class QuarantinedError(UserError):
+    """It ended the renderer before, and is not tried again (422)."""
+
+
+@dataclass(frozen=True)
+class _Offence:
+    """A scene that is read, or a kind of pictures of it."""
+
+    scene: SceneRef
+    size: tuple[int, int] = (0, 0)
+    settings: RenderSettings | None = None
+
+
+def _offence(job: Job) -> _Offence | None:
+    match job:
+        case OpenScene(scene):
+            return _Offence(scene)
+        case Render(viewer, scene, _, size, settings) if viewer != HEARTBEAT:  # which is nobody's wish
+            return _Offence(scene, size, settings.model_copy(update={"frames": None, "exposure": None}))
+        case _:
+            return None
+
+
+@dataclass
+class Quarantine:
+    """Counts what jobs did to workers, by scene and settings; a file that has changed is another scene."""
+
+    _strikes: dict[_Offence, int] = field(default_factory=dict)  # in the order of their last
+
+    def blame(self, job: Job, seconds: float, status: int | None, *, hung: bool) -> None:
+        """A worker has ended with this exit status (negative: a signal) in a turn of so many seconds that it had with
+        a job; hung: it was killed because it said nothing for too long.
+        """
+        offence = _offence(job)
+        if offence is None:
+            return
+        killed = status is not None and -status in (SIGKILL, SIGTERM)
+        strikes = 1 if killed and not hung and seconds < LONG_SECONDS else STRIKES
+        self._strikes[offence] = self._strikes.pop(offence, 0) + strikes
+        if len(self._strikes) > MOST:
+            del self._strikes[next(iter(self._strikes))]
+
+    def acquit(self, job: Job) -> None:
+        """It has been done."""
+        offence = _offence(job)
+        if offence is not None:
+            self._strikes.pop(offence, None)
+
+    def check(self, job: Job) -> None:
+        """QuarantinedError for a job that is not tried again."""
+        offence = _offence(job)
+        if offence is None:
+            return
+        if self._is_out(replace(offence, size=(0, 0), settings=None)):
+            raise QuarantinedError(
+                f"{offence.scene.id}: ended the renderer when it was read, so that it is not read again until the "
+                "file changes or the service is started anew"
+            )
+        if self._is_out(offence):
+            raise QuarantinedError(
+                f"{offence.scene.id}: ended the renderer at this size with these settings, so that nobody has it tried "
+                "again; change it"
+            )
+        renders = [other for other in self._strikes if other.scene == offence.scene and self._is_out(other)]
+        if len(renders) >= SCENE_STRIKES and offence.scene.source not in BUILTIN:
+            raise QuarantinedError(
+                f"{offence.scene.id}: ended the renderer {len(renders)} times, so that it is not shown again until "
+                "the file changes or the service is started anew"
+            )
+
+    def _is_out(self, offence: _Offence) -> bool:
+        return self._strikes.get(offence, 0) >= STRIKES

@@ -1,0 +1,96 @@
+from dataclasses import replace
+from signal import SIGKILL, SIGSEGV
+
+import pytest
+
+from gpu.settings import RenderSettings
+from server.render.quarantine import LONG_SECONDS, MOST, SCENE_STRIKES, Quarantine, QuarantinedError
+from server.wire.worker import HEARTBEAT, CloseScene, Job, OpenScene, Render, SceneCamera, SceneRef
+
+HALL = SceneRef("hall.glb", "/scenes/hall.glb", 1)
+CRASH, KILLED = -SIGSEGV, -SIGKILL
+
+
+def picture(scene: SceneRef = HALL, viewer: int = 3, size: tuple[int, int] = (8, 8), seed: int = 0) -> Render:
+    return Render(viewer, scene, SceneCamera(0), size, RenderSettings(seed=seed), "jpeg")
+
+
+def is_out(quarantine: Quarantine, job: Job) -> bool:
+    try:
+        quarantine.check(job)
+    except QuarantinedError as error:
+        return "hall.glb: ended the renderer" in str(error)
+    return False
+
+
+@pytest.mark.parametrize("job", [picture(), OpenScene(HALL)])
+@pytest.mark.parametrize(
+    ("seconds", "status", "hung", "times"),
+    [
+        (0.1, CRASH, False, 1),
+        (0.1, 70, False, 1),
+        (0.1, None, False, 1),
+        (20.0, KILLED, True, 1),
+        (LONG_SECONDS, KILLED, False, 1),
+        (0.1, KILLED, False, 2),
+    ],
+)
+def test_what_ended_a_worker_is_not_tried_again(
+    job: Job, seconds: float, status: int | None, hung: bool, times: int
+) -> None:
+    quarantine = Quarantine()
+    for _ in range(times):
+        assert not is_out(quarantine, job)
+        quarantine.blame(job, seconds, status, hung=hung)
+    assert is_out(quarantine, job)
+
+
+def test_a_picture_is_out_for_everybody_and_others_are_not() -> None:
+    quarantine = Quarantine()
+    quarantine.blame(picture(), 0.1, CRASH, hung=False)
+    assert is_out(quarantine, replace(picture(viewer=9), view=SceneCamera(1), output=".png"))
+    assert is_out(quarantine, replace(picture(), settings=RenderSettings(frames=9, exposure=2.0)))
+    for other in (picture(size=(9, 8)), picture(seed=1), picture(replace(HALL, stamp=2)), OpenScene(HALL)):
+        assert not is_out(quarantine, other)
+
+
+def test_a_scene_that_ends_workers_when_read_is_out_in_every_picture() -> None:
+    quarantine = Quarantine()
+    quarantine.blame(OpenScene(HALL), 0.1, CRASH, hung=False)
+    assert is_out(quarantine, picture())
+    assert not is_out(quarantine, picture(replace(HALL, stamp=2)))
+
+
+def test_a_scene_of_many_pictures_that_end_workers_is_out_unless_it_is_built_in() -> None:
+    quarantine = Quarantine()
+    built_in = SceneRef("hall.glb", "cornell-box")
+    for seed in range(SCENE_STRIKES):
+        assert not is_out(quarantine, picture(seed=99))
+        quarantine.blame(picture(seed=seed), 0.1, CRASH, hung=False)
+        quarantine.blame(picture(built_in, seed=seed), 0.1, CRASH, hung=False)
+    assert is_out(quarantine, picture(seed=99))
+    assert not is_out(quarantine, picture(built_in, seed=99))
+
+
+def test_what_is_done_is_acquitted() -> None:
+    quarantine = Quarantine()
+    for _ in range(3):
+        quarantine.blame(picture(), 0.1, KILLED, hung=False)
+        quarantine.acquit(picture())
+    assert not is_out(quarantine, picture())
+
+
+def test_nobody_is_blamed_for_what_nobody_asked_for() -> None:
+    quarantine = Quarantine()
+    for job in (picture(viewer=HEARTBEAT), CloseScene(HALL)):
+        quarantine.blame(job, 0.1, CRASH, hung=False)
+        quarantine.check(job)
+    quarantine.check(picture())
+
+
+def test_a_bounded_number_is_remembered() -> None:
+    quarantine = Quarantine()
+    for seed in range(MOST + 1):
+        quarantine.blame(picture(replace(HALL, stamp=seed), seed=seed), 0.1, CRASH, hung=False)
+    assert not is_out(quarantine, picture(replace(HALL, stamp=0)))
+    assert is_out(quarantine, picture(replace(HALL, stamp=1), seed=1))
