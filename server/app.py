@@ -6,6 +6,7 @@ import sys
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 from errno import EADDRINUSE
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -14,6 +15,7 @@ from fastapi import FastAPI
 
 from gpu.errors import UserError
 from server import errors
+from server.http.answers import Answers
 from server.http.connections import ACCEPTED_AT_ONCE, Connections, raise_file_limit
 from server.http.cors import Cors
 from server.http.delivery import Delivery
@@ -31,6 +33,7 @@ from server.rest import jobs as job_api
 from server.rest import metrics as monitor
 from server.rest import render as render_api
 from server.rest import scenes as scene_api
+from server.rest.openapi import describe
 from server.rest.pages import FOLDER, Pages
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import CHECK, Checker
@@ -76,6 +79,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
         version=version("lumenwalk"),
         description="Global-illumination walkthroughs: stills over REST, walks over a WebSocket (/api/v1/stream).",
         openapi_url="/api/openapi.json",
+        redirect_slashes=False,
         docs_url=None,
         redoc_url=None,
         lifespan=lifespan,
@@ -87,6 +91,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     app.add_middleware(Guard, settings=settings, metrics=service.metrics)
     if settings.allowed_origins:
         app.add_middleware(Cors, origins=settings.allowed_origins, exposed=EXPOSED)
+    app.add_middleware(Answers)
     app.add_middleware(
         Forwarded, root_path=settings.root_path, trusted=settings.trusted_proxies, names=frozenset(NAMES)
     )
@@ -95,7 +100,8 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     for part in (docs, health, monitor, render_api, scene_api, job_api, stream):
         app.include_router(part.router)
     app.mount("/api/docs/files", docs.swagger)
-    app.mount("/", Pages())
+    app.router.default = Pages()
+    app.openapi = partial(describe, app, settings)  # type: ignore[method-assign]
     return app
 
 

@@ -1,6 +1,7 @@
 """What goes wrong over HTTP, as JSON {code, message} with the status that fits."""
 
 from http import HTTPStatus
+from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -8,6 +9,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
+from starlette.routing import Match
 
 from gpu.errors import UserError
 from server.refusals import (
@@ -54,6 +56,32 @@ _STATUS: dict[type[Exception], tuple[int, str]] = {
 
 EXPECTED = tuple(_STATUS)
 
+# What each status can mean, for the description of the interface.
+_MEANINGS = {
+    400: "it is no HTTP, or for a host that this service is not called",
+    401: "the token is missing or wrong",
+    403: "it comes from a page of another origin, or is not for clients to do",
+    404: "there is no such scene or job",
+    406: "none of the formats that the client takes can be written",
+    408: "the body did not arrive in time",
+    409: "not now: somebody uses it, or it is not done",
+    413: "the body is too large",
+    422: "what was asked for is wrong, or more than a limit allows; the message says where",
+    429: "as much waits as may, or too many wrong tokens came from this address",
+    431: "the headers are too large",
+    500: "a fault of the renderer or the service",
+    503: "the renderer starts, the service stops, or too many requests are being answered",
+    507: "the device or the uploads folder has no room for it",
+}
+_ALWAYS = (400, 401, 403, 429, 431, 500, 503)
+WITH_BODY = (408, 413, 422)
+"""What can come of a request that has a body."""
+
+
+def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """The description of an operation's refusals: of these, and those that can come of any request."""
+    return {code: {"model": ErrorBody, "description": _MEANINGS[code]} for code in sorted({*_ALWAYS, *statuses})}
+
 
 def error_body(error: Exception) -> ErrorBody:
     """One of the EXPECTED errors as it is told."""
@@ -82,10 +110,17 @@ def install(app: FastAPI) -> None:
         place = ".".join(str(part) for part in first["loc"][1:])
         return error_response(422, "bad-request", f"{place}: {first['msg']}" if place else str(first["msg"]))
 
-    async def http(_: Request, error: Exception) -> JSONResponse:
+    async def http(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, HTTPException)
         code = HTTPStatus(error.status_code).phrase.lower().replace(" ", "-")
-        return error_response(error.status_code, code, str(error.detail))
+        response = error_response(error.status_code, code, str(error.detail))
+        response.headers.update(error.headers or {})
+        if allowed := _methods(app, request):
+            response.headers["Allow"] = ", ".join(allowed)
+        return response
+
+    async def fault(_: Request, __: Exception) -> JSONResponse:
+        return error_response(500, "fault", "a fault of the service; its log says more")
 
     async def gone(_: Request, __: Exception) -> JSONResponse:
         return error_response(400, "gone", "the client has left")  # which nobody reads
@@ -95,3 +130,14 @@ def install(app: FastAPI) -> None:
         app.add_exception_handler(kind, expected)
     app.add_exception_handler(RequestValidationError, invalid)
     app.add_exception_handler(HTTPException, http)
+    app.add_exception_handler(Exception, fault)
+
+
+def _methods(app: FastAPI, request: Request) -> list[str]:
+    """What may be done with what a request is about; nothing where that is no place of the interface."""
+    allowed = []
+    for method in ("GET", "POST", "DELETE"):
+        scope = {**request.scope, "method": method}
+        if any(route.matches(scope)[0] is Match.FULL for route in app.routes):
+            allowed += [method, "HEAD"] if method == "GET" else [method]
+    return allowed

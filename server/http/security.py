@@ -172,7 +172,6 @@ class Guard:
         else:
             response = error_response(401, "unauthorized", "the token is missing or wrong: Authorization: Bearer TOKEN")
         response.headers["WWW-Authenticate"] = 'Bearer realm="lumenwalk"'
-        response.headers["Cache-Control"] = "no-store"
         return response
 
 

@@ -64,6 +64,12 @@ class WebSocket(WebSocketsSansIOProtocol):
             self.conn.fail(POLICY, f"a message has more than {MAX_FRAGMENTS} fragments")
             self.handle_parser_exception()
 
+    async def send(self, message: Any) -> None:
+        """Send it. A handshake that is refused with an answer is done as well, and no fault to be logged."""
+        await super().send(message)
+        if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
+            self.handshake_complete = True
+
     async def run_asgi(self) -> None:
         """Serve the connection, and cut it off if it outlives that."""
         cast(dict[str, Any], self.scope)["extensions"][KEY] = self.transport

@@ -1,25 +1,52 @@
 """Whether the service lives, and whether it can render."""
 
-from typing import Any
+from typing import Any, Literal
 
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
+from pydantic import BaseModel, Field
 
 from server.errors import RETRY_SECONDS
 from server.service import TheService
 
 router = APIRouter()
+OPEN: dict[str, Any] = {"security": [{}]}  # no token is asked for
 
 
-@router.get("/healthz")
-async def healthz() -> dict[str, str]:
+class Alive(BaseModel):
+    """The web process lives."""
+
+    status: Literal["ok"] = "ok"
+
+
+class Readiness(BaseModel):
+    """Whether frames can be had, and what goes on otherwise."""
+
+    status: str = Field(description='"ready", or what the service does instead: "starting", "stopping", …')
+    restarts: int = Field(description="times that the renderer was started again")
+    viewers: int
+    device: str | None = Field(default=None, description="that renders, when it is ready")
+    text: str | None = Field(default=None, description="what goes on, when it is not")
+    fraction: float | None = Field(default=None, description="how far that is, from 0 to 1")
+
+
+@router.get("/healthz", operation_id="isAlive", openapi_extra=OPEN)
+async def healthz() -> Alive:
     """Answers while the web process lives."""
-    return {"status": "ok"}
+    return Alive()
 
 
 @router.get(
     "/readyz",
-    responses={503: {"description": "the renderer starts, for the first time or again, or the service stops"}},
+    operation_id="isReady",
+    openapi_extra=OPEN,
+    response_model=Readiness,
+    responses={
+        503: {
+            "model": Readiness,
+            "description": "the renderer starts, for the first time or again, or the service stops",
+        }
+    },
 )
 async def readyz(service: TheService) -> JSONResponse:
     """200 while frames can be had: kernels are loaded and one was rendered. Else 503 with what is going on."""

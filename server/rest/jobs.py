@@ -6,7 +6,7 @@ from typing import Literal
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, Field
 
-from server.errors import ErrorBody
+from server.errors import WITH_BODY, refusals
 from server.jobs import ENDED, JobState, RenderJob
 from server.refusals import NotYetError
 from server.rest.negotiate import MEDIA_TYPES
@@ -15,9 +15,8 @@ from server.rest.server_sent_events import event, event_stream
 from server.service import TheService
 from server.wire.worker import Output
 
-router = APIRouter(
-    prefix="/api/v1/jobs", responses={code: {"model": ErrorBody} for code in (404, 409, 413, 422, 429, 503)}
-)
+router = APIRouter(prefix="/api/v1/jobs", responses=refusals())
+_ONE = refusals(404, 422)
 
 _FORMATS: dict[str, tuple[str, Output]] = {output[1:]: (name, output) for name, output in MEDIA_TYPES.items()}
 
@@ -59,7 +58,7 @@ def describe(job: RenderJob, request: Request) -> JobInfo:
     )
 
 
-@router.post("", status_code=202)
+@router.post("", operation_id="addJob", status_code=202, responses=refusals(404, *WITH_BODY))
 async def add(wanted: JobRequest, service: TheService, request: Request, response: Response) -> JobInfo:
     """Queue a picture; it is rendered when nobody who walks needs the device."""
     media_type, output = _FORMATS[wanted.format]
@@ -71,13 +70,13 @@ async def add(wanted: JobRequest, service: TheService, request: Request, respons
     return told
 
 
-@router.get("")
+@router.get("", operation_id="listJobs")
 async def jobs(service: TheService, request: Request) -> list[JobInfo]:
     """All jobs that are not forgotten yet, the oldest first."""
     return [describe(job, request) for job in service.jobs.all]
 
 
-@router.get("/{job_id}")
+@router.get("/{job_id}", operation_id="describeJob", responses=_ONE)
 async def job(job_id: str, service: TheService, request: Request) -> JobInfo:
     """How far a job is."""
     return describe(service.jobs.find(job_id), request)
@@ -85,8 +84,10 @@ async def job(job_id: str, service: TheService, request: Request) -> JobInfo:
 
 @router.get(
     "/{job_id}/result",
+    operation_id="getResult",
     response_class=Response,
-    responses={200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in MEDIA_TYPES}}},
+    responses=refusals(404, 409, 422)
+    | {200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in MEDIA_TYPES}}},
 )
 async def result(job_id: str, service: TheService) -> Response:
     """The picture; 409 before it is done, or when it will not be."""
@@ -97,7 +98,12 @@ async def result(job_id: str, service: TheService) -> Response:
     return Response(found.result, media_type=found.media_type)
 
 
-@router.get("/{job_id}/events", response_class=Response, responses={200: {"content": {"text/event-stream": {}}}})
+@router.get(
+    "/{job_id}/events",
+    operation_id="watchJob",
+    response_class=Response,
+    responses=_ONE | {200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
+)
 async def events(job_id: str, service: TheService, request: Request) -> Response:
     """What happens to a job, as server-sent events: `progress` each time, and `end`, both with the job as data."""
     found = service.jobs.find(job_id)
@@ -109,7 +115,7 @@ async def events(job_id: str, service: TheService, request: Request) -> Response
     return event_stream(told(), service)
 
 
-@router.delete("/{job_id}")
+@router.delete("/{job_id}", operation_id="removeJob", responses=refusals(404, *WITH_BODY))
 async def remove(job_id: str, service: TheService, request: Request) -> JobInfo:
     """Cancel a job that waits or runs, and forget it with its result."""
     return describe(service.jobs.remove(job_id), request)

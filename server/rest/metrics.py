@@ -3,10 +3,12 @@
 from collections.abc import Iterator
 
 from fastapi import APIRouter, Response
+from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from server.errors import refusals
 from server.jobs import ENDED
 from server.render.schedule import Urgency
 from server.service import Service, TheService
@@ -59,7 +61,12 @@ class State(Collector):
         yield GaugeMetricFamily("lumenwalk_device_memory_bytes", "All memory of the device.", total)
 
 
-@router.get("/metrics")
+@router.get(
+    "/metrics",
+    operation_id="readMetrics",
+    response_class=PlainTextResponse,
+    responses=refusals() | {200: {"description": "each metric with its type, a line of help and its values"}},
+)
 async def metrics(service: TheService) -> Response:
     """Counters, gauges and histograms in the text format of Prometheus."""
     return Response(generate_latest(service.metrics.registry), media_type=CONTENT_TYPE_LATEST)

@@ -3,10 +3,10 @@
 import mimetypes
 from pathlib import Path
 
-from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Receive, Scope, Send
-from starlette.websockets import WebSocketClose
+
+from server.errors import error_response
 
 FOLDER = Path(__file__).resolve().parents[2] / "web"
 
@@ -16,20 +16,17 @@ for _suffix, _type in ((".js", "text/javascript"), (".css", "text/css"), (".svg"
 
 
 class Pages(StaticFiles):
-    """Files that a browser keeps but asks about (ETag) each time, so that a new version is seen at once."""
+    """Files that a browser keeps but asks about (ETag) each time, so that a new version is seen at once.
+
+    What is asked for at no other place ends here.
+    """
 
     def __init__(self) -> None:
         super().__init__(directory=FOLDER, html=True)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve a file; a WebSocket to an unknown path ends here too and is refused."""
+        """Serve a file, and refuse a WebSocket."""
         if scope["type"] == "websocket":
-            await WebSocketClose()(scope, receive, send)
+            await error_response(404, "not-found", "WebSockets are at /api/v1/stream")(scope, receive, send)
         else:
             await super().__call__(scope, receive, send)
-
-    async def get_response(self, path: str, scope: Scope) -> Response:
-        """The file, with the header that makes browsers ask."""
-        response = await super().get_response(path, scope)
-        response.headers["Cache-Control"] = "no-cache"
-        return response

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Header, Response
 
 from gpu.errors import UserError
-from server.errors import ErrorBody
+from server.errors import WITH_BODY, refusals
 from server.refusals import TooBusyError
 from server.render.schedule import Urgency
 from server.render.stills import render_frames
@@ -22,11 +22,12 @@ MAX_FRAMES = 64
 STATISTICS = tuple(
     f"X-Lumenwalk-{name}" for name in ("Stage-Ms", "Counts", "Skips", "Estimates", "Render-Ms", "Encode-Ms", "Queue-Ms")
 )
-router = APIRouter(prefix="/api/v1", responses={code: {"model": ErrorBody} for code in (404, 406, 413, 422, 429, 503)})
+router = APIRouter(prefix="/api/v1", responses=refusals(404, 406, 507, *WITH_BODY))
 
 
 @router.post(
     "/render",
+    operation_id="renderStill",
     response_class=Response,
     responses={200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in MEDIA_TYPES}}},
 )

@@ -72,6 +72,19 @@ CameraChoice = Annotated[
 class RenderRequest(Strict):
     """A still; what is left out gets its default."""
 
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"size": [640, 360]},
+                {
+                    "camera": {"position": [0.0, 1.0, 3.0], "target": [0.0, 1.0, 0.0], "yfov_degrees": 45.0},
+                    "size": [320, 180],
+                    "settings": {"method": "path", "samples": 16},
+                },
+            ]
+        }
+    )
+
     scene: SceneId | None = Field(default=None, description="scene id; the served scene when not given")
     scene_options: ImportOptions | None = Field(
         default=None, description="how its file is read; as the service does when not given"

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import RenderSettings
-from server.errors import EXPECTED, ErrorBody, error_body
+from server.errors import EXPECTED, WITH_BODY, error_body, refusals
 from server.refusals import ForbiddenError, InUseError, UnknownSceneError
 from server.render.worker_link import WorkerLostError
 from server.rest.server_sent_events import event, event_stream, wants_events
@@ -21,10 +21,7 @@ from server.service import Service, TheService
 from server.wire.browser import SceneId, SceneInfo, SceneName
 from server.wire.worker import SceneRef
 
-router = APIRouter(
-    prefix="/api/v1/scenes",
-    responses={code: {"model": ErrorBody} for code in (403, 404, 408, 409, 413, 422, 429, 503, 507)},
-)
+router = APIRouter(prefix="/api/v1/scenes", responses=refusals())
 EXAMPLE = ", ".join((*SUFFIXES, ARCHIVE))
 
 
@@ -108,7 +105,7 @@ async def _details(service: Service, ref: SceneRef) -> SceneDetails:
     )
 
 
-@router.get("")
+@router.get("", operation_id="listScenes")
 async def scenes(service: TheService) -> list[SceneListing]:
     """The scenes that can be chosen, the served one first."""
     return [_listing(service, name, ref) for name, ref in service.catalogue.found()]
@@ -116,7 +113,9 @@ async def scenes(service: TheService) -> list[SceneListing]:
 
 @router.post(
     "",
+    operation_id="uploadScene",
     status_code=201,
+    responses=refusals(409, 507, *WITH_BODY),
     openapi_extra={
         "requestBody": {
             "required": True,
@@ -148,7 +147,9 @@ async def upload(
 
 @router.post(
     "/{scene_id:path}/load",
-    responses={200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
+    operation_id="loadScene",
+    responses=refusals(404, 507, *WITH_BODY)
+    | {200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
     response_model=Loaded,
 )
 async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | None, Header()] = None) -> Any:
@@ -164,7 +165,7 @@ async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | N
     return await _load(service, ref)
 
 
-@router.post("/{scene_id:path}/unload")
+@router.post("/{scene_id:path}/unload", operation_id="unloadScene", responses=refusals(404, 409, *WITH_BODY))
 async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
     """Free what a scene takes on the device; 409 while somebody looks at it."""
     ref = service.catalogue.find(scene_id)
@@ -174,7 +175,7 @@ async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
     return _named(service, ref)
 
 
-@router.get("/{scene_id:path}")
+@router.get("/{scene_id:path}", operation_id="describeScene", responses=refusals(404, 408, 422))
 async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Reading, Query()]) -> SceneDetails:
     """A scene's cameras, bounds, sizes and notes; it is read for that, in a process of its own, but not loaded.
 
@@ -183,7 +184,9 @@ async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Readi
     return await _details(service, service.catalogue.find(scene_id, reading.options))
 
 
-@router.delete("/{scene_id:path}", status_code=204)
+@router.delete(
+    "/{scene_id:path}", operation_id="deleteScene", status_code=204, responses=refusals(404, 409, *WITH_BODY)
+)
 async def delete(scene_id: SceneId, service: TheService) -> None:
     """Delete an uploaded scene; 403 for others, 409 while somebody looks at it."""
     ref = service.catalogue.find(scene_id)

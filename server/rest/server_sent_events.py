@@ -32,7 +32,7 @@ class EventStream(StreamingResponse):
     def __init__(
         self, events: AsyncGenerator[str], places: Places, stopping: asyncio.Event, rest_seconds: float
     ) -> None:
-        headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+        headers = {"X-Accel-Buffering": "no"}
         super().__init__(_until(stopping, events, rest_seconds), media_type=MEDIA_TYPE, headers=headers)
         self._places = places
 

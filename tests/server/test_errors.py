@@ -62,3 +62,32 @@ def test_requests_that_cannot_be_read_and_paths_that_lead_nowhere_are_told_alike
     assert wrong.json()["message"].startswith("number: ")
     missing = answer_to("/1/2", UserError("no"))
     assert (missing.status_code, missing.json()["code"]) == (404, "not-found")
+
+
+def test_a_fault_is_told_in_the_same_form_without_what_it_was() -> None:
+    answer = answer_to("/1", ZeroDivisionError("secret"))
+    assert (answer.status_code, answer.json()["code"]) == (500, "fault")
+    assert "secret" not in answer.text
+
+
+def test_another_method_is_told_which_there_are() -> None:
+    app = FastAPI()
+    errors.install(app)
+
+    @app.get("/thing")
+    async def get() -> None: ...
+
+    @app.delete("/thing")
+    async def delete() -> None: ...
+
+    async def ask() -> httpx.Response:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://here") as client:
+            return await client.put("/thing")
+
+    answer = asyncio.run(ask())
+    assert (answer.status_code, answer.headers["Allow"]) == (405, "GET, HEAD, DELETE")
+
+
+def test_what_every_request_can_be_refused_for_is_described() -> None:
+    assert {400, 401, 404, 500, 503} <= errors.refusals(404).keys()
+    assert 404 not in errors.refusals()

@@ -25,5 +25,5 @@ def test_nothing_else_is_served(running: Running, path: str) -> None:
 
 
 def test_a_socket_to_nowhere_is_refused(running: Running) -> None:
-    with pytest.raises(InvalidStatus, match="403"), connect(f"ws://{running.http.base_url.netloc.decode()}/nowhere"):
+    with pytest.raises(InvalidStatus, match="404"), connect(f"ws://{running.http.base_url.netloc.decode()}/nowhere"):
         pass
