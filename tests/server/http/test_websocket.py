@@ -17,7 +17,7 @@ from server.wire.browser import PROTOCOL
 HELLO = {"type": "hello", "protocol": PROTOCOL, "size": [3840, 2160], "stream": {"motion_scale": 1.0}}
 
 
-def deaf(running: Running) -> socket.socket:
+def deaf(running: Running, **fields: object) -> socket.socket:
     """A viewer that has said hello with a small buffer for what comes, and never reads it."""
     host, port = running.http.base_url.host, running.http.base_url.port
     connection = socket.socket()
@@ -29,7 +29,7 @@ def deaf(running: Running) -> socket.socket:
     )
     connection.sendall(request.encode())
     connection.recv(65536)
-    say(connection, HELLO)
+    say(connection, HELLO | fields)
     return connection
 
 
@@ -62,6 +62,29 @@ def test_only_the_last_pings_of_who_does_not_read_are_kept(running: Running) -> 
         assert not pongs[0].wait(0.2)
         held.loop.call_soon_threadsafe(held.resume_writing)
         assert pongs[-1].wait(10.0)
+
+
+def test_messages_have_few_fragments(running: Running) -> None:
+    with deaf(running, size=[64, 36]) as connection:
+        connection.sendall(Frame(Opcode.TEXT, b"", fin=False).serialize(mask=True))
+        flood = Frame(Opcode.CONT, b"", fin=False).serialize(mask=True) * (websocket.MAX_FRAGMENTS + 1)
+        connection.sendall(flood)
+        said = b""
+        while b"fragments" not in said:
+            piece = connection.recv(65536)
+            assert piece, said[-200:]
+            said += piece
+
+
+def test_pings_are_read_no_faster_than_they_may_cost(running: Running) -> None:
+    flood = Frame(Opcode.PING, b"").serialize(mask=True) * 2_000_000
+    with deaf(running, size=[64, 36]) as connection:
+        connection.settimeout(1.0)
+        with pytest.raises(TimeoutError):
+            connection.sendall(flood)
+        began = time.monotonic()
+        assert running.http.get("/healthz").status_code == 200
+        assert time.monotonic() - began < 5.0
 
 
 def test_who_reads_nothing_is_cut_off(serve: Callable[..., Running], monkeypatch: pytest.MonkeyPatch) -> None:
