@@ -35,6 +35,7 @@ from server.rest import render as render_api
 from server.rest import scenes as scene_api
 from server.rest.openapi import describe
 from server.rest.pages import FOLDER, Pages
+from server.results import FOLDER as RESULTS
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import CHECK, Checker
 from server.scenes.uploads import Uploads
@@ -64,6 +65,9 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        results = settings.uploads_dir / RESULTS if settings.uploads and settings.uploads_dir is not None else None
+        if results is not None:
+            service.jobs.restore(results)
         tasks = [asyncio.create_task(it.run(), name=type(it).__name__.lower()) for it in (service.engine, service.jobs)]
         try:
             yield
@@ -71,6 +75,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
             for task in tasks:
                 task.cancel()
             await asyncio.wait(tasks)
+            service.jobs.save(results)
             if uploads is not None:
                 uploads.close()
 

@@ -7,16 +7,19 @@ from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 
 from gpu.errors import UserError
+from gpu.settings import RenderSettings
 from server.refusals import TooBusyError, UnknownJobError
 from server.render.engine import Engine
 from server.render.pending import RenderFaultError
 from server.render.schedule import Urgency
 from server.render.stills import render_frames
 from server.render.worker_link import WorkerLostError
+from server.results import Result, save, take
 from server.scenes.residency import Residency
-from server.wire.worker import Render
+from server.wire.worker import Render, SceneCamera, SceneRef
 
 MAX_LOSSES = 3  # of the worker, in a row
 MAX_ENDED = 1000  # jobs that are remembered
@@ -120,8 +123,28 @@ class Jobs:
                 self._tell(job, JobState.FAILED)
         if self._running is not None:
             self._running.cancel()
-        if lost := sum(bool(job.result) for job in self._jobs.values()):
-            log.warning("the results of %d jobs are lost as the service ends: they are kept in memory", lost)
+
+    def save(self, folder: Path | None) -> None:
+        """Keep the results of finished jobs for the next service, if there is a folder; else they are lost."""
+        done = [job for job in self._jobs.values() if job.state is JobState.DONE]
+        told = (
+            Result(id=it.id, scene=it.render.scene.id, size=it.render.size, frames=it.frames, media_type=it.media_type)
+            for it in done
+        )
+        kept = save(folder, zip(told, (job.result for job in done), strict=True)) if done and folder else 0
+        if lost := len(done) - kept:
+            log.warning("the results of %d jobs are lost with the service; `uploads_dir` would keep them", lost)
+
+    def restore(self, folder: Path) -> None:
+        """Take up the results that the service before this one has kept."""
+        for result, picture in take(folder, self._keep_bytes):
+            scene = SceneRef(result.scene, result.scene)
+            render = Render(0, scene, SceneCamera(0), result.size, RenderSettings(), "none")
+            job = RenderJob(
+                result.id, render, result.frames, result.media_type, JobState.DONE, result.frames, result=picture
+            )
+            self._jobs[job.id] = job
+            asyncio.get_running_loop().call_later(self._keep_seconds, self._forget, job.id)
 
     async def run(self) -> None:
         """Work until cancelled."""

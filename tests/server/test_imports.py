@@ -18,7 +18,7 @@ FLOORS = (
     {"jobs", "errors", "worker"},
     {"scenes"},
     {"render"},
-    {"settings", "metrics", "logs", "places"},
+    {"settings", "metrics", "logs", "places", "results"},
     {"wire"},
     {"images", "refusals", "addresses"},
     {"srgb_profile"},

@@ -2,6 +2,7 @@ import asyncio
 import gc
 import weakref
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -196,3 +197,41 @@ def test_jobs_that_ended_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
         assert jobs.ended[JobState.FAILED] == 5
 
     work(FakeEngine(failure=UserError("no")), test)
+
+
+def test_the_end_of_the_service_is_told() -> None:
+    engine = FakeEngine()
+    engine.gate = asyncio.Event()  # never opens
+
+    async def test(jobs: Jobs) -> None:
+        running, waiting = (jobs.add(order(), 1, "image/png") for _ in range(2))
+        watch = asyncio.create_task(ended(jobs, running))
+        await asyncio.sleep(0.01)
+        jobs.stop()
+        assert (await watch)[-1] == (JobState.FAILED, 0)
+        assert [job.state for job in (running, waiting)] == [JobState.FAILED] * 2
+        assert "stopped" in waiting.error
+
+    work(engine, test)
+
+
+def test_results_are_there_for_the_next_service(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    async def before(jobs: Jobs) -> None:
+        job = jobs.add(order(), 3, "image/png")
+        await ended(jobs, job)
+        jobs.save(None)
+        assert "results of 1 jobs are lost" in caplog.text
+        jobs.save(tmp_path / "results")
+        found.append(job)
+
+    async def after(jobs: Jobs) -> None:
+        jobs.restore(tmp_path / "results")
+        (job,) = jobs.all
+        (was,) = found
+        assert (job.id, job.state, job.result, job.media_type) == (was.id, JobState.DONE, b"image", "image/png")
+        assert (job.render.scene.id, job.render.size, job.progress) == (was.render.scene.id, was.render.size, 1.0)
+
+    found: list[RenderJob] = []
+    work(FakeEngine(), before)
+    work(FakeEngine(), after)
+    assert list((tmp_path / "results").iterdir()) == []

@@ -153,6 +153,19 @@ def test_a_body_that_stalls_is_given_up(make: Make, tmp_path: Path, monkeypatch:
     assert files(tmp_path) == []
 
 
+def test_a_body_that_drips_is_given_up(make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "STALL_SECONDS", 0.05)
+
+    async def body() -> AsyncIterator[bytes]:
+        while True:
+            yield b"v"
+            await asyncio.sleep(0.01)
+
+    with pytest.raises(TooSlowError, match="bytes a second"):
+        asyncio.run(make().add("a.obj", None, body(), lambda _: False))
+    assert files(tmp_path) == []
+
+
 def test_an_archive_becomes_its_scene(make: Make) -> None:
     uploads = make(CHECK)
     packed = io.BytesIO()

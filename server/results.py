@@ -1,0 +1,78 @@
+"""Pictures of finished jobs, kept in a folder from one run of the service to the next.
+
+What is found there is taken for what it says only as far as it is a regular file of a job's name and of limited size.
+"""
+
+import logging
+import os
+import re
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+FOLDER = "results"
+RECORD, PICTURE = ".job.json", ".picture"
+MAX_RECORD_BYTES = 65_536
+_NAME = re.compile(r"([0-9a-f]{16})" + re.escape(RECORD))
+log = logging.getLogger("lumenwalk.jobs")
+
+
+class Result(BaseModel):
+    """A finished job, without its picture."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str = Field(pattern="^[0-9a-f]{16}$")
+    scene: str = Field(max_length=1024)
+    size: tuple[int, int]
+    frames: int = Field(ge=1)
+    media_type: str = Field(max_length=100, pattern=r"^[\w/.+-]+$")
+
+
+def save(folder: Path, results: Iterable[tuple[Result, bytes]]) -> int:
+    """Write results into a folder; how many. What cannot be written is lost, and the log says why."""
+    count = 0
+    try:
+        folder.mkdir(exist_ok=True)
+        for result, picture in results:
+            (folder / f"{result.id}{PICTURE}").write_bytes(picture)
+            (folder / f"{result.id}{RECORD}").write_text(result.model_dump_json())  # the last: now it is whole
+            count += 1
+    except OSError as error:
+        log.warning("%s: results of jobs cannot be kept: %s", folder, error.strerror or error)
+    return count
+
+
+def take(folder: Path, most_bytes: int) -> list[tuple[Result, bytes]]:
+    """The results in a folder, of so many bytes at most, the oldest first; they are taken from it."""
+    found: list[tuple[float, Result, bytes]] = []
+    for record in sorted(folder.iterdir()) if folder.is_dir() and not folder.is_symlink() else ():
+        name = _NAME.fullmatch(record.name)
+        if name is None:
+            continue
+        picture = record.with_name(f"{name[1]}{PICTURE}")
+        try:
+            result = Result.model_validate_json(_read(record, MAX_RECORD_BYTES))
+            data = _read(picture, most_bytes)
+            if result.id != name[1]:
+                raise ValueError(f"is the record of {result.id}")
+            found.append((record.stat().st_mtime, result, data))
+            most_bytes -= len(data)
+        except (OSError, ValueError, ValidationError) as error:
+            log.warning("%s is not the result of a job: %s", record, " ".join(str(error).split())[:200])
+            continue
+        record.unlink(missing_ok=True)
+        picture.unlink(missing_ok=True)
+    return [(result, data) for _, result, data in sorted(found, key=lambda it: it[0])]
+
+
+def _read(file: Path, most_bytes: int) -> bytes:
+    """A regular file; OSError or ValueError when it is another one, or a larger one."""
+    descriptor = os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as source:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode) or status.st_size > most_bytes:
+            raise ValueError("is no file, or a large one")
+        return source.read(most_bytes)
