@@ -14,6 +14,7 @@ LAYERED = (".usd", ".usda", ".usdc", ".usdz")
 """Those of SUFFIXES whose scenes are made of further files that are scenes too."""
 SUFFIXES = (
     *(".glb", ".gltf", ".obj", ".ply", ".stl", ".off", ".fbx", ".ifc", ".ifczip", ".step", ".stp"),
+    *(".dae", ".zae", ".3mf"),
     *LAYERED,
 )
 """How the names of scene files end, in lower case."""
@@ -50,6 +51,14 @@ def _reader(suffix: str) -> Callable[[Path, SceneLimits, ImportOptions], Scene]:
         from gpu.scene.obj import load_obj
 
         return load_obj
+    if suffix in (".dae", ".zae"):
+        from gpu.scene.collada import load_collada
+
+        return load_collada
+    if suffix == ".3mf":
+        from gpu.scene.threemf import load_threemf
+
+        return load_threemf
     if suffix == ".fbx":
         from gpu.scene.fbx import load_fbx
 

@@ -1,8 +1,5 @@
 """The container of an IFC file: STEP text (ISO 10303-21), plain or zipped, to IfcOpenShell's model of it."""
 
-import io
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +7,7 @@ from gpu.errors import SceneError
 from gpu.scene.extras import library
 from gpu.scene.files import read_bytes
 from gpu.scene.limits import SceneLimits
-from gpu.scene.validate import check_count
+from gpu.scene.package import Package
 
 _END = b"END-ISO-10303-21;"
 
@@ -44,12 +41,8 @@ def open_model(path: Path, limits: SceneLimits) -> tuple[Any, list[str]]:
 
 def _unzipped(path: Path, content: bytes, limits: SceneLimits) -> bytes:
     """The one .ifc file in a .ifczip. Raises SceneError."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            entries = [entry for entry in archive.infolist() if entry.filename.lower().endswith(".ifc")]
-            if len(entries) != 1:
-                raise SceneError(str(path), "", f"{len(entries)} .ifc files in the .ifczip; there must be one")
-            check_count(str(path), "bytes unpacked", entries[0].file_size, limits.max_file_bytes, "max_file_bytes")
-            return archive.read(entries[0])
-    except (zipfile.BadZipFile, EOFError, ValueError, NotImplementedError, RuntimeError, zlib.error) as error:
-        raise SceneError(str(path), "", f"not a .ifczip file that can be unpacked: {error}") from error
+    package = Package(path, content, limits)
+    names = [name for name in package.names if name.lower().endswith(".ifc")]
+    if len(names) != 1:
+        raise SceneError(str(path), "", f"{len(names)} .ifc files in the .ifczip; there must be one")
+    return package.read(names[0])
