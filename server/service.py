@@ -80,9 +80,10 @@ class Service:
         self.jobs.stop()
 
     def in_use(self, scene_id: str) -> bool:
-        """Whether somebody looks at a scene, or a job is to render it."""
+        """Whether somebody looks at a scene or loads it, or a job is to render it."""
         rendered = (job.render.scene.id for job in self.jobs.all if job.state not in ENDED)
-        return any(scene.id == scene_id for scene in self.viewing.values()) or scene_id in rendered
+        viewed = any(scene.id == scene_id for scene in self.viewing.values())
+        return viewed or self.residency.opening(scene_id) or scene_id in rendered
 
 
 def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:

@@ -11,6 +11,7 @@ from time import monotonic
 
 from gpu.child_process import clean_environment
 from gpu.errors import UserError
+from server.folders import TemporaryFolder
 from server.wire.worker import FromWorker, Progress, ToWorker, pack, receive
 
 STOP_SECONDS = 3.0
@@ -31,9 +32,15 @@ class WorkerLink:
     """A running worker process and the socket to it."""
 
     def __init__(
-        self, process: asyncio.subprocess.Process, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+        self,
+        process: asyncio.subprocess.Process,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        temporary: TemporaryFolder | None = None,
     ) -> None:
+        """temporary: deleted when the process has ended."""
         self._process = process
+        self._temporary = temporary
         self._reader = reader
         self._writer = writer
         self._second = 0  # of the progress counted
@@ -45,6 +52,7 @@ class WorkerLink:
 
         The socket is private to the two processes; when either ends, the other reads the end of it.
         """
+        temporary = _temporary_folder()
         ours, theirs = socket.socketpair()
         with theirs:
             reader, writer = await asyncio.open_connection(sock=ours, limit=BUFFER_BYTES)
@@ -56,15 +64,17 @@ class WorkerLink:
                     pass_fds=[theirs.fileno()],
                     stdin=asyncio.subprocess.DEVNULL,
                     stdout=2,
-                    env=clean_environment(),
+                    env=clean_environment() | ({"TMPDIR": str(temporary.path)} if temporary is not None else {}),
                     start_new_session=True,
                 )
             except BaseException as error:
                 writer.transport.abort()
+                if temporary is not None:
+                    temporary.remove()
                 if isinstance(error, OSError):
                     raise UserError(f"the worker process cannot be started: {error}") from None
                 raise
-        return cls(process, reader, writer)
+        return cls(process, reader, writer, temporary)
 
     @property
     def pid(self) -> int:
@@ -116,6 +126,9 @@ class WorkerLink:
             self.kill()
             await self._wait_killed()  # else it might outlive the event loop, and nobody would take its exit status
             raise
+        finally:
+            if self._temporary is not None:
+                self._temporary.remove()
 
     async def _wait(self) -> int:
         return await asyncio.wait_for(self._process.wait(), STOP_SECONDS)
@@ -133,3 +146,12 @@ class WorkerLink:
         self._second = second
         if self._progress > MAX_PROGRESS_A_SECOND:
             raise self.refuse(f"more than {MAX_PROGRESS_A_SECOND} words on its progress in a second")
+
+
+def _temporary_folder() -> TemporaryFolder | None:
+    """A folder for what compilers leave behind in a worker that is killed; None where there can be none."""
+    try:
+        return TemporaryFolder()
+    except OSError as error:
+        log.warning("no temporary folder for the worker: %s", error)
+        return None

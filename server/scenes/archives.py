@@ -18,6 +18,14 @@ _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _MARKED_UTF8 = 0x1, 0x800
 
 
+class UnpackedError(SceneError):
+    """An archive would take more than it may. size: what it would take [bytes]."""
+
+    def __init__(self, source: str, size: int, most: int) -> None:
+        super().__init__(source, "", f"{size} bytes unpacked, more than the {most} allowed")
+        self.size = size
+
+
 def unpack(archive: Path, folder: Path, max_bytes: int) -> Path:
     """Unpack `archive` into `folder` and return its one scene file.
 
@@ -78,10 +86,10 @@ def _checked(archive: Path, opened: zipfile.ZipFile, max_bytes: int) -> dict[Pur
         total += entry.file_size
     if len(entries) > MAX_FILES:
         raise SceneError(archive.name, "", f"{len(entries)} files, more than the {MAX_FILES} allowed")
-    if total > max_bytes:
-        raise SceneError(archive.name, "", f"{total} bytes unpacked, more than the {max_bytes} allowed")
     if total > MAX_RATIO * archive.stat().st_size:
         raise SceneError(archive.name, "", f"unpacks to more than {MAX_RATIO} times its size, as no scene does")
+    if total > max_bytes:
+        raise UnpackedError(archive.name, total, max_bytes)
     return entries
 
 

@@ -25,7 +25,7 @@ from gpu.scene.builtin import BUILTIN
 from gpu.scene.load import READ_BY_A_PROCESS, WRITTEN_IN_MEMORY, load_scene
 from gpu.scene.types import Scene
 from server.scenes import walls
-from server.scenes.archives import unpack
+from server.scenes.archives import UnpackedError, unpack
 from server.scenes.checker import Checked, CheckRequest, Refused, SceneSize
 from server.scenes.scene_info import describe_scene
 
@@ -50,6 +50,8 @@ def check(request: CheckRequest) -> Checked | Refused:
         _limit(RLIMIT_FSIZE, request.memory_bytes if written else 0)
         scene = load_scene(source, request.limits, request.options)
         return Checked(source=source, info=describe_scene(source, scene, request.options), size=measure(scene))
+    except UnpackedError as error:
+        return Refused(field=error.field, problem=error.problem, unpacked_bytes=error.size)
     except SceneError as error:
         return Refused(field=error.field, problem=error.problem)
     except (MemoryError, RecursionError):

@@ -17,6 +17,7 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from server.refusals import TooBusyError
 from server.scenes import walls
+from server.scenes.archives import UnpackedError
 from server.settings import ServerSettings
 from server.wire.browser import SceneInfo
 
@@ -62,10 +63,11 @@ class Checked(BaseModel):
 
 
 class Refused(BaseModel):
-    """What is wrong with a scene: the place in it, and the problem."""
+    """What is wrong with a scene: the place in it, and the problem; of an archive that is too large, its size."""
 
     field: str
     problem: str
+    unpacked_bytes: int | None = None
 
 
 _answer: TypeAdapter[Checked | Refused] = TypeAdapter(Checked | Refused)
@@ -87,7 +89,6 @@ class Checker:
         self._limits = settings.scene_limits
         self._memory_bytes = settings.check_memory_bytes
         self._seconds = settings.check_seconds
-        self._max_unpacked_bytes = settings.max_uploads_bytes
         self._command = command
         self._turns = asyncio.Semaphore(AT_ONCE)
         for wall in walls.missing():
@@ -96,13 +97,18 @@ class Checker:
         self.outcomes = Counter({"sound": 0, "refused": 0})  # of all that was read, since the service began
 
     async def check(
-        self, source: str, name: str, folder: str | None = None, options: ImportOptions = DEFAULT_OPTIONS
+        self,
+        source: str,
+        name: str,
+        folder: str | None = None,
+        options: ImportOptions = DEFAULT_OPTIONS,
+        max_unpacked_bytes: int = 0,
     ) -> Checked:
         """What is in the scene `source`, read as `options` say; `name` is what viewers call it; an archive is unpacked
-        into `folder`.
+        into `folder`, of up to `max_unpacked_bytes`.
 
-        Raises SceneError when the scene is not sound or takes more memory or time than allowed, TooBusyError when too
-        many scenes wait to be checked.
+        Raises SceneError when the scene is not sound or takes more memory or time than allowed (UnpackedError for an
+        archive that is too large), TooBusyError when too many scenes wait to be checked.
         """
         if self._waiting >= MAX_WAITING:
             raise TooBusyError(f"{self._waiting} scenes wait to be checked already; try again later")
@@ -111,7 +117,7 @@ class Checker:
             folder=folder,
             options=options,
             limits=self._limits,
-            max_unpacked_bytes=self._max_unpacked_bytes,
+            max_unpacked_bytes=max_unpacked_bytes,
             memory_bytes=self._memory_bytes,
             seconds=self._seconds,
         )
@@ -119,6 +125,8 @@ class Checker:
         try:
             async with self._turns:
                 answer = await self._run(request, name)
+            if isinstance(answer, Refused) and answer.unpacked_bytes is not None:
+                raise UnpackedError(name, answer.unpacked_bytes, max_unpacked_bytes)
             if isinstance(answer, Refused):
                 raise SceneError(name, answer.field, answer.problem)
         except SceneError:

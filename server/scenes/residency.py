@@ -1,6 +1,7 @@
 """Which scenes are on the device, what they take there, and whether one more fits before it is tried."""
 
 import asyncio
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -51,6 +52,7 @@ class Residency:
         self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
         self._opened: dict[SceneRef, SceneInfo] = {}
         self._loading = asyncio.Lock()
+        self._opening: Counter[str] = Counter()  # ids of scenes that are on their way to the device
         self._checking: dict[SceneRef, asyncio.Lock] = {}  # scenes that are being read now
 
     @property
@@ -96,6 +98,17 @@ class Residency:
         Raises NoRoomError when it would not leave the reserve free, else as `inspect` and `Engine.open`.
         """
         self._touch(scene.id)
+        self._opening[scene.id] += 1
+        try:
+            return await self._open(scene)
+        finally:
+            self._opening[scene.id] -= 1
+
+    def opening(self, scene_id: str) -> bool:
+        """Whether a scene is on its way to the device."""
+        return self._opening[scene_id] > 0
+
+    async def _open(self, scene: SceneRef) -> SceneInfo:
         if scene not in self.loaded and scene.source not in BUILTIN:  # those that come with the program are small
             await self.inspect(scene)
         async with self._loading:

@@ -6,21 +6,25 @@ scene refers to is looked for in there only. Beside that folder lies its record,
 
 import asyncio
 import logging
+import os
+import re
 import secrets
 import shutil
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
+from stat import S_ISREG
 from time import monotonic, time_ns
 from unicodedata import normalize
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gpu.errors import SceneError, UserError
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
+from server.folders import TemporaryFolder, hold
 from server.refusals import NoRoomError, TooBusyError, TooLargeError, TooSlowError, UnknownSceneError
+from server.scenes.archives import UnpackedError
 from server.scenes.checker import Checked, Checker
 from server.settings import ServerSettings
 
@@ -31,8 +35,14 @@ MAX_AT_ONCE = 16
 CHUNK_BYTES = 2**20
 STALL_SECONDS = 30.0
 MIN_RATE = 32_768  # bytes a second from then on: a place that drips is kept from others
+USUAL_RATIO = 4  # of unpacked to packed bytes, that few archives exceed
 MAX_STEM = 64
+MAX_RECORD_BYTES = 2**22  # far more than what a scene may say of itself
+MAX_RECORDS = 20_000  # that are looked at: twice as many as uploads can be kept
+_FOLDER = r"\d{20}"  # of an upload: the time that it came, so that names sort by age
 log = logging.getLogger("lumenwalk.uploads")
+
+Claim = Callable[[int], Awaitable[None]]  # of more bytes, before they are written
 
 
 class Upload(BaseModel):
@@ -40,9 +50,9 @@ class Upload(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    id: str
-    folder: str
-    bytes: int
+    id: str = Field(pattern=r"^uploads/[^/\x00]+$", max_length=300)
+    folder: str = Field(pattern=f"^{_FOLDER}$")
+    bytes: int = Field(ge=0)
     checked: Checked
 
     @property
@@ -63,11 +73,16 @@ class Uploads:
         self._taking = 0
         self.kept = 0  # since the service began
         self._keeping = asyncio.Lock()
+        self._claims: dict[Path, int] = {}  # what unfinished uploads take, by their folders [bytes]
         self._uploads: dict[str, Upload] = {}
-        self._temporary: TemporaryDirectory[str] | None = None
+        self._temporary: TemporaryFolder | None = None
+        self._lock: int | None = None
         if settings.uploads_dir is not None:
             try:
                 settings.uploads_dir.mkdir(parents=True, exist_ok=True)
+                self._lock = hold(settings.uploads_dir)
+                if self._lock is None:
+                    raise UserError(f"{settings.uploads_dir}: another service keeps its uploads there; choose another")
                 self._uploads = {upload.id: upload for upload in _kept(settings.uploads_dir.resolve())}
             except OSError as error:
                 problem = f"cannot keep uploads there: {error.strerror or error}"
@@ -78,13 +93,18 @@ class Uploads:
     def _folder(self) -> Path:
         if self._given is not None:
             return self._given.resolve()
-        self._temporary = TemporaryDirectory(prefix="lumenwalk-uploads-")
-        return Path(self._temporary.name).resolve()
+        self._temporary = TemporaryFolder()
+        folder = self._temporary.path / "uploads"
+        folder.mkdir()
+        return folder
 
     def close(self) -> None:
-        """Delete the uploads, unless their folder was given."""
+        """Delete the uploads, unless their folder was given, which another service may have now."""
         if self._temporary is not None:
-            self._temporary.cleanup()
+            self._temporary.remove()
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
 
     @property
     def all(self) -> dict[str, Upload]:
@@ -120,15 +140,20 @@ class Uploads:
             work = self._folder / f"{UNFINISHED}{secrets.token_hex(8)}"
             (work / "scene").mkdir(parents=True)
             file = work / ("archive.zip" if suffix == ARCHIVE else f"scene/{stem}{suffix}")
-            await self._receive(file, body)
-            checked = await self._check(file, f"{stem}{suffix}", work / "scene", options)
-            return await self._keep(stem, work / "scene", checked, in_use)
+            self._claims[work] = 0
+            await self._receive(file, body, lambda more: self._claim(work, more, in_use))
+            if suffix == ARCHIVE:
+                checked = await self._check_archive(file, f"{stem}{suffix}", options, in_use)
+            else:
+                checked = await self._check(file, f"{stem}{suffix}", options)
+            return await self._keep(stem, work, checked, in_use)
         except OSError as error:
             raise NoRoomError(f"{stem}{suffix}: cannot be kept: {error.strerror or error}") from None
         finally:
             self._taking -= 1
             if work is not None:
                 await asyncio.to_thread(shutil.rmtree, work, ignore_errors=True)
+                self._claims.pop(work, None)
 
     async def remove(self, scene_id: str) -> None:
         """Delete an upload; UnknownSceneError when there is none of that id."""
@@ -138,7 +163,7 @@ class Uploads:
         (self._folder / f"{upload.folder}{RECORD}").unlink(missing_ok=True)
         await asyncio.to_thread(shutil.rmtree, self._folder / upload.folder, ignore_errors=True)
 
-    async def _receive(self, file: Path, body: AsyncIterator[bytes]) -> None:
+    async def _receive(self, file: Path, body: AsyncIterator[bytes], claim: Claim) -> None:
         received, pending, began = 0, bytearray(), monotonic()
         pieces = aiter(body)
         with file.open("xb") as target:
@@ -155,59 +180,89 @@ class Uploads:
                     raise self._too_large()
                 pending += piece or b""
                 if piece is None or len(pending) >= CHUNK_BYTES:
+                    await claim(len(pending))
                     await asyncio.to_thread(target.write, pending)
                     pending = bytearray()
                 if piece is None:
                     return
 
-    async def _check(self, file: Path, name: str, folder: Path, options: ImportOptions) -> Checked:
-        archive = file.suffix == ARCHIVE
+    async def _check(self, file: Path, name: str, options: ImportOptions) -> Checked:
         try:
-            return await self._checker.check(str(file), name, str(folder) if archive else None, options)
+            return await self._checker.check(str(file), name, None, options)
         except SceneError as error:
-            if archive or not error.field.endswith(".uri"):
+            if not error.field.endswith(".uri"):
                 raise
             hint = "upload a .glb, or a .zip with the files that it refers to"
             raise SceneError(name, error.field, f"{error.problem}; {hint}") from None
+
+    async def _check_archive(
+        self, file: Path, name: str, options: ImportOptions, in_use: Callable[[str], bool]
+    ) -> Checked:
+        """As `_check`; what an archive needs is not known before: it may have what most need, or else what it says."""
+        work, archive = file.parent, file.stat().st_size
+        most = max(min(self._max_total_bytes - self._taken, USUAL_RATIO * archive), 0)
+        self._claims[work] += most
+        try:
+            checked = await self._checker.check(str(file), name, str(work / "scene"), options, most)
+        except UnpackedError as error:
+            self._claims[work] -= most
+            if error.size > self._max_total_bytes - archive:
+                raise UnpackedError(name, error.size, self._max_total_bytes - archive) from None
+            await self._claim(work, error.size, in_use)
+            return await self._checker.check(str(file), name, str(work / "scene"), options, error.size)
+        self._claims[work] += await asyncio.to_thread(_size, work / "scene") - most
+        return checked
 
     async def _keep(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
         async with self._keeping:
             return await self._keep_alone(stem, work, checked, in_use)
 
     async def _keep_alone(self, stem: str, work: Path, checked: Checked, in_use: Callable[[str], bool]) -> Upload:
-        scene = PurePosixPath(Path(checked.source).relative_to(work))
-        size = await asyncio.to_thread(lambda: sum(file.stat().st_size for file in work.rglob("*")))
-        await self._make_room(size, in_use)
+        folder = work / "scene"
+        scene = PurePosixPath(Path(checked.source).relative_to(folder))
+        size = await asyncio.to_thread(_size, folder)
+        await self._make_room(0, in_use, places=1)
         id_ = self._free_id(stem, scene.suffix.lower())
         upload = Upload(
             id=id_,
-            folder=f"{time_ns():020d}",  # so that names sort by age
+            folder=f"{time_ns():020d}",
             bytes=size,
             checked=checked.model_copy(
                 update={"source": str(scene), "info": checked.info.model_copy(update={"id": id_, "name": stem})}
             ),
         )
         record = self._folder / f"{upload.folder}{RECORD}"
-        try:  # a record without a folder is nothing, a folder without a record would stay for ever
+        try:  # a record without a folder is nothing, a folder without a record goes at the next start
             record.write_text(upload.model_dump_json())
-            work.rename(self._folder / upload.folder)
+            folder.rename(self._folder / upload.folder)
         except OSError:
             record.unlink(missing_ok=True)
             raise
+        self._claims[work] -= size
         self._uploads[id_] = upload
         self.kept += 1
         return upload
 
-    async def _make_room(self, size: int, in_use: Callable[[str], bool]) -> None:
+    async def _claim(self, work: Path, more: int, in_use: Callable[[str], bool]) -> None:
+        """Count `more` bytes that an unfinished upload is about to take; NoRoomError when they are not to be had."""
+        async with self._keeping:
+            await self._make_room(more, in_use)
+            self._claims[work] += more
+
+    @property
+    def _taken(self) -> int:
+        """By uploads and by those that are not finished [bytes]."""
+        return sum(upload.bytes for upload in self._uploads.values()) + sum(self._claims.values())
+
+    async def _make_room(self, size: int, in_use: Callable[[str], bool], places: int = 0) -> None:
         idle = [id_ for id_ in self._uploads if not in_use(id_)]
-        while (
-            len(self._uploads) >= self._max_count
-            or sum(upload.bytes for upload in self._uploads.values()) + size > self._max_total_bytes
-        ):
+        while len(self._uploads) + places > self._max_count or self._taken + size > self._max_total_bytes:
+            while idle and idle[0] not in self._uploads:
+                idle.pop(0)  # somebody deleted it meanwhile
             if not idle:
                 raise NoRoomError(
                     f"uploads take up to {self._max_total_bytes} bytes and {self._max_count} scenes here, and those in "
-                    "use leave no room for this one; delete some, or try again when they are left"
+                    "use or on their way leave no room for this one; delete some, or try again when they are left"
                 )
             await self.remove(idle.pop(0))
 
@@ -226,22 +281,55 @@ class Uploads:
         return TooLargeError(f"the file is larger than the {self._max_bytes} bytes that this server takes")
 
 
+def _size(folder: Path) -> int:
+    """Of all files in a folder [bytes]."""
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+
+
 def _kept(folder: Path) -> list[Upload]:
     """What earlier services left in a folder, the oldest first; what they did not finish is deleted."""
     for left in folder.glob(f"{UNFINISHED}*"):
         shutil.rmtree(left, ignore_errors=True)
-    found = []
-    for record in sorted(folder.glob(f"*{RECORD}")):
+    names = sorted(path.name for path in folder.iterdir())
+    records = {name for name in names if name.endswith(RECORD)}
+    for name in names:
+        if re.fullmatch(_FOLDER, name) and f"{name}{RECORD}" not in records:
+            shutil.rmtree(folder / name, ignore_errors=True)
+    return list(_recorded(folder, sorted(records)[:MAX_RECORDS]))
+
+
+def _recorded(folder: Path, names: list[str]) -> Iterator[Upload]:
+    """The uploads of the records of these names; each is judged alone, and what is wrong with one is logged."""
+    known = set[str]()
+    for name in names:
+        record = folder / name
         try:
-            upload = Upload.model_validate_json(record.read_bytes())
-        except ValidationError:
-            log.warning("%s is not the record of an upload and is left alone", record)
+            upload = Upload.model_validate_json(_content(record))
+            if name != f"{upload.folder}{RECORD}" or upload.id in known:
+                raise ValueError("of another upload")
+            home = folder / upload.folder
+            if not home.exists():
+                record.unlink(missing_ok=True)
+                continue
+            scene = (home / upload.checked.source).resolve()
+            if not (scene.is_file() and scene.is_relative_to(home)):
+                raise ValueError("of a file that is not in its folder")
+        except (OSError, ValueError, RuntimeError) as error:
+            why = "not valid" if isinstance(error, ValidationError) else getattr(error, "strerror", None) or error
+            log.warning("%r is not the record of an upload and is left alone: %s", str(record), why)
             continue
-        if (folder / upload.folder / upload.checked.source).is_file():
-            found.append(upload)
-        elif not (folder / upload.folder).exists():
-            record.unlink(missing_ok=True)
-    return found
+        known.add(upload.id)
+        yield upload
+
+
+def _content(record: Path) -> bytes:
+    """What a record holds. Raises OSError or ValueError for what is no plain file, or too large."""
+    descriptor = os.open(record, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    with os.fdopen(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        if not S_ISREG(status.st_mode) or status.st_size > MAX_RECORD_BYTES:
+            raise ValueError("no plain file, or too large")
+        return file.read()
 
 
 def clean_name(name: str) -> tuple[str, str]:

@@ -20,7 +20,7 @@ FLOORS = (
     {"render"},
     {"settings", "metrics", "logs", "places", "results"},
     {"wire"},
-    {"images", "refusals", "addresses"},
+    {"images", "refusals", "addresses", "folders"},
     {"srgb_profile"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}

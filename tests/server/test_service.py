@@ -1,3 +1,5 @@
+import asyncio
+
 import pytest
 from engines import BOX, FakeEngine, order
 
@@ -56,3 +58,16 @@ def test_a_worker_is_told_what_it_serves_and_its_limits(service: Service) -> Non
     start = start_message(SETTINGS, service.catalogue)
     assert (start.scene.id, start.device, start.max_scenes) == ("cornell-box", "cpu", 3)
     assert start.scene_limits == SETTINGS.scene_limits
+
+
+def test_a_scene_is_in_use_while_it_is_loaded(service: Service, engine: FakeEngine) -> None:
+    async def main() -> None:
+        engine.gate = asyncio.Event()
+        loading = asyncio.create_task(service.residency.open(BOX))
+        await asyncio.sleep(0)
+        assert service.in_use(BOX.id)
+        engine.gate.set()
+        await loading
+        assert not service.in_use(BOX.id)
+
+    asyncio.run(main())

@@ -1,9 +1,10 @@
 import asyncio
 import io
 import json
+import os
 import sys
 import zipfile
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from harness import ANY_CHECK
 
 from gpu.errors import SceneError, UserError
 from gpu.scene.load import SUFFIXES
+from server.folders import LOCK
 from server.refusals import NoRoomError, TooLargeError, TooSlowError, UnknownSceneError
 from server.scenes import uploads as module
 from server.scenes.checker import CHECK, Checker
@@ -23,14 +25,23 @@ Make = Callable[..., Uploads]
 
 
 @pytest.fixture
-def make(tmp_path: Path) -> Make:
-    """Makes uploads in a folder that is kept, with settings of choice and a checker that takes everything."""
+def make(tmp_path: Path) -> Iterator[Make]:
+    """Makes uploads in a folder that is kept, with settings of choice and a checker that takes everything.
+
+    Each ends the one before, as two cannot have one folder.
+    """
+    all_made: list[Uploads] = []
 
     def made(check: tuple[str, ...] = ANY_CHECK, **settings: Any) -> Uploads:
         chosen = ServerSettings(**{"uploads_dir": tmp_path / "uploads"} | settings)
-        return Uploads(chosen, Checker(chosen, check))
+        for before in all_made:
+            before.close()
+        all_made.append(Uploads(chosen, Checker(chosen, check)))
+        return all_made[-1]
 
-    return made
+    yield made
+    for each in all_made:
+        each.close()
 
 
 def add(
@@ -46,7 +57,7 @@ def add(
 
 
 def files(folder: Path) -> list[str]:
-    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file() and path.name != LOCK)
 
 
 @pytest.mark.parametrize(
@@ -200,3 +211,147 @@ def test_a_checker_that_crashes_leaves_nothing(make: Make, tmp_path: Path) -> No
 def test_the_page_offers_files_of_every_format() -> None:
     page = (Path(__file__).parents[3] / "web" / "index.html").read_text()
     assert f'accept="{",".join((*SUFFIXES, ARCHIVE))}"' in page
+
+
+def test_a_folder_has_one_service(make: Make, tmp_path: Path) -> None:
+    make()
+    chosen = ServerSettings(uploads_dir=tmp_path / "uploads")
+    with pytest.raises(UserError, match="another service keeps its uploads there"):
+        Uploads(chosen, Checker(chosen, ANY_CHECK))
+    make().close()
+    Uploads(chosen, Checker(chosen, ANY_CHECK)).close()
+
+
+def _folder(path: Path) -> None:
+    path.mkdir()
+
+
+def _pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def _link(path: Path) -> None:
+    path.symlink_to("/nonexistent")
+
+
+def _huge(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(module.MAX_RECORD_BYTES + 1)
+
+
+@pytest.mark.parametrize("kind", [_folder, _pipe, _link, _huge])
+def test_what_is_called_as_records_are_and_is_none_is_left_alone(
+    make: Make, tmp_path: Path, kind: Callable[[Path], None], caplog: pytest.LogCaptureFixture
+) -> None:
+    upload = add(make())
+    odd = tmp_path / "uploads" / "00000000000000000007.upload.json"
+    kind(odd)
+    assert make().all == {upload.id: upload}
+    assert odd.is_symlink() or odd.exists()
+    assert "is not the record of an upload" in caplog.text
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"folder": "../victim"},
+        {"folder": "/etc"},
+        {"folder": "a\0b"},
+        {"folder": "00000000000000000001"},
+        {"id": "cornell-box"},
+        {"id": "uploads/../x.glb"},
+        {"bytes": -1},
+        {"source": "../../victim/a.glb"},
+        {"source": "{victim}"},
+        {"source": "link.glb"},
+        {"source": "a\0.glb"},
+    ],
+)
+def test_a_record_reaches_nothing_outside_its_folder(make: Make, tmp_path: Path, change: dict[str, Any]) -> None:
+    victim = tmp_path / "victim" / "a.glb"
+    victim.parent.mkdir()
+    victim.write_text("kept")
+    upload = add(make())
+    home = tmp_path / "uploads" / upload.folder
+    (home / "link.glb").symlink_to(victim)
+    record = home.with_name(f"{upload.folder}.upload.json")
+    told = json.loads(record.read_text())
+    if "source" in change:
+        told["checked"]["source"] = change["source"].replace("{victim}", str(victim))
+    else:
+        told |= change
+    record.write_text(json.dumps(told))
+    assert make().all == {}
+    assert victim.read_text() == "kept"
+    assert home.exists()
+
+
+def test_of_two_records_of_one_id_the_first_counts(make: Make, tmp_path: Path) -> None:
+    upload = add(make())
+    home = tmp_path / "uploads" / upload.folder
+    (home.with_name("9" * 20)).mkdir()
+    told = json.loads(home.with_name(f"{upload.folder}.upload.json").read_text())
+    home.with_name(f"{'9' * 20}.upload.json").write_text(json.dumps(told | {"folder": "9" * 20}))
+    (home.with_name("9" * 20) / told["checked"]["source"]).write_text("")
+    assert make().all == {upload.id: upload}
+
+
+def test_what_an_interrupted_deletion_left_goes_at_the_next_start(make: Make, tmp_path: Path) -> None:
+    upload = add(make())
+    (tmp_path / "uploads" / f"{upload.folder}.upload.json").unlink()
+    make()
+    assert files(tmp_path) == []
+
+
+class Rising:
+    """A body that comes in pieces and looks at what lies in the folder meanwhile."""
+
+    def __init__(self, folder: Path, content: bytes) -> None:
+        self.folder, self.content, self.most = folder, content, 0
+
+    async def __aiter__(self) -> AsyncIterator[bytes]:
+        for at in range(0, len(self.content), module.CHUNK_BYTES):
+            yield self.content[at : at + module.CHUNK_BYTES]
+            self.most = max(self.most, sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file()))
+            await asyncio.sleep(0)
+
+
+def test_the_limit_of_all_holds_while_files_come(make: Make, tmp_path: Path) -> None:
+    most = 4 * module.CHUNK_BYTES
+    uploads = make(max_uploads_bytes=most)
+    bodies = [Rising(tmp_path, bytes(3 * module.CHUNK_BYTES)) for _ in range(4)]
+
+    async def crowd() -> list[module.Upload | BaseException]:
+        adding = (uploads.add(f"{n}.glb", None, aiter(body), lambda _: False) for n, body in enumerate(bodies))
+        return await asyncio.gather(*adding, return_exceptions=True)
+
+    results = asyncio.run(crowd())
+    assert {type(result) for result in results} <= {module.Upload, NoRoomError}
+    assert 0 < max(body.most for body in bodies) <= most
+    assert uploads._claims == {}
+    assert add(uploads, "z.glb", bytes(most)).bytes == most
+
+
+def packed(*sizes: int) -> bytes:
+    """An archive of a scene and files of these sizes that pack well."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.glb", TRIANGLE_GLB)
+        archive.writestr("noise", os.urandom(2000))
+        for number, size in enumerate(sizes):
+            archive.writestr(f"{number}.bin", bytes(size))
+    return content.getvalue()
+
+
+def test_an_archive_makes_room_for_what_it_holds_and_no_more_than_there_is(make: Make) -> None:
+    uploads = make(CHECK, max_uploads_bytes=100_000)
+    older = add(uploads, "old.glb", TRIANGLE_GLB)
+    kept = add(uploads, "a.zip", packed(80_000))
+    assert kept.bytes > 80_000
+    assert list(uploads.all) == [older.id, kept.id]
+    newer = add(uploads, "b.zip", packed(60_000))
+    assert list(uploads.all) == [newer.id]
+    with pytest.raises(SceneError, match=r"bytes unpacked, more than the \d+ allowed"):
+        add(uploads, "c.zip", packed(110_000))
+    assert list(uploads.all) == [newer.id]
+    assert uploads._claims == {}
