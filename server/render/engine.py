@@ -51,7 +51,11 @@ from server.wire.worker import (
 WORKER = module_command("server.worker.backend")
 # Before a new worker is started, by how many have ended since one was ready; one that was ready is replaced at once.
 BACKOFF_SECONDS = (0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
-START_SECONDS = 600.0  # that a worker may say nothing while it starts: it may compile every kernel
+FIRST_WORD_SECONDS = 60.0  # until a worker says its first word: it has to import what it needs
+START_SECONDS = 600.0  # that a worker may say nothing after that while it starts: it may compile every kernel
+MOST_STARTS = 5  # of workers in a row before one has ever been ready: what stops them does not go away
+OVERDUE_SECONDS = 5.0  # without a word, after which a turn takes too long for others
+TURN_SECONDS = 30.0  # after which it does so in any case
 HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
 HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
@@ -106,6 +110,8 @@ class Engine:
         self._last_rendered: Render | None = None  # what was rendered last
         self._quarantine = Quarantine()
         self._hung = False  # the worker was killed because it said nothing
+        self._spoken = False  # the worker has said something
+        self._was_ready = False  # a worker was, since the service began
         self._failures = 0  # workers that ended since one was ready
         self.restarts = 0
         self.device = ""
@@ -125,6 +131,18 @@ class Engine:
         return self._activity.state is EngineState.READY
 
     @property
+    def overdue(self) -> str:
+        """What keeps the worker from others for too long, in words, if anything does."""
+        running, now = self._running, monotonic()
+        if self._link is None or (self._listening and running is None):
+            return ""
+        turn = now - running.began if running else 0.0
+        silence = now - max(self._last_heard, running.began if running else 0.0)
+        if silence > OVERDUE_SECONDS:
+            return f"the renderer has said nothing for {silence:.0f} s"
+        return f"one job has had the renderer for {turn:.0f} s" if turn > TURN_SECONDS else ""
+
+    @property
     def waiting(self) -> Counter[Urgency]:
         """How many jobs wait for a turn, by urgency."""
         return Counter(entry.urgency for entry in self._waiting)
@@ -135,17 +153,23 @@ class Engine:
         return self._link.pid if self._link else None
 
     async def run(self) -> None:
-        """Keep a worker running until cancelled, or until the first one fails by the user's fault (state FAILED)."""
+        """Keep a worker running until cancelled, or until none can be started (state FAILED): by the user's fault, or
+        because MOST_STARTS in a row have ended before one was ready.
+        """
         while True:
             try:
                 await self._run_worker()
             except UserError as error:
-                if self.restarts == 0:
+                if not self._was_ready:
                     self._set_activity(Activity(EngineState.FAILED, str(error)))
                     return
                 log.error("the worker cannot start again: %s", error)
             except WorkerLostError as error:
                 log.error("%s", error)
+                if not self._was_ready and self._failures + 1 >= MOST_STARTS:
+                    text = f"the renderer could not be started, {MOST_STARTS} times; the last: {error}"
+                    self._set_activity(Activity(EngineState.FAILED, text))
+                    return
             except Exception:
                 log.exception("the worker is started again after a fault in the web process")
             pause = BACKOFF_SECONDS[min(self._failures, len(BACKOFF_SECONDS) - 1)]
@@ -193,14 +217,14 @@ class Engine:
 
     async def _run_worker(self) -> None:
         self._link = link = await WorkerLink.start(self._command)
-        self._hung = False
+        self._hung = self._spoken = False
         self._last_heard = monotonic()
         watch = asyncio.create_task(self._watch(link), name="watch")
         try:
             link.send(self._start)
             while True:
                 message, payload = await link.receive(self._most_bytes)
-                self._last_heard = monotonic()
+                self._last_heard, self._spoken = monotonic(), True
                 self._handle(link, message, payload)
         finally:
             watch.cancel()
@@ -230,7 +254,7 @@ class Engine:
                 self.device = device
                 self._take_note_of(message.holdings)
                 self._failures = 0
-                self._listening = True
+                self._listening = self._was_ready = True
                 self._set_activity(Activity(EngineState.READY))
                 self._dispatch()
                 self._queue_heartbeat()
@@ -275,7 +299,7 @@ class Engine:
             if self._listening and running is None:
                 if silence >= HEARTBEAT_SECONDS:
                     self._queue_heartbeat()
-            elif silence >= (running.patience if running else START_SECONDS):
+            elif silence >= (running.patience if running else START_SECONDS if self._spoken else FIRST_WORD_SECONDS):
                 log.error("worker %d has said nothing for %.1f s: it hangs and is killed", link.pid, silence)
                 self._hung = True
                 link.kill()

@@ -22,7 +22,7 @@ class Alive(BaseModel):
 class Readiness(BaseModel):
     """Whether frames can be had, and what goes on otherwise."""
 
-    status: str = Field(description='"ready", or what the service does instead: "starting", "stopping", …')
+    status: str = Field(description='"ready", or what the service does instead: "starting", "busy", "stopping", …')
     restarts: int = Field(description="times that the renderer was started again")
     viewers: int
     device: str | None = Field(default=None, description="that renders, when it is ready")
@@ -44,20 +44,23 @@ async def healthz() -> Alive:
     responses={
         503: {
             "model": Readiness,
-            "description": "the renderer starts, for the first time or again, or the service stops",
+            "description": "the renderer starts, or starts again; a turn takes too long; the service stops",
         }
     },
 )
 async def readyz(service: TheService) -> JSONResponse:
-    """200 while frames can be had: kernels are loaded and one was rendered. Else 503 with what is going on."""
+    """200 while frames can be had: kernels are loaded and one was rendered. Else 503 with what is going on, such as a
+    turn that takes too long ("busy").
+    """
     engine = service.engine
-    stopping = service.stopping.is_set()
+    stopping, overdue = service.stopping.is_set(), engine.overdue
+    state = "busy" if engine.ready and overdue else engine.activity.state
     body: dict[str, Any] = {
-        "status": "stopping" if stopping else engine.activity.state,
+        "status": "stopping" if stopping else state,
         "restarts": engine.restarts,
         "viewers": len(service.viewers),
     }
-    if engine.ready and not stopping:
+    if engine.ready and not stopping and not overdue:
         return JSONResponse(body | {"device": engine.device})
-    words = {"text": engine.activity.text, "fraction": engine.activity.fraction}
+    words = {"text": overdue or engine.activity.text, "fraction": engine.activity.fraction}
     return JSONResponse(body | words, 503, {"Retry-After": str(RETRY_SECONDS)})

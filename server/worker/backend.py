@@ -32,6 +32,7 @@ from server.scenes.scene_info import describe_scene
 from server.wire.browser import SceneInfo
 from server.wire.worker import STILLS, CameraMatrix, CameraSpec, LookAt, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
+from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build
 from server.worker.renderer_pool import RendererPool
 from server.worker.worker import Picture, Report, work
@@ -67,7 +68,9 @@ class GpuBackend:
     def start(self, start: Start, report: Report) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
         self._start = start
-        self._device = choose_device(start.device)
+        with needs_kernel_cache():
+            self._device = choose_device(start.device)
+        check_kernel_cache(wp.config.kernel_cache_dir)
         self._renderers = RendererPool(self._device)
         self._encoder = device_encoder(self._device)
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)

@@ -4,6 +4,7 @@ The web process sends the next job when it hears that the last one has left the 
 the newest pose stay there and nothing waits here. What renders is a `Backend`; server.worker.backend has the real one.
 """
 
+import ctypes
 import logging
 import os
 import signal
@@ -48,6 +49,7 @@ from server.wire.worker import (
 from server.worker.encode import encode
 from server.worker.reporter import Reporter
 
+PR_SET_PDEATHSIG = 1  # of <sys/prctl.h>
 FAULT = 70  # exit status after a fault that only a new process can mend
 MOST_WORDS = 4000  # characters of a failure's text
 QUIET_SECONDS = 0.3  # work shorter than this reports no progress
@@ -123,6 +125,7 @@ class Worker:
         if not isinstance(start, Start):
             raise TypeError(f"expected Start first, got {start}")
         configure(start.log_format)
+        self._send(Progress("starting", 0.0))
         try:
             report = self._reporter(quiet_seconds=0.0)
             device = self._backend.start(start, report)
@@ -229,9 +232,16 @@ class Worker:
             os._exit(0)  # the web process is gone
 
 
+def _end_with_parent() -> None:
+    """Be killed when the process that started this one ends: one that is stopped does not read that its pipe ended."""
+    if hasattr(libc := ctypes.CDLL(None), "prctl"):
+        libc.prctl(PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
+
+
 def work(descriptor: int, backend: Backend) -> int:
     """Run a worker on the inherited socket `descriptor`; returns the process's exit status."""
     # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _end_with_parent()
     with socket.socket(fileno=descriptor) as connection:
         return Worker(connection, backend).run()

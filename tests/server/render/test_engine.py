@@ -26,7 +26,7 @@ from harness import GRADIENT_WORKER, rogue
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.settings import RenderSettings
 from server.render.activity import EngineState
-from server.render.engine import BACKOFF_SECONDS, Engine
+from server.render.engine import BACKOFF_SECONDS, MOST_STARTS, Engine
 from server.render.pending import RenderFaultError
 from server.render.quarantine import QuarantinedError
 from server.render.schedule import Urgency
@@ -359,7 +359,7 @@ def test_long_work_that_reports_progress_is_no_hang() -> None:
 
 
 def test_a_worker_that_says_nothing_as_it_starts_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("server.render.engine.START_SECONDS", 0.3)
+    monkeypatch.setattr("server.render.engine.FIRST_WORD_SECONDS", 0.3)
     monkeypatch.setattr("server.render.worker_link.STOP_SECONDS", 0.3)
 
     async def main() -> None:
@@ -415,6 +415,35 @@ def test_pauses_grow_only_while_no_worker_becomes_ready(monkeypatch: pytest.Monk
 
     asyncio.run(main())
     assert [pause for pause in pauses if pause in BACKOFF_SECONDS][:3] == list(BACKOFF_SECONDS[:3])
+
+
+def test_a_worker_that_never_starts_is_given_up_with_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.render.engine.BACKOFF_SECONDS", (0.0,))
+
+    async def main() -> None:
+        async with running(command=rogue("early-death")) as engine:
+            await until(lambda: engine.activity.state is EngineState.FAILED)
+            assert engine.restarts == MOST_STARTS - 1
+            assert engine.activity.text.startswith("the renderer could not be started, 5 times; the last: worker ")
+
+    asyncio.run(main())
+
+
+def test_a_turn_that_takes_too_long_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scenario(engine: Engine) -> None:
+        assert engine.overdue == ""
+        monkeypatch.setattr("server.render.engine.OVERDUE_SECONDS", 0.1)
+        waiting = asyncio.ensure_future(result(engine, job(seed=SLOW_SEED)))
+        await until(lambda: engine.overdue == "the renderer has said nothing for 0 s")
+        await waiting
+        assert engine.overdue == ""
+        monkeypatch.setattr("server.render.engine.OVERDUE_SECONDS", 9.0)
+        monkeypatch.setattr("server.render.engine.TURN_SECONDS", 0.1)
+        waiting = asyncio.ensure_future(result(engine, job(seed=SLOW_SEED)))
+        await until(lambda: engine.overdue == "one job has had the renderer for 0 s")
+        await waiting
+
+    check(scenario)
 
 
 def test_what_crashed_a_worker_is_refused_to_all_and_others_are_innocent() -> None:

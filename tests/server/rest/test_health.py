@@ -7,6 +7,8 @@ import pytest
 from gradient_worker import FAULT_SEED, HANG_SEED
 from harness import Running
 
+from server.render.engine import Engine
+
 
 def test_alive_is_not_yet_ready(serve: Callable[..., Running]) -> None:
     running = serve(ready=False)
@@ -63,3 +65,15 @@ def test_a_service_that_stops_is_not_ready(serve: Callable[..., Running]) -> Non
     response = running.http.get("/readyz")
     assert response.status_code == 503
     assert response.json()["status"] == "stopping"
+
+
+def test_a_service_whose_turn_takes_too_long_is_busy(
+    serve: Callable[..., Running], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    running = serve()
+    monkeypatch.setattr(Engine, "overdue", "one job has had the renderer for 31 s")
+    response = running.http.get("/readyz")
+    assert response.status_code == 503
+    assert (response.json()["status"], response.json()["text"]) == ("busy", "one job has had the renderer for 31 s")
+    assert int(response.headers["Retry-After"]) > 0
+    assert running.http.get("/healthz").status_code == 200

@@ -1,10 +1,15 @@
 """The worker process, spoken to without the engine."""
 
 import json
+import os
+import signal
 import socket
 import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from gradient_worker import BUG_SEED, FAULT_SEED, LATE_FAULT_SEED, MEMORY, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
@@ -171,3 +176,32 @@ def test_the_log_has_the_format_of_the_service(capfd: pytest.CaptureFixture[str]
         pipe.read(Failed)
     (line,) = capfd.readouterr().err.splitlines()
     assert json.loads(line)["message"] == "request 1 failed"
+
+
+PARENT = """
+import socket, subprocess, sys
+ours, theirs = socket.socketpair()
+child = subprocess.Popen([*sys.argv[1:], str(theirs.fileno())], pass_fds=[theirs.fileno()], stdout=subprocess.DEVNULL)
+with ours.makefile("rb") as pipe:
+    ours.sendall(sys.stdin.buffer.read())
+    pipe.read(1)
+print(child.pid, flush=True)
+child.wait()
+"""
+
+
+def test_a_stopped_worker_ends_with_the_web_process() -> None:
+    command = [sys.executable, "-c", PARENT, *GRADIENT_WORKER]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as parent:
+        assert parent.stdin is not None
+        assert parent.stdout is not None
+        parent.stdin.write(pack(Start(SCENE)))
+        parent.stdin.close()
+        worker_pid = int(parent.stdout.readline())
+        os.kill(worker_pid, signal.SIGSTOP)
+        parent.kill()
+    deadline = time.monotonic() + 10.0
+    stat = Path(f"/proc/{worker_pid}/stat")
+    while stat.exists() and stat.read_text().rpartition(")")[2].split()[0] not in "ZX":
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
