@@ -89,7 +89,7 @@ class Materials:
         effect.say_unread()
         return Material(
             name=effect.name,
-            base_color=(*((1.0, 1.0, 1.0) if base else _linear(color)), opacity),
+            base_color=(*((1.0, 1.0, 1.0) if base else np.minimum(_linear(color), 1.0).tolist()), opacity),
             roughness=phong_roughness(max(effect.number("shininess", 0.0), 0.0)) if specular > 0.0 else 1.0,
             specular=float(specular > 0.0),
             emission=(0.0, 0.0, 0.0) if constant else _linear(emission),

@@ -16,6 +16,7 @@ from gpu.scene.types import AlphaMode, Doubles, Integers, Material, Texture, Tex
 from gpu.scene.xml_tree import attribute_rows, number_row
 
 _WRAPS = {"wrap": Wrap.REPEAT, "mirror": Wrap.MIRROR, "clamp": Wrap.CLAMP, "none": Wrap.CLAMP}
+_MOST_SHARE = 1e6  # programs write percent, too
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
@@ -113,6 +114,8 @@ class Properties:
             wanted = [int(word) for word in group.get("matindices", "").split()]
             bases = np.stack([self._base_color(base, number, place) for number in wanted])
             shares = np.stack([number_row(entry.get("values", "")) for entry in group])
+            if not ((shares >= 0.0) & (shares <= _MOST_SHARE)).all():
+                raise ValueError("shares are numbers of 0 to 1")
             return np.clip(shares @ bases / np.maximum(shares.sum(axis=1), 1e-9)[:, None], 0.0, 1.0)
         except (ValueError, IndexError) as error:
             raise SceneError(str(self.model.path), place, f"its mixes cannot be read: {error}") from error

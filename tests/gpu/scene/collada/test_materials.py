@@ -34,7 +34,7 @@ def load(folder: Path, shader: str, init: str = "<init_from>a.png</init_from>", 
 
 def test_a_phong_material(tmp_path: Path) -> None:
     shader = (
-        "<phong><emission><color>0 2 0 1</color></emission><diffuse><color>0.5 1 0 1</color></diffuse>"
+        "<phong><emission><color>0 2 0 1</color></emission><diffuse><color>0.5 1.5 0 1</color></diffuse>"
         "<specular><color>1 1 1 1</color></specular><shininess><float>30</float></shininess>"
         "<index_of_refraction><float>1.4</float></index_of_refraction></phong>"
     )

@@ -91,6 +91,7 @@ def test_a_texture_that_cannot_be_read_is_said(tmp_path: Path, image: bytes, say
     [
         (BASES + MIXES.replace('"0 1"', '"0 9"'), 7, "group 7: its mixes cannot be read: there is no base material 9"),
         (BASES + MIXES.replace('"1 1"', '"1"'), 7, "its mixes cannot be read"),
+        (BASES + MIXES.replace('"1 1"', '"1 INF"'), 7, "shares are numbers of 0 to 1"),
         (IMAGE.replace('v="0"', ""), 10, "group 10: its coordinates"),
     ],
 )
