@@ -95,12 +95,13 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
 
     def serve(self) -> None:
         """The head of a request has come."""
+        self._settle()  # by the share that it has had until now
         self.waiting, self.trusted, self.since = False, False, self._loop.time()
         self._charge(REQUEST_COST)
 
     def trust(self) -> None:
         """The request may come in."""
-        self._debt, self._debt_at = self._owed(), self._loop.time()
+        self._settle()
         self.trusted = True
         if self._timer is not None:
             self._release()
@@ -126,15 +127,18 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
             self._mark = now, sent
         return "unread" if now - self._mark[0] > UNREAD_SECONDS else ""
 
-    def _owed(self) -> float:
-        return max(self._debt - self._share() * (self._loop.time() - self._debt_at), 0.0)
+    def _settle(self) -> None:
+        """Take off the debt what was made up for since."""
+        now = self._loop.time()
+        self._debt, self._debt_at = max(self._debt - self._share() * (now - self._debt_at), 0.0), now
 
     def _share(self) -> float:
         return min(TRUSTED_SHARE if self.trusted else SHARE, ALL_SHARE / max(self._registry.held, 1))
 
     def _charge(self, seconds: float) -> None:
         """Read nothing until the time that was taken is made up for."""
-        self._debt, self._debt_at = self._owed() + seconds, self._loop.time()
+        self._settle()
+        self._debt += seconds
         if self._timer is None and (rest := self._debt / self._share()) > GRACE_SECONDS:
             self._registry.held += 1
             self._timer = self._loop.call_later(rest, self._release)

@@ -145,6 +145,14 @@ def test_a_request_that_may_come_in_is_not_held_up_for_what_it_cost(connection: 
     assert tcp.reading
 
 
+def test_what_was_made_up_for_with_the_token_counts_so(connection: Connection, tcp: Tcp, clock: Clock) -> None:
+    for _ in range(20):  # a request in a while, of a connection that stays
+        connection.serve()
+        connection.trust()
+        assert tcp.reading
+        clock.pass_(1.1 * module.REQUEST_COST / module.TRUSTED_SHARE)
+
+
 def test_many_who_are_held_back_share_what_there_is(
     connection: Connection, tcp: Tcp, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -79,6 +79,9 @@ def test_a_body_that_is_refused_is_not_read(serve: Callable[..., Running]) -> No
 
 def test_a_request_that_has_come_whole_keeps_its_connection(serve: Callable[..., Running]) -> None:
     running = serve(ready=False, token="0123456789abcdef")
-    answer = running.http.post("/api/v1/render", json={})
-    assert answer.status_code == 401
-    assert "Connection" not in answer.headers
+    address = running.http.base_url.host, running.http.base_url.port
+    with socket.create_connection(address, timeout=10) as client:
+        client.sendall(b"POST /api/v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\n{}")
+        answer = client.recv(65536)
+    assert answer.startswith(b"HTTP/1.1 401")
+    assert b"connection: close" not in answer.lower()
