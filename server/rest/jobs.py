@@ -62,7 +62,7 @@ def describe(job: RenderJob, request: Request) -> JobInfo:
 async def add(wanted: JobRequest, service: TheService, request: Request, response: Response) -> JobInfo:
     """Queue a picture; it is rendered when nobody who walks needs the device."""
     media_type, output = _FORMATS[wanted.format]
-    scene = service.catalogue.find(wanted.scene, wanted.scene_options)
+    scene = await service.catalogue.look_up(wanted.scene, wanted.scene_options)
     service.settings.check_render(wanted.size, wanted.settings, service.settings.max_pixels)
     job = service.jobs.add(wanted.render(service.number(), scene, output), wanted.frames()[0], media_type)
     told = describe(job, request)

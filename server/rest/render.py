@@ -36,7 +36,7 @@ async def render(
 ) -> Response:
     """Render a picture in the format that Accept asks for; statistics (JSON, milliseconds) are in X-Lumenwalk-*."""
     media_type, output = choose_format(accept)
-    scene = service.catalogue.find(request.scene, request.scene_options)
+    scene = await service.catalogue.look_up(request.scene, request.scene_options)
     service.settings.check_render(request.size, request.settings, service.settings.max_pixels)
     frames = request.frames()[0]
     if frames > MAX_FRAMES:

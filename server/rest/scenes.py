@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from urllib.parse import quote
 
 from fastapi import APIRouter, Header, Query, Request, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
@@ -22,6 +22,7 @@ from server.wire.browser import SceneId, SceneInfo, SceneName
 from server.wire.worker import SceneRef
 
 router = APIRouter(prefix="/api/v1/scenes", responses=refusals())
+LISTED_AT_ONCE = 100  # scenes, of which each is looked at on the disk
 EXAMPLE = ", ".join((*SUFFIXES, ARCHIVE))
 
 
@@ -52,6 +53,9 @@ class SceneListing(SceneName):
     viewed: bool = Field(description="somebody looks at it, or a job renders it: it cannot be unloaded or deleted")
     bytes: int | None = Field(description="of its file, or of all files of an upload; null for a built-in scene")
     device_bytes: int | None = Field(description="that it is expected to take on the device, once its file was read")
+
+
+_listings = TypeAdapter(list[SceneListing])
 
 
 class SceneDetails(SceneListing):
@@ -89,9 +93,9 @@ def _listing(service: Service, name: SceneName, ref: SceneRef) -> SceneListing:
 
 
 def _named(service: Service, ref: SceneRef) -> SceneListing:
-    for name in service.catalogue.names():
-        if name.id == ref.id:
-            return _listing(service, name, ref)
+    name = service.catalogue.name(ref.id)
+    if name is not None:
+        return _listing(service, name, ref)
     raise UnknownSceneError(f"scene: {ref.id!r} has gone meanwhile; uploads make room for newer ones")
 
 
@@ -105,10 +109,16 @@ async def _details(service: Service, ref: SceneRef) -> SceneDetails:
     )
 
 
-@router.get("", operation_id="listScenes")
-async def scenes(service: TheService) -> list[SceneListing]:
+@router.get("", operation_id="listScenes", response_model=list[SceneListing])
+async def scenes(service: TheService) -> Response:
     """The scenes that can be chosen, the served one first."""
-    return [_listing(service, name, ref) for name, ref in service.catalogue.found()]
+    await service.catalogue.refresh()
+    listed = []
+    for name, ref in service.catalogue.found():
+        listed.append(_listing(service, name, ref))
+        if len(listed) % LISTED_AT_ONCE == 0:
+            await asyncio.sleep(0)  # others have a turn
+    return Response(await asyncio.to_thread(_listings.dump_json, listed), media_type="application/json")
 
 
 @router.post(
@@ -158,7 +168,7 @@ async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | N
     With `Accept: text/event-stream` it is answered by events: `progress` with text and fraction, then either `end`
     with what is otherwise the answer, or `error` with code and message.
     """
-    ref = service.catalogue.find(scene_id)
+    ref = await service.catalogue.look_up(scene_id)
     _check_ready(service)
     if wants_events(accept):
         return event_stream(_load_events(service, ref), service)
@@ -168,7 +178,7 @@ async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | N
 @router.post("/{scene_id:path}/unload", operation_id="unloadScene", responses=refusals(404, 409, *WITH_BODY))
 async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
     """Free what a scene takes on the device; 409 while somebody looks at it."""
-    ref = service.catalogue.find(scene_id)
+    ref = await service.catalogue.look_up(scene_id)
     _check_ready(service)
     _check_idle(service, ref)
     await service.residency.close(ref)
@@ -181,7 +191,7 @@ async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Readi
 
     The parameters say how it is read; without any, it is as the service does.
     """
-    return await _details(service, service.catalogue.find(scene_id, reading.options))
+    return await _details(service, await service.catalogue.look_up(scene_id, reading.options))
 
 
 @router.delete(
@@ -189,7 +199,7 @@ async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Readi
 )
 async def delete(scene_id: SceneId, service: TheService) -> None:
     """Delete an uploaded scene; 403 for others, 409 while somebody looks at it."""
-    ref = service.catalogue.find(scene_id)
+    ref = await service.catalogue.look_up(scene_id)
     if not service.catalogue.uploaded(scene_id):
         raise ForbiddenError(f"{scene_id}: was not uploaded, so it is not for clients to delete")
     _check_idle(service, ref)

@@ -3,8 +3,8 @@
 An id is looked up in a list that the server makes; it never becomes a path, so none leaves the folder.
 """
 
-import os
-from collections.abc import Mapping
+import asyncio
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
@@ -12,15 +12,14 @@ from time import monotonic
 from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
-from gpu.scene.load import SUFFIXES
 from server.refusals import UnknownSceneError
-from server.scenes.clutter import is_clutter
+from server.scenes.listing import scene_files
 from server.scenes.uploads import Uploads
 from server.wire.browser import SceneName
 from server.wire.worker import SceneRef
 
-MAX_LISTED = 10_000
 LISTED_SECONDS = 2.0  # so that a burst of requests walks a large folder once
+SHARE = 10.0  # and one that takes long is walked a tenth of the time at most
 
 
 class Catalogue:
@@ -44,8 +43,12 @@ class Catalogue:
         self._folder = folder
         self._served = served
         self._options = options
-        self._files: list[tuple[str, str]] = []
+        self._files: dict[str, str] = {}
+        self._file_names: tuple[SceneName, ...] = ()
         self._files_until = 0.0
+        self._listing = asyncio.Lock()
+        if folder is not None:
+            self._take(*_timed_files(folder))
 
     @property
     def served(self) -> SceneRef:
@@ -54,7 +57,7 @@ class Catalogue:
 
     def uploaded(self, scene_id: str) -> bool:
         """Whether a client brought this scene."""
-        return self.uploads is not None and scene_id in self.uploads.all
+        return self.uploads is not None and self.uploads.get(scene_id) is not None
 
     def touch(self, scene_id: str) -> None:
         """Note that a scene is used."""
@@ -63,34 +66,54 @@ class Catalogue:
 
     def file_bytes(self, scene: SceneRef) -> int | None:
         """Size of a scene's file, or of all files of an upload; None for a built-in scene, or when it is gone."""
-        if self.uploads is not None and scene.id in self.uploads.all:
-            return self.uploads.all[scene.id].bytes
+        if self.uploads is not None and (upload := self.uploads.get(scene.id)) is not None:
+            return upload.bytes
         path = Path(scene.source)
         return path.stat().st_size if scene.source not in BUILTIN and path.is_file() else None
 
+    async def refresh(self) -> None:
+        """Look through the folder again, in a thread, unless that was done a moment ago."""
+        if self._folder is None or monotonic() < self._files_until:
+            return
+        async with self._listing:
+            if monotonic() >= self._files_until:
+                self._take(*await asyncio.to_thread(_timed_files, self._folder))
+
+    async def look_up(self, scene_id: str | None, options: ImportOptions | None = None) -> SceneRef:
+        """As `find`, of what the folder holds now."""
+        await self.refresh()
+        return self.find(scene_id, options)
+
     def names(self) -> tuple[SceneName, ...]:
         """All scenes that can be chosen, the served one first."""
-        return _names(self._sources())
+        served = self._served_id
+        before = [served, *(name for name in BUILTIN if name != served)]
+        known = {*before}
+        uploads = self.uploads.all if self.uploads is not None else {}
+        files = tuple(name for name in self._file_names if name.id not in known and name.id not in uploads)
+        return (*map(self._name, before), *files, *map(self._name, uploads))
 
-    def found(self) -> list[tuple[SceneName, SceneRef]]:
+    def found(self) -> Iterator[tuple[SceneName, SceneRef]]:
         """`names` of those whose files are there now, and what they mean."""
-        sources, found = self._sources(), []
-        for name in _names(sources):
+        for name in self.names():
             with suppress(UnknownSceneError):
-                found.append((name, self._ref(name.id, sources[name.id], None)))
-        return found
+                yield name, self.find(name.id)
+
+    def name(self, scene_id: str) -> SceneName | None:
+        """How the scene with this id is listed; None when there is none."""
+        return self._name(scene_id) if self._source(scene_id) is not None else None
 
     def find(self, scene_id: str | None, options: ImportOptions | None = None) -> SceneRef:
         """The scene with this id, or the served one, read as `options` say, or as it is when nobody says.
 
         UnknownSceneError when there is none.
         """
-        sources = self._sources()
         if scene_id is None:
-            scene_id = next(iter(sources))
-        if scene_id not in sources:
+            scene_id = self._served_id
+        source = self._source(scene_id)
+        if source is None:
             raise UnknownSceneError(f"scene: there is no {scene_id!r} here; /api/v1/scenes lists what there is")
-        return self._ref(scene_id, sources[scene_id], options)
+        return self._ref(scene_id, source, options)
 
     def _ref(self, scene_id: str, source: str, options: ImportOptions | None) -> SceneRef:
         if options is None:
@@ -103,45 +126,37 @@ class Catalogue:
             raise UnknownSceneError(f"scene: {scene_id!r} cannot be read: {error.strerror}") from None
 
     def _usual_options(self, scene_id: str, source: str) -> ImportOptions:
-        if self.uploads is not None and scene_id in self.uploads.all:
-            return self.uploads.all[scene_id].options
+        if self.uploads is not None and (upload := self.uploads.get(scene_id)) is not None:
+            return upload.options
         return self._options if source == self._served else DEFAULT_OPTIONS
 
-    def _sources(self) -> dict[str, str]:
-        # A built-in scene or a file in the folder that is called as the served file is yields its id to that.
-        served_id = self._served if self._served in BUILTIN else Path(self._served).name
-        listed = {served_id: self._served}
-        for name in BUILTIN:
-            listed.setdefault(name, name)
-        if self._folder is not None:
-            if monotonic() > self._files_until:
-                self._files, self._files_until = _scene_files(self._folder), monotonic() + LISTED_SECONDS
-            for id_, path in self._files:
-                listed.setdefault(id_, path)
-        if self.uploads is not None:
-            # A folder of the scenes folder may be called as uploads are: the upload is meant then.
-            listed.update((id_, str(self.uploads.path(upload))) for id_, upload in self.uploads.all.items())
-        return listed
+    @property
+    def _served_id(self) -> str:
+        return self._served if self._served in BUILTIN else Path(self._served).name
+
+    def _source(self, scene_id: str) -> str | None:
+        """What an id means: a folder in the scenes folder may be called as uploads are, a file as the served one."""
+        if self.uploads is not None and (upload := self.uploads.get(scene_id)) is not None:
+            return str(self.uploads.path(upload))
+        if scene_id == self._served_id:
+            return self._served
+        return scene_id if scene_id in BUILTIN else self._files.get(scene_id)
+
+    def _name(self, scene_id: str) -> SceneName:
+        builtin = self._source(scene_id) in BUILTIN
+        return SceneName(id=scene_id, name=Path(scene_id).stem, builtin=builtin, served=scene_id == self._served_id)
+
+    def _take(self, files: dict[str, str], seconds: float) -> None:
+        """Know these files now, and for longer where it took long to find them."""
+        if files != self._files:
+            self._file_names = tuple(
+                SceneName(id=id_, name=Path(id_).stem, builtin=False, served=False) for id_ in files
+            )
+        self._files = files
+        self._files_until = monotonic() + max(LISTED_SECONDS, SHARE * seconds)
 
 
-def _names(sources: Mapping[str, str]) -> tuple[SceneName, ...]:
-    served = next(iter(sources))
-    return tuple(
-        SceneName(id=id_, name=Path(id_).stem, builtin=source in BUILTIN, served=id_ == served)
-        for id_, source in sources.items()
-    )
-
-
-def _scene_files(folder: Path) -> list[tuple[str, str]]:
-    """(path inside the folder, whole path) of its scene files, sorted; links that lead out of it are left out."""
-    root = folder.resolve()
-    found = []
-    for directory, _, names in os.walk(root):
-        for name in names:
-            path = Path(directory, name)
-            inside = path.relative_to(root)
-            if path.suffix.lower() in SUFFIXES and not is_clutter(inside) and path.resolve().is_relative_to(root):
-                found.append((inside.as_posix(), str(path)))
-            if len(found) >= MAX_LISTED:
-                return sorted(found)
-    return sorted(found)
+def _timed_files(folder: Path) -> tuple[dict[str, str], float]:
+    """The scene files of a folder, and how long it took to find them [s]."""
+    began = monotonic()
+    return scene_files(folder), monotonic() - began

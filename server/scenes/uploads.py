@@ -111,6 +111,10 @@ class Uploads:
         """By id, the longest unused first."""
         return dict(self._uploads)
 
+    def get(self, scene_id: str) -> Upload | None:
+        """The upload of that id."""
+        return self._uploads.get(scene_id)
+
     def touch(self, scene_id: str) -> None:
         """Note that a scene is used: it goes last when room is made."""
         if scene_id in self._uploads:

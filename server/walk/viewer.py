@@ -158,7 +158,7 @@ class Viewer:
 
     async def _find(self, scene_id: str | None, options: ImportOptions | None = None) -> SceneRef | None:
         try:
-            return self._service.catalogue.find(scene_id, options)
+            return await self._service.catalogue.look_up(scene_id, options)
         except UnknownSceneError as error:
             await self._fail(ErrorCode.UNKNOWN_SCENE, error)
             return None

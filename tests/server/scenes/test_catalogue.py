@@ -1,5 +1,8 @@
+import asyncio
 import os
+import time
 from pathlib import Path
+from threading import get_ident
 
 import pytest
 
@@ -83,3 +86,42 @@ def test_a_file_read_otherwise_is_another_scene_to_the_worker(folder: Path, tmp_
     assert catalogue.find(None, feet).options == feet
     assert catalogue.find("a.glb").options == DEFAULT_OPTIONS
     assert catalogue.find("a.glb", feet) != catalogue.find("a.glb")
+
+
+def test_the_folder_is_looked_through_again_beside_the_loop(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    catalogue = Catalogue("cornell-box", folder)
+    walks: list[int] = []
+
+    def slow(folder: Path) -> dict[str, str]:
+        walks.append(get_ident())
+        time.sleep(0.2)
+        return {"new.glb": str(folder / "new.glb")}
+
+    (folder / "new.glb").write_bytes(b"")
+    monkeypatch.setattr("server.scenes.catalogue.scene_files", slow)
+    monkeypatch.setattr("server.scenes.catalogue.LISTED_SECONDS", 60.0)
+
+    async def main() -> int:
+        catalogue._files_until = 0.0
+        looks = [asyncio.create_task(catalogue.look_up("new.glb")) for _ in range(20)]
+        beats = 0
+        while not all(look.done() for look in looks):
+            beats += 1
+            await asyncio.sleep(0.005)
+        assert {look.result().id for look in looks} == {"new.glb"}
+        return beats
+
+    assert asyncio.run(main()) > 5
+    assert len(walks) == 1
+    assert walks[0] != get_ident()
+
+
+def test_thousands_of_files_are_found_by_id_without_a_walk(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    catalogue = Catalogue("cornell-box", folder)
+    many = {f"{number}.glb": str(folder / "a.glb") for number in range(10_000)}
+    catalogue._take(many, 0.0)
+    began = time.perf_counter()
+    for number in range(1000):
+        catalogue.find(f"{number}.glb")
+    assert time.perf_counter() - began < 1.0
+    assert len(catalogue.names()) > 10_000
