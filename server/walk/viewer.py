@@ -75,6 +75,7 @@ class Viewer:
 
     async def run(self) -> None:
         """Serve until the viewer leaves."""
+        await self._service.catalogue.refresh()
         await self._socket.send(self._welcome())
         self._wanted = await self._find(self._hello.scene, self._hello.scene_options)
         if self._wanted is None and self._hello.scene is not None:
