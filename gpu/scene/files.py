@@ -2,8 +2,10 @@
 
 import base64
 import binascii
+import os
 import re
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from stat import S_ISREG
 from unicodedata import normalize
 from urllib.parse import unquote, unquote_to_bytes, urlsplit
 
@@ -16,8 +18,13 @@ from gpu.scene.validate import check_count
 def read_bytes(path: Path, limits: SceneLimits) -> bytes:
     """The content of a scene file. Raises SceneError when it is missing, not readable or larger than allowed."""
     try:
-        check_count(str(path), "bytes", path.stat().st_size, limits.max_file_bytes, "max_file_bytes")
-        return path.read_bytes()
+        # A pipe would be waited for, and one may take a file's place between two looks.
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+            status = os.fstat(file.fileno())
+            if not S_ISREG(status.st_mode):
+                raise ValueError("it is no plain file")
+            check_count(str(path), "bytes", status.st_size, limits.max_file_bytes, "max_file_bytes")
+            return file.read(status.st_size)
     except (OSError, ValueError) as error:
         problem = getattr(error, "strerror", None) or str(error)
         raise SceneError(str(path), "", f"cannot be read: {problem}") from error

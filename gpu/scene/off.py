@@ -130,16 +130,18 @@ def _binary(file: OffFile, content: bytes) -> MeshPart:
     """The part of what follows the header of a binary file: big-endian numbers of 4 bytes."""
     try:
         vertices, faces, _ = struct.unpack_from(">3i", content)
+        if min(vertices, faces) < 0 or faces > len(content) // 8:  # a face has two counts of 4 bytes
+            raise ValueError
         width = 3 + 3 * file.shaded + 4 * file.colored + 2 * file.coordinates
         rows = np.frombuffer(content, ">f4", vertices * width, 12).reshape(vertices, width).astype(np.float64)
         at = 12 + rows.size * 4
         corners, counts, colors = [], [], np.ones((faces, 4))
         any_color = False
         for face in range(faces):
-            (count,) = struct.unpack_from(">i", content, at)
+            (count,) = struct.unpack_from(">I", content, at)
             corners.append(np.frombuffer(content, ">i4", count, at + 4))
             at += 4 + 4 * count
-            (channels,) = struct.unpack_from(">i", content, at)
+            (channels,) = struct.unpack_from(">I", content, at)
             color = np.frombuffer(content, ">f4", channels, at + 4)
             at += 4 + 4 * channels
             counts.append(count)

@@ -1,3 +1,4 @@
+import os
 from pathlib import Path
 
 import pytest
@@ -105,3 +106,10 @@ def test_a_uri_outside_is_forbidden(scene: Path, uri: str) -> None:
 def test_a_file_over_the_limit_is_not_read(scene: Path) -> None:
     with pytest.raises(SceneError, match=r"3 bytes, more than the 2 allowed; .*max_file_bytes"):
         read_bytes(scene.parent / "sub" / "a.bin", SceneLimits(max_file_bytes=2))
+
+
+def test_a_pipe_is_not_waited_for(scene: Path) -> None:
+    os.mkfifo(scene.parent / "pipe.bin")
+    for name in ("pipe.bin", "sub"):
+        with pytest.raises(SceneError, match=r"cannot be read: (it is no plain file|Is a directory)"):
+            read_bytes(scene.parent / name, DEFAULT_LIMITS)

@@ -91,3 +91,21 @@ def test_what_is_broken_is_refused(content: bytes, says: str) -> None:
     with pytest.raises(SceneError) as caught:
         read_off("a.off", content, Remarks())
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "counts",
+    [(3, 2**31 - 1, 3, 0), (2**31 - 1, 1, 3, 0), (3, 1, 2**31 - 1, 0), (3, 1, 3, 2**31 - 1), (3, 1, -1, 0),
+     (3, 1, 3, -1), (-1, 1, 3, 0), (3, -1, 3, 0)],
+)  # fmt: skip
+def test_counts_of_binary_files_that_do_not_fit_are_refused_at_once(counts: tuple[int, int, int, int]) -> None:
+    vertices, faces, corners, channels = counts
+    points = struct.pack(">9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    face = struct.pack(">5i", corners, 0, 1, 2, channels)
+    with pytest.raises(SceneError, match="the counts do not fit the file"):
+        read(b"OFF BINARY\n" + struct.pack(">3i", vertices, faces, 0) + points + face)
+
+
+def test_a_face_of_more_corners_than_its_line_has_is_refused() -> None:
+    with pytest.raises(SceneError, match="has not as many"):
+        read("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2147483648 0 1 2\n")
