@@ -12,7 +12,6 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import tan
-from pathlib import Path
 from time import monotonic, perf_counter
 from typing import TypeVar
 
@@ -34,6 +33,7 @@ from server.wire.worker import STILLS, CameraMatrix, CameraSpec, LookAt, Render,
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build
+from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.renderer_pool import RendererPool
 from server.worker.worker import Picture, Report, work
 
@@ -110,16 +110,15 @@ class GpuBackend:
         self._renderers.leave(viewer)
 
     def memory(self) -> tuple[int, int]:
-        """Bytes of the device in use, and all that it has; on a CPU, what this process and the machine have."""
+        """Bytes of the device in use, and all that it has; on a CPU, what this process has and what it may have."""
+        # Asking the driver, or the system, costs as much as a small stage, and this is asked after every frame.
+        if monotonic() - self._memory_asked > MEMORY_SECONDS:
+            self._memory_asked = monotonic()
+            self._memory_free = self._device.free_memory if self._device.is_cuda else free_host_bytes()
         if self._device.is_cuda:
-            # Asking the driver costs as much as a small stage, and this is asked after every frame.
-            if monotonic() - self._memory_asked > MEMORY_SECONDS:
-                self._memory_asked = monotonic()
-                self._memory_free = self._device.free_memory
             return self._device.total_memory - self._memory_free, self._device.total_memory
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-        total = re.search(r"MemTotal:\s+(\d+) kB", Path("/proc/meminfo").read_text())
-        return pages * 4096, int(total.group(1)) * 1024 if total else 0
+        used = own_bytes()
+        return used, used + self._memory_free
 
     def healthy(self) -> bool:
         """Whether the device still answers."""
@@ -155,15 +154,18 @@ class GpuBackend:
 
     def _with_room(self, work: Callable[[], Result], what: str) -> Result:
         """The result of `work`, tried again once what can be made anew is freed; then OutOfMemoryError of `what`."""
+        refusal = OutOfMemoryError(what)
         for _ in range(2):
             try:
                 return work()
+            except OutOfMemoryError as error:  # before it was tried
+                refusal = error
             except RuntimeError as error:
                 if not NO_MEMORY.search(str(error)):
                     raise
             self._renderers.clear()
             self._stills.clear()
-        raise OutOfMemoryError(what)
+        raise refusal
 
     def _picture(self, job: Render, report: Report) -> Picture:
         loaded = self._load(job.scene, report)

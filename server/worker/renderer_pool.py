@@ -6,10 +6,12 @@ When all together would take too much memory, the renderers that were not used f
 """
 
 from dataclasses import dataclass, field
+from math import sqrt
 
 import warp as wp
 
 from gpu.device_scene.features import has_soft_light
+from gpu.errors import OutOfMemoryError
 from gpu.methods.registry import method_of
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
@@ -18,11 +20,14 @@ from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import Progress
 from server.wire.worker import SceneRef
 from server.worker.loaded_scene import LoadedScene
+from server.worker.memory import free_bytes
 
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
 SHARE = 0.25
 CPU_BYTES = 2 << 30
 MOST = 64
+PICTURE_BYTES = 40  # a pixel: a mean of frames, and the picture on the host as it is encoded
+FEW_BYTES = 64 << 20  # less is not worth asking for what there is
 # Of one scene and settings, that a viewer has views for: it walks at one, rests at another, and may go back to a third.
 SIZES_A_VIEWER = 3
 
@@ -55,6 +60,7 @@ class RendererPool:
         """The renderer of a scene at a size with these settings, and the viewer's view of it.
 
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
+        Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
         soft = has_soft_light(scene.device_scene.scene)
         key = _Key(scene.ref, size, settings.model_copy(update={"frames": None}), soft)
@@ -63,6 +69,8 @@ class RendererPool:
         views = entry.views if entry else {}
         view = views.pop(viewer, None)
         self._make_room(key, views)
+        if entry is None or view is None:
+            self._check_memory(key, self._bytes_of(key, 1) - (self._bytes_of(key, 0) if entry else 0))
         if entry is None:
             entry = _Entry(Renderer(scene.device_scene, size, key.settings, progress, scene.light_sets))
             # Warp compiles a kernel at its first launch, and says nothing meanwhile.
@@ -105,6 +113,19 @@ class RendererPool:
             del self._entries[next(iter(self._entries))]
         while views and is_full():
             del views[next(iter(views))]
+
+    def _check_memory(self, key: _Key, needed: int) -> None:
+        (width, height), pixels = key.size, key.size[0] * key.size[1]
+        needed += PICTURE_BYTES * pixels
+        if needed < FEW_BYTES or needed <= (free := free_bytes(self._device)):
+            return
+        share = sqrt(free / needed)
+        most = f"{max(int(share * width), 1)}×{max(int(share * height), 1)}"
+        raise OutOfMemoryError(
+            f"{width}×{height} pixels with these settings need about {needed / 1e9:.1f} GB of memory, of which "
+            f"{free / 1e9:.1f} GB are free: ask for at most {most}, or for "
+            " fewer clusters"
+        )
 
     def _bytes_of(self, key: _Key, views: int) -> int:
         """Device memory of a renderer and so many views of it, as its method tells."""

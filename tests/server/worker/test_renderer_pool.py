@@ -1,4 +1,5 @@
 import gc
+import re
 import weakref
 from dataclasses import replace
 
@@ -6,6 +7,7 @@ import pytest
 import warp as wp
 
 import server.worker.renderer_pool
+from gpu.errors import OutOfMemoryError
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
@@ -168,3 +170,18 @@ def test_memory_is_what_the_method_takes(cpu: str) -> None:
     assert took(2, soft=True) - took(2) == 2 * 10_000 * FuzzyVpl.soft_view_pixel_bytes
     for count in ("sp_clusters", "vpl_clusters"):
         assert took(1, **{count: 500}) > took(1)
+
+
+def test_what_there_is_no_memory_for_is_refused_with_what_would_do(
+    scene: LoadedScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = [6_000_000_000]
+    monkeypatch.setattr("server.worker.renderer_pool.free_bytes", lambda device: free[0])
+    pool = RendererPool(wp.get_device("cpu"))
+    with pytest.raises(OutOfMemoryError, match=r"^7680×4320 pixels .* about 23\.\d GB .* 6\.0 GB are free") as refused:
+        pool.get(1, scene, (7680, 4320), RenderSettings(), lambda what, fraction: None)
+    width, height = (int(side) for side in re.findall(r"at most (\d+)×(\d+)", str(refused.value))[0])
+    assert len(pool) == 0
+    pool._check_memory(server.worker.renderer_pool._Key(BOX, (width, height), SETTINGS, False), width * height * 646)
+    free[0] = 0
+    pool.get(1, scene, (8, 8), SETTINGS, lambda what, fraction: None)  # small ones are tried in any case
