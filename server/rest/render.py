@@ -39,9 +39,9 @@ async def render(
     scene = await service.catalogue.look_up(request.scene, request.scene_options)
     service.settings.check_render(request.size, request.settings, service.settings.max_pixels)
     frames = request.frames()[0]
-    if frames > MAX_FRAMES:
+    if (weight := request.weight()) > MAX_FRAMES:
         raise UserError(
-            f"settings: the mean of {frames} frames, more than the {MAX_FRAMES} that are rendered at once; "
+            f"settings: the work of {weight} frames, more than the {MAX_FRAMES} that are rendered at once; "
             "POST it to /api/v1/jobs instead"
         )
     # Frames that are averaged are kept by viewer number; a lone one needs no number of its own.

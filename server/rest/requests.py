@@ -8,10 +8,11 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, S
 
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
+from server.render.turns import samples_a_turn
 from server.wire.browser import Matrix, SceneId, Size, check_rigid
 from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef
 
-# Samples a pixel of one frame of a method that refines by samples: more would keep the device from others for long.
+# Samples a pixel of one frame of a method that refines by samples, at most.
 SAMPLES_A_FRAME = 64
 
 Vector = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
@@ -93,8 +94,8 @@ class RenderRequest(Strict):
     size: Size = Field(default=(1280, 720), description="width and height [px]")
     settings: RenderSettings = Field(
         default=RenderSettings(),
-        description="method and quality; `frames` are averaged (1 when not given), and so is path tracing of more than "
-        f"{SAMPLES_A_FRAME} samples, which spreads both over the pixels",
+        description="method and quality; `frames` are averaged (1 when not given), and so are frames of fewer "
+        "samples where those asked for would take the device from others for long",
     )
 
     def view(self) -> CameraSpec:
@@ -108,13 +109,20 @@ class RenderRequest(Strict):
                 return SceneCamera(camera)
 
     def frames(self) -> tuple[int, RenderSettings]:
-        """How many frames the picture is the mean of, and the settings of each."""
+        """How many frames the picture is the mean of, each a turn of its own, and the settings of each."""
         settings, frames = self.settings, self.settings.frames or 1
-        if settings.method.refines_by_samples and settings.samples is not None:
-            pieces = ceil(settings.samples / SAMPLES_A_FRAME)
+        if settings.samples is not None:
+            most = samples_a_turn(settings, self.size)
+            pieces = ceil(
+                settings.samples / (min(most, SAMPLES_A_FRAME) if settings.method.refines_by_samples else most)
+            )
             settings = settings.model_copy(update={"samples": ceil(settings.samples / pieces)})
             frames *= pieces
         return frames, settings.model_copy(update={"frames": None})
+
+    def weight(self) -> int:
+        """The work of the picture, in frames of as many samples as are usual at most."""
+        return (self.settings.frames or 1) * ceil((self.settings.samples or 1) / SAMPLES_A_FRAME)
 
     def render(self, viewer: int, scene: SceneRef, output: Output) -> Render:
         """The order to the worker for one frame of it."""

@@ -12,6 +12,7 @@ from time import monotonic
 from gpu.errors import UserError
 from gpu.settings import RenderSettings
 from server.render.schedule import Urgency
+from server.render.turns import samples_a_turn
 from server.walk.ack_window import AckWindow
 from server.walk.frame_request import FrameRequest
 from server.walk.resolution_scaler import ResolutionScaler
@@ -155,7 +156,7 @@ class Session:
             self._fresh = False
             size = self._scaler.size(self._still_size, self._settings, self._stream.motion_scale)
             render = replace(render, size=size, walks=True, quality=self._qualities.moving)
-            return self._request(render, self._changed_at, None), render
+            return self._request(render, self._changed_at, None), _for_a_turn(render)
         rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
         sample = self._averaged
         self._averaged += 1
@@ -164,7 +165,7 @@ class Session:
             render = replace(render, output="none")
         elif self._averaged == self._target_frames and self._stream.lossless and self._takes_png:
             render = replace(render, output=".png", quality=LOSSLESS)
-        return self._request(render, rested_at, self._averaged), render
+        return self._request(render, rested_at, self._averaged), _for_a_turn(render)
 
     def delivered(self, request: FrameRequest, done: Done, waited_ms: float) -> None:
         """A frame was rendered, after it had waited for its turn."""
@@ -246,3 +247,11 @@ class Session:
         self._fresh = True
         self._averaged = 0
         self._changed_at = self._now()
+
+
+def _for_a_turn(render: Render) -> Render:
+    """The frame with no more samples than a turn takes; those of the frames that follow add to them."""
+    most = samples_a_turn(render.settings, render.size)
+    if render.settings.samples is None or render.settings.samples <= most:
+        return render
+    return replace(render, settings=render.settings.model_copy(update={"samples": most}))

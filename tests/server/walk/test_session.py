@@ -6,6 +6,7 @@ import pytest
 from gpu.errors import UserError
 from gpu.settings import Method, RenderSettings
 from server.render.schedule import Urgency
+from server.render.turns import samples_a_turn
 from server.walk.frame_request import FrameRequest
 from server.walk.session import (
     LONG_REST_SECONDS,
@@ -279,6 +280,17 @@ def test_a_walk_by_paths_takes_few_at_once() -> None:
     assert desk.take()[1].settings.samples == SAMPLES_A_FRAME
     desk.session.change(1, settings=RenderSettings(method=Method.PATH, samples=9))
     assert desk.take()[1].settings.samples == 9
+
+
+@pytest.mark.parametrize("method", Method)
+def test_a_frame_takes_no_more_samples_than_a_turn(method: Method) -> None:
+    settings = RenderSettings(method=method, samples=65_536)
+    desk = Desk(settings=settings)
+    desk.session.pose(pose(1))
+    for _ in range(2):
+        render = desk.serve()[1]
+        assert render.settings.samples == samples_a_turn(settings, render.size)
+        desk.rest()
 
 
 def test_slow_frames_are_followed_by_smaller_ones() -> None:
