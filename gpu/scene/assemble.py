@@ -37,6 +37,7 @@ from gpu.scene.types import (
 
 # Twice a triangle's area in unit space, relative to its longest edge squared and absolute: below, float32 sees a line.
 _RELATIVE_AREA, _ABSOLUTE_AREA = 1e-12, 1e-24
+_MOST_UV = 1e30  # texture coordinates are of single precision on the device, which repeats a texture long before
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,12 +121,12 @@ def assemble(
 
     kept = ~too_far
     kept &= _sound(_recentred(world, triangles[kept & ~backdrop])[0], triangles)
-    if not kept.any():
-        raise SceneError(name, "", f"none of its {len(triangles)} triangles has an area")
+    _check_some(name, kept & ~backdrop)
     unit, placement = _recentred(world, triangles[kept & ~backdrop])
     with np.errstate(over="ignore"):  # of what is left out
         vertices = unit.astype(np.float32)
     kept &= _sound(vertices.astype(np.float64), triangles)
+    _check_some(name, kept & ~backdrop)  # those that have one beside others that are too far away are lost as well
     dropped = int(np.count_nonzero(~too_far & ~kept))
     member = bulk.member if (bulk.member & kept).any() else kept
     inside = world[triangles[member & kept].reshape(-1)]
@@ -222,13 +223,20 @@ def _recentred(world: Doubles, triangles: Integers) -> tuple[Doubles, Placement]
     return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
 
 
+def _check_some(name: str, kept: Mask) -> None:
+    """Raise SceneError when no triangle is left, of which `kept` (triangle,) says whether it is."""
+    if not kept.any():
+        raise SceneError(name, "", f"none of its {len(kept)} triangles has an area")
+
+
 def _sound(unit: Doubles, triangles: Integers) -> Mask:
     """Which triangles, (triangle, 3) indices of unit-space positions, are more than a point or a line."""
     corners = unit[triangles]
-    edges = corners - np.roll(corners, 1, axis=1)
-    longest = np.einsum("tkc,tkc->tk", edges, edges).max(axis=1)
-    area = np.linalg.norm(area_vectors(unit, triangles), axis=1)
-    return np.asarray(area > np.maximum(_RELATIVE_AREA * longest, _ABSOLUTE_AREA))
+    with np.errstate(over="ignore", invalid="ignore"):  # what is too far away for numbers is not sound
+        edges = corners - np.roll(corners, 1, axis=1)
+        longest = np.einsum("tkc,tkc->tk", edges, edges).max(axis=1)
+        area = np.linalg.norm(area_vectors(unit, triangles), axis=1)
+        return np.asarray(area > np.maximum(_RELATIVE_AREA * longest, _ABSOLUTE_AREA))
 
 
 def _merged_uvs(parts: Sequence[MeshPart], materials: Sequence[Material]) -> Floats:
@@ -238,7 +246,7 @@ def _merged_uvs(parts: Sequence[MeshPart], materials: Sequence[Material]) -> Flo
     start = 0
     for part in parts:
         for number, uv in enumerate(part.uvs[:sets]):
-            merged[number, start : start + len(uv)] = uv
+            merged[number, start : start + len(uv)] = np.clip(uv, -_MOST_UV, _MOST_UV)
         start += len(part.positions)
     return merged
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
+from gpu.scene.floats import doubles
 from gpu.scene.mesh_colors import linear_colors
 from gpu.scene.outlines import FaceMesh, face_part, whole
 from gpu.scene.remarks import Remarks
@@ -133,7 +134,7 @@ def _binary(file: OffFile, content: bytes) -> MeshPart:
         if min(vertices, faces) < 0 or faces > len(content) // 8:  # a face has two counts of 4 bytes
             raise ValueError
         width = 3 + 3 * file.shaded + 4 * file.colored + 2 * file.coordinates
-        rows = np.frombuffer(content, ">f4", vertices * width, 12).reshape(vertices, width).astype(np.float64)
+        rows = doubles(np.frombuffer(content, ">f4", vertices * width, 12).reshape(vertices, width))
         at = 12 + rows.size * 4
         corners, counts, colors = [], [], np.ones((faces, 4))
         any_color = False
@@ -146,7 +147,7 @@ def _binary(file: OffFile, content: bytes) -> MeshPart:
             at += 4 + 4 * channels
             counts.append(count)
             if channels in (3, 4):
-                colors[face, :channels] = color
+                colors[face, :channels] = doubles(color)
                 any_color = True
     except (struct.error, ValueError, MemoryError) as error:
         raise SceneError(file.source, "", "the counts do not fit the file, which is cut off or broken") from error

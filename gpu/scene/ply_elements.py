@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gpu.errors import SceneError
+from gpu.scene.floats import doubles
 from gpu.scene.remarks import Remarks
 from gpu.scene.text import decoded, numbers, without_mark
 from gpu.scene.types import Doubles, Integers
@@ -159,9 +160,9 @@ def _rows(element: Element, buffer: bytes, at: int, order: str) -> int:
                 offset += kind.itemsize
         for name, (values, lengths_of) in found.items():
             if lengths_of is None:
-                element.columns[name] = values.astype(np.float64)
+                element.columns[name] = doubles(values)
             else:
-                element.lists[name] = Lists(values.astype(np.float64).reshape(-1), lengths_of)
+                element.lists[name] = Lists(doubles(values).reshape(-1), lengths_of)
         return at + stride * element.rows
     return _walk(element, buffer, at, order)
 
@@ -206,7 +207,7 @@ def _walk(element: Element, buffer: bytes, at: int, order: str) -> int:
         owner = np.repeat(np.arange(element.rows), counts_of)
         place = np.arange(len(owner)) - (np.cumsum(counts_of) - counts_of)[owner]
         first = np.array(offsets[number], np.int64)[owner] + place * kind.itemsize
-        values = raw[first[:, None] + np.arange(kind.itemsize)].view(kind).reshape(-1).astype(np.float64)
+        values = doubles(raw[first[:, None] + np.arange(kind.itemsize)].view(kind).reshape(-1))
         if each.counted:
             element.lists[each.name] = Lists(values, counts_of)
         else:

@@ -6,6 +6,7 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
+from gpu.scene.floats import doubles
 from gpu.scene.normals import area_vectors
 from gpu.scene.outlines import covered, usable_positions
 from gpu.scene.remarks import Remarks
@@ -53,8 +54,8 @@ def _binary(source: str, content: bytes, said: int, remarks: Remarks) -> MeshPar
     )
     if b"COLOR=" in content[:80]:
         remarks.add("the colour in the header was ignored")
-    corners = facets["corners"].reshape(-1, 3).astype(np.float64)
-    return _part(source, corners, np.full(said, 3), facets["normal"].astype(np.float64), remarks)
+    corners = doubles(facets["corners"].reshape(-1, 3))
+    return _part(source, corners, np.full(said, 3), doubles(facets["normal"]), remarks)
 
 
 def _ascii(source: str, text: str, remarks: Remarks) -> MeshPart:

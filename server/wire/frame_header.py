@@ -89,8 +89,13 @@ def unpack_frame(message: bytes) -> tuple[FrameHeader, bytes]:
         )
     _, codec, start, width, height, pose, frame, settings, queue, render, encode, *rest = _fixed.unpack_from(message)
     phase, quality, samples, target_samples = rest
+    try:
+        stages = json.loads(message[FIXED_BYTES:start])
+        kinds = Codec(codec), Phase(phase)
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"not a frame: its header is broken: {error}") from None
     header = FrameHeader(
         *(width, height, pose, frame, settings, queue, render, encode),
-        *(json.loads(message[FIXED_BYTES:start]), Codec(codec), Phase(phase), quality, samples, target_samples),
+        *(stages, *kinds, quality, samples, target_samples),
     )
     return header, message[start:]

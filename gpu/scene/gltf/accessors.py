@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gpu.scene.floats import doubles
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.values import Value
 from gpu.scene.types import Doubles, Mask
@@ -56,7 +57,7 @@ def check_finite(buffers: Buffers, place: Value, key: str, rows: Doubles, used: 
 def dequantised(values: Array, normalized: bool) -> Doubles:
     """Values as float64; normalised integers divided by their largest value (glTF 2.0, section 3.11)."""
     if not normalized or values.dtype.kind == "f":
-        return values.astype(np.float64)
+        return doubles(values)
     return np.maximum(values / float(np.iinfo(values.dtype).max), -1.0)
 
 

@@ -205,3 +205,16 @@ def test_a_lamp_far_away_is_kept() -> None:
     assert len(scene.triangles) == 3
     assert scene.bounds[1] == (4.0, 2.0, 0.0)
     assert "leave out what is far away" in scene.report.notes[0]
+
+
+def test_what_is_left_of_nothing_but_far_corners_is_said() -> None:
+    """A triangle of the bulk may be a point in single precision beside one that reaches far."""
+    near = MeshPart(QUAD * 1e-12, TWO)
+    far = MeshPart(np.array([[0.0, 0, 0], [1e30, 0, 0], [1e30, 1e-30, 0]]), np.array([[0, 1, 2]]))
+    with pytest.raises(SceneError, match="triangles has an area"):
+        scene_of(near, far, materials=(LAMP,))
+
+
+def test_texture_coordinates_stay_numbers() -> None:
+    scene = scene_of(MeshPart(QUAD, TWO, uvs=(np.full((4, 2), 1e300),)))
+    assert np.isfinite(scene.uvs).all()
