@@ -14,6 +14,7 @@ from server.render.engine import Engine
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
+from server.scenes.uploads import MAX_AT_ONCE
 from server.settings import ServerSettings
 from server.wire.worker import SceneRef, Start
 
@@ -35,6 +36,7 @@ class Service:
     viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
     stills_waiting: int = 0
     streams: Places = field(default_factory=lambda: Places("event streams", MAX_STREAMS, MAX_STREAMS_OF_ONE))
+    uploading: Places = field(default_factory=lambda: Places("uploads", MAX_AT_ONCE, MAX_AT_ONCE // 2))
     metrics: Metrics = field(default_factory=Metrics)
     stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
 

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import RenderSettings
+from server.addresses import client_network
 from server.errors import EXPECTED, WITH_BODY, error_body, refusals
 from server.refusals import ForbiddenError, InUseError, UnknownSceneError
 from server.render.worker_link import WorkerLostError
@@ -145,9 +146,11 @@ async def upload(
     """
     length = request.headers.get("content-length", "")
     known_length = int(length) if length.isdecimal() else None
-    added = await _uploads(service).add(
-        query.name, known_length, request.stream(), service.in_use, query.options or DEFAULT_OPTIONS
-    )
+    client = client_network(request.client.host if request.client else "")
+    with service.uploading.taken(client):  # one client must not take all places
+        added = await _uploads(service).add(
+            query.name, known_length, request.stream(), service.in_use, query.options or DEFAULT_OPTIONS
+        )
     ref = service.catalogue.find(added.id)
     service.residency.learn(ref, added.checked)
     await service.residency.free_lost()

@@ -3,6 +3,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 from glb_file import TRIANGLE_GLB
 from gradient_worker import SLOW_SEED
 from harness import Running, Walker
+
+from server.scenes.uploads import MAX_AT_ONCE
 
 SCENES = "/api/v1/scenes"
 
@@ -256,3 +259,11 @@ def test_a_way_to_read_that_cannot_be_is_refused(running: Running, parameter: di
     answer = running.http.post(SCENES, params={"name": "turned.glb", **parameter}, content=TRIANGLE_GLB)
     assert answer.status_code == 422
     assert words in answer.json()["message"]
+
+
+def test_one_client_does_not_take_all_places_of_uploads(running: Running) -> None:
+    with ExitStack() as others:
+        for _ in range(MAX_AT_ONCE // 2):
+            others.enter_context(running.service.uploading.taken("127.0.0.1"))
+        answer = running.http.post("/api/v1/scenes?name=a.obj", content=b"v 0 0 0")
+        assert (answer.status_code, answer.json()["code"]) == (429, "too-busy")
