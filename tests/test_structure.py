@@ -6,6 +6,7 @@ All is read from the source; nothing is imported.
 import ast
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -31,6 +32,7 @@ KNOWS_SETTINGS = {"renderer", "methods", "sample_counts"}
 MOST_PARAMETERS, MOST_LINES = 8, 500
 
 
+@cache
 def sources(*folders: str) -> dict[str, ast.Module]:
     """The modules of folders by their dotted names."""
     paths = [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
@@ -50,6 +52,7 @@ def imports(tree: ast.Module, modules: set[str]) -> Iterator[str]:
             yield from (alias.name for alias in node.names if alias.name in modules)
 
 
+@cache
 def graph(*folders: str) -> dict[str, set[str]]:
     trees = sources(*folders)
     return {name: set(imports(tree, set(trees))) - {name} for name, tree in trees.items()}

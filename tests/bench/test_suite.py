@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.bench import __main__ as command
-from tests.bench import growth, sweep, temporal
+from tests.bench import growth, skips, sweep, targets, temporal
 from tests.bench.errors import ErrorPool, errors_of
 from tests.bench.page import SECTIONS, page
 from tests.bench.store import Row, read_rows
@@ -23,6 +23,10 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Row]]:
         patch.setattr(growth, "TRIANGLES", (10_000, 40_000))
         patch.setattr(growth, "QUICK_SIDES", 64)
         patch.setattr(temporal, "SETTINGS", temporal.SETTINGS[:1])
+        # Each switch has kernels of its own, which take long to compile.
+        patch.setattr(skips, "switches", lambda _: ("near_field", "skip.unchanged_camera"))
+        patch.setattr(targets, "TIMES", targets.TIMES[:1])
+        patch.setattr(targets, "ERRORS", targets.ERRORS[:1])
         options = ["--groups", "paper", "exact", "--scenes-named", "cornell-box", "--size", "32x24", "--device", "cpu"]
         patch.setattr("sys.argv", ["bench", *PARTS, "--quick", "--reference-samples", "4", "--out", str(out), *options])
         assert command.main() == 0

@@ -169,8 +169,8 @@ def test_levels_come_and_go_without_a_trace_in_the_picture(room: DeviceScene, si
     renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=40.0))
     pictures: dict[Level, list[bytes]] = {}
     governor = governor_of(renderer)
-    for number in range(60):
-        governor._target = targets[number // 15 % 2]
+    for number in range(36):
+        governor._target = targets[number // 9 % 2]
         frame = renderer.render(CAMERA)
         pictures.setdefault(steered(renderer)[1].steering.level, []).append(frame.radiance().tobytes())
         assert len(steered(renderer)[0]._kept) <= KEPT_LIGHTS
