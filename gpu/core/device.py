@@ -13,9 +13,9 @@ from gpu.errors import DeviceError
 wp.config.log_level = wp.LOG_WARNING
 wp.config.enable_backward = False
 # Longer loops in a row are more code than a GPU's caches hold, and more registers.
+wp.config.max_unroll = 4
 # Warp's own limits of inlining take a third longer to compile for a CPU and make frames no faster.
 wp.config.cpu_compiler_flags = "-march=native"
-wp.config.max_unroll = 4
 
 CORES = cpu_count() or 1
 MIN_SLICE = 1024
