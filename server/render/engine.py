@@ -58,6 +58,7 @@ OVERDUE_SECONDS = 5.0  # without a word, after which a turn takes too long for o
 TURN_SECONDS = 30.0  # after which it does so in any case
 HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
 HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
+MOST_TURN_SECONDS = 300.0  # of a turn, whatever it says, unless it may be silent for longer: others wait for it
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
 log = logging.getLogger("lumenwalk.engine")
 
@@ -301,6 +302,10 @@ class Engine:
                     self._queue_heartbeat()
             elif silence >= (running.patience if running else START_SECONDS if self._spoken else FIRST_WORD_SECONDS):
                 log.error("worker %d has said nothing for %.1f s: it hangs and is killed", link.pid, silence)
+                self._hung = True
+                link.kill()
+            elif running and (turn := monotonic() - running.began) >= max(MOST_TURN_SECONDS, self._hang_seconds):
+                log.error("worker %d has been at one job for %.0f s: it is killed", link.pid, turn)
                 self._hung = True
                 link.kill()
 

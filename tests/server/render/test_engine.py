@@ -446,6 +446,21 @@ def test_a_turn_that_takes_too_long_is_known(monkeypatch: pytest.MonkeyPatch) ->
     check(scenario)
 
 
+def test_a_turn_ends_whatever_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("server.render.engine.MOST_TURN_SECONDS", 0.5)
+
+    async def main() -> None:
+        async with running(hang_seconds=1.5) as engine:
+            await until(lambda: engine.ready)
+            with pytest.raises(WorkerLostError):
+                await result(engine, job(seed=LONG_SEED))
+            with pytest.raises(QuarantinedError):
+                await result(engine, job(seed=LONG_SEED))
+            await result(engine, job())
+
+    asyncio.run(main())
+
+
 def test_what_crashed_a_worker_is_refused_to_all_and_others_are_innocent() -> None:
     async def scenario(engine: Engine) -> None:
         encoding = await engine.submit(1, Urgency.MOVING, lambda: job(1))
