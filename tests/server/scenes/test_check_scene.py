@@ -85,7 +85,7 @@ def test_a_sound_scene_is_described(folder: Path) -> None:
 def test_a_broken_scene_is_refused_with_the_place(folder: Path) -> None:
     (folder / "a.glb").write_bytes(glb(triangle(nodes=[{"mesh": 0, "scale": 7}]), TRIANGLE))
     assert check(folder / "a.glb") == {
-        "field": "nodes[0].scale", "problem": "must be an array"
+        "field": "nodes[0].scale", "problem": "must be an array", "unpacked_bytes": None
     }  # fmt: skip
 
 
@@ -100,7 +100,7 @@ def test_nothing_outside_the_folder_is_opened(folder: Path, uri: str) -> None:
     (folder / "a.gltf").write_text(json.dumps(triangle(buffers=[{"byteLength": 36, "uri": named}])))
     answer, paths = opened(folder / "a.gltf")
     assert answer["field"] == "buffers[0].uri"
-    assert paths == [folder / "a.gltf"]
+    assert set(paths) == {folder / "a.gltf"}
 
 
 def test_what_is_beside_the_scene_is_opened(folder: Path) -> None:
@@ -117,7 +117,7 @@ def test_no_library_outside_the_folder_is_opened(folder: Path, library: str) -> 
     (folder / "a.obj").write_text(f"mtllib {library}\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     answer, paths = opened(folder / "a.obj")
     assert answer["field"] == "mtllib"
-    assert paths == [folder / "a.obj"]
+    assert set(paths) == {folder / "a.obj"}
 
 
 @pytest.mark.parametrize("texture", ["../secret.bin", "link.png"])
