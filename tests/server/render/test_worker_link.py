@@ -49,8 +49,11 @@ def gone(pid: int) -> bool:
 def test_a_worker_is_spoken_to_and_ends_by_itself() -> None:
     async def scenario(link: WorkerLink) -> None:
         link.send(START)
-        kinds = [type((await link.receive(lambda: 0))[0]) for _ in range(2)]
-        assert kinds == [Progress, Ready]
+        kinds = [type((await link.receive(lambda: 0))[0])]
+        while kinds[-1] is Progress:
+            kinds.append(type((await link.receive(lambda: 0))[0]))
+        assert len(kinds) > 1
+        assert kinds[-1] is Ready
 
     assert linked(GRADIENT_WORKER, scenario) == 0
 
