@@ -1,91 +1,111 @@
 """A long run: `python -m tests.fuzz --seconds 3600 --seed 7 --out build/fuzz`.
 
-What reaches new lines of the readers is kept, in memory, to be changed further. Each fault is written into `out` once,
-with its traceback; the exit status is 1 when there was one.
+What reaches new lines of the readers is changed further; at the end `out`/corpus.zip has as few files as reach all that
+was reached, which can take the place of the corpus that is kept beside this. Each fault is written into `out` once,
+with its traceback; the exit status is 1 when there was one. Libraries may end the process that reads, as they may
+in the service: that is counted, and no fault.
 """
 
 import argparse
+import os
 import resource
 import sys
 import tempfile
 import time
-import traceback
 import warnings
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from random import Random
-from types import FrameType
-from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests" / "gpu"))  # whose files make files
 
+from server.scenes.checker import ONE_THREAD  # noqa: E402
+
+os.environ |= ONE_THREAD  # before any library is loaded: a process of several threads is not copied safely
+
+from tests.fuzz import corpus  # noqa: E402
+from tests.fuzz.apart import EndedError, FaultError, apart, place_of, told  # noqa: E402
+from tests.fuzz.edges import Edges  # noqa: E402
 from tests.fuzz.mutate import mutated  # noqa: E402
 from tests.fuzz.readers import read  # noqa: E402
-from tests.fuzz.seeds import Seed, seeds  # noqa: E402
+from tests.fuzz.seed import Seed  # noqa: E402
+from tests.fuzz.seeds import seeds  # noqa: E402
+from tests.fuzz.seeds_of_libraries import library_of  # noqa: E402
 
 MOST_MEMORY = 4 * 1024**3
-READERS = str(ROOT / "gpu" / "scene")
 
 
-class Edges:
-    """Which steps from line to line of the readers have been seen."""
+class Run:
+    """Files that are changed and read, and what came of it."""
 
-    def __init__(self) -> None:
-        self.seen: set[tuple[str, int, int]] = set()
+    def __init__(self, seed: int, out: Path, folder: Path) -> None:
+        self._dice, self._edges, self._out, self._folder = Random(seed), Edges(), out, folder
+        self._kinds: dict[str, list[Seed]] = {}
+        self.found: list[corpus.Found] = []
+        self.counts, self.faults = Counter[str](), Counter[str]()
 
-    def watch(self, frame: FrameType, _: str, __: Any) -> Any:
-        """For sys.settrace: follow the readers alone."""
-        if not frame.f_code.co_filename.startswith(READERS):
-            return None
-        file, last = frame.f_code.co_filename, [0]
+    def begin(self) -> None:
+        """Read seeds and corpus; libraries are loaded once and for all."""
+        first = seeds()
+        for seed in first:
+            self._kinds[seed.name] = []
+            read(self._folder, seed)
+        for seed in [*first, *corpus.read(first)]:
+            self._try(seed, new=True)
 
-        def line(at: FrameType, event: str, _: Any) -> Any:
-            if event == "line":
-                self.seen.add((file, last[0], at.f_lineno))
-                last[0] = at.f_lineno
-            return line
+    def step(self) -> None:
+        """Change one file and read it."""
+        kind = self._kinds[self._dice.choice(list(self._kinds))]
+        self._try(_changed(self._dice, self._dice.choice(kind), self._dice.choice(kind)))
 
-        return line
+    def _try(self, file: Seed, *, new: bool = False) -> None:
+        try:
+            do = partial(self._edges.reached, partial(read, self._folder, file))
+            is_scene, edges = apart(do) if library_of(file.name) else do()
+        except EndedError as error:
+            self.counts[f"{library_of(file.name)} ended by {error}"] += 1
+            return
+        except Exception as error:  # every kind is a fault
+            self._fault(file, error)
+            return
+        self.counts["scenes" if is_scene else "refused"] += 1
+        numbers, is_new = self._edges.numbered(edges)
+        if new or is_new:
+            self._kinds[file.name].append(file)
+            self.found.append((file, numbers))
+
+    def _fault(self, file: Seed, error: Exception) -> None:
+        place, why = (error.place, error.why) if isinstance(error, FaultError) else (place_of(error), told(error))
+        key = f"{place}-{Path(file.name).suffix[1:]}"
+        self.faults[key] += 1
+        if self.faults[key] == 1:
+            _keep(self._out / key, file, why)
+            print(f"{key}: {why.splitlines()[-1][:150]}", flush=True)
+
+    def __str__(self) -> str:
+        return (
+            f"{dict(self.counts)}, {len(self._edges.numbers)} edges, {len(self.found)} files kept, {dict(self.faults)}"
+        )
 
 
 def run(seconds: float, seed: int, out: Path) -> int:
     """Read mutations for that long; how many distinct faults there were."""
     out.mkdir(parents=True, exist_ok=True)
-    dice, edges, counts = Random(seed), Edges(), Counter[str]()
-    corpus: dict[str, list[Seed]] = {each.name: [each] for each in seeds()}
-    faults = Counter[str]()
-    began = told = time.monotonic()
+    began = said = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
+        running = Run(seed, out, Path(folder))
+        running.begin()
         while (now := time.monotonic()) < began + seconds:
-            kind = corpus[dice.choice(list(corpus))]
-            file = _changed(dice, dice.choice(kind), dice.choice(kind))
-            before = len(edges.seen)
-            sys.settrace(edges.watch)
-            try:
-                is_scene = read(Path(folder), file)
-            except Exception as error:  # every kind is a fault
-                sys.settrace(None)
-                place = traceback.extract_tb(error.__traceback__)[-1]
-                key = f"{type(error).__name__}-{Path(place.filename).stem}-{place.lineno}-{Path(file.name).suffix[1:]}"
-                faults[key] += 1
-                if faults[key] == 1:
-                    _keep(out / key, file, traceback.format_exc())
-                    print(f"{key}: {str(error)[:150]}", flush=True)
-            else:
-                sys.settrace(None)
-                counts["scenes" if is_scene else "refused"] += 1
-            if len(edges.seen) > before:
-                kind.append(file)
-            if now > told + 60:
-                told = now
-                print(f"{now - began:.0f} s: {dict(counts)}, {len(edges.seen)} edges, {dict(faults)}", flush=True)
-    kept = sum(map(len, corpus.values()))
-    print(
-        f"seed {seed}: {dict(counts)}, {len(edges.seen)} edges, {kept} files kept, faults: {dict(faults)}", flush=True
-    )
-    return len(faults)
+            running.step()
+            if now > said + 60:
+                said = now
+                print(f"{now - began:.0f} s: {running}", flush=True)
+    corpus.write(corpus.fewest(running.found), out / "corpus.zip")
+    print(f"seed {seed}: {running}", flush=True)
+    return len(running.faults)
 
 
 def _changed(dice: Random, file: Seed, other: Seed) -> Seed:
@@ -100,7 +120,7 @@ def _changed(dice: Random, file: Seed, other: Seed) -> Seed:
 
 def _keep(folder: Path, file: Seed, why: str) -> None:
     folder.mkdir(exist_ok=True)
-    for name, content in {file.name: file.content, **file.beside, "why.txt": why.encode(errors="replace")}.items():
+    for name, content in {**file.files(), "why.txt": why.encode(errors="replace")}.items():
         (folder / name).write_bytes(content)
 
 

@@ -1,6 +1,7 @@
 """Changes of files: of bytes, of words and lines of text, and of the JSON in glTF with lengths that fit again."""
 
 import json
+import re
 import struct
 from collections.abc import Callable
 from random import Random
@@ -34,6 +35,7 @@ WORDS = (
     *(str(number).encode() for number in NUMBERS),
 )
 VALUES = (None, True, False, "", "a", "\x00", "\ud800", "../x", [], {}, [[]], [None], *NUMBERS)
+_VALUE = re.compile(rb"""[^\s"'(),;<>=/]+""")
 MOST_BYTES = 100_000  # of a mutation: repeating must not lead to files that are merely slow
 
 
@@ -93,6 +95,15 @@ def _word(dice: Random, content: bytes, _: bytes) -> bytes:
     line = dice.choice(lines)
     line[dice.randrange(len(line))] = dice.choice(WORDS)
     return b"\n".join(b" ".join(line) for line in lines)
+
+
+def _value(dice: Random, content: bytes, other: bytes) -> bytes:
+    """A word of XML, STEP and their like, between quotes, commas, brackets or tags, by another one."""
+    here, there = list(_VALUE.finditer(content)), _VALUE.findall(other)
+    if not here or not there:
+        return _flip(dice, content, b"")
+    place, word = dice.choice(here), dice.choice(WORDS) if dice.random() < 0.5 else dice.choice(there)
+    return content[: place.start()] + word + content[place.end() :]
 
 
 def _lines(dice: Random, content: bytes, other: bytes) -> bytes:
@@ -159,4 +170,4 @@ def _keys(value: Any) -> list[Any]:
 
 
 _ANY = (_flip, _number, _cut, _remove, _repeat, _splice)
-_TEXT = (_word, _word, _lines, _flip, _cut, _repeat, _splice)
+_TEXT = (_word, _word, _value, _value, _value, _lines, _flip, _cut, _repeat, _splice)

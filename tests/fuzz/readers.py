@@ -12,7 +12,7 @@ from gpu.scene.limits import SceneLimits
 from gpu.scene.load import load_scene
 from gpu.scene.summary import summarise, summary_text
 from server.scenes.scene_info import describe_scene
-from tests.fuzz.seeds import Seed
+from tests.fuzz.seed import Seed
 
 # Far above the seeds, far below what takes long.
 LIMITS = SceneLimits(
@@ -24,7 +24,7 @@ MOST_SECONDS = 5.0  # of processor time: a seed takes hundredths
 
 def read(folder: Path, file: Seed) -> bool:
     """Whether `file`, written into `folder`, is read as a scene. AssertionError, or any other, where it does wrong."""
-    for name, content in {file.name: file.content, **file.beside}.items():
+    for name, content in file.files().items():
         (folder / name).write_bytes(content)
     path = str(folder / file.name)
     began = time.process_time()

@@ -1,27 +1,20 @@
-"""Small sound scene files of every format that the project reads itself, for mutations to start from."""
+"""Small sound scene files of every format, for mutations to start from; here those that the project reads itself."""
 
 import base64
 import json
 import struct
 import tempfile
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from gltf_file import TRIANGLE, UV, GltfFile, image
 
-
-@dataclass(frozen=True)
-class Seed:
-    """A file by its name, and those that it refers to."""
-
-    name: str
-    content: bytes
-    beside: dict[str, bytes] = field(default_factory=dict)
+from tests.fuzz.seed import Seed
+from tests.fuzz.seeds_of_libraries import more_seeds
 
 
 def seeds() -> list[Seed]:
-    """All of them, the same each time."""
+    """All of them, the same each time but for those that libraries write."""
     glb = _glb()
     ply, binary_ply = _ply()
     mtl = b"""newmtl red
@@ -49,6 +42,7 @@ Ni 1.5
             b"COFF\n4 2 0\n0 0 0 1 0 0 1\n1 0 0 0 1 0 1\n0 1 0 0 0 1 1\n0 0 1 1 1 1 1\n3 0 1 2 255 0 0\n3 0 1 3\n",
         ),
         Seed("binary.off", _binary_off()),
+        *more_seeds(),
     ]
 
 

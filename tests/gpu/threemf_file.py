@@ -34,7 +34,7 @@ def model(resources: str, build: str = '<item objectid="1"/>', unit: str = 'unit
     )
 
 
-def threemf(start: str, others: Mapping[str, str | bytes] | None = None) -> bytes:
+def threemf(start: str | bytes, others: Mapping[str, str | bytes] | None = None) -> bytes:
     """A package with the model `start`; others: further files by their names."""
     written = io.BytesIO()
     with zipfile.ZipFile(written, "w", zipfile.ZIP_DEFLATED) as package:

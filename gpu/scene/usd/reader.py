@@ -15,14 +15,19 @@ from gpu.scene.usd.lights import Lights
 from gpu.scene.usd.materials import Materials
 from gpu.scene.usd.meshes import Meshes
 from gpu.scene.usd.shapes import SHAPES
-from gpu.scene.usd.stage import open_stage
+from gpu.scene.usd.stage import Stage, open_stage, refusing
 from gpu.scene.usd.variants import choose_variant
 from gpu.scene.validate import check_count
 
 
 def read_scene(path: Path, limits: SceneLimits, options: ImportOptions) -> Scene:
     """The scene in the USD file at `path`. Raises SceneError."""
-    stage = open_stage(path, limits)
+    with refusing(path):
+        return assemble(str(path), _parts(open_stage(path, limits), limits, options), limits, options)
+
+
+def _parts(stage: Stage, limits: SceneLimits, options: ImportOptions) -> SceneParts:
+    """What a stage has that is shown. Raises SceneError, and the errors of USD."""
     variants = choose_variant(stage.usd, options.variant)
     metres = UsdGeom.GetStageMetersPerUnit(stage.usd)
     materials = Materials(stage)
@@ -35,7 +40,7 @@ def read_scene(path: Path, limits: SceneLimits, options: ImportOptions) -> Scene
         if any(prim.IsA(kind) for kind in (UsdGeom.Mesh, *SHAPES)):
             for part in meshes.parts(prim):
                 triangles += len(part.triangles) * len(shown.to_world)
-                check_count(str(path), "triangles", triangles, limits.max_triangles, "max_triangles")
+                check_count(str(stage.path), "triangles", triangles, limits.max_triangles, "max_triangles")
                 parts.append(placed(part, shown.to_world))
             if prim.HasAPI(UsdLux.LightAPI):
                 stage.remarks.add("lights of kind MeshLightAPI are not shown", str(prim.GetPath()))
@@ -48,7 +53,7 @@ def read_scene(path: Path, limits: SceneLimits, options: ImportOptions) -> Scene
             stage.remarks.add("skinned meshes are shown in their bind pose", str(prim.GetPath()))
         elif prim.IsA(UsdGeom.Gprim):
             stage.remarks.add(f"prims of kind {prim.GetTypeName()} are not shown", str(prim.GetPath()))
-    found = SceneParts(
+    return SceneParts(
         meshes=[*parts, *lights.parts],
         materials=materials.materials,
         textures=materials.textures.textures,
@@ -60,4 +65,3 @@ def read_scene(path: Path, limits: SceneLimits, options: ImportOptions) -> Scene
         metres_per_unit=metres,
         choices={"variant": variants} if variants else {},
     )
-    return assemble(str(path), found, limits, options)

@@ -47,17 +47,19 @@ class Stage:
 
 
 def open_stage(path: Path, limits: SceneLimits) -> Stage:
-    """The stage of the file at `path`. Raises SceneError when a layer is broken, too large, or outside its folder."""
+    """The stage of the file at `path`.
+
+    Raises SceneError when a layer is too large or outside its folder, and the errors of USD (see `refusing`).
+    """
     remarks = Remarks()
-    with _refusing(path):
-        _sized(path, limits)
-        root = _opened(path, str(path.parent.resolve() / path.name))
-        layers = _confined_layers(path, root, limits, remarks)
-        diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # also keeps warnings off the console
-        usd = Usd.Stage.Open(root)
-        for problem in diagnostics.TakeUncoalescedDiagnostics():
-            remarks.add("USD cannot compose a part of the scene", _brief(path, problem.commentary))
-        del layers  # which were kept open, as they were changed, until the stage had them
+    _sized(path, limits)
+    root = _opened(path, str(path.parent.resolve() / path.name))
+    layers = _confined_layers(path, root, limits, remarks)
+    diagnostics = UsdUtils.CoalescingDiagnosticDelegate()  # also keeps warnings off the console
+    usd = Usd.Stage.Open(root)
+    for problem in diagnostics.TakeUncoalescedDiagnostics():
+        remarks.add("USD cannot compose a part of the scene", _brief(path, problem.commentary))
+    del layers  # which were kept open, as they were changed, until the stage had them
     if usd.HasAuthoredTimeCodeRange() and usd.GetStartTimeCode() < usd.GetEndTimeCode():
         remarks.add("animations are not played; the scene is shown at its first time")
     # Clips would bring in further layers for all times but the default one.
@@ -140,13 +142,16 @@ def _sized(path: Path, limits: SceneLimits) -> None:
 
 
 @contextmanager
-def _refusing(path: Path) -> Iterator[None]:
-    """Errors of USD as SceneError of `path`."""
+def refusing(path: Path) -> Iterator[None]:
+    """Errors of USD as SceneError of `path`, and those of Python with what is no text in it, be it USD's words."""
     try:
-        yield
-    except Tf.ErrorException as error:
-        problem = str(error).partition(" : ")[2].strip(" '\n")
-        raise SceneError(str(path), "", f"not a USD file that can be read: {_brief(path, problem)}") from error
+        try:
+            yield
+        except Tf.ErrorException as error:
+            problem = str(error).partition(" : ")[2].strip(" '\n")
+            raise SceneError(str(path), "", f"not a USD file that can be read: {_brief(path, problem)}") from error
+    except UnicodeDecodeError as error:
+        raise SceneError(str(path), "", "not a USD file that can be read: it has text that is not UTF-8") from error
 
 
 def _brief(path: Path, problem: str) -> str:

@@ -32,6 +32,7 @@ def layer(folder: Path, name: str, prim: str = "Mesh") -> None:
         ("a.usdc", b"PXR-USDC" + bytes(100)),
         ("a.usdz", b"PK\x03\x04cut off"),
         ("a.usd", b""),
+        ("a.usda", b'#usda 1.0\ndef \xa0 "A" {}'),  # which USD repeats
     ],
 )
 def test_broken_files(tmp_path: Path, name: str, content: bytes) -> None:
