@@ -1,12 +1,14 @@
 """A renderer: one image size and one choice of settings of a scene, for any number of viewers in turn."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from time import perf_counter
+from math import inf
 from weakref import finalize
 
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
@@ -22,6 +24,9 @@ from gpu.settings import RenderSettings, Skips
 from gpu.vpl.light_sets import LightSets, Progress
 
 MAX_SIDE = 16_384
+# Of a GPU's frame: while frames take longer, and others want the device, they may have it between its stages.
+LONG_FRAME_SECONDS = 0.03
+REMEMBERED = 0.8  # of a long frame's time, by the next one, which may be shorter than those to come
 
 
 def _silent(what: str, fraction: float) -> None:
@@ -53,6 +58,7 @@ class Renderer:
         lights, counts = light_sets or LightSets(device_scene), sample_counts_of(settings, self._device)
         self._method = make_method(RenderSetup(device_scene, lights, size, settings, counts, progress or _silent))
         self._own_view: ViewState | None = None
+        self._long_seconds = inf  # of the last frames; the first loads kernels
 
     def new_view(self) -> ViewState:
         """What a new viewer's walk leaves behind from frame to frame; freed with the last reference to it."""
@@ -73,7 +79,8 @@ class Renderer:
         With an `accumulation`, of this camera's earlier frames and as many pixels: the mean of those and one more.
         view: the viewer's, of `new_view`; without one, the renderer's own. walks: from where the view's last frame was,
         so that this one may build on it; else the same settings and camera give the same picture, whatever was rendered
-        before. What other viewers render in between changes nothing.
+        before. What other viewers render in between changes nothing. Where the device is shared (gpu.core.sharing) a
+        long frame gives it to others; this renderer must not be used by them until it is done.
         """
         if view is None:
             view = self._own_view = self._own_view or self.new_view()
@@ -81,7 +88,18 @@ class Renderer:
         return self._method.show(once, view, camera, accumulation, walks=walks)
 
     def _render(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> Frame:
-        begun, stages = perf_counter(), self._stages
+        stages, begun = self._stages, DEVICE_SHARING.own_time()
+        if self._device.is_cuda:
+            stages.stepwise = DEVICE_SHARING.active and self._long_seconds > LONG_FRAME_SECONDS
+        with nullcontext() if stages.stepwise else DEVICE_SHARING.keep():
+            frame = self._frame(view, walks, camera, accumulation)
+        if stages.steady and not stages.captured:
+            before = 0.0 if self._long_seconds == inf else REMEMBERED * self._long_seconds
+            self._long_seconds = max(DEVICE_SHARING.own_time() - begun, before)
+        return frame
+
+    def _frame(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> Frame:
+        stages, begun = self._stages, DEVICE_SHARING.own_time()
         sample = accumulation.samples if accumulation else 0
         shown = camera.view_key, sample
         # What a walk shows may depend on how it came there.
@@ -116,6 +134,6 @@ class Renderer:
             steady=stages.steady,
         )
         if stages.steady and not stages.captured and not unchanged and sample == 0:
-            host_ms = 1e3 * (perf_counter() - begun) - sum(stats.stage_ms.values())
+            host_ms = 1e3 * (DEVICE_SHARING.own_time() - begun) - sum(stats.stage_ms.values())
             stats = replace(stats, host_ms=max(host_ms, 0.0))
         return Frame(self._size, radiance, self._tonemap.pixels, stats)

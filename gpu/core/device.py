@@ -1,12 +1,15 @@
 """The compute device: its choice, launches that use all of it, and arrays on it."""
 
+from collections import deque
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from os import cpu_count
+from time import perf_counter
 from typing import Any
 
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 
 # Warp reports its start on stdout, which belongs to `--json`; adjoints are never used and double the compile time.
@@ -19,6 +22,12 @@ wp.config.cpu_compiler_flags = "-march=native"
 
 CORES = cpu_count() or 1
 MIN_SLICE = 1024
+# Of a launch, after which others may have the device: a fraction of what they can wait. Until it is known how long a
+# kernel takes, a slice has few items.
+CPU_SLICE_SECONDS, CUDA_SLICE_SECONDS = 0.05, 0.01
+FIRST_CPU_SLICE, FIRST_CUDA_SLICE = 64, 1 << 20
+# Fewer items leave some of a GPU idle; a launch with less to do than LONG_LAUNCH is over before anybody waits.
+LEAST_CUDA_SLICE, LONG_LAUNCH = 1 << 19, 1 << 21
 # Threads of a block, which end together: small, so that few wait for the longest where times differ, as with rays.
 BLOCK = 128
 # Blocks of a launch; with more items, each thread takes several. So a launch sized for the most items there may be
@@ -52,37 +61,86 @@ def choose_device(name: str | None) -> wp.Device:
     return device
 
 
-def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS) -> None:
+def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS,
+           weight: int = 1) -> None:  # fmt: skip
     """Run `kernel` over `count` items; its first parameter receives the first item of a launch.
 
-    CUDA gets one launch, of at most so many `blocks` of threads. The CPU gets slices on all cores: a CPU launch runs on
-    one thread but releases the GIL. No two items may write the same element: atomics are not atomic between slices
-    (launch_together).
+    CUDA gets one launch, of at most so many `blocks` of threads; where the device is shared, long ones in slices. The
+    CPU gets slices on all cores: a CPU launch runs on one thread but releases the GIL. No two items may write the same
+    element: atomics are not atomic between slices (launch_together). weight: how much an item has to do, where that
+    differs from launch to launch.
     """
-    if count == 0:
-        return
     if device.is_cuda:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
-        return
-    size = max(MIN_SLICE, -(-count // (4 * CORES)))
-    if size >= count:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device)
-        return
-    kernel.module.load(device, block_dim=1)  # as CPU launches do: compiled once, before the threads race for it
-    slices = [
-        _pool.submit(wp.launch, kernel, min(size, count - first), [first, *inputs], device=device)
-        for first in range(0, count, size)
-    ]
-    for slice_ in slices:
-        slice_.result()
+        _launch_on_cuda(kernel, count, inputs, device, blocks, weight)
+    elif count > 0:
+        most = max(MIN_SLICE, -(-count // (4 * CORES)))
+        _launch_on_cpu(kernel, count, inputs, device, most, weight, CORES)
 
 
 def launch_together(
     kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS
 ) -> None:
     """As `launch`, for a kernel whose items add to the same elements: the CPU runs it on one core."""
-    if count > 0:
-        wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
+    if device.is_cuda:
+        _launch_on_cuda(kernel, count, inputs, device, blocks, 1)
+    elif count > 0:
+        _launch_on_cpu(kernel, count, inputs, device, count, 1, 1)
+
+
+# What an item of weight 1 of a kernel took last, on one core or a whole GPU [s].
+_costs: dict[wp.Kernel, float] = {}
+
+
+def _launch_on_cuda(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int,
+                    weight: int) -> None:  # fmt: skip
+    if not DEVICE_SHARING.active or count * weight < LONG_LAUNCH:
+        if count > 0:
+            wp.launch(kernel, dim=count, inputs=[0, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
+        return
+    kernel.module.load(device, block_dim=BLOCK)  # which is no time of the kernel's
+    wp.synchronize_device(device)
+    first = 0
+    while first < count:
+        cost = _costs.get(kernel)
+        wanted = FIRST_CUDA_SLICE if cost is None else int(CUDA_SLICE_SECONDS / (cost * weight))
+        size = min(max(wanted // BLOCK * BLOCK, LEAST_CUDA_SLICE), count - first)
+        begun = perf_counter()
+        wp.launch(kernel, dim=size, inputs=[first, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
+        wp.synchronize_device(device)
+        _costs[kernel] = (perf_counter() - begun) / (size * weight)
+        first += size
+        DEVICE_SHARING.pause()
+
+
+def _launch_on_cpu(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, most: int, weight: int,
+                   cores: int) -> None:  # fmt: skip
+    """Launch in slices of up to `most` items on so many cores."""
+    kernel.module.load(device, block_dim=1)  # as CPU launches do: compiled once, before the threads race for it
+
+    def run(first: int, size: int) -> float:
+        begun = perf_counter()
+        wp.launch(kernel, dim=size, inputs=[first, *inputs], device=device)
+        return (perf_counter() - begun) / (size * weight)
+
+    def slice_at(first: int) -> int:
+        cost = _costs.get(kernel)
+        size = FIRST_CPU_SLICE if cost is None else max(int(CPU_SLICE_SECONDS / (cost * weight)), 1)
+        return min(size, most, count - first)
+
+    first, running = 0, deque[Future[float]]()
+    while first < count or running:
+        if not running and (cores == 1 or slice_at(first) == count - first):
+            size = slice_at(first)
+            _costs[kernel] = run(first, size)
+            first += size
+        else:
+            while first < count and len(running) < 2 * cores and not (running and DEVICE_SHARING.due):
+                size = slice_at(first)
+                running.append(_pool.submit(run, first, size))
+                first += size
+            _costs[kernel] = running.popleft().result()
+        if not running:
+            DEVICE_SHARING.pause()
 
 
 def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:

@@ -2,18 +2,13 @@
 
 from collections.abc import Callable, Hashable
 from itertools import count
-from time import perf_counter
 
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
+
 # Numbers for whatever owns arrays that captured graphs read; see `Stages.forget`.
 new_number = count().__next__
-
-
-def _duration(work: Callable[[], None]) -> float:
-    begun = perf_counter()
-    work()
-    return perf_counter() - begun
 
 
 class Stages:
@@ -21,8 +16,10 @@ class Stages:
 
     On CUDA a stage is captured as a graph, so that its many small launches cost the host nothing: what it launches must
     be the same in every frame of one `graph_key`, and what differs must come through arrays. Times are of device events
-    there, of the wall clock on the CPU. steady: whether the last frame's stages did nothing that only a first frame
-    does; captured: whether the host captured any of them in that frame.
+    there, of the wall clock on the CPU. stepwise: frames are so long that others may have the device between the stages
+    and within them: nothing is captured, nothing runs beside a stage, and times are of the wall clock, as always on a
+    CPU. steady: whether the last frame's stages did nothing that only a first frame does; captured: whether the host
+    captured any of them in that frame.
     """
 
     def __init__(self, device: wp.Device) -> None:
@@ -38,6 +35,7 @@ class Stages:
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
         self.graph_key: tuple[int, ...] = ()
+        self.stepwise = not device.is_cuda
         self.steady = self.captured = False
 
     def start_frame(self) -> None:
@@ -60,8 +58,8 @@ class Stages:
         waits for what was forked, and that wait is part of its time.
         """
         self._order.append(name)
-        if not self._device.is_cuda:
-            self._seconds[name] = _duration(work)
+        if self.stepwise:
+            self._seconds[name] = self._duration(work)
             if waits_for_fork:
                 self._seconds[name] += self._forked_seconds.pop(name, 0.0)
             self._note((name, branch, repeats))
@@ -90,8 +88,8 @@ class Stages:
         read, nor read what they write. On CUDA its time is what the stage `name` has to wait for it.
         """
         key = f"{name} {part}", branch, repeats
-        if not self._device.is_cuda:
-            self._forked_seconds[name] = self._forked_seconds.get(name, 0.0) + _duration(work)
+        if self.stepwise:
+            self._forked_seconds[name] = self._forked_seconds.get(name, 0.0) + self._duration(work)
             self._note(key)
             return
         if self._side is None:
@@ -102,10 +100,19 @@ class Stages:
 
     def run_untimed(self, work: Callable[[], None]) -> None:
         """Run `work`, the same in every frame of one `graph_key`, after the stages and in no stage's time."""
-        if self._device.is_cuda:
-            self._launch(("", None, True), work)
-        else:
+        if self.stepwise:
             work()
+        else:
+            self._launch(("", None, True), work)
+
+    def _duration(self, work: Callable[[], None]) -> float:
+        """What `work` takes by the wall clock, but for turns of others [s]; then others may have one."""
+        begun = DEVICE_SHARING.own_time()
+        work()
+        wp.synchronize_device(self._device)
+        seconds = DEVICE_SHARING.own_time() - begun
+        DEVICE_SHARING.pause()
+        return seconds
 
     def _note(self, key: tuple[str, Hashable, bool]) -> bool:
         """Whether a stage has run before; its first run loads its kernels, whatever the `graph_key`."""
@@ -130,7 +137,7 @@ class Stages:
 
     def milliseconds(self) -> dict[str, float]:
         """The stages' times [ms] in the order they ran, once the frame is ready."""
-        if not self._device.is_cuda:
+        if self.stepwise:
             return {name: 1e3 * self._seconds[name] for name in self._order}
         return {name: self._device_time(name) + self._waited(name) for name in self._order}
 

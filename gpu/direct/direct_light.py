@@ -218,7 +218,8 @@ def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, si
     gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
     kernel = direct_light_kernel(features.alpha, features.textures, features.gloss, features.backdrop)
-    launch(kernel, size[0] * size[1], [scene, table, gbuffer, image_size(size), samples, out, soft], out.device)
+    inputs = [scene, table, gbuffer, image_size(size), samples, out, soft]
+    launch(kernel, size[0] * size[1], inputs, out.device, weight=samples.count)
 
 
 def add_soft_light(gbuffer: GBuffer, soft: wp.array, out: wp.array) -> None:

@@ -138,4 +138,4 @@ def trace_paths(scene: SceneData, table: LightTable, camera: wp.array, size: tup
     camera: (1,) CameraData; size: (width, height).
     """
     inputs = [scene, table, camera, image_size(size), paths, mean]
-    launch(trace_paths_kernel, size[0] * size[1], inputs, mean.device)
+    launch(trace_paths_kernel, size[0] * size[1], inputs, mean.device, weight=paths.count)

@@ -62,4 +62,4 @@ def gather(scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClus
            out: Indirect) -> None:  # fmt: skip
     """Add the light of VPL clusters begin … end − 1 to `out`, every pair's visibility traced; the first run sets it."""
     inputs = [scene, gbuffer, sps.points, vpls, begin, end, out]
-    launch(exact_gather_kernel(connection(scene)), sps.capacity, inputs, sps.device)
+    launch(exact_gather_kernel(connection(scene)), sps.capacity, inputs, sps.device, weight=end - begin)

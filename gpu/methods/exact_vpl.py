@@ -17,8 +17,8 @@ from gpu.settings import Clustering, Component
 from gpu.vpl.build import unclustered
 from gpu.vpl.vpl_clusters import VplClusters
 
-# Rays a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
-RAYS_PER_LAUNCH = 1 << 28
+# Rays a launch: few hundredths of a second on a GPU, and often enough for progress on a CPU.
+RAYS_PER_LAUNCH = 1 << 25
 RAYS_PER_CPU_LAUNCH = 1 << 22
 
 

@@ -8,8 +8,8 @@ from gpu.methods.passes import frame_seed
 from gpu.methods.view_state import ViewState
 from gpu.settings import Component
 
-# Paths a launch: a fraction of a second on a GPU, and often enough for progress on a CPU.
-PATHS_PER_LAUNCH = 1 << 25
+# Paths a launch: few hundredths of a second on a GPU, and often enough for progress on a CPU.
+PATHS_PER_LAUNCH = 1 << 21
 PATHS_PER_CPU_LAUNCH = 1 << 19
 
 

@@ -1,7 +1,8 @@
 """The web process's side of rendering: keeps a worker running and gives it one job at a time, in turn.
 
 Whoever wants something rendered waits for a turn, which `Schedule` gives. A job is made when its turn comes, not
-before: a viewer's pose is then the newest one. More devices will mean more engines, one worker each, and viewers shared
+before: a viewer's pose is then the newest one. A job whose turn is long is asked to give it back when others wait, and
+queues up again for the rest. More devices will mean more engines, one worker each, and viewers shared
 out among them.
 
 A worker that ends, sends what it should not, or says nothing for too long is replaced. While nobody wants anything, one
@@ -29,6 +30,7 @@ from server.wire.worker import (
     HEARTBEAT,
     START_UP,
     STILLS,
+    Cancel,
     Cause,
     Closed,
     CloseScene,
@@ -41,11 +43,14 @@ from server.wire.worker import (
     Leave,
     Opened,
     OpenScene,
+    Paused,
     Progress,
     Ready,
     Render,
+    Resume,
     SceneRef,
     Start,
+    Yield,
 )
 
 WORKER = module_command("server.worker.backend")
@@ -59,6 +64,8 @@ TURN_SECONDS = 30.0  # after which it does so in any case
 HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
 HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
 MOST_TURN_SECONDS = 300.0  # of a turn, whatever it says, unless it may be silent for longer: others wait for it
+SHORT_TURN_SECONDS = 0.01  # of a turn, which is not asked back: it ends soon
+LONG_TURN_SECONDS = 1.0  # after which a turn is asked back, whoever waits: so the worker says that it lives
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
 log = logging.getLogger("lumenwalk.engine")
 
@@ -75,13 +82,14 @@ class _Waiting:
 
 @dataclass(frozen=True)
 class _Running:
-    """The job that the worker has; it may say nothing for `patience`."""
+    """The job whose turn it is; it may say nothing for `patience`; spent: in its turns before."""
 
     request: int
     entry: QueueEntry
     job: Job
     began: float  # [s]
     patience: float  # [s]
+    spent: float = 0.0  # [s]
 
     @property
     def is_heartbeat(self) -> bool:
@@ -106,6 +114,8 @@ class Engine:
         self._numbers = itertools.count(1)
         self._listening = False  # the worker takes jobs
         self._running: _Running | None = None
+        self._asked_back = False  # the turn of what runs
+        self._paused: dict[QueueEntry, _Running] = {}  # what has more turns to come
         self._pending: dict[int, PendingJob] = {}
         self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
         self._last_rendered: Render | None = None  # what was rendered last
@@ -146,7 +156,7 @@ class Engine:
     @property
     def waiting(self) -> Counter[Urgency]:
         """How many jobs wait for a turn, by urgency."""
-        return Counter(entry.urgency for entry in self._waiting)
+        return Counter(entry.urgency for entry in (*self._waiting, *self._paused))
 
     @property
     def worker_pid(self) -> int | None:
@@ -236,6 +246,9 @@ class Engine:
             if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
                 self._set_activity(RECOVERING)
             running, now = self._running, monotonic()
+            for entry in self._paused:
+                self._schedule.leave(entry)
+            self._paused.clear()
             if running is not None:
                 self._end_turn(now - running.began)
             for request in list(self._pending):
@@ -243,7 +256,7 @@ class Engine:
                 self._pending.pop(request).resolve(kind("the renderer was lost; it is being started again"))
             status = await link.stop()
             if running is not None:
-                self._quarantine.blame(running.job, now - running.began, status, hung=self._hung)
+                self._quarantine.blame(running.job, running.spent + now - running.began, status, hung=self._hung)
             log.info("worker %d ended with status %s", link.pid, status)
 
     def _handle(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
@@ -279,8 +292,21 @@ class Engine:
                 self._set_activity(Activity(EngineState.READY))
                 # Whoever has just been told of a failure says first whether he still wants what he waits for.
                 asyncio.get_running_loop().call_soon(self._dispatch)
+            case Free(request) if paused := self._paused_job(request):  # it ended in the turn of one that waited for it
+                self._schedule.leave(paused)
+                del self._paused[paused]
+            case Paused(request) if running and running.request == request:
+                self._take_note_of(message.holdings)
+                seconds = min(message.busy_ms / 1e3, self._last_heard - running.began)
+                self._end_turn(seconds)
+                entry = self._schedule.join(running.entry.client, running.entry.urgency)
+                self._paused[entry] = replace(running, entry=entry, spent=running.spent + seconds)
+                self._dispatch()
             case _:
                 raise link.refuse(f"{message.kind} out of turn")
+
+    def _paused_job(self, request: int) -> QueueEntry | None:
+        return next((entry for entry, paused in self._paused.items() if paused.request == request), None)
 
     def _answers(self, request: int, answer: Answer) -> bool:
         return request in self._pending and self._pending[request].answered_by(answer)
@@ -308,6 +334,8 @@ class Engine:
                 log.error("worker %d has been at one job for %.0f s: it is killed", link.pid, turn)
                 self._hung = True
                 link.kill()
+            elif running and turn >= LONG_TURN_SECONDS:
+                self._ask_back()
 
     def _queue_heartbeat(self) -> None:
         if all(entry.client != HEARTBEAT for entry in self._waiting):
@@ -322,10 +350,14 @@ class Engine:
         entry = self._schedule.join(client, urgency)
         waiting = self._waiting[entry] = _Waiting(make, asyncio.get_running_loop().create_future())
         self._dispatch()
+        self._ask_back_for_others()
         return entry, waiting
 
     def _dispatch(self) -> None:
         while self._listening and self._running is None and (entry := self._schedule.next()) is not None:
+            if (paused := self._paused.pop(entry, None)) is not None:
+                self._begin_turn(replace(paused, began=monotonic()), Resume(paused.request))
+                continue
             waiting = self._waiting.pop(entry)
             if waiting.turn.done():  # who asked has left this instant
                 continue
@@ -337,7 +369,6 @@ class Engine:
                 waiting.turn.set_result(None if job is None else self._send(entry, job))
 
     def _send(self, entry: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
-        assert self._link is not None
         reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
         try:
             self._quarantine.check(job)
@@ -346,10 +377,37 @@ class Engine:
             return reply
         quick = entry.client == HEARTBEAT and is_warm(self._last_rendered, self.scenes)
         patience = HEARTBEAT_DEADLINE if quick else self._hang_seconds
-        self._running = _Running(next(self._numbers), entry, job, monotonic(), patience)
-        self._pending[self._running.request] = PendingJob(job, reply)
-        self._link.send(replace(job, request=self._running.request))
+        request = next(self._numbers)
+        self._pending[request] = PendingJob(job, reply)
+        reply.add_done_callback(lambda _: self._cancel(request) if reply.cancelled() else None)
+        self._begin_turn(_Running(request, entry, job, monotonic(), patience), replace(job, request=request))
         return reply
+
+    def _begin_turn(self, running: _Running, message: Job | Resume) -> None:
+        assert self._link is not None
+        self._running, self._asked_back = running, False
+        self._link.send(message)
+        self._ask_back_for_others()
+
+    def _ask_back_for_others(self) -> None:
+        """Ask back the turn of what runs, if others wait and it is no short one."""
+        if self._running is None or self._asked_back or not (self._waiting or self._paused):
+            return
+        early = self._running.began + SHORT_TURN_SECONDS - monotonic()
+        if early > 0.0:
+            asyncio.get_running_loop().call_later(early, self._ask_back_for_others)
+        else:
+            self._ask_back()
+
+    def _ask_back(self) -> None:
+        if self._link is not None and self._running is not None and not self._asked_back:
+            self._asked_back = True
+            self._link.send(Yield(self._running.request))
+
+    def _cancel(self, request: int) -> None:
+        """Nobody wants this job any more."""
+        if self._link is not None and request in self._pending:
+            self._link.send(Cancel(request))
 
     def _end_turn(self, seconds: float) -> None:
         assert self._running is not None

@@ -140,8 +140,32 @@ class CloseScene:
     kind: Literal["close"] = "close"
 
 
+@dataclass(frozen=True)
+class Yield:
+    """Others wait for the turn that a job has: answered by Paused, unless the job ends first."""
+
+    request: int
+    kind: Literal["yield"] = "yield"
+
+
+@dataclass(frozen=True)
+class Resume:
+    """Go on with a job that has paused; answered as the job, or by Paused."""
+
+    request: int
+    kind: Literal["resume"] = "resume"
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """Nobody wants a job any more: it ends at its next pause, or when it goes on, by Failed and Free."""
+
+    request: int
+    kind: Literal["cancel"] = "cancel"
+
+
 Job = OpenScene | CloseScene | Render
-ToWorker = Start | OpenScene | Render | Leave | CloseScene
+ToWorker = Start | OpenScene | Render | Leave | CloseScene | Yield | Resume | Cancel
 
 # --- from the worker -------------------------------------------------------------------------------------------------
 
@@ -177,13 +201,24 @@ class Progress:
 class Free:
     """The worker can take the next job; this one's answer may still be on its way (being encoded).
 
-    busy_ms: time that the job had the device.
+    busy_ms: time that the job had the device in this turn. A job that has paused may end in the turn of another that
+    waits for it.
     """
 
     request: int
     busy_ms: Milliseconds
     holdings: Holdings
     kind: Literal["free"] = "free"
+
+
+@dataclass(frozen=True)
+class Paused:
+    """The worker can take another job; this one is to be resumed. busy_ms: time that it had the device in this turn."""
+
+    request: int
+    busy_ms: Milliseconds
+    holdings: Holdings
+    kind: Literal["paused"] = "paused"
 
 
 @dataclass(frozen=True)
@@ -241,7 +276,7 @@ class Failed:
     kind: Literal["failed"] = "failed"
 
 
-FromWorker = Ready | Progress | Free | Opened | Closed | Done | Failed
+FromWorker = Ready | Progress | Free | Paused | Opened | Closed | Done | Failed
 
 # --- the codec -------------------------------------------------------------------------------------------------------
 

@@ -34,10 +34,13 @@ from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build
 from server.worker.memory import free_host_bytes, own_bytes
-from server.worker.renderer_pool import RendererPool
+from server.worker.renderer_pool import RendererPool, lasting
+from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
+# What a job has at least of a turn that others wait for: half of what they may have to wait.
+CUDA_TURN_SECONDS, CPU_TURN_SECONDS = 0.025, 0.25
 MOST_NAMED = 10  # of a scene's cameras, where there is not the one that was asked for
 MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
@@ -64,13 +67,15 @@ class GpuBackend:
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
         self._memory_free, self._memory_asked = 0, 0.0
+        self._tasks = Tasks()
 
-    def start(self, start: Start, report: Report) -> str:
+    def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
-        self._start = start
+        self._start, self._tasks = start, tasks
         with needs_kernel_cache():
             self._device = choose_device(start.device)
         check_kernel_cache(wp.config.kernel_cache_dir)
+        tasks.turn_seconds = CUDA_TURN_SECONDS if self._device.is_cuda else CPU_TURN_SECONDS
         self._renderers = RendererPool(self._device)
         self._encoder = device_encoder(self._device)
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
@@ -129,6 +134,10 @@ class GpuBackend:
         return True
 
     def _load(self, ref: SceneRef, report: Report) -> LoadedScene:
+        with self._tasks.holding(ref):
+            return self._loaded(ref, report)
+
+    def _loaded(self, ref: SceneRef, report: Report) -> LoadedScene:
         loaded = self._scenes.pop(ref, None)
         if loaded is None:
             self._make_room()
@@ -169,6 +178,12 @@ class GpuBackend:
 
     def _picture(self, job: Render, report: Report) -> Picture:
         loaded = self._load(job.scene, report)
+        # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
+        viewer = job.viewer if job.viewer > STILLS else job.request
+        with self._tasks.holding(viewer), self._tasks.holding((job.scene, job.size, lasting(job.settings))):
+            return self._frame(job, loaded, report)
+
+    def _frame(self, job: Render, loaded: LoadedScene, report: Report) -> Picture:
         camera = view_camera(loaded.scene, job.view, job.size)
         if job.viewer > STILLS:
             self._viewed[job.viewer] = job.scene
@@ -176,7 +191,7 @@ class GpuBackend:
         try:
             frame = renderer.render(camera, self._accumulation(job), view=view, walks=job.walks)
         except BaseException:
-            self._renderers.clear()  # what they and the mean hold after an error is not known
+            self._renderers.discard(renderer)  # what it and the mean hold after an error is not known
             self._stills.pop(job.viewer, None)
             raise
         return self._result(job, frame)

@@ -32,6 +32,11 @@ FEW_BYTES = 64 << 20  # less is not worth asking for what there is
 SIZES_A_VIEWER = 3
 
 
+def lasting(settings: RenderSettings) -> RenderSettings:
+    """What a renderer knows of settings: how many frames are averaged is not its concern."""
+    return settings.model_copy(update={"frames": None})
+
+
 @dataclass(frozen=True)
 class _Key:
     scene: SceneRef
@@ -63,7 +68,7 @@ class RendererPool:
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
         soft = has_soft_light(scene.device_scene.scene)
-        key = _Key(scene.ref, size, settings.model_copy(update={"frames": None}), soft)
+        key = _Key(scene.ref, size, lasting(settings), soft)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
@@ -87,6 +92,10 @@ class RendererPool:
     def drop(self, scene: SceneRef) -> None:
         """Free the renderers of a scene, and the views of them."""
         self._entries = {key: entry for key, entry in self._entries.items() if key.scene != scene}
+
+    def discard(self, renderer: Renderer) -> None:
+        """Free one renderer, and the views of it."""
+        self._entries = {key: entry for key, entry in self._entries.items() if entry.renderer is not renderer}
 
     def clear(self) -> None:
         """Free all of them."""

@@ -1,7 +1,8 @@
 """The worker process's loop: one job at a time from the web process, pictures encoded in threads meanwhile.
 
-The web process sends the next job when it hears that the last one has left the device, so the queue, its fairness and
-the newest pose stay there and nothing waits here. What renders is a `Backend`; server.worker.backend has the real one.
+The web process sends the next job when it hears that the last one has left the device, or pauses, so the queue, its
+fairness and the newest pose stay there and nothing waits here. What renders is a `Backend`; server.worker.backend has
+the real one.
 """
 
 import ctypes
@@ -12,6 +13,7 @@ import socket
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from queue import SimpleQueue
 from threading import Lock, Thread
 from time import perf_counter
@@ -20,11 +22,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import OutOfMemoryError, UserError, brief
 from server.logs import configure
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
     START_UP,
+    Cancel,
     Cause,
     Closed,
     CloseScene,
@@ -37,17 +41,21 @@ from server.wire.worker import (
     Leave,
     Opened,
     OpenScene,
+    Paused,
     Progress,
     Ready,
     Render,
+    Resume,
     SceneRef,
     Start,
     ToWorker,
+    Yield,
     pack,
     read,
 )
 from server.worker.encode import encode
 from server.worker.reporter import Reporter
+from server.worker.tasks import CancelledError, Tasks
 
 PR_SET_PDEATHSIG = 1  # of <sys/prctl.h>
 FAULT = 70  # exit status after a fault that only a new process can mend
@@ -81,10 +89,15 @@ class Picture:
 
 
 class Backend(Protocol):
-    """What renders. All calls come from one thread; UserError is the user's fault, all else the program's."""
+    """What renders. All calls come from one thread, from jobs that may interrupt each other (gpu.core.sharing);
+    UserError is the user's fault, all else the program's.
+    """
 
-    def start(self, start: Start, report: Report) -> str:
-        """Choose a device, load the served scene, render one frame of it; return the device's name."""
+    def start(self, start: Start, report: Report, tasks: Tasks) -> str:
+        """Choose a device, load the served scene, render one frame of it; return the device's name.
+
+        tasks: the jobs to come; told how long a turn is on this device.
+        """
 
     def open(self, scene: SceneRef, report: Report) -> SceneInfo:
         """Make sure that a scene is loaded."""
@@ -116,6 +129,8 @@ class Worker:
         self._backend = backend
         self._sending = Lock()
         self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
+        self._tasks = Tasks()
+        self._turn_began = 0.0
         self._encoders = ThreadPoolExecutor(min(8, os.cpu_count() or 1), thread_name_prefix="encode")
 
     def run(self) -> int:
@@ -128,8 +143,9 @@ class Worker:
         self._send(Progress("starting", 0.0))
         try:
             report = self._reporter(quiet_seconds=0.0)
-            device = self._backend.start(start, report)
+            device = self._backend.start(start, report, self._tasks)
             report.end()
+            DEVICE_SHARING.begin(self._tasks)
             self._send(Ready(device, self._holdings()))
         except Exception as error:
             self._fail(START_UP, error)
@@ -147,7 +163,18 @@ class Worker:
             case Leave(viewer):
                 self._backend.leave(viewer)
             case OpenScene() | CloseScene() | Render():
-                self._do(message)
+                self._take_turn(message.request, lambda: self._tasks.start(message.request, partial(self._do, message)))
+            case Resume(request):
+                self._take_turn(request, lambda: self._tasks.resume(request))
+
+    def _take_turn(self, request: int, turn: Callable[[], bool]) -> None:
+        """Have a job's turn, which is true if that ended it."""
+        self._turn_began = perf_counter()
+        if not turn():
+            self._send(Paused(request, self._busy_ms(), self._holdings()))
+
+    def _busy_ms(self) -> float:
+        return 1e3 * (perf_counter() - self._turn_began)
 
     def _read(self) -> None:
         # The end of the pipe is the end of the web process: nothing is left to do, whatever the device is busy with.
@@ -155,14 +182,19 @@ class Worker:
             try:
                 while True:
                     message, _ = read(pipe)
-                    if isinstance(message, ToWorker):
-                        self._inbox.put(message)
+                    match message:
+                        case Yield(request):
+                            self._tasks.ask_back(request)
+                        case Cancel(request):
+                            self._tasks.cancel(request)
+                        case _ if isinstance(message, ToWorker):
+                            self._inbox.put(message)
             except (EOFError, OSError):
                 os._exit(0)
 
     def _do(self, job: Job) -> None:
         report = self._reporter(QUIET_SECONDS)
-        began = perf_counter()
+        began = DEVICE_SHARING.own_time()
         answer: FromWorker | None = None  # sent when all know what it changed
         try:
             match job:
@@ -173,15 +205,16 @@ class Worker:
                     answer = Closed(job.request)
                 case Render():
                     picture = self._backend.render(job, report)
-                    render_ms = 1e3 * (perf_counter() - began) - picture.encode_ms
+                    render_ms = 1e3 * (DEVICE_SHARING.own_time() - began) - picture.encode_ms
                     self._encoders.submit(self._finish, job, picture, render_ms)
         except Exception as error:
             # Whatever the error says: after an illegal access even an allocation fails, as if memory were short.
             self._check_health(error)
             self._fail(job.request, error)
+        except CancelledError:
+            self._fail(job.request, UserError("cancelled"))
         report.end()
-        busy_ms = 1e3 * (perf_counter() - began)
-        self._send(Free(job.request, busy_ms, self._holdings()))
+        self._send(Free(job.request, self._busy_ms(), self._holdings()))
         if answer is not None:
             self._answer(job.request, answer)
 

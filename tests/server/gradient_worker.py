@@ -10,18 +10,22 @@ import time
 
 import numpy as np
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import OutOfMemoryError, UserError
 from server.wire.browser import Bounds, CameraInfo, SceneInfo
 from server.wire.worker import HEARTBEAT, MAX_TEXT_BYTES, CameraMatrix, Render, SceneCamera, SceneRef, Start
+from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
 
 SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
 HANG_SEED, HANG_LATER_SEED, BUG_LATER_SEED, FAULT_LATER_SEED = 1011, 1012, 1013, 1014
-MEMORY_SEED, LONG_SEED, LATE_FAULT_SEED = 1015, 1016, 1017
+MEMORY_SEED, LONG_SEED, LATE_FAULT_SEED, SLICED_SEED = 1015, 1016, 1017, 1018
 SLOW_SECONDS = 0.25
 LONG_SECONDS = 3.0
 LATER = {HANG_LATER_SEED: HANG_SEED, BUG_LATER_SEED: BUG_SEED, FAULT_LATER_SEED: FAULT_SEED}
 MEMORY = (1_000_000_000, 8_000_000_000)
+SLICES, SLICE_SECONDS = 2000, 0.005  # of what is SLICED, at most
+ENOUGH = 3  # others' pictures between its slices, after which it ends
 TARGET = 4  # frames that a still view is averaged of
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -34,8 +38,9 @@ class GradientBackend:
         self._later = 0  # a seed whose fault shows in the next heartbeat
         self._scenes: dict[SceneRef, None] = {}
         self._averaged: dict[int, int] = {}
+        self._pictures = 0
 
-    def start(self, start: Start, report: Report) -> str:
+    def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         report("warming up", 0.5)
         if start.device == "none":
             raise UserError("no device 'none' here")
@@ -70,6 +75,13 @@ class GradientBackend:
                 for step in range(30):
                     time.sleep(LONG_SECONDS / 30)
                     report("long", step / 30)
+            case seed if seed == SLICED_SEED:
+                before = self._pictures
+                for _ in range(SLICES):
+                    if self._pictures - before >= ENOUGH:
+                        break
+                    time.sleep(SLICE_SECONDS)
+                    DEVICE_SHARING.pause()
             case seed if seed == HANG_SEED:
                 time.sleep(3600)
             case seed if seed == MEMORY_SEED:
@@ -98,6 +110,7 @@ class GradientBackend:
         radiance[..., 2] = job.viewer / 255.0
         counts, skips, estimates = {"pixels": width * height}, {"specular": 1}, {"target_ms": 4.0}
         stats = ({"gbuffer": 0.5, "shade": 1.5, "extra": 2.0}, counts, skips, estimates)
+        self._pictures += 1
         samples = 1
         if job.sample is not None:
             samples = self._averaged.get(job.viewer, 0) + 1 if job.sample else 1

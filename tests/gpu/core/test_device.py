@@ -1,8 +1,12 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import warp as wp
 
-from gpu.core.device import MIN_SLICE, allocate, choose_device, duplicate, launch
+from gpu.core import device as launching
+from gpu.core.device import MIN_SLICE, allocate, choose_device, duplicate, launch, launch_together
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 from gpu.lights.light_paths import Vpls
 
@@ -24,6 +28,65 @@ def test_a_launch_visits_every_item_once(count: int) -> None:
     visits = wp.zeros(max(count, 1), dtype=int, device="cpu")
     launch(count_kernel, count, [visits], choose_device("cpu"))
     assert (visits.numpy()[:count] == 1).all()
+
+
+class Due:
+    """Turns that others always want; visits: of items, at each time that they got one."""
+
+    def __init__(self, visits: wp.array) -> None:
+        self._visits = visits
+        self.visits: list[int] = []
+
+    def due(self) -> bool:
+        return True
+
+    def give(self) -> None:
+        self.visits.append(int(self._visits.numpy().sum()))
+
+
+@pytest.mark.parametrize("start", [launch, launch_together])
+def test_long_launches_give_the_device_to_others_between_slices(
+    start: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each slice has what can be done in its time, by what the kernel took before."""
+    count = 64 * MIN_SLICE
+    visits = wp.zeros(count, dtype=int, device="cpu")
+    monkeypatch.setattr(launching, "_costs", Costs(launching.CPU_SLICE_SECONDS / 100.0))
+    turns = Due(visits)
+    DEVICE_SHARING.begin(turns)
+    try:
+        start(count_kernel, count, [visits], choose_device("cpu"))
+    finally:
+        DEVICE_SHARING.begin(None)
+    assert (visits.numpy() == 1).all()
+    between = np.diff([0, *turns.visits])
+    assert between.max() <= 100 * 2 * launching.CORES
+    assert between.sum() == count
+
+
+class Costs(dict[wp.Kernel, float]):
+    """What an item costs, whatever is measured."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self._seconds = seconds
+
+    def get(self, _kernel: wp.Kernel, _default: float | None = None) -> float:
+        return self._seconds
+
+
+def test_a_kernel_that_nothing_is_known_of_begins_with_a_short_slice(monkeypatch: pytest.MonkeyPatch) -> None:
+    costs: dict[wp.Kernel, float] = {}
+    monkeypatch.setattr(launching, "_costs", costs)
+    visits = wp.zeros(10 * MIN_SLICE, dtype=int, device="cpu")
+    turns = Due(visits)
+    DEVICE_SHARING.begin(turns)
+    try:
+        launch_together(count_kernel, len(visits), [visits], choose_device("cpu"))
+    finally:
+        DEVICE_SHARING.begin(None)
+    assert turns.visits[0] == launching.FIRST_CPU_SLICE
+    assert costs[count_kernel] > 0.0
 
 
 def test_allocate_makes_every_array_and_duplicate_shares_them() -> None:

@@ -1,8 +1,7 @@
 import asyncio
 import os
 import signal
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
 
 import pytest
@@ -21,63 +20,19 @@ from gradient_worker import (
     SLOW_SEED,
     WRONG_SEED,
 )
-from harness import GRADIENT_WORKER, rogue
+from harness import rogue
+from live_engine import SCENE, check, job, result, running, until
 
 from gpu.errors import OutOfMemoryError, UserError
-from gpu.settings import RenderSettings
 from server.render.activity import EngineState
 from server.render.engine import BACKOFF_SECONDS, MOST_STARTS, Engine
 from server.render.pending import RenderFaultError
 from server.render.quarantine import QuarantinedError
 from server.render.schedule import Urgency
 from server.render.worker_link import InnocentLossError, WorkerLostError
-from server.wire.worker import Done, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import Render, SceneRef, Start
 
-SCENE = SceneRef("cornell-box", "cornell-box")
 KILLS = len(BACKOFF_SECONDS) + 1  # each of them would have to wait longer, were they failures to start
-
-
-def job(viewer: int = 0, seed: int = 0) -> Render:
-    return Render(viewer, SCENE, SceneCamera(0), (8, 8), RenderSettings(seed=seed), "jpeg")
-
-
-@asynccontextmanager
-async def running(
-    device: str | None = None, command: tuple[str, ...] = GRADIENT_WORKER, hang_seconds: float = 20.0
-) -> AsyncIterator[Engine]:
-    engine = Engine(Start(SCENE, device), command, hang_seconds)
-    task = asyncio.create_task(engine.run())
-    try:
-        yield engine
-    finally:
-        task.cancel()
-        with suppress(asyncio.CancelledError):
-            await task
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(20):
-        while not condition():
-            await asyncio.sleep(0.01)
-
-
-async def result(engine: Engine, render: Render) -> Done:
-    reply = await engine.submit(render.viewer, Urgency.MOVING, lambda: render)
-    assert reply is not None
-    done, _ = await reply
-    assert isinstance(done, Done)
-    return done
-
-
-def check(scenario: Callable[[Engine], Awaitable[None]]) -> None:
-    """Runs a scenario with a ready engine."""
-
-    async def main() -> None:
-        async with running() as engine:
-            await until(lambda: engine.ready)
-            await scenario(engine)
-
-    asyncio.run(main())
 
 
 def test_a_job_is_made_when_its_turn_comes() -> None:

@@ -14,20 +14,23 @@ import simplejpeg
 from harness import IDENTITY, run
 from PIL import Image
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
-from gpu.settings import RenderSettings
+from gpu.settings import Method, RenderSettings
 from server.render.engine import WORKER
 from server.settings import ServerSettings
 from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef, Start
 from server.worker.backend import GpuBackend, view_camera
+from server.worker.tasks import Tasks
 
 BOX, TWIN, THIRD = (SceneRef(name, "cornell-box") for name in ("box", "twin", "third"))
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
+LEAST_SLICES = {Method.EXACT_VPL: 20, Method.PATH: 4, Method.FUZZY_VPL: 30}
 
 
 def silent(_: str, __: float) -> None:
@@ -48,7 +51,7 @@ def job(
 @pytest.fixture(scope="module")
 def started(cpu: str) -> GpuBackend:
     backend = GpuBackend()
-    assert backend.start(Start(BOX, cpu, max_scenes=2), silent) == cpu
+    assert backend.start(Start(BOX, cpu, max_scenes=2), silent, Tasks()) == cpu
     return backend
 
 
@@ -136,6 +139,36 @@ def test_two_walkers_see_what_each_sees_alone(backend: GpuBackend) -> None:
         backend.leave(viewer)
     together = [(frame(1, 3.0, number), frame(2, 0.9, number)) for number in range(3)]
     assert [list(frames) for frames in zip(*together, strict=True)] == alone
+
+
+@pytest.mark.parametrize("method", [Method.EXACT_VPL, Method.PATH, Method.FUZZY_VPL])
+def test_pictures_are_the_same_whoever_interrupts_them(
+    backend: GpuBackend, method: Method, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A walker gets a frame at each pause of another's picture, and each waits for no more than some slices."""
+    settings = SETTINGS.model_copy(update={"method": method, "samples": 2})
+    heavy, light = job(viewer=1, settings=settings, output=".npy", size=(96, 64)), job(viewer=2, output=".npy")
+    alone = [backend.render(one, silent).radiance for one in (heavy, light)]
+    backend.leave(1)
+    backend.leave(2)
+    frames: list[Floats | None] = []
+    tasks = Tasks()
+    pictures: list[Floats | None] = []
+    monkeypatch.setattr(backend, "_tasks", tasks)
+    monkeypatch.setattr(tasks, "due", lambda: tasks._current is not None and tasks._current.request == 1)
+    DEVICE_SHARING.begin(tasks)
+    try:
+        done = tasks.start(1, lambda: pictures.append(backend.render(heavy, silent).radiance))
+        while not done:
+            assert tasks.start(2, lambda: frames.append(backend.render(light, silent).radiance))
+            done = tasks.resume(1)
+    finally:
+        DEVICE_SHARING.begin(None)
+    assert len(frames) >= LEAST_SLICES[method]
+    for picture, expected in zip([*pictures, frames[-1]], alone, strict=True):
+        assert picture is not None
+        assert expected is not None
+        assert picture.tobytes() == expected.tobytes()
 
 
 def test_frames_of_a_still_view_are_averaged_for_each_viewer(backend: GpuBackend) -> None:

@@ -1,0 +1,66 @@
+import pytest
+
+from gpu.core.sharing import DeviceSharing
+
+
+class Count:
+    """Turns that are always due, and what happens in those of others."""
+
+    def __init__(self, sharing: DeviceSharing) -> None:
+        self._sharing = sharing
+        self.given = 0
+
+    def due(self) -> bool:
+        return True
+
+    def give(self) -> None:
+        self.given += 1
+        if self.given == 1:  # somebody else's turn, who gives it away, too
+            self._sharing.pause()
+
+
+def test_nobody_is_asked_alone() -> None:
+    sharing = DeviceSharing()
+    assert not sharing.active
+    assert not sharing.due
+    sharing.pause()
+
+
+def test_the_device_is_given_away_where_that_is_due_and_kept_where_it_must_be() -> None:
+    sharing = DeviceSharing()
+    turns = Count(sharing)
+    sharing.begin(turns)
+    with sharing.keep():
+        assert not sharing.active
+        assert not sharing.due
+        sharing.pause()
+    assert turns.given == 0
+    assert sharing.active
+    sharing.pause()
+    assert turns.given == 2
+    sharing.begin(None)
+    assert not sharing.active
+
+
+def test_own_time_stands_still_in_turns_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr("gpu.core.sharing.perf_counter", lambda: now[0])
+    sharing = DeviceSharing()
+
+    class Nested:
+        def due(self) -> bool:
+            return True
+
+        def give(self) -> None:
+            begun = sharing.own_time()
+            now[0] += 5.0
+            if now[0] < 20.0:
+                sharing.pause()
+            assert sharing.own_time() - begun == 5.0  # whoever has the turn counts what is its own
+
+    sharing.begin(Nested())
+    begun = sharing.own_time()
+    now[0] += 1.0
+    sharing.pause()
+    assert now[0] > 20.0
+    assert sharing.own_time() - begun == 1.0

@@ -1,0 +1,61 @@
+"""Jobs that others interrupt, in the engine and a worker."""
+
+import pytest
+from gradient_worker import ENOUGH, FAULT_SEED, SLICED_SEED
+from live_engine import check, job, result, until
+
+from server.render.engine import Engine
+from server.render.schedule import Urgency
+from server.render.worker_link import InnocentLossError, WorkerLostError
+
+
+def test_others_have_turns_within_a_long_job() -> None:
+    """The job ends once ENOUGH pictures of others were made within it, which else would wait for its end."""
+
+    async def scenario(engine: Engine) -> None:
+        reply = await engine.submit(1, Urgency.STILL, lambda: job(seed=SLICED_SEED))
+        assert reply is not None
+        for _ in range(ENOUGH):
+            await result(engine, job(viewer=2))
+            assert not reply.done()
+        assert engine.waiting[Urgency.STILL] <= 1
+        await reply
+        await result(engine, job(viewer=2))
+
+    check(scenario)
+
+
+def test_two_long_jobs_take_turns() -> None:
+    async def scenario(engine: Engine) -> None:
+        replies = [await engine.submit(n, Urgency.STILL, lambda: job(seed=SLICED_SEED)) for n in (1, 2)]
+        for _ in range(ENOUGH):
+            await result(engine, job(viewer=3))
+        for reply in replies:
+            assert reply is not None
+            await reply
+
+    check(scenario)
+
+
+def test_a_long_job_that_nobody_wants_any_more_ends() -> None:
+    async def scenario(engine: Engine) -> None:
+        reply = await engine.submit(1, Urgency.STILL, lambda: job(seed=SLICED_SEED))
+        assert reply is not None
+        reply.cancel()
+        await until(lambda: not engine._pending)
+        assert await result(engine, job(viewer=2))
+
+    check(scenario)
+
+
+def test_a_worker_that_dies_owes_nothing_to_jobs_that_pause() -> None:
+    async def scenario(engine: Engine) -> None:
+        reply = await engine.submit(1, Urgency.STILL, lambda: job(seed=SLICED_SEED))
+        with pytest.raises(WorkerLostError):
+            await result(engine, job(viewer=2, seed=FAULT_SEED))
+        assert reply is not None
+        with pytest.raises(InnocentLossError):
+            await reply
+        await result(engine, job(viewer=2))
+
+    check(scenario)
