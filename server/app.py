@@ -1,11 +1,9 @@
 """The service: puts the endpoints, the page and the engine together, and runs them."""
 
 import asyncio
-import socket
 import sys
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
-from errno import EADDRINUSE
 from functools import partial
 from importlib.metadata import version
 from typing import Any
@@ -15,8 +13,9 @@ from fastapi import FastAPI
 
 from gpu.errors import UserError
 from server import errors
+from server.http.accepting import listen
 from server.http.answers import Answers
-from server.http.connections import ACCEPTED_AT_ONCE, Connections, raise_file_limit
+from server.http.connections import Connections, raise_file_limit
 from server.http.cors import Cors
 from server.http.delivery import Delivery
 from server.http.forwarded import Forwarded
@@ -116,7 +115,6 @@ def server_config(app: FastAPI, settings: ServerSettings) -> uvicorn.Config:
     return uvicorn.Config(
         app,
         http=connections,
-        backlog=ACCEPTED_AT_ONCE,
         host=settings.host,
         port=settings.port,
         log_level="warning",
@@ -151,7 +149,7 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
     settings = with_token(settings)
     app = create_app(settings, worker)
     engine = app.state.service.engine
-    with _listen(settings.host, settings.port) as listener:
+    with listen(settings.host, settings.port) as listener:
         url = _url(settings, listener.getsockname()[1], with_token=made)
         server = create_server(app, settings)
         engine.listeners.add(_announcer(engine, server, url))
@@ -190,15 +188,3 @@ def _url(settings: ServerSettings, port: int, *, with_token: bool) -> str:
     if with_token and settings.token is not None:  # said here, once, and nowhere else
         url = f"{url.rstrip('/')}/?token={settings.token.get_secret_value()}"
     return url
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    """A socket that listens; on `::` for IPv4 too, where the system can."""
-    try:
-        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
-        both = address[0] == "::" and socket.has_dualstack_ipv6()
-        return socket.create_server(address, family=family, backlog=2048, dualstack_ipv6=both)
-    except OSError as error:
-        if error.errno == EADDRINUSE:
-            raise UserError(f"port {port} of {host} is in use: stop what uses it, or choose another port") from None
-        raise UserError(f"cannot listen on {host}, port {port}: {error.strerror or error}") from None

@@ -4,6 +4,7 @@ To asyncio it is the protocol, to uvicorn's parsers the transport, so that it se
 
 - what comes is parsed a little at a time, and the time that takes is made up for by not reading: a connection gets its
   share of one core and no more, whatever it sends (one-byte chunks, pings, empty fragments, requests back to back);
+- before a token was shown it is parsed only while the gate is open for all those who have shown none;
 - who asks for nothing in time is cut off, and so is who does not read what it is sent;
 - a request that is answered before its body has come is not read to its end.
 """
@@ -14,11 +15,13 @@ from typing import Any, Protocol, cast
 
 from starlette.types import Scope
 
+from server.http.gate import Gate
+
 KEY = "lumenwalk.connection"  # of an ASGI scope's extensions
 
 REQUEST_SECONDS = 10.0  # for the head of a request to arrive
 SLICE_BYTES, TRUSTED_SLICE_BYTES = 4096, 32_768  # read and parsed at once: some milliseconds of the worst there is
-SHARE, TRUSTED_SHARE = 0.02, 0.1  # of a core, for one connection without and with the token
+SHARE, TRUSTED_SHARE = 0.01, 0.1  # of a core, for one connection without and with the token
 ALL_SHARE = 0.2  # and for all together that are held back
 REQUEST_COST = 0.0005  # s of a core that answering takes at least, beside the parsing
 GRACE_SECONDS = 0.01  # that need not be made up for at once
@@ -54,6 +57,7 @@ class Registry(Protocol):
 
     held: int  # connections that are held back for what they cost
     buffer: memoryview  # read into, by one connection at a time
+    gate: Gate
 
     def add(self, connection: "Connection") -> None:
         """A connection has come; it, or another one in its place, may be cut off."""
@@ -82,6 +86,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         self._debt, self._debt_at = 0.0, self.since  # s of a core
         self._timer: asyncio.TimerHandle | None = None  # until it is read again
         self._stopped = False  # by the parser
+        self._kept = b""  # what has come and waits for the gate
         self._closing = False
         self._thrown = 0  # bytes, since then
         self._written = 0
@@ -106,6 +111,9 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         if self._timer is not None:
             self._release()
             self._charge(0.0)
+        if self._kept:
+            self._registry.gate.leave(self)
+            self._loop.call_soon(self.proceed)
 
     # --- limits ---
 
@@ -137,6 +145,8 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
 
     def _charge(self, seconds: float) -> None:
         """Read nothing until the time that was taken is made up for."""
+        if not self.trusted:
+            self._registry.gate.charge(seconds)
         self._settle()
         self._debt += seconds
         if self._timer is None and (rest := self._debt / self._share()) > GRACE_SECONDS:
@@ -152,7 +162,8 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
             self._set_reading()
 
     def _set_reading(self) -> None:
-        if self._timer is not None or (self._stopped and not self._closing) or self._thrown > LINGER_BYTES:
+        held = self._timer is not None or bool(self._kept)
+        if held or (self._stopped and not self._closing) or self._thrown > LINGER_BYTES:
             self._tcp.pause_reading()
         else:
             self._tcp.resume_reading()
@@ -162,8 +173,10 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """A client has come."""
         self._tcp = cast(asyncio.Transport, transport)
+        began = thread_time()
         self._parser.connection_made(self)
         self._registry.add(self)
+        self._registry.gate.charge(thread_time() - began)
 
     def get_buffer(self, sizehint: int) -> memoryview:
         """Where to read into, which is all that is read at once."""
@@ -171,14 +184,30 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         return self._registry.buffer[: TRUSTED_SLICE_BYTES if large else SLICE_BYTES]
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Parse what has come, and count what that takes."""
+        """Parse what has come, now or when the gate is open, and count what that takes."""
         if self._closing:
             self._thrown += nbytes
             self._set_reading()
             return
         self.heard = True
+        data = bytes(self._registry.buffer[:nbytes])
+        if self.trusted or self._registry.gate.is_open:
+            self._parse(data)
+        else:
+            self._kept = data
+            self._registry.gate.wait(self)
+            self._set_reading()
+
+    def proceed(self) -> None:
+        """The gate is open."""
+        data, self._kept = self._kept, b""
+        if data and not self._closing:
+            self._parse(data)
+        self._set_reading()
+
+    def _parse(self, data: bytes) -> None:
         began = thread_time()
-        self._parser.data_received(bytes(self._registry.buffer[:nbytes]))
+        self._parser.data_received(data)
         self._charge(thread_time() - began)
 
     def eof_received(self) -> bool | None:
@@ -188,6 +217,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def connection_lost(self, exc: Exception | None) -> None:
         """The connection is closed."""
         self._closing = True
+        self._registry.gate.leave(self)
         self._release()
         self._registry.discard(self)
         self._parser.connection_lost(exc)

@@ -15,13 +15,12 @@ from uvicorn.server import ServerState
 
 from server.addresses import client_network, is_loopback, is_within
 from server.http.connection import TRUSTED_SLICE_BYTES, Connection
+from server.http.gate import Gate
 from server.http.http_protocol import HttpProtocol
 from server.metrics import Metrics
 from server.settings import ServerSettings
 
-# Descriptors that are for other than connections: files, pipes to children, and what is accepted before it is counted.
-ACCEPTED_AT_ONCE = 128
-RESERVED_FILES = 192 + ACCEPTED_AT_ONCE
+RESERVED_FILES = 256  # descriptors that are for other than connections: files, pipes to children
 MOST_FILES = 65_536
 SWEEP_SECONDS = 1.0
 log = logging.getLogger("lumenwalk.http")
@@ -54,6 +53,7 @@ class Connections:
         self._of_address: defaultdict[str, dict[Connection, None]] = defaultdict(dict)
         self._sweep: asyncio.TimerHandle | None = None
         self.held = 0
+        self.gate = Gate()
         self.buffer = memoryview(bytearray(TRUSTED_SLICE_BYTES))
 
     def __call__(

@@ -36,9 +36,9 @@ class Bucket:
         """Whether nothing was taken lately."""
         return self.level >= self._burst
 
-    def take(self) -> float:
-        """Take one, in advance if it is empty; returns the seconds to wait until that is made up for."""
-        self._level = self.level - 1.0
+    def take(self, amount: float = 1.0) -> float:
+        """Take it, in advance if there is too little; returns the seconds to wait until that is made up for."""
+        self._level = self.level - amount
         return max(-self._level / self._rate, 0.0)
 
 

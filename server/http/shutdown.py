@@ -5,9 +5,12 @@ import os
 import socket
 import threading
 from contextlib import suppress
+from functools import partial
+from typing import Any
 
 import uvicorn
 
+from server.http.accepting import accept_all
 from server.service import Service
 
 # With the time that the worker gets (server.render.worker_link) these stay below the ten seconds that most supervisors
@@ -15,7 +18,6 @@ from server.service import Service
 DRAIN_SECONDS = 4.0  # for viewers to be told and stills to finish
 CLOSE_SECONDS = 1  # for what is left to be sent
 END_SECONDS = 9.5  # then the process ends, whatever holds it
-WAITING_CONNECTIONS = 2048  # to be accepted
 
 
 class Server(uvicorn.Server):
@@ -24,14 +26,16 @@ class Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, service: Service) -> None:
         super().__init__(config)
         self._service = service
+        self._accepting: list[asyncio.Task[None]] = []
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Listen. Few connections are accepted at once, as each takes a descriptor before it is counted; the others
-        may wait, more of them than of those.
+        """Take in connections of these sockets. uvicorn is told of none of them: it would take in many at once, each of
+        which has a descriptor before it is counted.
         """
-        await super().startup(sockets)
-        for listener in sockets or ():
-            listener.listen(WAITING_CONNECTIONS)
+        await super().startup([])
+        make: Any = self.config.http_protocol_class
+        protocol = partial(make, self.config, self.server_state, self.lifespan.state)
+        self._accepting = [asyncio.create_task(accept_all(it, make.gate, protocol)) for it in sockets or ()]
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Tell everyone, wait a little, then close what is left. A second signal ends the waiting."""
@@ -42,6 +46,8 @@ class Server(uvicorn.Server):
             async with asyncio.timeout(DRAIN_SECONDS):
                 while self.server_state.tasks and not self.force_exit:
                     await asyncio.sleep(0.05)
+        for task in self._accepting:
+            task.cancel()
         await super().shutdown(sockets)
 
 

@@ -15,6 +15,7 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from server.app import create_app, create_server
+from server.http.accepting import listen
 from server.http.shutdown import Server
 from server.service import Service
 from server.settings import ServerSettings
@@ -123,13 +124,14 @@ def run(
     """A service that runs as long as the context, on a port of its own."""
     app = create_app(settings, worker, check)
     server = create_server(app, settings)
-    thread = Thread(target=server.run, daemon=True)
+    listener = listen(settings.host, settings.port)
+    thread = Thread(target=server.run, args=([listener],), daemon=True)
     thread.start()
     try:
         while not server.started:
             assert thread.is_alive()
             time.sleep(0.005)
-        port = server.servers[0].sockets[0].getsockname()[1]
+        port = listener.getsockname()[1]
         with closing(httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=20)) as http:
             yield Running(app.state.service, http, server)
     finally:

@@ -17,7 +17,7 @@ from harness import GRADIENT_WORKER, Walker
 from websockets.sync.client import connect
 
 from gpu.errors import UserError
-from server.app import _listen, _url, create_app, serve, server_config
+from server.app import _url, create_app, serve, server_config
 from server.settings import ServerSettings
 
 TOKEN = "correct-horse-battery-staple"
@@ -97,21 +97,6 @@ def test_a_port_in_use_is_said() -> None:
 )
 def test_the_link_can_be_opened(settings: dict[str, str], url: str) -> None:
     assert _url(ServerSettings(**settings), 81, with_token="token" in settings) == url
-
-
-@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="needs IPv6")
-@pytest.mark.parametrize(
-    ("host", "reached"), [("::1", ["::1"]), ("::", ["::1", "127.0.0.1"]), ("127.0.0.1", ["127.0.0.1"])]
-)
-def test_it_listens_on_ipv6_and_on_both(host: str, reached: list[str]) -> None:
-    with _listen(host, 0) as listener:
-        for address in ("::1", "127.0.0.1"):
-            try:
-                socket.create_connection((address, listener.getsockname()[1]), 2.0).close()
-            except OSError:
-                assert address not in reached
-            else:
-                assert address in reached
 
 
 def test_proxies_and_rest_are_as_the_settings_say() -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from server.http import connection as module
 from server.http.connection import Connection, connection_of
+from server.http.gate import Gate
 
 
 class Tcp(asyncio.Transport):
@@ -64,6 +65,7 @@ class Parser:
 class Registry:
     def __init__(self) -> None:
         self.held = 0
+        self.gate = Gate()
         self.buffer = memoryview(bytearray(module.TRUSTED_SLICE_BYTES))
 
     def add(self, connection: Connection) -> None: ...
@@ -246,3 +248,53 @@ def test_what_has_come_whole_is_closed_at_once(connection: Connection, tcp: Tcp)
 def test_a_scope_leads_to_its_connection(connection: Connection) -> None:
     assert connection_of({"extensions": {module.KEY: connection}}) is connection
     assert connection_of({}) is None
+
+
+def shut(connection: Connection) -> Gate:
+    gate: Gate = connection._registry.gate
+    gate.charge(60.0)
+    return gate
+
+
+def test_before_a_token_everybody_waits_for_one_gate(
+    connection: Connection, tcp: Tcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate = connection._registry.gate
+    monkeypatch.setattr(gate, "wait", lambda waiting: None)  # which needs a loop that runs
+    costs(monkeypatch, 60.0)
+    feed(connection, b"first")
+    assert not gate.is_open  # what that took is taken from all
+    connection._release()
+    feed(connection, b"second")
+    assert connection._parser.data == [b"first"]  # type: ignore[attr-defined]
+    assert not tcp.reading
+    connection.proceed()
+    assert connection._parser.data == [b"first", b"second"]  # type: ignore[attr-defined]
+
+
+def test_with_a_token_nobody_waits_for_it(
+    connection: Connection, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate = shut(connection)
+    left = []
+    monkeypatch.setattr(gate, "wait", lambda waiting: None)
+    monkeypatch.setattr(gate, "leave", left.append)
+    monkeypatch.setattr(gate, "charge", pytest.fail)
+    feed(connection, b"body")
+    connection.trust()
+    clock.pass_(0.0)
+    feed(connection, b"more")
+    assert connection._parser.data == [b"body", b"more"]  # type: ignore[attr-defined]
+    assert left == [connection]
+
+
+def test_who_has_left_does_not_wait(connection: Connection, monkeypatch: pytest.MonkeyPatch) -> None:
+    gate = shut(connection)
+    monkeypatch.setattr(gate, "wait", lambda waiting: None)
+    left = []
+    monkeypatch.setattr(gate, "leave", left.append)
+    feed(connection, b"last")
+    connection.connection_lost(None)
+    connection.proceed()
+    assert left == [connection]
+    assert connection._parser.data == []  # type: ignore[attr-defined]
