@@ -37,10 +37,10 @@ def report_errors(render: str, reference: str, component: Component, *, as_json:
 def report_scene(source: str, reading: ImportOptions = DEFAULT_OPTIONS, *, as_json: bool) -> None:
     """Print what is in the scene `source`, a built-in name or a file, read as told.
 
-    Raises SceneError when it cannot be loaded.
+    Raises UserError when it cannot be loaded.
     """
-    from gpu.scene.load import load_scene
     from gpu.scene.summary import summarise, summary_text
+    from server.cli.reading import read_scene
 
-    summary = summarise(load_scene(source, options=reading))
+    summary = summarise(read_scene(source, reading))
     print(json.dumps(summary, indent=2, ensure_ascii=False) if as_json else summary_text(summary))

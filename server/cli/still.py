@@ -10,9 +10,9 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.scene.import_options import ImportOptions
-from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from server.cli.camera_argument import choose_camera
+from server.cli.reading import read_scene
 from server.images import DISPLAY_FORMATS, check_output, encode_image, write_atomic
 
 
@@ -36,7 +36,7 @@ def render_file(
     suffix = check_output(path)
     width, height = size
     started = perf_counter()
-    scene = load_scene(source, options=reading)
+    scene = read_scene(source, reading)
     for sentence in (*scene.report.ignored, *scene.report.notes):
         print(f"lumenwalk: note: {sentence}", file=sys.stderr)
     view = choose_camera(scene, camera, width / height)

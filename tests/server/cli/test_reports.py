@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpu.errors import ImageError, SceneError
+from gpu.errors import ImageError, UserError
 from gpu.settings import Component
 from server.cli.reports import report_errors, report_scene
 
@@ -49,5 +49,5 @@ def test_a_scene_is_described_for_people_and_for_programs(capsys: pytest.Capture
     report_scene("cornell-box", as_json=False)
     text = capsys.readouterr().out
     assert "triangles" in text
-    with pytest.raises(SceneError):
+    with pytest.raises(UserError):
         report_scene("no-such.glb", as_json=False)
