@@ -31,9 +31,9 @@ export function optionsOf(words) {
   return Object.keys(options).length > 0 ? options : null;
 }
 
-/** @param {string | undefined} words @returns {[number, number, number] | "auto" | null} */
-function originOf(words) {
-  if (words === "auto") return words;
+/** The point "x,y,z" that metres count from, or "auto"; null where it is neither. @param {string | undefined} words @returns {[number, number, number] | "auto" | null} */
+export function originOf(words) {
+  if (words?.trim() === "auto") return "auto";
   const [x, y, z, ...more] = (words ?? "").split(",").map((word) => (word.trim() === "" ? NaN : Number(word)));
   if (x === undefined || y === undefined || z === undefined || more.length > 0) return null;
   return [x, y, z].every(Number.isFinite) ? [x, y, z] : null;

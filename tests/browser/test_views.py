@@ -230,6 +230,30 @@ def test_how_a_file_is_read_can_be_chosen(page: Page, stage: Stage) -> None:
     assert stage.all("settings")[-1]["scene_options"]["variant"] == "beech"
 
 
+def test_the_origin_can_be_chosen(page: Page, stage: Stage) -> None:
+    stage.scene("hall.glb", frame=SURVEY, options={"unit": "mm"})
+    page.keyboard.press("KeyP")
+    field = page.get_by_label("origin in the file")
+    expect(page.locator("#reading-frame")).to_contain_text(
+        "Metres count from 456789000, 5432100000, 120000 in the file"
+    )
+    for text, origin in (("456000000, 5432000000.5, -1", [456e6, 5432000000.5, -1]), ("auto", "auto"), ("", None)):
+        field.fill(text)
+        field.press("Enter")
+        field.blur()
+        wait_for(page, lambda wanted=origin: stage.all("settings")[-1]["scene_options"]["origin"] == wanted)
+        chosen = stage.all("settings")[-1]["scene_options"]
+        assert chosen["unit"] == "mm"
+        stage.scene("hall.glb", frame=SURVEY, options=chosen)
+        expect(field).to_have_value(text)
+    before = len(stage.all("settings"))
+    for text in ("1, 2", "here", "1, 2, inf"):
+        field.fill(text)
+        field.blur()
+        assert "x, y, z" in field.evaluate("field => field.validationMessage")
+    assert len(stage.all("settings")) == before
+
+
 def test_a_built_in_scene_has_no_file_to_read(page: Page, stage: Stage) -> None:
     page.keyboard.press("KeyP")
     expect(page.get_by_label("seed")).to_be_visible()

@@ -1,6 +1,6 @@
-/** Choices of how a scene's file is read, with what is taken where nothing is chosen: up, unit, variant, storey. */
+/** Choices of how a scene's file is read, with what is taken where nothing is chosen: up, unit, origin, variant, storey. */
 
-import { UNITS, UPS } from "../reading.js";
+import { UNITS, UPS, originOf } from "../reading.js";
 import { byId, text } from "./page.js";
 
 /** @typedef {import("../protocol.js").ImportOptions} ImportOptions */
@@ -15,14 +15,20 @@ export class ReadingForm {
   #unit = byId("reading-unit", HTMLSelectElement);
   #variant = byId("reading-variant", HTMLSelectElement);
   #storeys = byId("reading-storeys", HTMLSelectElement);
-  #origin = text("reading-origin");
+  #origin = byId("reading-origin", HTMLInputElement);
+  #frame = text("reading-frame");
   /** In force. @type {ImportOptions} */
   #options = {};
 
   /** @param {(options: ImportOptions) => void} chosen */
   constructor(chosen) {
     this.#form.addEventListener("submit", (event) => event.preventDefault());
-    this.#form.addEventListener("change", () => chosen({ ...this.#options, ...this.#chosen }));
+    this.#form.addEventListener("change", () => {
+      const { value } = this.#origin;
+      const sound = value.trim() === "" || originOf(value) !== null;
+      this.#origin.setCustomValidity(sound ? "" : "Give a point as x, y, z, or “auto” for the middle of the scene.");
+      if (this.#form.reportValidity()) chosen({ ...this.#options, ...this.#chosen });
+    });
   }
 
   /** Shows how a scene was read. @param {SceneInfo} scene @param {boolean} builtin whether it has no file */
@@ -34,8 +40,10 @@ export class ReadingForm {
     fill(this.#unit, options.unit ? "automatic" : `automatic: ${unit}`, UNITS, [options.unit ?? ""]);
     fill(this.#variant, "as in the file", choices.variant ?? [], [options.variant ?? ""]);
     fill(this.#storeys, "all", choices.storey ?? [], options.storeys?.length ? options.storeys : [""]);
-    this.#origin.hidden = frame.origin.every((value) => value === 0);
-    this.#origin.textContent = `Metres count from ${frame.origin.join(", ")} in the file.`;
+    this.#origin.value = Array.isArray(options.origin) ? options.origin.join(", ") : (options.origin ?? "");
+    this.#origin.placeholder = frame.origin.join(", ");
+    this.#origin.setCustomValidity("");
+    this.#frame.textContent = `Metres count from ${frame.origin.join(", ")} in the file: x, y, z, or “auto”, its middle.`;
   }
 
   /** @returns {ImportOptions} */
@@ -43,6 +51,7 @@ export class ReadingForm {
     return {
       up: UPS.find((axis) => axis === this.#up.value) ?? null,
       unit: UNITS.find((name) => name === this.#unit.value) ?? null,
+      origin: originOf(this.#origin.value),
       variant: this.#variant.value || null,
       storeys: [...this.#storeys.selectedOptions].map(({ value }) => value).filter((value) => value !== ""),
     };
