@@ -1,10 +1,17 @@
 """The counts of a render: those the user chose, and for the others what suits the device."""
 
 from dataclasses import dataclass
-
-import warp as wp
+from typing import Protocol
 
 from gpu.settings import RenderSettings
+
+
+class Device(Protocol):
+    """What is asked of a device, such as one of Warp's."""
+
+    @property
+    def is_cuda(self) -> bool:
+        """Whether it is a GPU."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +30,7 @@ ON_CPU = SampleCounts(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, 
 PATHS = 64
 
 
-def sample_counts_of(settings: RenderSettings, device: wp.Device) -> SampleCounts:
+def sample_counts_of(settings: RenderSettings, device: Device) -> SampleCounts:
     """The counts of `settings`, the open ones chosen for `device`."""
     usual = ON_CUDA if device.is_cuda else ON_CPU
     samples = PATHS if settings.method.refines_by_samples else usual.samples

@@ -24,6 +24,7 @@ from server.refusals import (
     UnknownJobError,
     UnknownSceneError,
 )
+from server.render.cost import TooLongError
 from server.render.pending import RenderFaultError
 from server.render.worker_link import WorkerLostError
 
@@ -46,6 +47,7 @@ _STATUS: dict[type[Exception], tuple[int, str]] = {
     TooLargeError: (413, "too-large"),
     TooSlowError: (408, "too-slow"),
     NoRoomError: (507, "no-room"),
+    TooLongError: (422, "too-long"),
     UserError: (422, "bad-request"),
     NotAcceptableError: (406, "not-acceptable"),
     TooBusyError: (429, "too-busy"),

@@ -16,7 +16,7 @@ from server.scenes.checker import Checker
 from server.scenes.residency import Residency
 from server.scenes.uploads import MAX_AT_ONCE
 from server.settings import ServerSettings
-from server.wire.worker import SceneRef, Start
+from server.wire.worker import Render, SceneRef, Start
 
 # A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
@@ -51,6 +51,10 @@ class Service:
             keep_seconds=limits.job_result_seconds,
             keep_bytes=limits.job_results_bytes,
         )
+
+    def check_cost(self, job: Render, frames: int) -> None:
+        """TooLongError, with what would do, where a picture is expected to take the device for too long."""
+        self.engine.speeds.check(job, frames, self.settings.max_render_seconds, cuda=self.engine.cuda)
 
     def number(self) -> int:
         """A viewer number that was never used before; `dismiss` frees what the worker keeps for it."""

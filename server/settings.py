@@ -113,6 +113,9 @@ class ServerSettings(BaseSettings):
         default=8, ge=1, le=1000, description="stills that may wait; more are told to retry"
     )
     max_wait_seconds: float = Field(default=60.0, gt=0.0, le=3600.0, description="that a still waits for its turn [s]")
+    max_render_seconds: float = Field(
+        default=3600.0, gt=0.0, description="that a still or job may be expected to take the device for [s]"
+    )
     hang_seconds: float = Field(
         default=120.0,
         gt=0.0,

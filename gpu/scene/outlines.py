@@ -7,7 +7,7 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
-from gpu.scene.polygons import Triangulation, triangulate
+from gpu.scene.polygons import TOO_LARGE, Triangulation, triangulate
 from gpu.scene.remarks import Remarks
 from gpu.scene.types import Doubles, Integers
 from gpu.scene.validate import FARTHEST
@@ -49,6 +49,7 @@ def covered(positions: Doubles, corners: Integers, counts: Integers, remarks: Re
     found = triangulate(positions, corners, counts)
     remarks.add_count("faces with fewer than 3 corners were left out", found.too_small)
     remarks.add_count("polygons that cross themselves: their shape is a guess", found.crossing)
+    remarks.add_count(TOO_LARGE, found.too_large)
     return found
 
 

@@ -14,19 +14,24 @@ _AT_ONCE = 1 << 17
 _ROUNDING = 1e-9
 # Triangles that cover more or less than the polygon's area by this share are of one that crosses itself.
 _DEVIATION = 1e-3
+# Ears are looked for among all corners near them, which are all in the worst outlines: so many take up to 8 s.
+MOST_CORNERS = 1 << 15
+TOO_LARGE = f"polygons of more than {MOST_CORNERS} corners that are not convex were left out: split them"
 
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
     """triangles (triangle, 3): positions in the list of all corners; polygons (triangle,): which one each is of.
 
-    crossing: polygons that cross themselves, of which some shape was made; too_small: those of fewer than 3 corners.
+    crossing: polygons that cross themselves, of which some shape was made; too_small: those of fewer than 3 corners,
+    too_large: those of more than MOST_CORNERS that are not convex, which have no triangles.
     """
 
     triangles: Integers
     polygons: Integers
     crossing: int
     too_small: int
+    too_large: int
 
 
 def triangulate(positions: Doubles, corners: Integers, counts: Integers) -> Triangulation:
@@ -37,14 +42,14 @@ def triangulate(positions: Doubles, corners: Integers, counts: Integers) -> Tria
     """
     starts = np.cumsum(counts) - counts
     triangles, polygons = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
-    crossing = 0
+    crossing = too_large = 0
     for count in 3 + np.flatnonzero(np.bincount(counts[counts >= 3] - 3)):
         same = np.flatnonzero(counts == count)
         for some in np.array_split(same, -(-len(same) * int(count) // _AT_ONCE)):
             places = starts[some, None] + np.arange(count)
             if count > 3:
-                made, owner, crossed = _cut(positions[corners[places]], places)
-                crossing += crossed
+                made, owner, crossed, skipped = _cut(positions[corners[places]], places)
+                crossing, too_large = crossing + crossed, too_large + skipped
                 triangles.append(made)
                 polygons.append(some[owner])
             else:
@@ -52,11 +57,14 @@ def triangulate(positions: Doubles, corners: Integers, counts: Integers) -> Tria
                 polygons.append(some)
     owners = np.concatenate(polygons)
     order = np.argsort(owners, kind="stable")
-    return Triangulation(np.concatenate(triangles)[order], owners[order], crossing, int(np.sum(counts < 3)))
+    too_small = int(np.sum(counts < 3))
+    return Triangulation(np.concatenate(triangles)[order], owners[order], crossing, too_small, too_large)
 
 
-def _cut(outlines: Doubles, places: Integers) -> tuple[Integers, Integers, int]:
-    """Triangles of `places` (polygon, corner) with these positions, their polygons, and how many cross themselves."""
+def _cut(outlines: Doubles, places: Integers) -> tuple[Integers, Integers, int, int]:
+    """Triangles of `places` (polygon, corner) with these positions, their polygons, and how many of these cross
+    themselves and are too large.
+    """
     number, count = places.shape
     outlines = outlines - outlines[:, :1]
     size = np.abs(outlines).max(axis=(1, 2))
@@ -64,17 +72,20 @@ def _cut(outlines: Doubles, places: Integers) -> tuple[Integers, Integers, int]:
     if count == 4:
         halves, crosses = _halves(outlines)
         made = np.take_along_axis(places[:, None], halves, axis=2).reshape(-1, 3)
-        return made, np.repeat(np.arange(number), 2), int(crosses.sum())
+        return made, np.repeat(np.arange(number), 2), int(crosses.sum()), 0
     normals = np.cross(outlines, np.roll(outlines, -1, axis=1)).sum(axis=1)  # Newell: length is twice the area
     convex = _convex(outlines, normals)
     fans = places[convex][:, _fan(count)].reshape(-1, 3)
     others = np.flatnonzero(~convex)
+    too_large = len(others) if count > MOST_CORNERS else 0
+    others = others[too_large:]
     ears, owners, crossing = _clip_ears(outlines[others], normals[others])
     clipped = np.take_along_axis(places[others][owners], ears, axis=1)
     return (
         np.concatenate([fans, clipped]),
         np.concatenate([np.repeat(np.flatnonzero(convex), count - 2), others[owners]]),
         crossing,
+        too_large,
     )
 
 

@@ -20,6 +20,7 @@ from time import monotonic
 from gpu.child_process import module_command
 from gpu.errors import UserError
 from server.render.activity import RECOVERING, Activity, EngineState
+from server.render.cost import Speeds
 from server.render.heartbeat import heartbeat, is_warm
 from server.render.pending import ERRORS, Answer, PendingJob, Reply
 from server.render.quarantine import Quarantine, QuarantinedError
@@ -120,6 +121,7 @@ class Engine:
         self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
         self._last_rendered: Render | None = None  # what was rendered last
         self._quarantine = Quarantine()
+        self.speeds = Speeds()
         self._hung = False  # the worker was killed because it said nothing
         self._spoken = False  # the worker has said something
         self._was_ready = False  # a worker was, since the service began
@@ -140,6 +142,11 @@ class Engine:
     def ready(self) -> bool:
         """Whether jobs are taken now."""
         return self._activity.state is EngineState.READY
+
+    @property
+    def cuda(self) -> bool:
+        """Whether the worker has a GPU, as far as it has said so."""
+        return "cuda" in self.device
 
     @property
     def overdue(self) -> str:
@@ -256,7 +263,8 @@ class Engine:
                 self._pending.pop(request).resolve(kind("the renderer was lost; it is being started again"))
             status = await link.stop()
             if running is not None:
-                self._quarantine.blame(running.job, running.spent + now - running.began, status, hung=self._hung)
+                spent = running.spent + now - running.began
+                self._quarantine.blame(running.job, spent, status, hung=self._hung)
             log.info("worker %d ended with status %s", link.pid, status)
 
     def _handle(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
@@ -282,8 +290,9 @@ class Engine:
                 self._pending.pop(request).resolve(ERRORS[cause](text))
             case Done(request) | Opened(request) | Closed(request) if self._answers(request, message):
                 pending = self._pending.pop(request)
-                if isinstance(pending.job, Render):
+                if isinstance(pending.job, Render) and isinstance(message, Done):
                     self._last_rendered = pending.job
+                    self.speeds.learn(pending.job, message.render_ms / 1e3, cuda=self.cuda)
                 self._quarantine.acquit(pending.job)
                 pending.resolve((message, payload))
             case Free(request) if running and running.request == request:
@@ -371,7 +380,7 @@ class Engine:
     def _send(self, entry: QueueEntry, job: Job) -> "asyncio.Future[Reply]":
         reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
         try:
-            self._quarantine.check(job)
+            self._quarantine.check(job, cuda=self.cuda)
         except QuarantinedError as error:
             PendingJob(job, reply).resolve(error)
             return reply

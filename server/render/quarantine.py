@@ -1,7 +1,8 @@
 """What ended a worker, so that nobody has it tried again: each time would take the device from all others, too.
 
-A job is held to be at fault if its worker crashed, was killed because it hung, or ended after a long turn. A worker
-killed in a short one may have been killed by somebody: then the job is tried once more.
+A job is held to be at fault if its worker crashed, was killed because it hung, or ended after it had long been at it. A
+worker killed in a short time may have been killed by somebody: then the job is tried once more. Another seed or a pixel
+less is no way round: when two pictures that cost about the same have ended workers, all that cost as much are out.
 """
 
 from dataclasses import dataclass, field, replace
@@ -10,10 +11,14 @@ from signal import SIGKILL, SIGTERM
 from gpu.errors import UserError
 from gpu.scene.builtin import BUILTIN
 from gpu.settings import RenderSettings
+from server.render.cost import Cost, Kind, frame_cost
 from server.wire.worker import HEARTBEAT, Job, OpenScene, Render, SceneRef
 
 STRIKES = 2
-LONG_SECONDS = 5.0  # of a turn, in which a worker killed from outside was rather killed for its memory
+LONG_SECONDS = 5.0  # of a job, in which a worker killed from outside was rather killed for its memory
+# Of the pixels and rays of a picture, from which on another is like it; and so many have to end workers until all that
+# are like them are out: one may have had a fault of its own, and others look at the scene.
+LIKE, LIKE_STRIKES = 0.5, 2
 SCENE_STRIKES = 3  # renders of a scene that ended workers, after which it is not rendered at all
 MOST = 1000  # that are remembered
 
@@ -29,6 +34,13 @@ class _Offence:
     scene: SceneRef
     size: tuple[int, int] = (0, 0)
     settings: RenderSettings | None = None
+
+    def is_like(self, kind: Kind, cost: Cost, *, cuda: bool) -> bool:
+        """Whether pictures of this kind and cost are like this one, or cost more."""
+        if self.settings is None or Kind.of(self.scene, self.settings) != kind:
+            return False
+        own = frame_cost(self.size, self.settings, cuda=cuda)
+        return cost.pixels >= LIKE * own.pixels and cost.rays >= LIKE * own.rays
 
 
 def _offence(job: Job) -> _Offence | None:
@@ -48,8 +60,8 @@ class Quarantine:
     _strikes: dict[_Offence, int] = field(default_factory=dict)  # in the order of their last
 
     def blame(self, job: Job, seconds: float, status: int | None, *, hung: bool) -> None:
-        """A worker has ended with this exit status (negative: a signal) in a turn of so many seconds that it had with
-        a job; hung: it was killed because it said nothing for too long.
+        """A worker has ended with this exit status (negative: a signal) in a turn of a job, with which it has been for
+        so many seconds in all; hung: it was killed because it said nothing for too long.
         """
         offence = _offence(job)
         if offence is None:
@@ -66,8 +78,8 @@ class Quarantine:
         if offence is not None:
             self._strikes.pop(offence, None)
 
-    def check(self, job: Job) -> None:
-        """QuarantinedError for a job that is not tried again."""
+    def check(self, job: Job, *, cuda: bool = False) -> None:
+        """QuarantinedError for a job that is not tried again; cuda: it would be on a GPU."""
         offence = _offence(job)
         if offence is None:
             return
@@ -82,6 +94,14 @@ class Quarantine:
                 "again; change it"
             )
         renders = [other for other in self._strikes if other.scene == offence.scene and self._is_out(other)]
+        if offence.settings is not None:
+            kind = Kind.of(offence.scene, offence.settings)
+            cost = frame_cost(offence.size, offence.settings, cuda=cuda)
+            if sum(other.is_like(kind, cost, cuda=cuda) for other in renders) >= LIKE_STRIKES:
+                raise QuarantinedError(
+                    f"{offence.scene.id}: pictures by this method that take as much, or less, ended the renderer, "
+                    "so that nobody has it tried; ask for a smaller one, or fewer samples or VPLs"
+                )
         if len(renders) >= SCENE_STRIKES and offence.scene.source not in BUILTIN:
             raise QuarantinedError(
                 f"{offence.scene.id}: ended the renderer {len(renders)} times, so that it is not shown again until "

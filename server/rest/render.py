@@ -46,6 +46,7 @@ async def render(
         )
     # Frames that are averaged are kept by viewer number; a lone one needs no number of its own.
     job = request.render(STILLS if frames == 1 else service.number(), scene, output)
+    service.check_cost(job, frames)
     began = monotonic()
     done, image = await _still(service, job, frames)
     total_ms = 1e3 * (monotonic() - began)

@@ -10,7 +10,7 @@ from gpu.scene.assemble import MeshPart
 from gpu.scene.fbx.extracted import Extracted, matrix_of
 from gpu.scene.fbx.materials import Materials
 from gpu.scene.normals import unit_rows
-from gpu.scene.polygons import triangulate
+from gpu.scene.polygons import TOO_LARGE, triangulate
 from gpu.scene.transforms import placed, rigid
 from gpu.scene.types import Camera, Light, LightKind, Rgb
 from gpu.scene.validate import check_count, check_finite, check_indices
@@ -44,6 +44,8 @@ def _mesh_parts(found: Extracted, node: dict[str, Any], materials: Materials) ->
         found.remarks.add("faces that cross themselves were filled as far as they can be", name)
     if cut.too_small:
         found.remarks.add("faces of fewer than 3 corners were left out", name)
+    if cut.too_large:
+        found.remarks.add(TOO_LARGE, name)
     holes, numbers = array("holes"), array("materials")
     shown = ~holes[cut.polygons].astype(bool) if len(holes) else np.ones(len(cut.polygons), bool)
     slots = numbers[cut.polygons] if len(numbers) == len(counts) else np.zeros(len(cut.polygons), np.int64)

@@ -9,7 +9,7 @@ from pxr import UsdGeom, UsdShade
 
 from gpu.errors import SceneError
 from gpu.scene.assemble import MeshPart
-from gpu.scene.polygons import triangulate
+from gpu.scene.polygons import TOO_LARGE, triangulate
 from gpu.scene.types import Doubles, Integers
 from gpu.scene.usd.materials import Materials
 from gpu.scene.usd.primvars import Topology, Values, checked, read_primvar
@@ -108,6 +108,8 @@ def _mesh_surface(stage: Stage, prim: Any) -> Surface:
         stage.remarks.add("faces that cross themselves were filled as far as they can be", path)
     if found.too_small:
         stage.remarks.add("faces of fewer than 3 corners were left out", path)
+    if found.too_large:
+        stage.remarks.add(TOO_LARGE, path)
     shown = ~np.isin(found.polygons, np.array(mesh.GetHoleIndicesAttr().Get(stage.time) or (), np.int64))
     triangles, faces = found.triangles[shown], found.polygons[shown]
     if mesh.GetOrientationAttr().Get(stage.time) == UsdGeom.Tokens.leftHanded:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from gpu.scene.normals import area_vectors
-from gpu.scene.polygons import Triangulation, triangulate
+from gpu.scene.polygons import MOST_CORNERS, Triangulation, triangulate
 
+EAR = np.array([0, 1, 2], np.uint32)
 U = [(-2, 2), (2, 2), (2, -2), (1, -2), (1, 1), (-1, 1), (-1, -2), (-2, -2)]
 ARROW = [(0, 0), (4, 0), (1, 1), (0, 4)]
 DISC = [(np.cos(angle), np.sin(angle)) for angle in np.linspace(0.0, 2.0 * np.pi, 5000, endpoint=False)]
@@ -91,3 +92,19 @@ def test_triangles_keep_the_order_of_their_polygons() -> None:
 def test_no_polygons_are_no_triangles() -> None:
     found = triangulate(np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.int64))
     assert (found.triangles.shape, found.polygons.shape) == ((0, 3), (0,))
+
+
+@pytest.mark.parametrize(("corners", "left_out"), [(MOST_CORNERS, 0), (MOST_CORNERS + 1, 1)])
+def test_a_polygon_that_would_take_too_long_is_left_out(
+    corners: int, left_out: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not a convex one, which is quickly cut however many corners it has."""
+    cut_ears = []
+    monkeypatch.setattr("gpu.scene.polygons.mapbox_earcut.triangulate_float64", lambda *_: cut_ears.append(1) or EAR)
+    wave = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
+    disc = np.stack([np.cos(wave), np.sin(wave), 0.0 * wave], axis=1)
+    teeth = disc * np.where(np.arange(corners) % 2, 1.0, 0.5)[:, None]
+    positions = np.concatenate([teeth, disc])
+    found = triangulate(positions, np.arange(2 * corners), np.array([corners, corners]))
+    assert (found.too_large, len(cut_ears)) == (left_out, 1 - left_out)
+    assert np.count_nonzero(found.polygons == 1) == corners - 2

@@ -1,10 +1,11 @@
 from dataclasses import replace
 from signal import SIGKILL, SIGSEGV
+from typing import Any
 
 import pytest
 
 from gpu.settings import RenderSettings
-from server.render.quarantine import LONG_SECONDS, MOST, SCENE_STRIKES, Quarantine, QuarantinedError
+from server.render.quarantine import LIKE_STRIKES, LONG_SECONDS, MOST, SCENE_STRIKES, Quarantine, QuarantinedError
 from server.wire.worker import HEARTBEAT, CloseScene, Job, OpenScene, Render, SceneCamera, SceneRef
 
 HALL = SceneRef("hall.glb", "/scenes/hall.glb", 1)
@@ -15,11 +16,15 @@ def picture(scene: SceneRef = HALL, viewer: int = 3, size: tuple[int, int] = (8,
     return Render(viewer, scene, SceneCamera(0), size, RenderSettings(seed=seed), "jpeg")
 
 
+def sized(size: tuple[int, int], settings: dict[str, Any]) -> Render:
+    return replace(picture(size=size), settings=RenderSettings(**settings))
+
+
 def is_out(quarantine: Quarantine, job: Job) -> bool:
     try:
         quarantine.check(job)
     except QuarantinedError as error:
-        return "hall.glb: ended the renderer" in str(error)
+        return str(error).startswith("hall.glb: ") and "ended the renderer" in str(error)
     return False
 
 
@@ -54,6 +59,30 @@ def test_a_picture_is_out_for_everybody_and_others_are_not() -> None:
         assert not is_out(quarantine, other)
 
 
+@pytest.mark.parametrize(
+    ("size", "settings", "out"),
+    [
+        ((64, 64), {"seed": 3}, True),
+        ((65, 64), {}, True),
+        ((63, 64), {"vpls": 1000}, True),
+        ((640, 640), {"vpls": 999}, True),
+        ((64, 64), {"fuzziness": 3, "near_field": False, "component": "direct"}, True),
+        ((64, 31), {}, False),
+        ((64, 64), {"vpls": 450}, False),
+        ((640, 640), {"method": "path"}, False),
+        ((640, 640), {"method": "fuzzy-vpl"}, False),
+    ],
+)
+def test_what_costs_as_much_as_two_that_ended_workers_is_out_with_them(
+    size: tuple[int, int], settings: dict[str, Any], out: bool
+) -> None:
+    quarantine, ended = Quarantine(), {"method": "exact-vpl", "vpls": 1000}
+    for seed in range(LIKE_STRIKES):
+        assert not is_out(quarantine, sized(size, ended | settings))
+        quarantine.blame(sized((64, 64), ended | {"seed": seed}), 0.1, CRASH, hung=False)
+    assert is_out(quarantine, sized(size, ended | settings)) == out
+
+
 def test_a_scene_that_ends_workers_when_read_is_out_in_every_picture() -> None:
     quarantine = Quarantine()
     quarantine.blame(OpenScene(HALL), 0.1, CRASH, hung=False)
@@ -65,11 +94,11 @@ def test_a_scene_of_many_pictures_that_end_workers_is_out_unless_it_is_built_in(
     quarantine = Quarantine()
     built_in = SceneRef("hall.glb", "cornell-box")
     for seed in range(SCENE_STRIKES):
-        assert not is_out(quarantine, picture(seed=99))
+        assert not is_out(quarantine, picture(size=(1, 1)))
         quarantine.blame(picture(seed=seed), 0.1, CRASH, hung=False)
         quarantine.blame(picture(built_in, seed=seed), 0.1, CRASH, hung=False)
-    assert is_out(quarantine, picture(seed=99))
-    assert not is_out(quarantine, picture(built_in, seed=99))
+    assert is_out(quarantine, picture(size=(1, 1)))
+    assert not is_out(quarantine, picture(built_in, size=(1, 1)))
 
 
 def test_what_is_done_is_acquitted() -> None:

@@ -157,6 +157,16 @@ def test_a_picture_of_too_many_frames_is_for_a_job(running: Running) -> None:
     assert "/api/v1/jobs" in response.json()["message"]
 
 
+@pytest.mark.parametrize("path", ["/api/v1/render", "/api/v1/jobs"])
+def test_what_is_expected_to_take_too_long_is_refused_before_it_begins(
+    serve: Callable[..., Running], path: str
+) -> None:
+    large = {"size": [1920, 1080], "settings": {"method": "exact-vpl", "vpls": 1_000_000}}
+    response = serve(max_render_seconds=60.0).http.post(path, json=large)
+    assert (response.status_code, response.json()["code"]) == (422, "too-long")
+    assert "ask for at most" in response.json()["message"]
+
+
 def test_a_service_that_is_not_ready_says_when_to_try_again(serve: Callable[..., Running]) -> None:
     response = post(serve(ready=False))
     assert response.status_code == 503
