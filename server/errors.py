@@ -69,6 +69,7 @@ _MEANINGS = {
     409: "not now: somebody uses it, or it is not done",
     413: "the body is too large",
     422: "what was asked for is wrong, or more than a limit allows; the message says where",
+    426: "it asks for no WebSocket, or not as RFC 6455 has it",
     429: "as much waits as may, or too many wrong tokens came from this address",
     431: "the headers are too large",
     500: "a fault of the renderer or the service",

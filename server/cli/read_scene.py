@@ -1,5 +1,5 @@
-"""Reads one scene in a process of its own, `python -m server.cli.read_scene`, so that no library that crashes ends a
-command without a word.
+"""Reads one scene in a process of its own, `python -m server.cli.read_scene PARENT`, so that no library that crashes
+ends a command without a word; PARENT is the id of the process that starts it, with which it ends.
 
 stdin has a ReadRequest as JSON; stdout gets, pickled, the Scene or, as text, what is wrong with it.
 """
@@ -36,7 +36,7 @@ def read(request: ReadRequest) -> Scene | str:
 
 
 if __name__ == "__main__":
-    walls.end_with_parent()
+    walls.end_with_parent(int(sys.argv[1]))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the command, which ends this process
     answer = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what libraries print is no part of the answer

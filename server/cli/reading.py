@@ -1,5 +1,6 @@
 """The scene of a command, read by a process of its own (server.cli.read_scene)."""
 
+import os
 import pickle
 import signal
 from subprocess import PIPE, Popen
@@ -25,7 +26,9 @@ def read_scene(source: str, options: ImportOptions) -> Scene:
         return load_scene(source, options=options)
     request = ReadRequest(source=source, options=options).model_dump_json().encode()
     with TemporaryFile() as printed:
-        with Popen(_READ, stdin=PIPE, stdout=PIPE, stderr=printed, env=clean_environment()) as process:
+        with Popen(
+            [*_READ, str(os.getpid())], stdin=PIPE, stdout=PIPE, stderr=printed, env=clean_environment()
+        ) as process:
             assert process.stdin is not None
             assert process.stdout is not None
             try:

@@ -2,15 +2,18 @@
 
 from typing import Any, cast
 
+from httptools import HttpParserError, HttpParserUpgrade, HttpRequestParser
 from uvicorn.config import Config
-from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.server import ServerState
 
-from server.errors import ErrorBody
 from server.http.connection import KEY, Connection
+from server.http.handshake import is_handshake
+from server.http.refusal import refusal
 
 # Of a head, of chunks' extensions or of trailers, before anything comes of them; as many as other servers take.
 MAX_HEAD_BYTES = 65_536
+HOP_BY_HOP = (b"connection", b"upgrade", b"http2-settings")  # that ask for an upgrade
 
 
 class HttpProtocol(HttpToolsProtocol):
@@ -21,6 +24,7 @@ class HttpProtocol(HttpToolsProtocol):
         self._fruitless = 0  # bytes that nothing has come of
         self._fruitful = False  # something has come of the last ones
         self._in_head = False
+        self._broken = False  # nothing more is understood
 
     @property
     def _connection(self) -> Connection:
@@ -28,11 +32,52 @@ class HttpProtocol(HttpToolsProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Parse it; 431 when too much comes before a head or trailers end."""
+        if self._broken:
+            return
         self._fruitful = False
-        super().data_received(data)
+        self._unset_keepalive_if_required()
+        self._parse(data)
         self._fruitless = 0 if self._fruitful else self._fruitless + len(data)
         if self._fruitless > MAX_HEAD_BYTES:
             self.refuse(431, "too-large", f"a request's headers may take up to {MAX_HEAD_BYTES} bytes")
+
+    def _parse(self, data: bytes) -> None:
+        while data:
+            try:
+                self.parser.feed_data(data)
+                return
+            except HttpParserUpgrade as upgrade:
+                if self._should_upgrade():
+                    self.handle_websocket_upgrade()
+                    return
+                if self.scope["method"] == "CONNECT":
+                    self.refuse(400, "bad-request", "CONNECT is for proxies")
+                    return
+                data = self._plain_head() + data[upgrade.args[0] :]
+                self._renew_parser()
+            except HttpParserError:
+                self.logger.warning("Invalid HTTP request received.")
+                self.refuse(400, "bad-request", "this is no HTTP/1.1 request")
+                return
+
+    def _renew_parser(self) -> None:
+        self.parser = HttpRequestParser(self)
+        # What follows a request that ends the connection is no fault (as uvicorn has it).
+        self.parser.set_dangerous_leniencies(lenient_data_after_close=True)
+
+    def _should_upgrade(self) -> bool:
+        return is_handshake(self.scope["method"], self.parser.get_http_version(), self.headers)
+
+    def _plain_head(self) -> bytes:
+        """The head of a request that asks for an upgrade which there is not, without that (RFC 9110, 7.8)."""
+        first = f"{self.scope['method']} ".encode() + self.url + f" HTTP/{self.parser.get_http_version()}".encode()
+        kept = [name + b": " + value for name, value in self.headers if name not in HOP_BY_HOP]
+        return b"\r\n".join([first, *kept]) + b"\r\n\r\n"
+
+    @property
+    def _elsewhere(self) -> bool:
+        """Whether what is parsed asks for an upgrade that there is not: it comes again, without that."""
+        return self.parser.should_upgrade() and not self._should_upgrade()
 
     def on_message_begin(self) -> None:
         """The first bytes of a request."""
@@ -49,6 +94,9 @@ class HttpProtocol(HttpToolsProtocol):
         """The head has come: the request begins to be served. ValueError when it does not say for whom it is."""
         self._in_head = False
         self._fruitful = True
+        self.scope["method"] = self.parser.get_method().decode("ascii")
+        if self._elsewhere:
+            return
         hosts = sum(name == b"host" for name, _ in self.headers)
         if hosts > 1 or (hosts == 0 and self.parser.get_http_version() == "1.1"):
             raise ValueError("a request names one host")
@@ -65,6 +113,8 @@ class HttpProtocol(HttpToolsProtocol):
     def on_message_complete(self) -> None:
         """All of a request has come."""
         self._fruitful = True
+        if self._elsewhere:
+            return
         self._connection.unread = False
         super().on_message_complete()
 
@@ -74,23 +124,22 @@ class HttpProtocol(HttpToolsProtocol):
         if not self.pipeline:
             self._connection.expect()
 
-    def send_400_response(self, msg: str) -> None:
-        """What has come is no HTTP."""
-        self.refuse(400, "bad-request", msg)
-
     def refuse(self, status: int, code: str, message: str) -> None:
-        """Say what is wrong with a request that the application never sees, and close."""
-        if self.cycle is not None and not self.cycle.response_complete:
-            self.transport.abort()  # it would be taken for the answer to the request before
-            return
-        body = ErrorBody(code=code, message=message).model_dump_json().encode()
-        headers = [
-            *self.server_state.default_headers,
-            (b"content-type", b"application/json"),
-            (b"content-length", str(len(body)).encode()),
-            (b"connection", b"close"),
-        ]
-        lines = [name + b": " + value + b"\r\n" for name, value in headers]
-        self.transport.write(b"".join([STATUS_LINE[status], *lines, b"\r\n", body]))
+        """Say what is wrong with a request that the application does not see, or not to its end, and close.
+
+        Where an answer to an earlier request, or a part of this one's, is on its way, that is all there will be.
+        """
+        self._broken = True
+        cycle = self.cycle
+        if cycle is not None and not cycle.response_complete:
+            if cycle.more_body and cycle.response_started:
+                self.transport.abort()  # what would come now would be taken for the rest of the answer
+                return
+            if not cycle.more_body or self.pipeline:
+                cycle.keep_alive = False
+                return
+            cycle.disconnected = True  # to the application, the client has left
+            cycle.message_event.set()
+        self.transport.write(refusal(status, code, message, self.server_state.default_headers))
         self._connection.unread = True  # whatever it is
         self.transport.close()

@@ -4,6 +4,7 @@ import asyncio
 import itertools
 from collections.abc import Sequence
 
+from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.errors import error_response
@@ -34,6 +35,10 @@ class BodyLimit:
         if bodiless or route_path(scope) in self._streamed:
             await self._app(scope, receive, send)
             return
+        announced = Headers(scope=scope).get("Content-Length", "")
+        if announced.isdecimal() and int(announced) > self._max_bytes:
+            await self._too_large(scope, receive, send)
+            return
         try:
             async with asyncio.timeout(BODY_SECONDS):
                 body = await self._read(receive)
@@ -44,8 +49,7 @@ class BodyLimit:
         if body is None:
             return
         if len(body) > self._max_bytes:
-            text = f"the request body is larger than this server's limit of {self._max_bytes} bytes"
-            await error_response(413, "too-large", text)(scope, receive, send)
+            await self._too_large(scope, receive, send)
             return
         whole: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
 
@@ -53,6 +57,10 @@ class BodyLimit:
             return whole.pop() if whole else await receive()
 
         await self._app(scope, replay, send)
+
+    async def _too_large(self, scope: Scope, receive: Receive, send: Send) -> None:
+        text = f"the request body is larger than this server's limit of {self._max_bytes} bytes"
+        await error_response(413, "too-large", text)(scope, receive, send)
 
     async def _read(self, receive: Receive) -> bytes | None:
         """The body, as far as it is not too large; None when the client has left."""

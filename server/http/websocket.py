@@ -9,6 +9,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import Frame
 
 from server.http.connection import KEY
+from server.http.refusal import refusal
 
 MAX_FRAGMENTS = 1024  # of one message
 POLICY = 1008  # the code of a close
@@ -22,6 +23,14 @@ class WebSocket(WebSocketsSansIOProtocol):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._pong = b""  # what has to wait
+
+    def data_received(self, data: bytes) -> None:
+        """Understand what has come. First comes a whole handshake, which may have more headers than are taken."""
+        super().data_received(data)
+        if not self.handshake_initiated and not self.transport.is_closing():
+            text = "the headers of a WebSocket's handshake are too many or too long"
+            self.transport.write(refusal(431, "too-large", text, self.default_headers))
+            self.transport.close()
 
     def handle_ping(self) -> None:
         """Answer a ping; while the peer does not read, only those that came last are kept to be (RFC 6455, 5.5.3)."""

@@ -1,5 +1,5 @@
-"""Reads one scene in a process of its own, `python -m server.scenes.check_scene`: what a broken file can do ends with
-it.
+"""Reads one scene in a process of its own, `python -m server.scenes.check_scene PARENT`, so that what a broken file can
+do ends with it; PARENT is the id of the process that starts it, with which it ends.
 
 stdin has a CheckRequest as JSON, stdout gets its Checked or Refused. The process first limits itself: memory,
 processor time, no new files (but for what an archive holds, and for formats whose library writes one in memory), few
@@ -88,6 +88,6 @@ def _limit(resource: int, value: int, spare: int = 0) -> None:
 
 
 if __name__ == "__main__":
-    walls.end_with_parent()
+    walls.end_with_parent(int(sys.argv[1]))
     answer = check(CheckRequest.model_validate_json(sys.stdin.buffer.read()))
     sys.stdout.buffer.write(answer.model_dump_json().encode())

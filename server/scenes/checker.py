@@ -5,6 +5,7 @@ The child is server.scenes.check_scene. What it says of a scene is all that the 
 
 import asyncio
 import logging
+import os
 import signal
 from collections import Counter
 from collections.abc import Sequence
@@ -141,6 +142,7 @@ class Checker:
         try:
             process = await asyncio.create_subprocess_exec(
                 *self._command,
+                str(os.getpid()),
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
                 env=clean_environment() | ONE_THREAD,

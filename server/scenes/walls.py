@@ -22,10 +22,12 @@ _MACHINE = ("/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system
 _MACHINE_ALSO = ("/dev/null", "/sys/devices/system/node", "/proc/sys/vm/overcommit_memory", "/sys/kernel/mm")
 
 
-def end_with_parent() -> None:
-    """The kernel kills this process when the one that started it ends."""
+def end_with_parent(parent: int) -> None:
+    """The kernel kills this process when the one that started it, `parent`, ends; it may have ended already."""
     with suppress(OSError):
         process_control(PR_SET_PDEATHSIG, SIGKILL)
+    if os.getppid() != parent:
+        sys.exit()
 
 
 def open_only(readable: Iterable[Path], writable: Iterable[Path] = ()) -> bool:

@@ -4,9 +4,10 @@ import asyncio
 import logging
 from contextlib import suppress
 
-from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
 
 from gpu.errors import UserError
+from server.errors import error_response, refusals
 from server.logs import bind
 from server.service import Service, TheService
 from server.walk.viewer import RESTART, Viewer
@@ -18,9 +19,18 @@ BAD_PROTOCOL, POLICY, FAULT, TRY_AGAIN = 1002, 1008, 1011, 1013
 
 log = logging.getLogger("lumenwalk.viewer")
 router = APIRouter()
+PATH = "/api/v1/stream"
 
 
-@router.websocket("/api/v1/stream")
+@router.get(PATH, operation_id="walk", responses=refusals(426), status_code=101, response_class=Response)
+async def no_stream() -> Response:
+    """Walks are WebSockets (RFC 6455, version 13): this is where a handshake goes. Any other request gets 426."""
+    response = error_response(426, "upgrade-required", "walks are WebSockets, of version 13: this asks for none")
+    response.headers.update({"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"})
+    return response
+
+
+@router.websocket(PATH)
 async def stream(socket: WebSocket, service: TheService) -> None:
     """Serve one viewer until it leaves."""
     # A browser that offers subprotocols, one of which may be its token, wants one of them taken.

@@ -143,7 +143,9 @@ def _sized(path: Path, limits: SceneLimits) -> None:
 
 @contextmanager
 def refusing(path: Path) -> Iterator[None]:
-    """Errors of USD as SceneError of `path`, and those of Python with what is no text in it, be it USD's words."""
+    """Errors of USD as SceneError of `path`, and those of Python with what is no text, be it in USD's words, or is of
+    another type than USD's schemas say.
+    """
     try:
         try:
             yield
@@ -152,6 +154,8 @@ def refusing(path: Path) -> Iterator[None]:
             raise SceneError(str(path), "", f"not a USD file that can be read: {_brief(path, problem)}") from error
     except UnicodeDecodeError as error:
         raise SceneError(str(path), "", "not a USD file that can be read: it has text that is not UTF-8") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise SceneError(str(path), "", f"it has a value of another type than it should: {str(error)[:200]}") from error
 
 
 def _brief(path: Path, problem: str) -> str:

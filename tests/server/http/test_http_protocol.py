@@ -40,6 +40,11 @@ def pour(client: socket.socket, first: bytes, piece: bytes) -> int:
 HOST = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n"
 CHUNKED = b"POST /api/v1/render HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
 
+UPGRADE = (
+    b"GET /api/v1/stream HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+)
+
 
 @pytest.mark.parametrize(
     ("data", "status"),
@@ -49,8 +54,15 @@ CHUNKED = b"POST /api/v1/render HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding
         (HOST + b"Host: localhost\r\n\r\n", 400),
         (HOST + b"X: " + b"x" * (2 * MAX_HEAD_BYTES), 431),
         (HOST + b"x: y\r\n" * MAX_HEAD_BYTES, 431),
+        (CHUNKED + b"no length\r\n", 400),
+        (CHUNKED.replace(b"chunked", b"other") + b"{}", 400),
+        (b"CONNECT localhost:80 HTTP/1.1\r\nHost: localhost\r\n\r\n", 400),
+        (UPGRADE + b"x: y\r\n" * 200 + b"\r\n", 431),
     ],
-    ids=["no HTTP", "no host", "two hosts", "one large header", "many headers"],
+    ids=[
+        *("no HTTP", "no host", "two hosts", "one large header", "many headers"),
+        *("a broken body", "an unknown encoding", "a tunnel", "a handshake of many headers"),
+    ],
 )
 def test_what_is_no_request_gets_a_problem_and_the_end(running: Running, data: bytes, status: int) -> None:
     given, headers, body = ask(running, data)
@@ -85,3 +97,35 @@ def test_a_request_that_has_come_whole_keeps_its_connection(serve: Callable[...,
         answer = client.recv(65536)
     assert answer.startswith(b"HTTP/1.1 401")
     assert b"connection: close" not in answer.lower()
+
+
+def test_what_comes_behind_a_request_and_is_none_does_not_take_its_answer(running: Running) -> None:
+    status, headers, body = ask(running, HOST + b"\r\nnonsense\r\n\r\n")
+    assert status == 200
+    assert headers["connection"] == "close"
+    assert json.loads(body)["status"] == "ok"
+
+
+@pytest.mark.parametrize("upgrade", ["h2c", "websocket"])
+@pytest.mark.parametrize("version", ["1.1", "1.0"])
+def test_an_upgrade_that_there_is_not_is_a_request_like_any_other(running: Running, upgrade: str, version: str) -> None:
+    body = b'{"size": [0, 0]}'
+    head = (
+        f"POST /api/v1/render HTTP/{version}\r\nHost: localhost\r\nConnection: Upgrade, HTTP2-Settings\r\n"
+        f"Upgrade: {upgrade}\r\nHTTP2-Settings: AAMAAABk\r\nContent-Type: application/json\r\n"
+        f"Content-Length: {len(body)}\r\n\r\n"
+    )
+    after = b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n" if version == "1.1" else b""
+    status, _, answer = ask(running, head.encode() + body + after)
+    assert status == 422
+    assert b"size.0" in answer
+    assert (b"HTTP/1.1 200" in answer) == bool(after)
+
+
+def test_a_stream_is_for_websockets(running: Running) -> None:
+    for method in ("GET", "HEAD"):
+        answer = running.http.request(method, "/api/v1/stream")
+        assert answer.status_code == 426
+        assert answer.headers["Upgrade"] == "websocket"
+        assert answer.headers["Sec-WebSocket-Version"] == "13"
+    assert running.http.post("/api/v1/stream").headers["Allow"] == "GET, HEAD"

@@ -1,3 +1,4 @@
+import socket
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +15,14 @@ def test_a_body_that_is_too_large_is_refused(running: Running) -> None:
     body = b" " * (running.service.settings.max_message_bytes + 1)
     response = running.http.post("/api/v1/render", content=body)
     assert (response.status_code, response.json()["code"]) == (413, "too-large")
+
+
+def test_a_body_that_is_announced_as_too_large_is_not_waited_for(running: Running) -> None:
+    address = running.http.base_url.host, running.http.base_url.port
+    length = running.service.settings.max_message_bytes + 1
+    with socket.create_connection(address, timeout=10) as client:
+        client.sendall(f"POST /api/v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Length: {length}\r\n\r\n".encode())
+        assert client.recv(65536).startswith(b"HTTP/1.1 413")
 
 
 def test_a_body_without_a_length_is_counted(running: Running) -> None:

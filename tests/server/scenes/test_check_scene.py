@@ -1,6 +1,7 @@
 """The child process that reads a scene: what it says, and what it may not do."""
 
 import json
+import os
 import subprocess
 import sys
 import sysconfig
@@ -46,7 +47,9 @@ def request(source: Path, folder: Path | None = None, **changes: Any) -> bytes:
 
 def check(source: Path, folder: Path | None = None, **changes: Any) -> dict[str, Any]:
     """The answer of a child."""
-    done = subprocess.run(CHECK, input=request(source, folder, **changes), capture_output=True, timeout=60)
+    done = subprocess.run(
+        [*CHECK, str(os.getpid())], input=request(source, folder, **changes), capture_output=True, timeout=60
+    )
     assert done.returncode == 0, done.stderr
     answer: dict[str, Any] = json.loads(done.stdout)
     return answer

@@ -88,7 +88,8 @@ def test_without_walls_all_goes_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 def test_a_process_ends_with_the_one_that_started_it() -> None:
     waits = (
-        "import time; from server.scenes import walls; walls.end_with_parent(); print('up', flush=True); time.sleep(60)"
+        "import os, time; from server.scenes import walls; walls.end_with_parent(os.getppid()); "
+        "print('up', flush=True); time.sleep(60)"
     )
     starts = f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', {waits!r}]).wait()"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -97,3 +98,9 @@ def test_a_process_ends_with_the_one_that_started_it() -> None:
         assert parent.stdout.readline() == b"up\n"
         parent.kill()
         assert parent.stdout.read() == b""  # the child had it open too
+
+
+def test_it_ends_where_that_one_has_ended_already(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(walls, "process_control", lambda *_: 0)
+    with pytest.raises(SystemExit):
+        walls.end_with_parent(os.getppid() + 1)

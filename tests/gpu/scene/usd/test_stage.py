@@ -42,6 +42,12 @@ def test_broken_files(tmp_path: Path, name: str, content: bytes) -> None:
     assert str(tmp_path) not in caught.value.problem
 
 
+def test_a_value_of_another_type(tmp_path: Path) -> None:
+    (tmp_path / "a.usda").write_text('#usda 1.0\ndef Mesh "A" {\npnt3f[] points = [(1, 0, 0)]\n}\n')
+    with pytest.raises(SceneError, match="a value of another type than it should"):
+        load_usd(tmp_path / "a.usda")
+
+
 def test_a_missing_and_a_large_file(usd: UsdFile) -> None:
     with pytest.raises(SceneError, match="cannot be read"):
         load_usd(usd.folder / "none.usda")
