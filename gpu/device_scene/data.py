@@ -43,7 +43,11 @@ class TextureData:
 
 @wp.struct
 class MaterialData:
-    """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too."""
+    """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too.
+
+    transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
+    blend: alpha is the share of the surface that is there.
+    """
 
     base_color: wp.vec4
     emission: wp.vec3
@@ -53,32 +57,40 @@ class MaterialData:
     specular: float
     specular_color: wp.vec3
     transmission: float
+    thin: bool
+    absorption: wp.vec3
     normal_scale: float
     alpha_cutoff: float
+    blend: bool
     double_sided: bool
     unlit: bool
     base_color_slot: SlotData
     metallic_roughness_slot: SlotData
     normal_slot: SlotData
     emission_slot: SlotData
+    transmission_slot: SlotData
 
 
 @wp.struct
 class SceneData:
-    """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `masked_count` after
-    them alpha-masked, and the last `backdrop_count` a sky around the scene, which only cameras and its light know.
+    """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `pane_count` after
+    them clear panes, `masked_count` alpha-masked, and the last `backdrop_count` a sky around the scene, which only
+    cameras and its light know.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
-    linear. alpha: rays must test masks; textured, glossy: rays may hit textures, narrow specular lobes; one_sided:
-    cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal;
-    ignore_alpha: masks let no light through.
+    linear. alpha: rays must test masks; textured, glossy, transmissive: rays may hit textures, narrow specular lobes,
+    glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its
+    geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or
+    not with the probability alpha, 0: they are where alpha is one half or more.
     """
 
     opaque: Bvh
+    panes: Bvh
     masked: Bvh
     backdrop: Bvh
     opaque_count: int
+    pane_count: int
     masked_count: int
     backdrop_count: int
     vertices: wp.array[wp.vec3]
@@ -96,6 +108,8 @@ class SceneData:
     alpha: bool
     textured: bool
     glossy: bool
+    transmissive: bool
     one_sided: bool
     lambertian: bool
     ignore_alpha: bool
+    coverage: wp.uint32

@@ -17,11 +17,14 @@ MAX_ENUMERATED = 8
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    alpha: masks that let light through; textures; one_sided: backs that cameras do not see; backdrop: a sky of
-    triangles; gloss: lobes so narrow that they get rays of their own; soft: as `has_soft_light` tells.
+    alpha: masks that let light through; glass: any that transmits; panes: as Material.is_pane tells; textures;
+    one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
+    their own; soft: as `has_soft_light` tells.
     """
 
     alpha: bool = True
+    glass: bool = True
+    panes: bool = True
     textures: bool = True
     one_sided: bool = True
     backdrop: bool = True
@@ -56,6 +59,8 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
     gloss = not lambertian and any(_glossy(material) for material in materials)
     return SceneFeatures(
         alpha=alpha or assume_alpha,
+        glass=not lambertian and any(material.transmission > 0.0 for material in materials),
+        panes=not lambertian and any(material.is_pane and not material.backdrop for material in materials),
         textures=bool(scene.textures) or assume_textures,
         one_sided=not lambertian and any(material.double_sided is False for material in materials),
         backdrop=any(material.backdrop for material in materials),

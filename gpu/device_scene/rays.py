@@ -61,7 +61,7 @@ def first_surface(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: 
             layer = first_hit(scene.masked, origin + direction * start, direction, hit.t - start, cull_backs)
             if layer.face == NO_HIT:
                 break
-            layer.face += scene.opaque_count
+            layer.face += scene.opaque_count + scene.pane_count
             start += layer.t
             if is_solid(scene, layer.face, layer.u, layer.v):
                 hit = layer
@@ -93,7 +93,7 @@ def backdrop_hit(scene: SceneData, origin: wp.vec3, direction: wp.vec3) -> Hit:
     if scene.backdrop_count > 0:
         hit = first_hit(scene.backdrop, origin, direction, RAY_LENGTH, scene.one_sided)
         if hit.face != NO_HIT:
-            hit.face += scene.opaque_count + scene.masked_count
+            hit.face += scene.opaque_count + scene.pane_count + scene.masked_count
     return hit
 
 
@@ -108,7 +108,7 @@ def occluded(scene: SceneData, origin: wp.vec3, direction: wp.vec3, max_t: float
             layer = first_hit(scene.masked, origin + direction * start, direction, max_t - start, False)
             if layer.face == NO_HIT:
                 return False
-            if is_solid(scene, scene.opaque_count + layer.face, layer.u, layer.v):
+            if is_solid(scene, scene.opaque_count + scene.pane_count + layer.face, layer.u, layer.v):
                 return True
             start += layer.t + OFFSET_ULP
     return False

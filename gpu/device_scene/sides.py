@@ -1,7 +1,8 @@
 """Sides and alpha of surfaces: decided here, for camera rays, light paths, light samples and shadow rays alike.
 
 - The front of a triangle is the side that it is wound counter-clockwise on (glTF 2.0, 3.7.2.1).
-- What alpha cuts away is not there: it is not seen, stops no light and emits none (3.9.4).
+- What alpha cuts away is not there: it is not seen, stops no light and emits none (3.9.4). BLEND is cut at one half,
+  or at random, so that in the mean a share of alpha is there.
 - Light meets both sides of every surface, and both reflect alike: no wall leaks, whichever way it is turned.
 - A camera does not see the backs of one-sided surfaces (3.9.5), so that a room is seen from outside.
 - Two-sided surfaces emit from both sides, all others from the front.
@@ -11,6 +12,7 @@ import warp as wp
 
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.textures import sample_alpha
+from gpu.sampling.sobol import hashed
 
 
 @wp.func
@@ -22,11 +24,25 @@ def triangle_normal(scene: SceneData, face: int) -> wp.vec3:
 
 
 @wp.func
+def layer_sample(scene: SceneData, face: int, u: float, v: float) -> float:
+    """A uniform number in (0, 1] of a ray's crossing of a triangle: another at each place, the same when asked again.
+
+    `scene.coverage` is the ray's own.
+    """
+    place = wp.cast(u, wp.uint32) ^ hashed(wp.cast(v, wp.uint32) ^ wp.uint32(face))
+    return float(hashed(scene.coverage ^ hashed(place)) >> wp.uint32(8)) * (1.0 / 16777216.0) + (0.5 / 16777216.0)
+
+
+@wp.func
 def is_solid(scene: SceneData, face: int, u: float, v: float) -> bool:
     """Whether there is something at barycentrics (u, v) of a triangle, or alpha has cut it away."""
-    if scene.ignore_alpha or face < scene.opaque_count or face >= scene.opaque_count + scene.masked_count:
+    first = scene.opaque_count + scene.pane_count
+    if scene.ignore_alpha or face < first or face >= first + scene.masked_count:
         return True
-    return sample_alpha(scene, face, u, v) >= scene.materials[scene.triangle_material[face]].alpha_cutoff
+    cutoff = scene.materials[scene.triangle_material[face]].alpha_cutoff
+    if scene.coverage != wp.uint32(0) and scene.materials[scene.triangle_material[face]].blend:
+        cutoff = layer_sample(scene, face, u, v)
+    return sample_alpha(scene, face, u, v) >= cutoff
 
 
 @wp.func

@@ -5,7 +5,13 @@ import warp as wp
 from gpu.device_scene.data import NO_TEXTURE, Hit, SceneData
 from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
 from gpu.device_scene.textures import sample_slot
+from gpu.scene.types import CLEAR_ROUGHNESS
 
+# Smoother metals are perfect mirrors to paths, smoother glass perfectly clear: nothing else would ever hit their lobes.
+MIRROR_ROUGHNESS = wp.constant(0.03)
+GLASS_ROUGHNESS = wp.constant(CLEAR_ROUGHNESS)
+# Glass of a lower index refracts nothing, which the formulas of rough glass divide by.
+MIN_IOR = wp.constant(1.0001)
 # Lower roughness makes highlights of punctual lights too small to be seen; α = roughness².
 MIN_ROUGHNESS = wp.constant(0.05)
 
@@ -14,9 +20,12 @@ MIN_ROUGHNESS = wp.constant(0.05)
 class Surface:
     """A point of a surface, both normals turned to the side it was hit from.
 
-    albedo: reflectance for indirect light, which sees every surface as Lambertian; diffuse: reflectance of the diffuse
-    lobe, f0: specular reflectance at normal incidence, roughness: perceptual, for direct light; emission: radiance
-    towards the ray's origin [W/m²/sr].
+    albedo: base colour, which is the reflectance where a method takes every surface as Lambertian; diffuse: reflectance
+    of the diffuse lobe; f0, f90: specular reflectance at normal and at grazing incidence; roughness: perceptual;
+    mirror: reflects perfectly, by f0, without a lobe; emission: radiance towards the ray's origin [W/m²/sr].
+    glass: share of the surface that is glass, the rest reflects as above; clear: its rays stay sharp; thin: of a sheet;
+    eta: refractive index behind the surface over that before it; absorption: in what is behind it [1/unit length];
+    crossed: its glass only reflects, since rays that go through have not met it.
     """
 
     position: wp.vec3
@@ -26,7 +35,15 @@ class Surface:
     diffuse: wp.vec3
     emission: wp.vec3
     f0: wp.vec3
+    f90: float
     roughness: float
+    mirror: bool
+    glass: float
+    clear: bool
+    thin: bool
+    eta: float
+    absorption: wp.vec3
+    crossed: bool
 
 
 @wp.func
@@ -120,12 +137,24 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
             surface.normal = smooth
     texture = sample_slot(scene, material.metallic_roughness_slot, hit.face, hit.u, hit.v)
     metallic = material.metallic * texture[2]
-    surface.roughness = wp.max(material.roughness * texture[1], MIN_ROUGHNESS)
+    roughness = material.roughness * texture[1]
+    surface.roughness = wp.max(roughness, MIN_ROUGHNESS)
+    surface.mirror = metallic == 1.0 and roughness < MIRROR_ROUGHNESS
     reflectance = (material.ior - 1.0) / (material.ior + 1.0)
     dielectric = (
         wp.min(material.specular_color * (reflectance * reflectance), wp.vec3(1.0, 1.0, 1.0)) * material.specular
     )
     surface.f0 = dielectric * (1.0 - metallic) + base * metallic
+    surface.f90 = material.specular * (1.0 - metallic) + metallic
     # Indirect light has no specular lobe, so a metal keeps its whole base colour as albedo there: it would be black.
     surface.diffuse = base * (1.0 - metallic)
+    if scene.transmissive and material.transmission > 0.0:
+        share = sample_slot(scene, material.transmission_slot, hit.face, hit.u, hit.v)[0]
+        surface.glass = material.transmission * share * (1.0 - metallic)
+        surface.clear = roughness <= GLASS_ROUGHNESS
+        surface.thin = material.thin
+        index = wp.max(material.ior, MIN_IOR)
+        surface.eta = wp.where(seen_front or material.thin, index, 1.0 / index)
+        if seen_front and not material.thin:
+            surface.absorption = material.absorption
     return surface

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 import warp as wp
 
@@ -11,6 +14,8 @@ from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
 from gpu.device_scene.repeated import repeated
 from gpu.scene.types import AlphaMode, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
+
+_LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
 
 
 def _slot(slot: TextureSlot | None) -> SlotData:
@@ -23,27 +28,41 @@ def _slot(slot: TextureSlot | None) -> SlotData:
     return data
 
 
-def _material(material: Material) -> MaterialData:
+def _absorption(material: Material, units_per_length: float) -> wp.vec3:
+    """Beer's law for the inside of a material [1/unit length] (KHR_materials_volume, Attenuation).
+
+    units_per_length: unit lengths in one of the file's.
+    """
+    colour = np.maximum(material.attenuation_color, _LEAST_TRANSMITTANCE)
+    return wp.vec3(*(-np.log(colour) / (material.attenuation_distance * units_per_length)))
+
+
+def _material(material: Material, units_per_length: float) -> MaterialData:
     data = MaterialData()
     data.base_color = wp.vec4(*material.base_color)
     data.emission = wp.vec3(*material.emission)
     data.metallic, data.roughness, data.ior = material.metallic, material.roughness, material.ior
     data.specular, data.specular_color = material.specular, wp.vec3(*material.specular_color)
     data.transmission, data.normal_scale, data.unlit = material.transmission, material.normal_scale, material.unlit
-    data.alpha_cutoff = material.solid_alpha
+    data.thin = material.thickness == 0.0
+    data.absorption = _absorption(material, units_per_length)
+    data.alpha_cutoff, data.blend = material.solid_alpha, material.alpha_mode is AlphaMode.BLEND
     data.double_sided = bool(material.double_sided)
     data.base_color_slot = _slot(material.base_color_slot)
     data.metallic_roughness_slot = _slot(material.metallic_roughness_slot)
     data.normal_slot = _slot(material.normal_slot)
     data.emission_slot = _slot(material.emission_slot)
+    data.transmission_slot = _slot(material.transmission_slot)
     return data
 
 
 def _kind(material: Material) -> int:
     """The group of triangles that those of `material` are in, by SceneData's order."""
     if material.backdrop:
+        return 3
+    if material.alpha_mode is not AlphaMode.OPAQUE:
         return 2
-    return int(material.alpha_mode is not AlphaMode.OPAQUE)
+    return int(material.is_pane)
 
 
 def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndarray]:
@@ -77,11 +96,22 @@ def _srgb_decode() -> np.ndarray:
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
+@dataclass(frozen=True)
+class _Order:
+    """A scene's triangles (triangle, 3) in the device's order, their materials, and which cameras see from both sides
+    not (1) or do (0), (triangle,).
+    """
+
+    triangles: Ints
+    materials: Ints
+    culled: Floats
+
+
 class DeviceScene:
     """A scene's geometry, materials and textures on one device.
 
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, then
-    masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist.
+    panes, then masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist.
     """
 
     def __init__(self, scene: Scene, device: str | None = None) -> None:
@@ -89,9 +119,13 @@ class DeviceScene:
         self.device = choose_device(device)
         kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
         self.triangle_order: Ints = np.argsort(kind, kind="stable").astype(np.int32)
-        triangles = np.ascontiguousarray(scene.triangles[self.triangle_order])
-        counts = np.bincount(kind, minlength=3).tolist()
         one_sided = np.array([m.double_sided is False for m in scene.materials])[scene.triangle_material]
+        self._order = order = _Order(
+            np.ascontiguousarray(scene.triangles[self.triangle_order]),
+            scene.triangle_material[self.triangle_order],
+            one_sided[self.triangle_order].astype(np.float32),
+        )
+        counts = np.bincount(kind, minlength=4).tolist()
 
         data = SceneData()
         data.vertices = self._upload(scene.vertices, wp.vec3)
@@ -99,48 +133,60 @@ class DeviceScene:
         data.uvs = self._upload(scene.uvs, wp.vec2)
         data.has_colors = scene.colors is not None
         data.colors = self._upload(np.ones((1, 4), np.float32) if scene.colors is None else scene.colors, wp.vec4)
-        data.triangles = self._upload(triangles, wp.vec3i)
-        data.triangle_material = self._upload(scene.triangle_material[self.triangle_order], wp.int32)
-        data.materials = wp.array([_material(m) for m in scene.materials], dtype=MaterialData, device=self.device)
+        data.triangles = self._upload(order.triangles, wp.vec3i)
+        data.triangle_material = self._upload(order.materials, wp.int32)
+        units = scene.frame.metres_per_unit * scene.placement.scale
+        made = [_material(material, units) for material in scene.materials]
+        data.materials = wp.array(made, dtype=MaterialData, device=self.device)
         entries, texels = _textures(scene.textures)
         data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
         data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
-        data.opaque_count, data.masked_count, data.backdrop_count = counts
+        data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
+        data.transmissive = any(material.transmission > 0.0 for material in scene.materials)
         data.one_sided = bool(one_sided.any())
-        begin, culled = 0, one_sided[self.triangle_order].astype(np.float32)
-        for name, count in zip(("opaque", "masked", "backdrop"), counts, strict=True):
+        self.data, begin = data, 0
+        for name, count in zip(("opaque", "panes", "masked", "backdrop"), counts, strict=True):
             if count:
-                part = slice(begin, begin + count)
                 # Where alpha cuts holes, what looks different is different.
                 values = _corner_values(scene) if name == "masked" else scene.vertices
-                again = repeated(values, triangles[part], scene.triangle_material[self.triangle_order[part]])
-                setattr(data, name, self._tree(data.vertices, triangles[part], culled[part], ~again))
+                setattr(data, name, self._tree(values, begin, begin + count))
             begin += count
-        self.data = data
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
         return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
 
-    def _tree(self, vertices: wp.array, triangles: Ints, culled: Floats, listed: Mask) -> Bvh:
-        """A tree over the triangles that are `listed`, by their numbers among all."""
-        indices = self._upload(triangles[listed].ravel(), wp.int32)
-        tree = build(vertices, indices, self._upload(culled[listed], wp.float32))
+    def _tree(self, values: Floats, begin: int, end: int) -> Bvh:
+        """A tree over the triangles from `begin` to `end` but repeated ones, which have the same `values` (vertex,
+        value), numbered from `begin`.
+        """
+        order, part = self._order, slice(begin, end)
+        listed: Mask = ~repeated(values, order.triangles[part], order.materials[part])
+        indices = self._upload(order.triangles[part][listed].ravel(), wp.int32)
+        tree = build(self.data.vertices, indices, self._upload(order.culled[part][listed], wp.float32))
         if not listed.all():
             tree.faces = self._upload(np.flatnonzero(listed)[tree.faces.numpy()], wp.int32)
         return tree
 
+    @cached_property
+    def _with_panes(self) -> Bvh:
+        """A tree over opaque triangles and panes together."""
+        return self._tree(self.scene.vertices, 0, self.data.opaque_count + self.data.pane_count)
+
     def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
 
-        Then surfaces are opaque and Lambertian with their geometric normals, without alpha or normal maps, and cameras
-        see both sides of all.
+        Then surfaces, panes too, are opaque and Lambertian with their geometric normals, without alpha or normal maps,
+        and cameras see both sides of all.
         assume_alpha: rays look for masks even where there are none.
         """
         data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
         data.one_sided = data.one_sided and not lambertian
+        data.transmissive = data.transmissive and not lambertian
+        if lambertian and data.pane_count:
+            data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
         data.alpha = (data.masked_count > 0 and not lambertian) or assume_alpha
         return data

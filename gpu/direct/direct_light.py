@@ -16,7 +16,8 @@ from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
-from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.panes import transmittance, transmitted
+from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import Surface
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
@@ -73,9 +74,11 @@ def ris_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.ve
             rest -= weight
     value = STRATUM * wp.uint32(chosen) + pick.a // wp.uint32(CANDIDATES)
     sample = sample_light(scene, table, table.sampled, surface.position, value, point)
-    if not connected(scene, surface.position, surface.geometric_normal, sample.point, sample.normal):
-        return wp.vec3(0.0, 0.0, 0.0)
-    return unshadowed_light(surface, view, sample, glossy) * (total / (weight * float(CANDIDATES)))
+    reached = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
+    if largest(reached) <= 0.0:
+        return reached
+    light = unshadowed_light(surface, view, sample, glossy) * (total / (weight * float(CANDIDATES)))
+    return wp.cw_mul(reached, light)
 
 
 @wp.func
@@ -89,7 +92,8 @@ def bsdf_sampled_light(scene: SceneData, table: LightTable, surface: Surface, vi
     origin = offset_origin(surface.position, surface.geometric_normal, lobe.direction)
     hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
     found = light_at_hit(scene, table, table.sampled, origin, lobe.direction, hit)
-    return wp.cw_mul(reflected(surface, view, lobe.direction), found.radiance) / (lobe.density + found.density)
+    light = wp.cw_mul(found.radiance, transmitted(scene, origin, lobe.direction, hit.t))
+    return wp.cw_mul(reflected(surface, view, lobe.direction), light) / (lobe.density + found.density)
 
 
 @wp.func
@@ -99,10 +103,9 @@ def delta_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.
     for number in range(table.enumerated_count):
         sample = punctual_sample(table.lights[number], surface.position)
         reached = wp.cw_mul(reflected(surface, view, sample.direction), sample.irradiance)
-        if largest(reached) > 0.0 and connected(
-            scene, surface.position, surface.geometric_normal, sample.point, sample.normal
-        ):
-            light += reached
+        if largest(reached) > 0.0:
+            left = transmittance(scene, surface.position, surface.geometric_normal, sample.point, sample.normal)
+            light += wp.cw_mul(reached, left)
     return light
 
 
@@ -114,8 +117,8 @@ def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
     The mean of `samples` estimates, of `moment` and those that follow; see gpu.sampling.sobol.sobol_pair_at.
     """
     light = wp.vec3(0.0, 0.0, 0.0)
-    if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or largest(surface.f0) > 0.0):
-        glossy = scene.glossy and largest(surface.f0) > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
+    if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or surface.f90 > 0.0):
+        glossy = scene.glossy and surface.f90 > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
         for number in range(moment, moment + samples):
             estimate = ris_light(scene, table, surface, view, place, number, seed, glossy)
             if glossy:
@@ -149,7 +152,7 @@ def direct_samples(count: int, moment: wp.array, seed: int) -> DirectSamples:
 
 
 @cache
-def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool) -> wp.Kernel:
+def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool, panes: bool) -> wp.Kernel:
     """The kernel for scenes with or without these of gpu.device_scene.features."""
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
@@ -183,12 +186,15 @@ def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool
             scene.glossy = False
         if wp.static(not backdrop):
             scene.backdrop_count = 0
+        if wp.static(not panes):
+            scene.pane_count = 0
         surface = Surface()
         surface.position = gbuffer.position[pixel]
         surface.geometric_normal = gbuffer.geometric_normal[pixel]
         surface.normal = gbuffer.normal[pixel]
         surface.diffuse = gbuffer.diffuse[pixel]
         surface.f0 = gbuffer.f0[pixel]
+        surface.f90 = gbuffer.f90[pixel]
         surface.roughness = gbuffer.roughness[pixel]
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
@@ -217,7 +223,8 @@ def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, si
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
     gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
-    kernel = direct_light_kernel(features.alpha, features.textures, features.gloss, features.backdrop)
+    has = features
+    kernel = direct_light_kernel(has.alpha, has.textures, has.gloss, has.backdrop, has.panes)
     inputs = [scene, table, gbuffer, image_size(size), samples, out, soft]
     launch(kernel, size[0] * size[1], inputs, out.device, weight=samples.count)
 

@@ -9,6 +9,7 @@ from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.panes import transmitted
 from gpu.device_scene.rays import seen_hit
 from gpu.device_scene.surface import surface_at
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
@@ -21,7 +22,7 @@ class GBuffer:
 
     face: triangle of the SP, NO_HIT where there is none; position, geometric_normal, normal: of the SP in unit space,
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
-    pixel there; albedo, diffuse, f0, roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's
+    pixel there; albedo, diffuse, f0, f90, roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's
     light that reaches the camera; emitted: radiance that reaches the camera from emitters and the sky without the SP
     [W/m²/sr].
     """
@@ -35,6 +36,7 @@ class GBuffer:
     albedo: wp.array[wp.vec3]
     diffuse: wp.array[wp.vec3]
     f0: wp.array[wp.vec3]
+    f90: wp.array[float]
     roughness: wp.array[float]
     throughput: wp.array[wp.vec3]
     emitted: wp.array[wp.vec3]
@@ -47,7 +49,7 @@ def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 
 @cache
-def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool) -> wp.Kernel:
+def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, panes: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
     of gpu.device_scene.features.
     """
@@ -65,14 +67,17 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool) -> wp.Kern
             scene.one_sided = False
         if wp.static(not backdrop):
             scene.backdrop_count = 0
+        if wp.static(not panes):
+            scene.pane_count = 0
         camera = cameras[0]
         ray = pixel_ray(camera, pixel, image)
         hit = seen_hit(scene, ray.origin, ray.direction)
         out.face[pixel] = hit.face
         out.to_camera[pixel] = -ray.direction
-        out.throughput[pixel] = wp.vec3(1.0, 1.0, 1.0)
+        throughput = transmitted(scene, ray.origin, ray.direction, hit.t)
+        out.throughput[pixel] = throughput
         if hit.face == NO_HIT:
-            out.emitted[pixel] = background(scene, ray.origin, ray.direction)
+            out.emitted[pixel] = wp.cw_mul(throughput, background(scene, ray.origin, ray.direction))
             return
         surface = surface_at(scene, hit, ray.direction)
         out.position[pixel] = surface.position
@@ -83,8 +88,9 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool) -> wp.Kern
         out.albedo[pixel] = surface.albedo
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0
+        out.f90[pixel] = surface.f90
         out.roughness[pixel] = surface.roughness
-        out.emitted[pixel] = surface.emission
+        out.emitted[pixel] = wp.cw_mul(throughput, surface.emission)
 
     return primary_ray_kernel
 
@@ -93,5 +99,5 @@ def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int]
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData."""
     inputs = [scene, camera, image_size(size), out]
-    kernel = primary_ray_kernel(features.texels, features.one_sided, features.backdrop)
+    kernel = primary_ray_kernel(features.texels, features.one_sided, features.backdrop, features.panes)
     launch(kernel, size[0] * size[1], inputs, out.face.device)

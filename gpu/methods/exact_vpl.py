@@ -26,7 +26,7 @@ class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
     stage_names = ("light", "gbuffer", "gather", "direct", "near", "interpolate")
-    pixel_bytes, view_pixel_bytes = 365, 12
+    pixel_bytes, view_pixel_bytes = 369, 12
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._gathers_clusters = setup, setup.settings.clustering is Clustering.VPLS

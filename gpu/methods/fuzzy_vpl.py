@@ -42,7 +42,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
     stage_names = ("light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright",
                    "probe", "direct", "near", "interpolate", "keep")  # fmt: skip
-    pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 580, 66, 16
+    pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 584, 66, 16
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

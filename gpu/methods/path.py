@@ -2,6 +2,7 @@
 
 from gpu.core.parameters import parameters
 from gpu.core.stages import Stages
+from gpu.device_scene.features import scene_features
 from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import frame_seed
@@ -21,7 +22,9 @@ class PathTracing(RenderMethod[ViewState]):
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._table = setup, setup.light_sets.table
-        self._scene = setup.device_scene.view(lambertian=setup.settings.lambertian)
+        lambertian = setup.settings.lambertian
+        self._scene = setup.device_scene.view(lambertian=lambertian)
+        self._features = scene_features(setup.device_scene.scene, lambertian=lambertian)
         setup.progress("path tracing needs no virtual point lights", 1.0)
 
     def new_view(self) -> ViewState:
@@ -48,7 +51,7 @@ class PathTracing(RenderMethod[ViewState]):
                 indirect=settings.component is not Component.DIRECT,
                 seed=seed,
             )
-            trace_paths(self._scene, self._table, view.camera, setup.size, paths, view.radiance)
+            trace_paths(self._scene, self._table, view.camera, setup.size, paths, view.radiance, self._features)
             setup.progress("tracing paths", (first + samples) / all_samples)
 
     def statistics(self, view: ViewState) -> FrameStatistics:

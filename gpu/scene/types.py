@@ -18,6 +18,9 @@ Bytes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 Rgb = tuple[float, float, float]
 
+CLEAR_ROUGHNESS = 0.1
+"""Up to this glass is clear: what is seen through it is sharp."""
+
 
 class Wrap(IntEnum):
     """What a texture shows outside [0, 1]."""
@@ -28,7 +31,9 @@ class Wrap(IntEnum):
 
 
 class AlphaMode(IntEnum):
-    """How a material's alpha is read; BLEND counts as MASK at one half, since light paths need a yes or no."""
+    """How a material's alpha is read; BLEND is coverage to path tracing, and MASK at one half to all other methods, as
+    their light paths need a yes or no.
+    """
 
     OPAQUE = 0
     MASK = 1
@@ -106,6 +111,12 @@ class Material:
     def solid_alpha(self) -> float:
         """The alpha from which on there is something, where there is less nothing."""
         return 0.5 if self.alpha_mode is AlphaMode.BLEND else self.alpha_cutoff
+
+    @property
+    def is_pane(self) -> bool:
+        """Whether its surfaces are clear sheets, mostly glass, which every method lets rays cross straight."""
+        clear = self.transmission * (1.0 - self.metallic) >= 0.5 and self.roughness <= CLEAR_ROUGHNESS
+        return clear and self.thickness == 0.0 and self.alpha_mode is AlphaMode.OPAQUE and not self.unlit
 
 
 @dataclass(frozen=True)

@@ -35,10 +35,6 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         for name in ("transmission", "volume", "specular", "emissive_strength", "ior")
     )
     _say_unused(images, entry, volume, specular)
-    transmitted = transmission.factor("transmissionFactor", 0.0, 0.0, 1.0)
-    if transmitted > 0.0:
-        problem = "lets light through (KHR_materials_transmission) but is shown opaque"
-        images.buffers.document.notes.add(problem, entry.name(entry.path))
     emission = entry.factors("emissiveFactor", _BLACK, 0.0, _MOST)
     if max(emission) > 1.0:
         entry.get("emissiveFactor").mend("is above 1, which glTF leaves to the emissive strength; it was used as it is")
@@ -59,7 +55,7 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         alpha_cutoff=entry.factor("alphaCutoff", 0.5, 0.0),
         double_sided=entry.flag("doubleSided"),
         unlit=entry.part("extensions").has("KHR_materials_unlit"),
-        transmission=transmitted,
+        transmission=transmission.factor("transmissionFactor", 0.0, 0.0, 1.0),
         ior=_ior(ior),
         thickness=volume.factor("thicknessFactor", 0.0, 0.0, _MOST),
         attenuation_color=_rgb(volume.factors("attenuationColor", _WHITE, 0.0, 1.0)),
@@ -67,6 +63,9 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         specular=specular.factor("specularFactor", 1.0, 0.0, 1.0),
         specular_color=_rgb(specular.factors("specularColorFactor", _WHITE, 0.0, _MOST)),
     )
+    if material.transmission > 0.0 and not material.is_pane:
+        problem = "lets light through (KHR_materials_transmission), which --method path shows; to others it is opaque"
+        images.buffers.document.notes.add(problem, entry.name(entry.path))
     return _from_glossy(images, entry, material) if glossy else material
 
 

@@ -4,7 +4,7 @@ import warp as wp
 from scenes import column, results
 
 from gpu.core.constants import PI
-from gpu.device_scene.bsdf import reflected, sample_specular, specular_density
+from gpu.device_scene.bsdf import reflected, sample_brdf, sample_specular, specular_density
 from gpu.device_scene.surface import Surface
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cone_direction
@@ -42,11 +42,20 @@ def uniform_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[wp
     out[index] = value * (2.0 * PI)
 
 
-def surface_of(diffuse: float, f0: float, roughness: float) -> Surface:
+@wp.kernel
+def mirror_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[wp.vec3]) -> None:
+    index = first + wp.tid()
+    sample = sample_brdf(surface, view, 0.5, 0.3, 0.7)
+    out[3 * index] = sample.direction
+    out[3 * index + 1] = sample.weight
+    out[3 * index + 2] = wp.vec3(sample.density, 0.0, 0.0)
+
+
+def surface_of(diffuse: float, f0: float, roughness: float, f90: float = 1.0) -> Surface:
     surface = Surface()
     surface.normal = surface.geometric_normal = wp.vec3(*NORMAL)
     surface.diffuse, surface.f0 = wp.vec3(diffuse, diffuse, diffuse), wp.vec3(f0, f0, f0)
-    surface.roughness = roughness
+    surface.f90, surface.roughness = f90 if f0 > 0.0 else 0.0, roughness
     return surface
 
 
@@ -98,15 +107,30 @@ def test_samples_of_the_lobe_have_their_density_and_lose_no_energy(roughness: fl
         assert density.mean() == pytest.approx(above.mean(), rel=0.03)
 
 
-def test_a_faint_lobe_fades_out_with_its_reflectance() -> None:
-    grazing = at_angle(85.0), at_angle(85.0, (-1.0, 0.0, 0.0))
-    full, faint = (value(surface_of(0.0, f0, 0.3), *grazing)[0] for f0 in (0.02, 0.001))
-    assert faint == pytest.approx(0.05 * full, rel=0.05)
-
-
-def test_the_lobe_fades_where_less_than_2_percent_is_reflected_at_normal_incidence() -> None:
+def test_the_specular_factor_fades_the_lobe_and_a_low_index_does_not() -> None:
     view, light = at_angle(85.0), at_angle(85.0, (-1.0, 0.0, 0.0))
-    faint, least, usual = (value(surface_of(0.0, f0, 0.3), view, light)[0] for f0 in (0.01, 0.02, 0.04))
-    assert faint == pytest.approx(0.5 * least, rel=1e-4)
+    half, full, water = (value(surface_of(0.0, f0, 0.3, f90), view, light)[0]
+                         for f0, f90 in ((0.02, 0.5), (0.04, 1.0), (0.02, 1.0)))  # fmt: skip
+    assert half == pytest.approx(0.5 * full, rel=1e-4)
     rise = (1.0 - np.cos(np.radians(85.0))) ** 5
-    assert usual / least == pytest.approx((0.04 + 0.96 * rise) / (0.02 + 0.98 * rise), rel=1e-3)
+    assert full / water == pytest.approx((0.04 + 0.96 * rise) / (0.02 + 0.98 * rise), rel=1e-3)
+
+
+@pytest.mark.parametrize(("roughness", "lost"), [(0.5, 0.12), (1.0, 0.59)])
+def test_rough_metals_lose_what_the_documentation_says(roughness: float, lost: float) -> None:
+    heights = (np.arange(16) + 0.5) / 16  # of the cosine's square: a diffuse furnace
+    angles = np.degrees(np.arccos(np.sqrt(heights)))
+    surface = surface_of(0.0, 1.0, roughness)
+    kept = [results(albedo_kernel, 1 << 12, [surface, wp.vec3(*at_angle(a))], wp.vec3)[:, 0].mean() for a in angles]
+    assert 1.0 - np.mean(kept) == pytest.approx(lost, abs=0.015)
+
+
+def test_a_perfect_mirror_reflects_by_its_fresnel_term() -> None:
+    surface = surface_of(0.0, 0.5, 0.0)
+    surface.mirror = True
+    direction, weight, density = results(
+        mirror_kernel, 1, [surface, wp.vec3(*at_angle(60.0))], wp.vec3, width=3
+    )  # fmt: skip
+    assert np.allclose(direction, at_angle(60.0, (-1.0, 0.0, 0.0)), atol=1e-6)
+    assert np.allclose(weight, 0.5 + 0.5 * 0.5**5, rtol=1e-5)
+    assert density[0] == 0.0

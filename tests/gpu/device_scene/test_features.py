@@ -14,14 +14,17 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(alpha_mode=AlphaMode.MASK, base_color_slot=TextureSlot(0), roughness=0.1),
         Material(emission=(3.0, 2.0, 1.0), double_sided=False),
         Material(unlit=True, backdrop=True),
+        Material(transmission=1.0, roughness=0.0),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == EVERYTHING
-    assert scene_features(scene, lambertian=True) == replace(EVERYTHING, alpha=False, one_sided=False, gloss=False)
+    assert scene_features(scene, lambertian=True) == replace(
+        EVERYTHING, alpha=False, glass=False, panes=False, one_sided=False, gloss=False
+    )
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
-    nothing = SceneFeatures(alpha=False, textures=False, one_sided=False, backdrop=False, gloss=False, soft=False)
+    nothing = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False))
     assert scene_features(bare, lambertian=False) == nothing
     for name in ("alpha", "textures", "gloss"):
         assert scene_features(bare, lambertian=False, **{f"assume_{name}": True}) == replace(nothing, **{name: True})
@@ -35,3 +38,13 @@ def test_only_narrow_specular_lobes_are_gloss(change: dict[str, float]) -> None:
     glossy = Material(roughness=0.49)
     assert scene_features(scene_of(box(), [glossy]), lambertian=False).gloss
     assert not scene_features(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
+
+
+@pytest.mark.parametrize(
+    "change", [{"roughness": 0.2}, {"thickness": 1.0}, {"metallic": 0.6}, {"unlit": True}, {"transmission": 0.4}]
+)
+def test_only_clear_sheets_are_panes(change: dict[str, float]) -> None:
+    pane = Material(transmission=0.6, roughness=0.1)
+    for material, is_pane in ((pane, True), (replace(pane, **change), False)):
+        features = scene_features(scene_of(box(), [material]), lambertian=False)
+        assert (features.glass, features.panes) == (True, is_pane)

@@ -10,6 +10,7 @@ from gpu.device_scene.rays import closest_hit, seen_hit
 from gpu.device_scene.sides import emits_from_back, emitting_normal, is_solid, triangle_normal
 from gpu.device_scene.surface import emission_at
 from gpu.device_scene.upload import DeviceScene
+from gpu.sampling.sobol import hashed
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
 
@@ -107,3 +108,25 @@ def test_two_skins_in_one_place_each_show_to_their_side(sides: bool | None) -> N
     device_scene = resident_of([SQUARE, back], [*materials, grey(0.5)])
     found = results(met_kernel, 2, [device_scene.data, column([0.5, -0.5], float)], wp.vec2)
     assert (found // 2).tolist() == [[0.0, 0.0], [1.0, 1.0]]
+
+
+@wp.kernel
+def covered_kernel(first: int, scene: SceneData, out: wp.array[wp.vec3]) -> None:
+    """Whether place `first` of triangle 0 is there for a ray of its own, asked twice, and for one that ray 0 is."""
+    index = first + wp.tid()
+    place = 0.8 * (float(index) + 0.5) / 16384.0
+    scene.coverage = hashed(wp.uint32(index)) | wp.uint32(1)
+    one = float(int(is_solid(scene, 0, 0.1, 0.1)))
+    again = float(int(is_solid(scene, 0, 0.1, 0.1)))
+    scene.coverage = wp.uint32(1)
+    out[index] = wp.vec3(one, again, float(int(is_solid(scene, 0, place, 0.1))))
+
+
+@pytest.mark.parametrize(("mode", "share"), [(AlphaMode.BLEND, 0.3), (AlphaMode.MASK, 0.0)])
+def test_blended_surfaces_are_there_at_random_by_alpha(mode: AlphaMode, share: float) -> None:
+    material = Material(base_color=(1.0, 1.0, 1.0, 0.3), alpha_mode=mode)
+    found = results(covered_kernel, 16384, [resident_of([SQUARE], [material]).data], wp.vec3)
+    assert np.array_equal(found[:, 0], found[:, 1])
+    assert np.allclose(found.mean(axis=0), share, atol=0.015)
+    if share:
+        assert abs(np.corrcoef(found[:-1, 2], found[1:, 2])[0, 1]) < 0.03

@@ -156,3 +156,48 @@ def test_no_surface_is_smoother_than_highlights_can_be_seen() -> None:
     for roughness, expected in ((0.0, 0.05), (0.04, 0.05), (0.06, 0.06)):
         found = seen(wall(Material(roughness=roughness)), [0.0, 0.1, 1.0], [0, 0, -1])
         assert found[ROUGHNESS][0] == pytest.approx(expected)
+
+
+@wp.kernel
+def glass_kernel(first: int, scene: SceneData, origins: wp.array[wp.vec3], directions: wp.array[wp.vec3],
+                 out: wp.array[wp.vec4]) -> None:  # fmt: skip
+    """(share of glass, index, absorption of red, clear + 2 · thin + 4 · mirror + 8 · f90) of what a ray hits."""
+    index = first + wp.tid()
+    surface = surface_at(scene, closest_hit(scene, origins[index], directions[index], 10.0), directions[index])
+    kinds = float(int(surface.clear)) + 2.0 * float(int(surface.thin)) + 4.0 * float(int(surface.mirror))
+    out[index] = wp.vec4(surface.glass, surface.eta, surface.absorption[0], kinds + 8.0 * surface.f90)
+
+
+def glass_of(material: Material, *, lambertian: bool = False, **rest: Any) -> tuple[Doubles, Doubles]:
+    """What the front and the back of a wall are."""
+    scene = wall(material, **rest).view(lambertian=lambertian)
+    inputs = [scene, column([[0.1, 0.2, 1.0], [0.1, 0.2, -1.0]], wp.vec3), column([[0, 0, -1], [0, 0, 1]], wp.vec3)]
+    front, back = results(glass_kernel, 2, inputs, wp.vec4)
+    return front, back
+
+
+def test_bodies_refract_and_absorb_behind_their_fronts() -> None:
+    body = Material(transmission=0.8, roughness=0.0, thickness=1.0, ior=1.6, attenuation_color=(0.5, 1.0, 1.0),
+                    attenuation_distance=2.0)  # fmt: skip
+    front, back = glass_of(body)
+    assert np.allclose(front, [0.8, 1.6, np.log(2.0) / 2.0, 1.0 + 8.0])
+    assert np.allclose(back, [0.8, 1.0 / 1.6, 0.0, 1.0 + 8.0])
+    assert not glass_of(body, lambertian=True)[0].any()
+
+
+def test_sheets_are_alike_from_both_sides() -> None:
+    front, back = glass_of(Material(transmission=1.0, roughness=0.5, ior=1.0, specular=0.5, metallic=0.25))
+    assert np.allclose(front, [0.75, 1.0001, 0.0, 2.0 + 8.0 * (0.5 * 0.75 + 0.25)])
+    assert np.array_equal(front, back)
+    texture = textured((128, 0, 0))
+    half, _ = glass_of(Material(transmission=1.0, transmission_slot=TextureSlot(0)), textures=[texture])
+    assert half[0] == pytest.approx(128 / 255, abs=1e-4)
+
+
+def test_smooth_metals_are_mirrors_and_smooth_glass_is_clear() -> None:
+    for roughness, mirror in ((0.029, True), (0.031, False)):
+        front, _ = glass_of(Material(metallic=1.0, roughness=roughness))
+        assert front[3] == 8.0 + 4.0 * mirror
+        assert glass_of(Material(metallic=0.9, roughness=roughness))[0][3] == pytest.approx(8.0)
+    for roughness, clear in ((0.099, True), (0.101, False)):
+        assert glass_of(Material(transmission=1.0, thickness=1.0, roughness=roughness))[0][3] == 8.0 + clear

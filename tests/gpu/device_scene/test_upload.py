@@ -1,6 +1,8 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scenes import box, grey, quad, resident_of
+from scenes import box, grey, quad, resident_of, scene_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import DeviceError
@@ -17,6 +19,30 @@ def test_opaque_triangles_come_first_in_the_order_of_the_scene() -> None:
     assert (data.opaque_count, data.masked_count) == (2, 4)
     assert np.array_equal(data.triangles.numpy(), device_scene.scene.triangles[device_scene.triangle_order])
     assert data.triangle_material.numpy().tolist() == [1, 1, 0, 0, 0, 0]
+
+
+def test_panes_have_a_tree_of_their_own_but_for_lambertian_views() -> None:
+    device_scene = resident_of([FLOOR, WALL], [Material(transmission=1.0, roughness=0.0), grey(0.5)])
+    data = device_scene.data
+    assert (data.opaque_count, data.pane_count, data.masked_count) == (2, 2, 0)
+    assert device_scene.triangle_order.tolist() == [2, 3, 0, 1]
+    solid = device_scene.view(lambertian=True)
+    assert (solid.opaque_count, solid.pane_count, solid.transmissive) == (4, 0, False)
+    assert len(solid.opaque.faces) == 4
+    assert device_scene.view(lambertian=False).opaque.faces.ptr == data.opaque.faces.ptr
+    assert device_scene.view(lambertian=True).opaque.faces.ptr == solid.opaque.faces.ptr
+
+
+def test_absorption_follows_the_colour_and_the_unit_of_the_file() -> None:
+    material = Material(thickness=1.0, attenuation_color=(0.5, 1.0, 0.0), attenuation_distance=0.5)
+    placed = scene_of([quad([0, 0, 0], [4, 0, 0], [0, 2, 0])], [material])
+    assert placed.placement.scale == 0.25
+    for metres in (1.0, 0.01):
+        scene = replace(placed, frame=replace(placed.frame, metres_per_unit=metres))
+        found = DeviceScene(scene, "cpu").data.materials.numpy()["absorption"][0]
+        expected = -np.log([0.5, 1.0, 1e-6]) / (0.5 * metres * 0.25)
+        assert np.allclose(found, expected, rtol=1e-5)
+    assert not DeviceScene(scene_of(box(), [Material()]), "cpu").data.materials.numpy()["absorption"].any()
 
 
 def test_an_image_of_several_textures_is_stored_once() -> None:

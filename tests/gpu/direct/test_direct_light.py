@@ -146,7 +146,8 @@ def test_highlights_of_area_lights_have_their_integral(roughness: float) -> None
     picture = direct(device_scene, Camera("spot", base.to_world, 1e-4, orthographic=True), 64)
     surface = Surface()
     surface.normal = surface.geometric_normal = wp.vec3(*UP)
-    surface.diffuse, surface.f0, surface.roughness = wp.vec3(0.2, 0.2, 0.2), wp.vec3(0.04, 0.04, 0.04), roughness
+    surface.diffuse, surface.f0, surface.f90 = wp.vec3(0.2, 0.2, 0.2), wp.vec3(0.04, 0.04, 0.04), 1.0
+    surface.roughness = roughness
     vectors = [wp.vec3(*v) for v in (view, corner, edge_u, edge_v)]
     expected = results(highlight_kernel, int(GRID) ** 2, [surface, *vectors], wp.vec3).sum(axis=0)
     assert np.allclose(picture.mean(axis=(0, 1)), expected, rtol=0.01)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,10 @@ from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct
 from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights.build import build_light_table
+from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
 from gpu.scene.load import load_scene
-from gpu.scene.types import Camera, Doubles, Light, LightKind, Sky
+from gpu.scene.types import AlphaMode, Camera, Doubles, Light, LightKind, Material, Sky
 from gpu.settings import Component
 
 SIZE = (16, 16)
@@ -141,3 +143,107 @@ def test_roulette_begins_at_its_bounce_and_leaves_the_mean() -> None:
     assert early.mean() == pytest.approx(usual.mean(), rel=0.03)
     assert np.array_equal(paths(device_scene, bounces=2), paths(device_scene, bounces=2, roulette_bounce=9))
     assert not np.array_equal(paths(device_scene, bounces=3), paths(device_scene, bounces=3, roulette_bounce=3))
+
+
+LAMP = quad([-2.0, -2.0, -1.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], 1)
+CLEAR = Material(transmission=1.0, roughness=0.0, double_sided=True)
+SHUT = quad([-2.0, -2.0, 1.0], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0], 2)  # black, behind the camera
+
+
+def ahead(height: float = 0.05) -> Camera:
+    """Along −Z from z = 0.9, everywhere at the same angle."""
+    base = look_at((0.0, 0.0, 0.9), (0.0, 0.0, 0.0))
+    return Camera("ahead", base.to_world, height, orthographic=True)
+
+
+def before_lamp(part: MeshPart | list[MeshPart], material: Material, runs: int = 256, **options: Any) -> Doubles:
+    """The mean colour of something before a lamp of radiance 2."""
+    parts = part if isinstance(part, list) else [part]
+    device_scene = resident_of([*parts, LAMP, SHUT], [material, grey(0.0, emission=2.0), grey(0.0)])
+    return np.asarray(paths(device_scene, ahead(), runs=(runs,), size=(8, 8), **options).mean(axis=(0, 1)))
+
+
+SHEET = quad([-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0])
+
+
+def slab(thickness: float) -> list[MeshPart]:
+    """A closed body of parallel faces whose fronts are outside."""
+    parts = box(0, 0.5)
+    return [
+        MeshPart(part.positions * [3.9, 3.9, thickness], part.triangles[:, ::-1], material=part.material)
+        for part in parts
+    ]
+
+
+def test_a_mirror_shows_a_lamp_by_its_colour() -> None:
+    mirror = Material(base_color=(0.9, 0.5, 0.2, 1.0), metallic=1.0, roughness=0.0)
+    lamp = quad([-2.0, -2.0, 1.0], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0], 1)
+    device_scene = resident_of([SHEET, lamp], [mirror, grey(0.0, emission=2.0)])
+    picture = paths(device_scene, ahead(), runs=(1,), size=(8, 8))
+    assert np.allclose(picture, 2.0 * np.array([0.9, 0.5, 0.2]), rtol=1e-5)
+    # A mirror's light is direct, as that of any other surface: it was scattered once.
+    assert np.allclose(paths(device_scene, ahead(), Component.DIRECT, runs=(1,), size=(8, 8)), picture)
+    assert not paths(device_scene, ahead(), Component.INDIRECT, runs=(1,), size=(8, 8)).any()
+
+
+def test_a_pane_lets_through_what_fresnel_leaves() -> None:
+    tinted = replace(CLEAR, base_color=(0.9, 0.5, 0.2, 1.0))
+    expected = 2.0 * (1.0 - 2.0 * 0.04 / 1.04) * np.array([0.9, 0.5, 0.2])
+    assert np.allclose(before_lamp(SHEET, tinted, 1024), expected, rtol=0.005)
+    frosted = replace(tinted, roughness=0.15)
+    assert np.allclose(before_lamp(SHEET, frosted, 1024), expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.15])
+def test_a_slab_transmits_by_fresnel_and_beer(roughness: float) -> None:
+    colour, distance, thickness = np.array([0.9, 0.5, 0.2]), 0.5, 0.4
+    glass = replace(
+        CLEAR, thickness=1.0, attenuation_color=tuple(colour), attenuation_distance=distance, roughness=roughness
+    )
+    inside = colour ** (thickness / distance)
+    face = 0.04
+    expected = 2.0 * (1.0 - face) ** 2 * inside / (1.0 - (face * inside) ** 2)
+    found = before_lamp(slab(thickness), glass, 1024, bounces=8)
+    assert np.allclose(found, expected, rtol=0.01 if roughness == 0.0 else 0.03)
+
+
+def test_glass_is_not_seen_in_a_furnace() -> None:
+    parts = [MeshPart(p.positions * 0.4, p.triangles[:, ::-1], material=1) for p in box()]
+    for glass in (replace(CLEAR, thickness=1.0), CLEAR):
+        device_scene = resident_of([*box(), *parts], [grey(0.0, emission=1.0), glass])
+        picture = paths(device_scene, look_at((0.4, 0.35, 0.45), (0.0, 0.0, 0.0)), bounces=16, runs=(64,))
+        assert picture.mean() == pytest.approx(1.0, abs=0.01)
+        assert np.allclose(picture, 1.0, atol=0.5)
+
+
+def test_alpha_is_the_share_that_is_there() -> None:
+    veil = Material(base_color=(0.0, 0.0, 0.0, 0.3), specular=0.0, alpha_mode=AlphaMode.BLEND)
+    assert np.allclose(before_lamp(SHEET, veil, 1024), 2.0 * 0.7, rtol=0.01)
+    floor = quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 1)
+    above = quad([-0.5, 0.3, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0)
+    sun = Light("sun", LightKind.DIRECTIONAL, (3.0, 3.0, 3.0), direction=(0.0, -1.0, 0.0))
+    device_scene = resident_of([floor, above], [veil, grey(0.5)], lights=[sun])
+    base = look_at((0.4, 0.25, 0.0), (0.0, 0.0, 0.0))
+    camera = Camera("low", base.to_world, 0.01, orthographic=True)
+    picture = paths(device_scene, camera, runs=(256,), size=(8, 8))
+    assert picture.mean() == pytest.approx(0.7 * 0.5 / np.pi * 3.0, rel=0.01)
+
+
+def test_light_through_a_pane_is_sampled_and_tinted() -> None:
+    tinted = replace(CLEAR, base_color=(0.9, 0.5, 0.2, 1.0))
+    floor = quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 1)
+    above = quad([-0.5, 0.3, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0)
+    sun = Light("sun", LightKind.DIRECTIONAL, (3.0, 3.0, 3.0), direction=(0.0, -1.0, 0.0))
+    device_scene = resident_of([floor, above], [tinted, grey(0.5)], lights=[sun])
+    camera = Camera("low", look_at((0.4, 0.25, 0.0), (0.0, 0.0, 0.0)).to_world, 0.01, orthographic=True)
+    picture = paths(device_scene, camera, Component.DIRECT, runs=(1,), size=(8, 8))
+    through = np.array([0.9, 0.5, 0.2]) * (1.0 - 2.0 * 0.04 / 1.04)
+    assert np.allclose(picture, through * 0.5 / np.pi * 3.0, rtol=1e-3)
+
+
+def test_what_is_merely_shown_is_seen_in_mirrors_and_through_glass() -> None:
+    sign = Material(base_color=(0.2, 0.4, 0.6, 1.0), unlit=True)
+    back = quad([-2.0, -2.0, -1.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], 1)
+    device_scene = resident_of([SHEET, back, SHUT], [CLEAR, sign, grey(0.0)])
+    picture = paths(device_scene, ahead(), runs=(1024,), size=(8, 8)).mean(axis=(0, 1))
+    assert np.allclose(picture, np.array([0.2, 0.4, 0.6]) / 1.04 * 0.96, rtol=0.01)

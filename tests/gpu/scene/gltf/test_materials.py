@@ -113,11 +113,13 @@ def test_what_is_odd_of_a_material_is_mended(
     assert [note.split(": ")[0].endswith(place) for note in notes][:1] == [True] * bool(place)
 
 
-@pytest.mark.parametrize(("factor", "said"), [(0.9, 1), (0.0, 0)])
-def test_what_lets_light_through_is_said_to_be_opaque(gltf: GltfFile, factor: float, said: int) -> None:
-    material_of(gltf, name="glass", **extension("transmission", transmissionFactor=factor))
+@pytest.mark.parametrize(("factor", "roughness", "said"), [(0.9, 0.5, 1), (0.4, 0.0, 1), (0.9, 0.0, 0), (0.0, 0.5, 0)])
+def test_glass_that_only_paths_see_through_is_said(gltf: GltfFile, factor: float, roughness: float, said: int) -> None:
+    surface = metal(metallicFactor=0, roughnessFactor=roughness)
+    material_of(gltf, name="glass", **surface, **extension("transmission", transmissionFactor=factor))
     notes = [note for note in gltf.load().report.notes if "opaque" in note]
-    assert notes == ["glass: lets light through (KHR_materials_transmission) but is shown opaque"] * said
+    expected = "lets light through (KHR_materials_transmission), which --method path shows; to others it is opaque"
+    assert notes == [f"glass: {expected}"] * said
 
 
 def test_specular_and_glossiness_are_converted_and_said(gltf: GltfFile) -> None:

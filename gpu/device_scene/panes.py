@@ -1,0 +1,97 @@
+"""Clear panes: rays cross them straight, dimmed and tinted; what they reflect, paths meet there at random.
+
+A pane stands for its two faces (gpu.device_scene.glass). No other ray of the scene meets it.
+"""
+
+import warp as wp
+
+from gpu.core.constants import RAY_LENGTH
+from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.glass import glass_fresnel
+from gpu.device_scene.rays import (
+    MAX_ALPHA_LAYERS,
+    OFFSET_ULP,
+    connected,
+    first_hit,
+    first_surface,
+    segment_between,
+)
+from gpu.device_scene.sides import layer_sample
+from gpu.device_scene.surface import Surface, surface_at
+
+
+@wp.struct
+class MetSurface:
+    """Where a ray ends, after panes that leave `tint` of the light."""
+
+    hit: Hit
+    tint: wp.vec3
+
+
+@wp.func
+def crossing_share(surface: Surface, direction: wp.vec3) -> float:
+    """The share of light along unit `direction` that goes through a pane, before its tint."""
+    return surface.glass * (1.0 - glass_fresnel(surface, wp.dot(surface.normal, direction)))
+
+
+@wp.func
+def transmitted(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: float) -> wp.vec3:
+    """What panes on the open segment of `length` from `origin` along unit `direction` leave of light."""
+    share = wp.vec3(1.0, 1.0, 1.0)
+    if scene.pane_count > 0:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            pane = first_hit(scene.panes, origin + direction * start, direction, length - start, False)
+            if pane.face == NO_HIT:
+                return share
+            pane.face += scene.opaque_count
+            surface = surface_at(scene, pane, direction)
+            share = wp.cw_mul(share, surface.albedo * crossing_share(surface, direction))
+            start += pane.t + OFFSET_ULP
+    return share
+
+
+@wp.func
+def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q_normal: wp.vec3) -> wp.vec3:
+    """What reaches one surface point of another's light: 1 or 0 as `connected` says, less behind panes."""
+    if not connected(scene, p, p_normal, q, q_normal):
+        return wp.vec3(0.0, 0.0, 0.0)
+    if scene.pane_count > 0:
+        segment = segment_between(p, p_normal, q, q_normal)
+        return transmitted(scene, segment.origin, segment.direction, segment.length)
+    return wp.vec3(1.0, 1.0, 1.0)
+
+
+@wp.func
+def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> MetSurface:
+    """The first surface along a ray, panes crossed or met at random by `scene.coverage`; see `first_surface`."""
+    met = MetSurface()
+    met.tint = wp.vec3(1.0, 1.0, 1.0)
+    met.hit = first_surface(scene, origin, direction, RAY_LENGTH, cull_backs)
+    if scene.pane_count > 0:
+        start = float(0.0)
+        for _layer in range(MAX_ALPHA_LAYERS):
+            pane = first_hit(scene.panes, origin + direction * start, direction, met.hit.t - start, cull_backs)
+            if pane.face == NO_HIT:
+                return met
+            pane.face += scene.opaque_count
+            start += pane.t
+            surface = surface_at(scene, pane, direction)
+            if layer_sample(scene, pane.face, pane.u, pane.v) > crossing_share(surface, direction):
+                met.hit = pane
+                met.hit.t = start
+                return met
+            met.tint = wp.cw_mul(met.tint, surface.albedo)
+            start += OFFSET_ULP
+    return met
+
+
+@wp.func
+def met_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
+    """The surface that `meet` found; of a pane, what it is to rays that do not cross it."""
+    surface = surface_at(scene, hit, direction)
+    if hit.face >= scene.opaque_count and hit.face < scene.opaque_count + scene.pane_count:
+        crosses = crossing_share(surface, direction)
+        surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
+        surface.crossed = True
+    return surface

@@ -1,0 +1,101 @@
+"""What clear panes leave of light, in closed form, and how often paths cross them."""
+
+import numpy as np
+import pytest
+import warp as wp
+from scenes import grey, quad, resident_of, results
+
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.panes import meet, met_surface, transmittance
+from gpu.device_scene.upload import DeviceScene
+from gpu.sampling.sobol import hashed
+from gpu.scene.types import Material
+
+COUNT = 1 << 14
+SLANTED = np.array([0.0, 0.6, -0.8])
+COLOUR = (0.9, 0.6, 0.3)
+PANE = Material(base_color=(*COLOUR, 1.0), transmission=1.0, roughness=0.0)
+WALL = quad([-2.0, -2.0, -1.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], 1)
+
+
+@wp.kernel
+def between_kernel(first: int, scene: SceneData, p: wp.vec3, q: wp.vec3, out: wp.array[wp.vec3]) -> None:
+    index = first + wp.tid()
+    out[index] = transmittance(scene, p, wp.vec3(0.0, 0.0, 0.0), q, wp.vec3(0.0, 0.0, 0.0))
+
+
+@wp.kernel
+def meet_kernel(first: int, scene: SceneData, origin: wp.vec3, direction: wp.vec3, out: wp.array[wp.vec4]) -> None:
+    """(triangle, distance, green of the tint, share of glass where a ray ends) of a ray."""
+    index = first + wp.tid()
+    scene.coverage = hashed(wp.uint32(index)) | wp.uint32(1)
+    met = meet(scene, origin, direction, False)
+    share = float(0.0)
+    if met.hit.face != NO_HIT:
+        share = met_surface(scene, met.hit, direction).glass
+    out[index] = wp.vec4(float(met.hit.face), met.hit.t, met.tint[1], share)
+
+
+def window(count: int = 1, **change: object) -> DeviceScene:
+    """Panes in planes z = 0, 0.1, …, before a wall at z = −1, in the world's lengths."""
+    panes = [quad([-2.0, -2.0, 0.1 * k], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], 0) for k in range(count)]
+    material = Material(**{**vars(PANE), **change})
+    return resident_of([*panes, WALL], [material, grey(0.5)])
+
+
+def through(cosine: float, ior: float = 1.5) -> float:
+    """What an untinted pane lets through, of both polarisations."""
+    inner = np.sqrt(1.0 - (1.0 - cosine**2) / ior**2)
+    face = 0.5 * (((ior * cosine - inner) / (ior * cosine + inner)) ** 2
+                  + ((cosine - ior * inner) / (cosine + ior * inner)) ** 2)  # fmt: skip
+    return float(1.0 - 2.0 * face / (1.0 + face))
+
+
+def unit(device_scene: DeviceScene, point: list[float]) -> wp.vec3:
+    placement = device_scene.scene.placement
+    return wp.vec3(*((np.array(point) - placement.centre) * placement.scale))
+
+
+@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize("back", [False, True])
+def test_panes_dim_and_tint_what_passes(count: int, back: bool) -> None:
+    device_scene = window(count)
+    ends = [unit(device_scene, [0.0, 0.0, 0.8]), unit(device_scene, [0.0, 0.6, -0.05])]
+    ends = ends[::-1] if back else ends
+    way = np.array([0.0, 0.6, -0.85])
+    found = results(between_kernel, 1, [device_scene.data, *ends], wp.vec3)[0]
+    expected = (np.array(COLOUR) * through(abs(way[2]) / np.linalg.norm(way))) ** count
+    assert np.allclose(found, expected, rtol=1e-4)
+
+
+def test_lambertian_views_take_panes_for_solid() -> None:
+    device_scene = window()
+    ends = [unit(device_scene, [0.0, 0.0, 0.5]), unit(device_scene, [0.0, 0.0, -0.5])]
+    assert not results(between_kernel, 1, [device_scene.view(lambertian=True), *ends], wp.vec3).any()
+    assert results(between_kernel, 1, [device_scene.view(lambertian=False), *ends], wp.vec3).all()
+
+
+@pytest.mark.parametrize("transmission", [1.0, 0.6])
+def test_paths_cross_panes_as_often_as_light_does(transmission: float) -> None:
+    device_scene = window(2, transmission=transmission)
+    inputs = [device_scene.data, unit(device_scene, [0.0, 0.0, 0.5]), wp.vec3(*SLANTED)]
+    face, distance, tint, share = results(meet_kernel, COUNT, inputs, wp.vec4).T
+    crossing, scale = transmission * through(0.8), device_scene.scene.placement.scale
+    at_wall = np.isclose(distance, 1.5 / 0.8 * scale, rtol=1e-3)
+    assert at_wall.mean() == pytest.approx(crossing**2, abs=0.012)
+    assert np.allclose(tint[at_wall], COLOUR[1] ** 2)
+    nearest = np.isclose(distance, 0.4 / 0.8 * scale, rtol=1e-3)
+    assert nearest.mean() == pytest.approx(1.0 - crossing, abs=0.012)
+    assert np.allclose(tint[nearest], 1.0)
+    # What is met does not let light through: it is the mirror's part, and what is not glass.
+    assert np.allclose(share[~at_wall], (transmission - crossing) / (1.0 - crossing), atol=1e-4)
+    assert (share[at_wall] == 0.0).all()
+    assert np.isin(face[at_wall], [0, 1]).all()
+
+
+@pytest.mark.parametrize("change", [{"roughness": 0.3}, {"thickness": 0.1}, {"transmission": 0.4}, {"metallic": 0.6}])
+def test_what_is_no_clear_sheet_stops_rays(change: dict[str, float]) -> None:
+    device_scene = window(1, **change)
+    assert device_scene.data.pane_count == 0
+    ends = [unit(device_scene, [0.0, 0.0, 0.5]), unit(device_scene, [0.0, 0.0, -0.5])]
+    assert not results(between_kernel, 1, [device_scene.data, *ends], wp.vec3).any()
