@@ -31,7 +31,7 @@ class Service:
     engine: Engine
     checker: Checker
     viewers: set[int] = field(default_factory=set)
-    greeting: int = 0  # connections that have not said hello yet
+    greeting: list[asyncio.Timeout] = field(default_factory=list)  # who has not said hello yet, the oldest first
     last_viewer: int = 0
     viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
     stills_waiting: int = 0

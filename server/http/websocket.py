@@ -12,7 +12,7 @@ from server.http.connection import KEY
 from server.http.refusal import refusal
 
 MAX_FRAGMENTS = 1024  # of one message
-POLICY = 1008  # the code of a close
+NO_TEXT, POLICY = 1007, 1008  # codes of a close
 LINGER_SECONDS = 10.0  # for a peer to read the last words
 DISCARD_SECONDS = 0.5  # for it to stop talking
 
@@ -31,6 +31,17 @@ class WebSocket(WebSocketsSansIOProtocol):
             text = "the headers of a WebSocket's handshake are too many or too long"
             self.transport.write(refusal(431, "too-large", text, self.default_headers))
             self.transport.close()
+
+    def send_receive_event_to_app(self) -> None:
+        """Pass on a message. Text that is none ends the connection, and is no fault to be logged."""
+        try:
+            if self.curr_msg_data_type == "text":
+                b"".join(self.frames).decode()
+        except UnicodeDecodeError:
+            self.conn.fail(NO_TEXT, "text that is not UTF-8")
+            self.handle_parser_exception()
+        else:
+            super().send_receive_event_to_app()
 
     def handle_ping(self) -> None:
         """Answer a ping; while the peer does not read, only those that came last are kept to be (RFC 6455, 5.5.3)."""

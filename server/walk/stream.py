@@ -2,7 +2,8 @@
 
 import asyncio
 import logging
-from contextlib import suppress
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
 
 from fastapi import APIRouter, Response, WebSocket, WebSocketDisconnect
 
@@ -15,6 +16,7 @@ from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import SUBPROTOCOL, Error, ErrorCode, Hello, parse_viewer_message
 
 HELLO_SECONDS = 5.0
+MAX_GREETING = 256  # who may have said nothing yet
 BAD_PROTOCOL, POLICY, FAULT, TRY_AGAIN = 1002, 1008, 1011, 1013
 
 log = logging.getLogger("lumenwalk.viewer")
@@ -38,16 +40,13 @@ async def stream(socket: WebSocket, service: TheService) -> None:
     if service.stopping.is_set():
         await _refuse(socket, service, "stopping", RESTART, "the server is stopping")
         return
-    if service.full or service.greeting >= service.settings.max_viewers:
+    if service.full:
         await _refuse_as_full(socket, service)
         return
-    service.greeting += 1  # who says nothing takes no viewer's place
     try:
         hello = await _greet(socket, service)
     except WebSocketDisconnect:
         return
-    finally:
-        service.greeting -= 1
     if hello is None:
         service.metrics.refused("hello")
         return
@@ -81,18 +80,32 @@ async def _refuse(socket: WebSocket, service: Service, reason: str, code: int, t
         await socket.close(code, text)
 
 
+@asynccontextmanager
+async def _greeting(service: Service, deadline: asyncio.Timeout) -> AsyncIterator[None]:
+    """Who says nothing takes no viewer's place; of too many, who came first makes room for who comes."""
+    silent = service.greeting
+    silent.append(deadline)
+    if len(silent) > MAX_GREETING and not (oldest := silent.pop(0)).expired():
+        oldest.reschedule(asyncio.get_running_loop().time())
+    try:
+        yield
+    finally:
+        if deadline in silent:
+            silent.remove(deadline)
+
+
 async def _greet(socket: WebSocket, service: Service) -> Hello | None:
     """The viewer's hello; None when there is none that can be served, and then the socket is closed."""
     code, close = ErrorCode.BAD_MESSAGE, BAD_PROTOCOL
     try:
-        async with asyncio.timeout(HELLO_SECONDS):
+        async with asyncio.timeout(HELLO_SECONDS) as deadline, _greeting(service, deadline):
             hello = parse_viewer_message(await ViewerSocket(socket).receive())
         if not isinstance(hello, Hello):
             raise UserError(f"type: the first message must be hello, not {hello.type}")
         code, close = ErrorCode.LIMIT, POLICY
         service.settings.check_render(hello.size, hello.settings, service.settings.max_stream_pixels)
     except TimeoutError:
-        await socket.close(BAD_PROTOCOL, f"no hello within {HELLO_SECONDS:.0f} s")
+        await socket.close(BAD_PROTOCOL, f"no hello within {HELLO_SECONDS:.0f} s, or before too many others came")
     except UserError as error:
         await socket.send_text(Error(code=code, message=str(error)).model_dump_json())
         await socket.close(close, "the hello was refused")

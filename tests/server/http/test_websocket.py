@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 from harness import IDENTITY, Running, Walker
+from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 from websockets.sync.client import connect
 
@@ -99,3 +100,13 @@ def test_who_reads_nothing_is_cut_off(serve: Callable[..., Running], monkeypatch
         say(connection, {"type": "pose", "id": 1, "matrix": IDENTITY, "yfov": 1.0})
         wait_for(lambda: not sockets(running))
         assert not running.service.viewers
+
+
+def test_text_that_is_none_is_the_viewers_fault(running: Running, caplog: pytest.LogCaptureFixture) -> None:
+    with connect(f"ws://{running.http.base_url.netloc.decode()}/api/v1/stream") as client:
+        client.socket.sendall(Frame(Opcode.TEXT, b"\xff\xfe").serialize(mask=True))
+        with pytest.raises(ConnectionClosed) as closed:
+            client.recv(10.0)
+    assert closed.value.rcvd is not None
+    assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1007, "text that is not UTF-8")
+    assert not [record for record in caplog.records if record.levelname == "ERROR"]

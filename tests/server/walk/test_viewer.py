@@ -12,9 +12,9 @@ from harness import IDENTITY, Running, Walker
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
-from server.walk import viewer
+from server.walk import stream, viewer
 from server.walk.viewer import MESSAGE_BURST, MESSAGE_RATE
-from server.wire.browser import parse_viewer_message
+from server.wire.browser import PROTOCOL, parse_viewer_message
 
 Visit = Callable[[Running], Walker]
 POSE = json.dumps({"type": "pose", "id": 1, "matrix": IDENTITY, "yfov": 1.0})
@@ -89,16 +89,23 @@ def test_a_flood_is_slowed_down_and_others_are_not(
     assert was_read <= MESSAGE_BURST + MESSAGE_RATE * took + 3 * seen + 10
 
 
-def test_who_says_nothing_takes_no_viewers_place(serve: Callable[..., Running], visit: Visit) -> None:
+def test_who_says_nothing_takes_no_viewers_place(
+    serve: Callable[..., Running], visit: Visit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stream, "MAX_GREETING", 2)
     running = serve(max_viewers=1)
-    silent = visit(running)
-    while not running.service.greeting:
-        time.sleep(0.01)
-    assert code_of(visit(running).socket) == 1013  # no more than as many again may keep silent
-    silent.hello()
+    silent = []
+    for number in range(2):
+        silent.append(visit(running))
+        while len(running.service.greeting) == number:
+            time.sleep(0.01)
+    visit(running).hello()
+    assert code_of(silent[0].socket) == 1002  # made room
     assert running.service.viewers
     assert code_of(visit(running).socket) == 1013
-    assert count(running, "refused_total", reason="full") == 2
+    assert count(running, "refused_total", reason="full") == 1
+    silent[1].send("hello", protocol=PROTOCOL, size=[64, 36])
+    assert code_of(silent[1].socket) == 1013
 
 
 def test_nobody_is_let_in_while_the_service_stops(serve: Callable[..., Running], visit: Visit) -> None:
