@@ -99,6 +99,8 @@ def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:
         device=settings.device,
         max_scenes=settings.max_scenes,
         scene_limits=settings.scene_limits,
+        check_seconds=settings.check_seconds,
+        check_memory_bytes=settings.check_memory_bytes,
         log_format=settings.log_format,
     )
 

@@ -3,17 +3,21 @@
 A process that renders for many has `DEVICE_SHARING` ask its `Turns`. Alone, nothing is asked, and nothing waits.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from time import perf_counter
-from typing import Protocol
+from time import perf_counter, sleep
+from typing import Protocol, TypeVar
+
+WAIT_SECONDS = 0.002  # between two looks at whether something is done
+Result = TypeVar("Result")
 
 
 class Turns(Protocol):
     """Who else wants the device."""
 
-    def due(self) -> bool:
-        """Whether somebody is to have it now: asked often, so it must take no time."""
+    def due(self, *, idle: bool = False) -> bool:
+        """Whether somebody is to have it now: asked often, so it must take no time. idle: nothing is done with it."""
 
     def give(self) -> None:
         """Let others have it. Returns when the work is to go on; raises what is to end it."""
@@ -47,8 +51,28 @@ class DeviceSharing:
 
     def pause(self) -> None:
         """Give the device away if that is due. What was launched before is ready."""
-        if self._turns is None or not self.due:
-            return
+        if self.due:
+            self._give()
+
+    def wait_for(self, done: Callable[[], bool]) -> None:
+        """Let others have the device until something that does not need it is done."""
+        while not done():
+            if self._turns is not None and self._kept == 0 and self._turns.due(idle=True):
+                self._give()
+            else:
+                sleep(WAIT_SECONDS)
+
+    def beside(self, work: Callable[[], Result]) -> Result:
+        """What `work` returns, which is done in a thread while others have the device. It must not use a GPU."""
+        if not self.active:
+            return work()
+        with ThreadPoolExecutor(1, thread_name_prefix="beside") as threads:
+            future = threads.submit(work)
+            self.wait_for(future.done)
+            return future.result()
+
+    def _give(self) -> None:
+        assert self._turns is not None
         # Others count their own time away meanwhile.
         away, begun = self._away_seconds, perf_counter()
         try:

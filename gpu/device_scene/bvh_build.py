@@ -3,11 +3,14 @@
 Level by level: of a node's two children, the larger is opened until there are four.
 """
 
+from functools import partial
+
 import warp as wp
 
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.radix_sort import running_total
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import MAX_LEVELS, Bvh
 
 NO_NODE = wp.constant(-1)
@@ -162,7 +165,8 @@ def build(vertices: wp.array, indices: wp.array, culled: wp.array) -> Bvh:
     """
     device = vertices.device
     constructor = "cubql" if device.is_cuda else "sah"
-    mesh = wp.Mesh(vertices, indices, bvh_constructor=constructor, bvh_leaf_size=LEAF_TRIANGLES)
+    make = partial(wp.Mesh, vertices, indices, bvh_constructor=constructor, bvh_leaf_size=LEAF_TRIANGLES)
+    mesh = make() if device.is_cuda else DEVICE_SHARING.beside(make)
     nodes = wp.empty(1, dtype=int, device=device)
     launch(bvh_root_kernel, 1, [mesh.id, nodes], device)
     bounds: list[wp.array] = []

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device, duplicate
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
@@ -118,9 +119,10 @@ class DeviceScene:
         self.scene = scene
         self.device = choose_device(device)
         kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
-        self.triangle_order: Ints = np.argsort(kind, kind="stable").astype(np.int32)
+        order = DEVICE_SHARING.beside(lambda: np.argsort(kind, kind="stable").astype(np.int32))
+        self.triangle_order: Ints = order
         one_sided = np.array([m.double_sided is False for m in scene.materials])[scene.triangle_material]
-        self._order = order = _Order(
+        self._order = _Order(
             np.ascontiguousarray(scene.triangles[self.triangle_order]),
             scene.triangle_material[self.triangle_order],
             one_sided[self.triangle_order].astype(np.float32),
@@ -133,12 +135,12 @@ class DeviceScene:
         data.uvs = self._upload(scene.uvs, wp.vec2)
         data.has_colors = scene.colors is not None
         data.colors = self._upload(np.ones((1, 4), np.float32) if scene.colors is None else scene.colors, wp.vec4)
-        data.triangles = self._upload(order.triangles, wp.vec3i)
-        data.triangle_material = self._upload(order.materials, wp.int32)
+        data.triangles = self._upload(self._order.triangles, wp.vec3i)
+        data.triangle_material = self._upload(self._order.materials, wp.int32)
         units = scene.frame.metres_per_unit * scene.placement.scale
         made = [_material(material, units) for material in scene.materials]
         data.materials = wp.array(made, dtype=MaterialData, device=self.device)
-        entries, texels = _textures(scene.textures)
+        entries, texels = DEVICE_SHARING.beside(lambda: _textures(scene.textures))
         data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
@@ -156,14 +158,17 @@ class DeviceScene:
             begin += count
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
-        return wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
+        array = wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)
+        DEVICE_SHARING.pause()
+        return array
 
     def _tree(self, values: Floats, begin: int, end: int) -> Bvh:
         """A tree over the triangles from `begin` to `end` but repeated ones, which have the same `values` (vertex,
         value), numbered from `begin`.
         """
         order, part = self._order, slice(begin, end)
-        listed: Mask = ~repeated(values, order.triangles[part], order.materials[part])
+        again = DEVICE_SHARING.beside(lambda: repeated(values, order.triangles[part], order.materials[part]))
+        listed: Mask = ~again
         indices = self._upload(order.triangles[part][listed].ravel(), wp.int32)
         tree = build(self.data.vertices, indices, self._upload(order.culled[part][listed], wp.float32))
         if not listed.all():

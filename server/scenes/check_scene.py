@@ -2,10 +2,11 @@
 do ends with it; PARENT is the id of the process that starts it, with which it ends.
 
 stdin has a CheckRequest as JSON, stdout gets its Checked or Refused. The process first limits itself: memory,
-processor time, no new files (but for what an archive holds, and for formats whose library writes one in memory), few
-open ones; then it puts up the walls of server.scenes.walls.
+processor time, no new files (but for what an archive holds, for formats whose library writes one in memory, and where
+the scene itself is wanted), few open ones; then it puts up the walls of server.scenes.walls.
 """
 
+import os
 import sys
 from math import ceil
 from pathlib import Path
@@ -27,6 +28,7 @@ from gpu.scene.types import Scene
 from server.scenes import walls
 from server.scenes.archives import UnpackedError, unpack
 from server.scenes.checker import Checked, CheckRequest, Refused, SceneSize
+from server.scenes.packed_scene import write_scene
 from server.scenes.scene_info import describe_scene
 
 MAX_OPEN_FILES = 64
@@ -47,8 +49,11 @@ def check(request: CheckRequest) -> Checked | Refused:
         suffix = Path(source).suffix.lower()
         walls.start_nothing(except_processes=suffix in READ_BY_A_PROCESS)
         written = suffix in WRITTEN_IN_MEMORY
-        _limit(RLIMIT_FSIZE, request.memory_bytes if written else 0)
+        _limit(RLIMIT_FSIZE, request.memory_bytes if written or request.result is not None else 0)
         scene = load_scene(source, request.limits, request.options)
+        if request.result is not None:
+            with os.fdopen(request.result, "wb") as file:
+                write_scene(scene, file)
         return Checked(source=source, info=describe_scene(source, scene, request.options), size=measure(scene))
     except UnpackedError as error:
         return Refused(field=error.field, problem=error.problem, unpacked_bytes=error.size)

@@ -42,7 +42,10 @@ class SceneSize(BaseModel):
 
 
 class CheckRequest(BaseModel):
-    """What a child is to read: a built-in name or a file, which is an archive if there is a folder to unpack it in."""
+    """What a child is to read: a built-in name or a file, which is an archive if there is a folder to unpack it in.
+
+    result: the descriptor of an open file that gets the scene itself (server.scenes.packed_scene), if it is wanted.
+    """
 
     source: str
     folder: str | None
@@ -51,6 +54,7 @@ class CheckRequest(BaseModel):
     memory_bytes: int
     seconds: float
     options: ImportOptions = DEFAULT_OPTIONS
+    result: int | None = None
 
 
 class Checked(BaseModel):
@@ -72,6 +76,35 @@ class Refused(BaseModel):
 
 
 _answer: TypeAdapter[Checked | Refused] = TypeAdapter(Checked | Refused)
+
+
+def answer_of(output: bytes, status: int, request: CheckRequest, name: str) -> Checked | Refused:
+    """What a child said of the scene that is called `name`, which ended with that status; SceneError if nothing."""
+    try:
+        return _answer.validate_json(output)
+    except ValidationError:
+        raise SceneError(name, "", _death(status, request)) from None
+
+
+def too_long(request: CheckRequest) -> str:
+    """What is wrong with a scene that takes longer to read than may be."""
+    return f"takes more than {request.seconds:g} s to read; simplify it, or raise check_seconds of this server"
+
+
+def _death(status: int, request: CheckRequest) -> str:
+    """Why a child ended without an answer."""
+    if status == -signal.SIGXCPU:
+        return too_long(request)
+    if status == -signal.SIGKILL:  # nobody here did it
+        return (
+            f"its reader was killed by the system, which ran out of memory; simplify it, or give the service more "
+            f"than the {request.memory_bytes} bytes of check_memory_bytes"
+        )
+    ended = signal.Signals(-status).name if status < 0 else f"status {status}"
+    return (
+        f"cannot be read: its reader ended with {ended}; the file is broken, or needs more than the "
+        f"{request.memory_bytes} bytes of check_memory_bytes of this server"
+    )
 
 
 # Threads of libraries would reserve memory. The last keeps USD from printing that its limit is set.
@@ -154,31 +187,10 @@ class Checker:
             async with asyncio.timeout(self._seconds):
                 output, _ = await process.communicate(request.model_dump_json().encode())
         except TimeoutError:
-            raise SceneError(name, "", self._too_long()) from None
+            raise SceneError(name, "", too_long(request)) from None
         finally:
             if process.returncode is None:
                 process.kill()
                 await process.wait()
-        try:
-            return _answer.validate_json(output)
-        except ValidationError:
-            assert process.returncode is not None
-            raise SceneError(name, "", self._death(process.returncode)) from None
-
-    def _too_long(self) -> str:
-        return f"takes more than {self._seconds:g} s to read; simplify it, or raise check_seconds of this server"
-
-    def _death(self, status: int) -> str:
-        """Why a child ended without an answer."""
-        if status == -signal.SIGXCPU:
-            return self._too_long()
-        if status == -signal.SIGKILL:  # nobody here did it
-            return (
-                f"its reader was killed by the system, which ran out of memory; simplify it, or give the service more "
-                f"than the {self._memory_bytes} bytes of check_memory_bytes"
-            )
-        ended = signal.Signals(-status).name if status < 0 else f"status {status}"
-        return (
-            f"cannot be read: its reader ended with {ended}; the file is broken, or needs more than the "
-            f"{self._memory_bytes} bytes of check_memory_bytes of this server"
-        )
+        assert process.returncode is not None
+        return answer_of(output, process.returncode, request, name)

@@ -88,6 +88,8 @@ class Start:
     device: str | None = None
     max_scenes: int = 4
     scene_limits: SceneLimits = field(default_factory=SceneLimits)
+    check_seconds: float = 25.0
+    check_memory_bytes: int = 8 * 2**30
     log_format: LogFormat = LogFormat.TEXT
     kind: Literal["start"] = "start"
 

@@ -19,10 +19,11 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device
-from gpu.errors import OutOfMemoryError, SceneError, UserError, brief
+from gpu.errors import OutOfMemoryError, UserError, brief
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
+from gpu.scene.builtin import BUILTIN
 from gpu.scene.camera import look_at
 from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, Scene
@@ -35,6 +36,7 @@ from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build
 from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.renderer_pool import RendererPool, lasting
+from server.worker.scene_reading import read_beside
 from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
 
@@ -142,10 +144,8 @@ class GpuBackend:
         if loaded is None:
             self._make_room()
             report(f"reading {ref.id}", 0.0)
-            try:
-                scene = load_scene(ref.source, self._start.scene_limits, ref.options)
-            except SceneError as error:  # viewers know ids, not this machine's paths
-                raise SceneError(ref.id, error.field, error.problem) from None
+            built_in = ref.source in BUILTIN
+            scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start)
             report(f"building {ref.id}", 0.5)
             loaded = build(ref, scene, self._device)
         self._scenes[ref] = loaded

@@ -88,12 +88,12 @@ class Tasks:
         finally:
             del self._holders[what]
 
-    def due(self) -> bool:
-        """Whether the job that runs is to give its turn back now."""
+    def due(self, *, idle: bool = False) -> bool:
+        """Whether the job that runs is to give its turn back now; idle: it has nothing to do with it."""
         task = self._current
         if task is None or get_ident() != self._thread:
             return False
-        asked = self._asked == self._turn and perf_counter() - self._began >= self.turn_seconds
+        asked = self._asked == self._turn and (idle or perf_counter() - self._began >= self.turn_seconds)
         return asked or task.cancelled
 
     def give(self) -> None:

@@ -37,7 +37,7 @@ class Due:
         self._visits = visits
         self.visits: list[int] = []
 
-    def due(self) -> bool:
+    def due(self, *, idle: bool = False) -> bool:
         return True
 
     def give(self) -> None:

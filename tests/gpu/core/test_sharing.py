@@ -1,3 +1,5 @@
+from threading import Event, current_thread
+
 import pytest
 
 from gpu.core.sharing import DeviceSharing
@@ -10,7 +12,7 @@ class Count:
         self._sharing = sharing
         self.given = 0
 
-    def due(self) -> bool:
+    def due(self, *, idle: bool = False) -> bool:
         return True
 
     def give(self) -> None:
@@ -48,7 +50,7 @@ def test_own_time_stands_still_in_turns_of_others(monkeypatch: pytest.MonkeyPatc
     sharing = DeviceSharing()
 
     class Nested:
-        def due(self) -> bool:
+        def due(self, *, idle: bool = False) -> bool:
             return True
 
         def give(self) -> None:
@@ -64,3 +66,23 @@ def test_own_time_stands_still_in_turns_of_others(monkeypatch: pytest.MonkeyPatc
     sharing.pause()
     assert now[0] > 20.0
     assert sharing.own_time() - begun == 1.0
+
+
+def test_work_beside_the_device_lets_others_have_it_until_it_is_done() -> None:
+    sharing, given = DeviceSharing(), Event()
+
+    class Idle:
+        def due(self, *, idle: bool = False) -> bool:
+            return idle
+
+        def give(self) -> None:
+            given.set()
+
+    assert sharing.beside(current_thread) is current_thread()  # nobody else wants it
+    sharing.begin(Idle())
+    assert sharing.beside(lambda: given.wait(10.0))
+    assert sharing.beside(current_thread) is not current_thread()
+    with sharing.keep():
+        assert sharing.beside(current_thread) is current_thread()
+    with pytest.raises(ZeroDivisionError):
+        sharing.beside(lambda: 1 // 0)

@@ -1,0 +1,70 @@
+"""Scenes that are read for the worker by a process of their own, behind walls, while it renders for others."""
+
+import os
+from collections.abc import Callable
+from fcntl import F_ADD_SEALS, F_SEAL_GROW, F_SEAL_SHRINK, F_SEAL_WRITE, fcntl
+from subprocess import PIPE, Popen
+from time import monotonic
+
+from gpu.child_process import clean_environment
+from gpu.core.sharing import DEVICE_SHARING
+from gpu.errors import SceneError
+from gpu.scene.types import Scene
+from server.scenes.checker import CHECK, ONE_THREAD, CheckRequest, Refused, answer_of, too_long
+from server.scenes.packed_scene import read_scene
+from server.wire.worker import SceneRef, Start
+
+PATIENCE = 2  # times of the processor's time that a reader may take: others render meanwhile
+
+
+def read_beside(scene: SceneRef, start: Start) -> Scene:
+    """The scene in a file; others may have the device until it is there.
+
+    Raises SceneError where it is not sound or takes more memory or time than `start` allows.
+    """
+    result = os.memfd_create("scene", os.MFD_ALLOW_SEALING | os.MFD_CLOEXEC)
+    with os.fdopen(result, "rb") as file, os.fdopen(os.memfd_create("answer"), "rb") as answer:
+        request = CheckRequest(
+            source=scene.source,
+            folder=None,
+            limits=start.scene_limits,
+            max_unpacked_bytes=0,
+            memory_bytes=start.check_memory_bytes,
+            seconds=start.check_seconds,
+            options=scene.options,
+            result=result,
+        )
+        status = _run(request, answer.fileno(), scene.id)
+        answer.seek(0)
+        said = answer_of(answer.read(), status, request, scene.id)
+        if isinstance(said, Refused):
+            raise SceneError(scene.id, said.field, said.problem)
+        # Nothing that the reader has left behind can change what was checked.
+        fcntl(result, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK)
+        return read_scene(file, scene.id, start.scene_limits, DEVICE_SHARING.pause)
+
+
+def _run(request: CheckRequest, answer: int, name: str) -> int:
+    """Run a reader that writes its answer to that descriptor; its exit status."""
+    assert request.result is not None
+    deadline = monotonic() + PATIENCE * request.seconds
+    process = Popen(
+        (*CHECK, str(os.getpid())),
+        stdin=PIPE,
+        stdout=answer,
+        pass_fds=[request.result],
+        env=clean_environment() | ONE_THREAD,
+        start_new_session=True,
+    )
+    try:
+        assert process.stdin is not None
+        process.stdin.write(request.model_dump_json().encode())
+        process.stdin.close()
+        ended: Callable[[], bool] = lambda: process.poll() is not None or monotonic() > deadline  # noqa: E731
+        DEVICE_SHARING.wait_for(ended)
+        if process.poll() is None:
+            raise SceneError(name, "", too_long(request))
+        return process.returncode
+    finally:
+        process.kill()  # nothing happens when it has ended
+        process.wait()

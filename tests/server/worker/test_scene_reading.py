@@ -1,0 +1,70 @@
+"""Files read by a process of its own for the worker."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from glb_file import TRIANGLE_GLB
+
+from gpu.core.sharing import DEVICE_SHARING
+from gpu.errors import SceneError
+from gpu.scene.load import load_scene
+from server.wire.worker import SceneRef, Start
+from server.worker import scene_reading
+from server.worker.scene_reading import read_beside
+from server.worker.tasks import Tasks
+
+START = Start(SceneRef("", ""))
+
+
+def test_a_scene_is_read_while_others_have_the_device(tmp_path: Path) -> None:
+    (tmp_path / "hall.glb").write_bytes(TRIANGLE_GLB)
+    source = str(tmp_path / "hall.glb")
+    tasks, turns, scenes = Tasks(turn_seconds=60.0), 0, []
+    DEVICE_SHARING.begin(tasks)
+    try:
+        tasks.ask_back(1)
+        done = tasks.start(1, lambda: scenes.append(read_beside(SceneRef("hall.glb", source), START)))
+        while not done:
+            turns += 1
+            tasks.ask_back(1)
+            done = tasks.resume(1)
+    finally:
+        DEVICE_SHARING.begin(None)
+    assert turns > 1  # though a turn is long: it has nothing to do with it
+    expected = load_scene(source)
+    np.testing.assert_array_equal(scenes[0].vertices, expected.vertices)
+    assert scenes[0].materials == expected.materials
+
+
+def test_what_is_wrong_is_said_by_the_name_of_the_scene(tmp_path: Path) -> None:
+    (tmp_path / "hall.glb").write_bytes(TRIANGLE_GLB[:-5])
+    with pytest.raises(SceneError, match=r"^hall: ") as told:
+        read_beside(SceneRef("hall", str(tmp_path / "hall.glb")), START)
+    assert str(tmp_path) not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("program", "seconds", "sentence"),
+    [
+        ("import os; os.abort()", 20.0, "its reader ended with SIGABRT"),
+        ("import time; time.sleep(60)", 0.2, "takes more than 0.2 s to read"),
+        ("""print('{"field": "f", "problem": "is broken"}')""", 20.0, "f: is broken"),
+    ],
+)
+def test_readers_that_end_badly_are_no_fault_of_the_worker(
+    program: str, seconds: float, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scene_reading, "CHECK", (sys.executable, "-I", "-c", f"input()\n{program}"))
+    with pytest.raises(SceneError, match=f"^hall: .*{sentence}|^hall: {sentence}"):
+        read_beside(SceneRef("hall", "/nowhere/hall.glb"), Start(SceneRef("", ""), check_seconds=seconds))
+
+
+def test_a_reader_that_leaves_no_scene_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    sound = (Path(__file__).parents[1] / "any_check.py").read_text()
+    monkeypatch.setattr(
+        scene_reading, "CHECK", (sys.executable, "-c", f"import sys; sys.path[:0] = {sys.path}\n{sound}")
+    )
+    with pytest.raises(SceneError, match="left no scene"):
+        read_beside(SceneRef("hall", "/nowhere/hall.glb"), START)
