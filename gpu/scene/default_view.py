@@ -1,4 +1,4 @@
-"""A camera for a scene that has none: inside of a room, outside of an object."""
+"""A camera for a scene that has none: inside of a room, where a person would stand, outside of an object."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from gpu.scene.camera import look_at
+from gpu.scene.eye_height import HEADROOM, standing_eyes
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Placement
 
@@ -16,32 +17,53 @@ _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a 
 _COVERED = 0.5  # and of those above the horizon: a lawn with a house on it is no room
 _ROOM = 0.125  # share of such points in a room; beside a round object there are some too
 _NEAR = 1e-3
+_INDOORS = 0.2  # covered of a place in a room, where some of what is above may be seen from behind, as lamps may
+_TALLEST = 300.0  # of what people walk in [m]
 
 
 @dataclass(frozen=True, eq=False)
 class _Standpoint:
-    """A point and what is seen from it: how enclosed and covered it is, how open its best view, and where to."""
+    """A point and what is seen from it: how enclosed and covered it is, how open all around and each way (azimuth,),
+    and how far one sees each way at its height.
+    """
 
     enclosed: float
     covered: float
     openness: float
+    views: Doubles
+    reach: Doubles
     eye: Doubles
-    forward: Doubles
+
+    def view_of(self, other: "_Standpoint") -> float:
+        """How open the view towards another point is, −∞ where it is not seen."""
+        way = other.eye - self.eye
+        ahead = int(_azimuth(way))
+        return float(self.views[ahead]) if 0.0 < float(np.hypot(way[0], way[2])) < self.reach[ahead] else -np.inf
 
 
 def default_camera(vertices: Floats, triangles: Integers, placement: Placement) -> Camera:
     """A perspective view in world space of the unit-space triangles.
 
-    Where surfaces face many points from most sides, the scene is a room: the camera stands at the one that sees
-    farthest. Otherwise it is an object, seen whole from above one corner.
+    Where surfaces face many points from most sides, the scene is a room: the camera looks at the one with most room
+    around from where the view of it is deepest, at the height of a person's eyes if the scene is as high as that and
+    no mountain. Otherwise it is an
+    object, seen whole from above one corner.
     """
     points, normals = _surface_points(vertices.astype(np.float64), triangles)
     low, high = points.min(axis=0), points.max(axis=0)
     stands = [_look_around(low + (high - low) * at, points, normals) for at in product(_ALONG, _UP, _ALONG)]
     rooms = [stand for stand in stands if stand.enclosed >= _ENCLOSED and stand.covered >= _COVERED]
     if len(rooms) >= _ROOM * len(stands):
-        best = max(rooms, key=lambda stand: stand.openness)
-        eye, target = best.eye, best.eye + best.forward
+        metre = placement.scale
+        if HEADROOM * metre <= high[1] - low[1] <= _TALLEST * metre:
+            columns = sorted({(float(stand.eye[0]), float(stand.eye[2])) for stand in rooms})
+            eyes = standing_eyes(columns, vertices.astype(np.float64), triangles, metre)
+            standing = [_look_around(eye, points, normals) for eye in eyes]
+            rooms = [stand for stand in standing if stand.covered >= _INDOORS] or rooms
+        middle = max(rooms, key=lambda stand: stand.openness)
+        best = max(rooms, key=lambda stand: stand.view_of(middle))
+        seen = np.isfinite(best.view_of(middle))
+        eye, target = (best.eye, middle.eye * (1, 0, 1) + best.eye * (0, 1, 0)) if seen else _ahead(middle)
     else:
         target = (low + high) / 2.0
         radius = float(np.linalg.norm(high - low)) / 2.0
@@ -65,7 +87,7 @@ def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint
     """What `eye` sees of `points`: the nearest in each cell of directions."""
     offsets = points - eye
     distance = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
-    azimuth = np.floor(np.arctan2(offsets[:, 2], offsets[:, 0]) / (2.0 * np.pi) * _AZIMUTHS).astype(int) % _AZIMUTHS
+    azimuth = _azimuth(offsets)
     height = ((offsets[:, 1] / distance + 1.0) / 2.0 * _HEIGHTS).astype(int).clip(0, _HEIGHTS - 1)
     cell = azimuth * _HEIGHTS + height
     nearest = np.full(_AZIMUTHS * _HEIGHTS, np.inf)
@@ -76,13 +98,23 @@ def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint
     depth = np.where(np.isfinite(nearest), nearest, 0.0).reshape(_AZIMUTHS, _HEIGHTS)
     # The mean of logarithms: one thing close in front of the camera, or the void, spoils a view.
     column = np.log(np.maximum(depth[:, _HEIGHTS // 4 : -_HEIGHTS // 4], _NEAR)).mean(axis=1)
-    openness = sum(np.roll(column, turn) for turn in range(-2, 3))  # as wide as the picture
-    ahead = int(np.argmax(openness))
-    angle = (ahead + 0.5) / _AZIMUTHS * 2.0 * np.pi
     return _Standpoint(
         enclosed=float(fronts.sum()) / nearest.size,
         covered=float(above.sum()) / (nearest.size / 2),
-        openness=float(openness[ahead]),
+        openness=float(column.mean()),
+        views=sum(np.roll(column, turn) for turn in range(-2, 3)) / 5.0,  # as wide as the picture
+        reach=depth[:, _HEIGHTS // 2 - 1 : _HEIGHTS // 2 + 1].min(axis=1),
         eye=eye,
-        forward=np.array([np.cos(angle), 0.0, np.sin(angle)]),
     )
+
+
+def _azimuth(offsets: Doubles) -> Integers:
+    """The cell of azimuth of directions (…, 3)."""
+    turns = np.arctan2(offsets[..., 2], offsets[..., 0]) / (2.0 * np.pi)
+    return np.floor(turns * _AZIMUTHS).astype(np.int64) % _AZIMUTHS
+
+
+def _ahead(stand: _Standpoint) -> tuple[Doubles, Doubles]:
+    """The point and what to look at from there: where it is most open."""
+    angle = (int(np.argmax(stand.views)) + 0.5) / _AZIMUTHS * 2.0 * np.pi
+    return stand.eye, stand.eye + np.array([np.cos(angle), 0.0, np.sin(angle)])

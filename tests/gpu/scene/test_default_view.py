@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from gpu.scene.default_view import default_camera
 from gpu.scene.types import Camera, Placement
@@ -48,3 +49,38 @@ def test_a_house_on_a_lawn_is_no_room() -> None:
     eye, direction = eye_and_direction(camera)
     assert eye[1] > 0.15
     assert np.dot(direction, -eye) > 0.9 * np.linalg.norm(eye)
+
+
+@pytest.mark.parametrize("metre", [1.0, 4.0])
+def test_a_view_of_a_room_is_that_of_a_standing_person(metre: float) -> None:
+    """A hall of two storeys; nobody stands in one of the size of a doll's house."""
+    size = np.array([12.0, 6.5, 9.0])
+    lower, upper = (BOX / (1.0, 0.4, 0.6) * size * (1, 3 / 6.5, 1) + (0, y, 0) for y in (-1.75, 1.75))
+    vertices = np.concatenate([lower, upper]).astype(np.float32) / 12.0
+    placement = Placement((0.0, 0.0, 0.0), metre / 12.0)
+    camera = default_camera(vertices, np.vstack([OUTWARD[:, ::-1], 8 + OUTWARD[:, ::-1]]), placement)
+    height = camera.to_world[1, 3] * metre
+    above = (height + 3.25) % 3.5 / metre
+    assert (abs(above - 1.6) < 1e-3) == (metre == 1.0)
+    assert abs(camera.to_world[1, 2]) < 1e-6
+
+
+def test_a_mountain_has_no_floor_to_walk() -> None:
+    vertices = BOX.astype(np.float32)
+    for height, person in ((290.0, True), (310.0, False)):
+        placement = Placement((0.0, 0.0, 0.0), 0.4 / height)
+        eye = default_camera(vertices, OUTWARD[:, ::-1], placement).to_world[1, 3]
+        assert (abs(eye + height / 2 - 1.6) < 0.1) == person
+
+
+def test_a_corridor_that_nobody_is_meant_to_see_is_not_chosen() -> None:
+    """It is the longest view of the scene, but the hall beside it has most room around."""
+    parts = [BOX * (12.0, 7.5, 10.0), BOX * (16.0, 7.5, 2.5) + (0.0, 0.0, 6.0)]
+    vertices = np.concatenate(parts).astype(np.float32) / 16.0
+    camera = default_camera(
+        vertices, np.vstack([OUTWARD[:, ::-1], 8 + OUTWARD[:, ::-1]]), Placement((0.0, 0.0, 0.0), 1.0 / 16.0)
+    )
+    eye = camera.to_world[:3, 3]
+    assert abs(eye[2]) < 3.0
+    assert np.linalg.norm(eye[[0, 2]]) > 1.0
+    assert np.dot(camera.to_world[:3, 2], eye) > 0.0
