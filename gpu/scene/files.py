@@ -34,17 +34,17 @@ def confined_file(scene: Path, name: str, field: str) -> Path | None:
     """The file called `name`, relative to the folder of `scene` and inside it; None when there is none.
 
     A name that differs in the case of letters, or in how accents are composed, is found where no other is exact.
-    field: where the scene names it. Raises ForbiddenError for an absolute path, a "..", or a link out of the folder.
+    field: where the scene names it. Raises ForbiddenError for an absolute path, a ".." or a link out of the folder.
     """
     relative = PurePosixPath(name.replace("\\", "/"))
     folder = scene.parent.resolve()
-    if relative.is_absolute() or ".." in relative.parts:
+    if relative.is_absolute():
         raise _outside(scene, name, field)
     try:
         path = folder
         for part in relative.parts:
-            path = path / part if (path / part).exists() else _alike(path, part)
-            if not path.resolve().is_relative_to(folder):
+            path = path.parent if part == ".." else _alike(path, part)
+            if not (path.is_relative_to(folder) and path.resolve().is_relative_to(folder)):
                 raise _outside(scene, name, field)
         return path if path.is_file() else None
     except (OSError, ValueError, RuntimeError):  # a name too long or with a NUL, or a loop of links
@@ -81,13 +81,13 @@ def read_uri(scene: Path, uri: str, field: str, limits: SceneLimits, remarks: Re
 
 
 def _outside(scene: Path, name: str, field: str) -> ForbiddenError:
-    problem = f"{name[:60]!r} is outside the scene's folder; put the file beside the scene"
+    problem = f"{name[:60]!r} is outside the scene's folder; put the file in it, or the scene where both are below it"
     return ForbiddenError(str(scene), field, problem)
 
 
 def _alike(folder: Path, name: str) -> Path:
-    """The path in `folder` that is `name` but for case and composition; where there is none, `name` itself."""
-    if folder.is_dir():
+    """The path in `folder` that is `name`, or else is it but for case and composition; if there is none, `name`."""
+    if folder.is_dir() and not (folder / name).exists():
         for path in sorted(folder.iterdir()):
             if _folded(path.name) == _folded(name):
                 return path

@@ -63,15 +63,40 @@ def read_off(source: str, content: bytes, remarks: Remarks) -> MeshPart:
         lines[0] = lines[0][keyword.end() :].strip()
         lines = lines if lines[0] else lines[1:]
     try:
-        vertices, faces = (int(word) for word in lines[0].split()[:2])
-    except (IndexError, ValueError) as error:
+        vertices, faces = (int(word) for word in " ".join(lines[:2]).split()[:2])
+    except ValueError as error:
         raise SceneError(source, _HEADER, "does not say how many vertices and faces follow") from error
+    if min(vertices, faces) < 0 or len(lines) - 1 < vertices + faces or len(lines[0].split()) < 2:
+        lines = _one_a_line(file, " ".join(lines).split(), vertices, faces)
     found = len(lines) - 1
-    if min(vertices, faces) < 0 or found < vertices + faces:
-        raise SceneError(source, _HEADER, f"{vertices} vertices and {faces} faces, but only {found} lines follow")
     remarks.add_count("lines after the last face were ignored", found - vertices - faces)
     rows = _vertices(file, lines[1 : 1 + vertices])
     return file.part(rows, *_faces(file, lines[1 + vertices : 1 + vertices + faces]))
+
+
+def _one_a_line(file: OffFile, words: list[str], vertices: int, faces: int) -> list[str]:
+    """The lines of a file that has several vertices or faces on one line; faces have no colours there.
+
+    Raises SceneError where the numbers are not as many as the header says.
+    """
+    width = 3 + 3 * file.shaded + 4 * file.colored + 2 * file.coordinates
+    lines, at = [" ".join(words[:3])], 3
+    try:
+        if min(vertices, faces) < 0 or at + width * vertices + faces > len(words):
+            raise ValueError
+        for _ in range(vertices):
+            lines.append(" ".join(words[at : at + width]))
+            at += width
+        for _ in range(faces):
+            corners = int(words[at])
+            lines.append(" ".join(words[at : at + 1 + corners]))
+            at += 1 + corners
+        if at != len(words):
+            raise ValueError
+    except (IndexError, ValueError) as error:
+        said = f"{vertices} vertices and {faces} faces, but other numbers follow"
+        raise SceneError(file.source, _HEADER, said) from error
+    return lines
 
 
 def _vertices(file: OffFile, lines: list[str]) -> Doubles:

@@ -28,9 +28,9 @@ def device_precision(vertices: Floats, triangles: Integers, extent: float) -> li
 
     extent: of unit space in the world [m].
     """
-    middles = vertices[triangles].mean(axis=1)
-    centre = np.median(middles, axis=0)
-    radius = float(np.median(np.abs(middles - centre).max(axis=1)))
+    corners = vertices[triangles]
+    centre = np.median(corners.mean(axis=1), axis=0)
+    radius = float(np.median(np.abs(corners - centre).max(axis=(1, 2))))
     offset = RAY_OFFSET * max(float(np.abs(centre).max()), NEAREST)
     if offset <= SEEN * radius:
         return []

@@ -33,7 +33,7 @@ def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[Light]:
 
     Units are taken as radiometric: intensity [W/sr], of directional lights irradiance [W/m²].
     """
-    placed = (node for node in nodes if node.entry.part("extensions").has(_EXTENSION))
+    placed = (node for node in nodes if node.visible and node.entry.part("extensions").has(_EXTENSION))
     found = (document.attempt(partial(_light, document, node), "the light") for node in placed)
     return [light for light in found if light is not None]
 

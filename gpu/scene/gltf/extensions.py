@@ -21,6 +21,7 @@ SUPPORTED = frozenset(
         "KHR_materials_variants",
         "KHR_mesh_quantization",
         "KHR_meshopt_compression",
+        "KHR_node_visibility",
         "KHR_texture_basisu",
         "KHR_texture_transform",
     }

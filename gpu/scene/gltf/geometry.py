@@ -34,7 +34,7 @@ class Geometry:
         """The mesh parts of all nodes. Raises SceneError when a mesh is broken or limits are exceeded."""
         document = self.buffers.document
         for node in placed.values():
-            if node.entry.has("mesh"):
+            if node.visible and node.entry.has("mesh"):
                 mesh = document.attempt(partial(document.referred, node.entry, "mesh", "meshes"), "the mesh")
                 if mesh is not None:
                     yield from self._node_parts(node, mesh, self._joints(node, placed))

@@ -13,10 +13,11 @@ from gpu.scene.types import Doubles
 
 @dataclass(frozen=True, eq=False)
 class PlacedNode:
-    """A node and its matrix (4, 4) to world space."""
+    """A node and its matrix (4, 4) to world space; visible: neither it nor what it is in is hidden."""
 
     entry: Value
     to_world: Doubles
+    visible: bool = True
 
 
 def placed_nodes(document: Document) -> dict[str, PlacedNode]:
@@ -33,15 +34,25 @@ def placed_nodes(document: Document) -> dict[str, PlacedNode]:
             raise entries[number].error("is the child of two nodes; glTF allows one parent")
     roots = _roots(document, entries, parents)
     placed: dict[str, PlacedNode] = {}
-    waiting = [(number, np.eye(4)) for number in reversed(roots)]
+    waiting = [(number, np.eye(4), True) for number in reversed(roots)]
     while waiting:
-        number, above = waiting.pop()
+        number, above, visible = waiting.pop()
         to_world = above @ local_matrix(entries[number])
         if not np.isfinite(to_world).all():
             raise entries[number].error("its transform to the world is not finite")
-        placed[entries[number].path] = PlacedNode(entries[number], to_world)
-        waiting += [(child, to_world) for child in reversed(children[number])]
+        visible = visible and _visible(document, entries[number])
+        placed[entries[number].path] = PlacedNode(entries[number], to_world, visible)
+        waiting += [(child, to_world, visible) for child in reversed(children[number])]
     return placed
+
+
+def _visible(document: Document, entry: Value) -> bool:
+    """Whether a node is shown (KHR_node_visibility); what is hidden is said."""
+    extension = entry.extension("KHR_node_visibility")
+    if extension is None or extension.choice("visible", {True: True, False: False}, True):
+        return True
+    document.ignored.add("is hidden, with what is in it, and was left out", entry.path)
+    return False
 
 
 def _roots(document: Document, entries: list[Value], parents: list[int]) -> list[int]:

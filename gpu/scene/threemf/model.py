@@ -10,6 +10,7 @@ from gpu.scene.instances import Contents, Hierarchy
 from gpu.scene.limits import SceneLimits
 from gpu.scene.package import Package
 from gpu.scene.remarks import Remarks
+from gpu.scene.threemf.unread import say_unread
 from gpu.scene.types import Doubles
 from gpu.scene.xml_tree import number_row, xml_root
 
@@ -106,6 +107,4 @@ class Model:
         self._roots[file] = root
         for resource in root.iterfind("resources/*"):
             self._resources.setdefault((file, resource.get("id", "")), resource)
-        for tag, words in (("beamlattice", "beam lattices"), ("slicestack", "stacks of slices")):
-            if next(root.iter(tag), None) is not None:
-                self.remarks.add(f"{words} are not shown", file)
+        say_unread(root, file, self.remarks)

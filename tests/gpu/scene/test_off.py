@@ -28,6 +28,9 @@ def read(text: str | bytes) -> tuple[MeshPart, tuple[str, ...]]:
         "off " + BODY.format("", ""),
         BODY.format("", ""),
         "OFF # a comment\n\n# one\n" + BODY.format("\t# v", " # f").replace(" ", "\t"),
+        "OFF\n" + " ".join(BODY.format("", "").split()),
+        "OFF\n3 1 0\n0 0 0 1 0 0\n0 1 0\n3 0 1 2\n",
+        "OFF 3\n1\n0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
         "\ufeffOFF\r\n" + BODY.format("", "").replace("\n", "\r\n"),
     ],
 )
@@ -75,6 +78,13 @@ def test_binary_files(colors: tuple[float, ...]) -> None:
         (b"4OFF\n1 1 0\n", "'4OFF' is not OFF"),
         (b"nOFF\n4\n1 1 0\n", "'nOFF' is not OFF"),
         (b"OFF\n-1 1 0\n", "OFF header"),
+        (
+            b"OFF\n2147483647 1 0\n0 0 0 1 0 0\n",
+            "2147483647 vertices and 1 faces, but other numbers follow",
+        ),
+        (b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 3 0 1 2 7\n", "OFF header: 3 vertices and 1 faces, but other numbers follow"),
+        (b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 9 0 1 2\n", "OFF header: 3 vertices and 1 faces, but other numbers follow"),
+        (b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 -1 0 1 2\n", "OFF header: 3 vertices and 1 faces, but other numbers follow"),
         (b"OFF BINARY\n" + struct.pack(">3i", 2**31 - 1, 1, 0), "cut off or broken"),
         (b"OFF BINARY\n" + struct.pack(">3i4i", 0, 1, 0, 2**31 - 1, 0, 0, 0), "cut off or broken"),
         (b"OFF BINARY\n" + struct.pack(">3i4i", 0, 2**31 - 1, 0, -5, 0, 0, 0), "cut off or broken"),

@@ -21,6 +21,12 @@ def test_doubles_lose_nothing() -> None:
     assert file_precision(exact, bulk_of(exact, triangles), 1.0) == []
 
 
+def test_a_scene_of_few_large_triangles_has_no_leaks_to_name() -> None:
+    """Their middles are near the scene's own, however large they are."""
+    corners = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0]], np.float32)
+    assert device_precision(corners, np.array([[0, 1, 2]]), 1.0) == []
+
+
 @pytest.mark.parametrize(("extent", "said"), [(40.0, False), (4e3, False), (4e5, True)])
 def test_a_house_on_a_vast_plain_has_leaks_that_are_named(extent: float, said: bool) -> None:
     positions, triangles = room(4.0, 4.0, 3.0)

@@ -73,3 +73,26 @@ def test_a_loop_without_a_scene_shows_nothing(gltf: GltfFile) -> None:
     gltf.json["nodes"] = [{"children": [1]}, {"children": [0]}]
     with pytest.raises(SceneError, match="no triangles"):
         gltf.load()
+
+
+def test_hidden_nodes_and_what_is_in_them_are_left_out(gltf: GltfFile) -> None:
+    lamp = {"KHR_lights_punctual": {"light": 0}}
+    gltf.json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point"}]}}
+    gltf.json["extensionsRequired"] = ["KHR_node_visibility"]
+    hidden, shown = ({"KHR_node_visibility": {"visible": visible}} for visible in (False, True))
+    child = gltf.mesh_node(translation=[9, 0, 0], extensions=shown | lamp)
+    inner = gltf.add("nodes", children=[child])
+    gltf.add("nodes", children=[inner], extensions=hidden)
+    gltf.mesh_node(extensions=shown)
+    scene = gltf.load()
+    assert np.array_equal(corners(scene), [TRIANGLE])
+    assert scene.lights == ()
+    assert scene.report.ignored == ("nodes[2]: is hidden, with what is in it, and was left out",)
+
+
+def test_a_visibility_that_is_no_truth_value_hides_nothing(gltf: GltfFile) -> None:
+    gltf.mesh_node(extensions={"KHR_node_visibility": {"visible": "no"}})
+    gltf.mesh_node(extensions={"KHR_node_visibility": {}})
+    scene = gltf.load()
+    assert len(scene.triangles) == 2
+    assert "visible: must be one of True, False" in scene.report.notes[0]

@@ -64,7 +64,7 @@ def test_what_is_not_shown_is_said(tmp_path: Path) -> None:
     scene = load(tmp_path, threemf(model(lattice + support, build)))
     assert len(scene.triangles) == 4
     assert scene.report.ignored == (
-        "3D/start.model: beam lattices are not shown",
+        "3D/start.model: beam lattices are not shown (1)",
         "object 2: supports are not shown",
         "'3': a resource that the file refers to is not in it",
     )
