@@ -31,6 +31,7 @@ class Bvh:
 _TRAVERSAL = """
     typedef wp::vec_t<4, wp::float32> Four;
     typedef wp::vec_t<4, wp::int32> Four_ints;
+    BEGIN
 #if defined(__CUDA_ARCH__)
     auto four = [](const Four* from) -> Four {
         const float4 read = __ldg(reinterpret_cast<const float4*>(from));
@@ -93,6 +94,7 @@ _TRAVERSAL = """
     int size = 0;
     int node = 0;
     while (true) {
+        LOOK
         const Four* bounds = bvh.bounds.data + 6 * node;
         const Four near_x = four(bounds + back_x), far_x = four(bounds + 1 - back_x);
         const Four near_y = four(bounds + 2 + back_y), far_y = four(bounds + 3 - back_y);
@@ -136,6 +138,7 @@ _TRAVERSAL = """
             const int* leaf = reinterpret_cast<const int*>(bvh.children.data + 2 * node) + c;
             const int end = leaf[0] + leaf[4];
             for (int place = leaf[0]; place < end; ++place) {
+                LOOK
                 const Four p = four(bvh.corners.data + 3 * place);
                 const Four q = four(bvh.corners.data + 3 * place + 1);
                 const Four r = four(bvh.corners.data + 3 * place + 2);
@@ -158,7 +161,7 @@ _TRAVERSAL = """
                 const float share = 1.0f / whole;
                 const float t = depth * share;
                 if (t >= 0.0f && t < (is_front ? nearest_front : nearest_back)) {
-                    if (any_one) return Four(t, U * share, V * share, wp::cast<wp::float32>(bvh.faces.data[place]));
+                    if (any_one) return FOUND(t, U * share, V * share, bvh.faces.data[place]);
                     const float ex = bx - ax, ey = by - ay, ez = bz - az, fx = cx - ax, fy = cy - ay, fz = cz - az;
                     const float nx = ey * fz - ez * fy, ny = ez * fx - ex * fz, nz = ex * fy - ey * fx;
                     const float tie = least_height * sqrtf(nx * nx + ny * ny + nz * nz)
@@ -173,7 +176,7 @@ _TRAVERSAL = """
             }
         }
         while (next < 0 || next_entry > nearest_front * longer) {
-            if (size == 0) return Four(nearest, u, v, wp::cast<wp::float32>(found));
+            if (size == 0) return FOUND(nearest, u, v, found);
             --size;
             next = stack[size];
             next_entry = any_one ? 0.0f : entries[size];
@@ -181,9 +184,11 @@ _TRAVERSAL = """
         node = next;
     }
 """.replace("STACK", str(3 * MAX_LEVELS))
+_FOUND = "auto FOUND = [](float t, float u, float v, int f) { return Four(t, u, v, wp::cast<wp::float32>(f)); };"
+_COUNT = "int looked = 0; auto FOUND = [&](float, float, float, int) { return looked; };"
 
 
-@wp.func_native(_TRAVERSAL)
+@wp.func_native(_TRAVERSAL.replace("BEGIN", _FOUND).replace("LOOK\n", "\n"))
 def intersect(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_one: bool,
               cull_backs: bool) -> wp.vec4:  # fmt: skip
     """The first triangle along a ray, nearer than `max_t`, or `any_one`; `direction` has unit length.
@@ -193,3 +198,9 @@ def intersect(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_o
     (t, u, v) and, as the bits of a float, the triangle, -1 for none, which is met at u·p0 + v·p1 + (1 − u − v)·p2.
     Edges that triangles share let no ray through: S. Woop et al., Watertight Ray/Triangle Intersection, 2013.
     """
+
+
+@wp.func_native(_TRAVERSAL.replace("BEGIN", _COUNT).replace("LOOK\n", "if (++looked >= most) return looked;\n"))
+def looks(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_one: bool, cull_backs: bool,
+          most: int) -> wp.int32:  # fmt: skip
+    """How many nodes and triangles `intersect` looks at for a ray, of which it stops to count `most`."""

@@ -13,6 +13,7 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
+from gpu.device_scene.ray_cost import check_ray_cost
 from gpu.device_scene.repeated import repeated
 from gpu.scene.types import AlphaMode, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
 
@@ -112,7 +113,8 @@ class DeviceScene:
     """A scene's geometry, materials and textures on one device.
 
     `data` is what kernels take; `triangle_order` (triangle,) maps the device's triangles, opaque ones first, then
-    panes, then masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist.
+    panes, then masked ones, then a backdrop's, to the scene's. Raises DeviceError when `device` does not exist,
+    SceneError where so many triangles overlap that rays would take too long.
     """
 
     def __init__(self, scene: Scene, device: str | None = None) -> None:
@@ -171,6 +173,7 @@ class DeviceScene:
         listed: Mask = ~again
         indices = self._upload(order.triangles[part][listed].ravel(), wp.int32)
         tree = build(self.data.vertices, indices, self._upload(order.culled[part][listed], wp.float32))
+        check_ray_cost(self.scene, tree)
         if not listed.all():
             tree.faces = self._upload(np.flatnonzero(listed)[tree.faces.numpy()], wp.int32)
         return tree

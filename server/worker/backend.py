@@ -19,7 +19,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device
-from gpu.errors import OutOfMemoryError, UserError, brief
+from gpu.errors import OutOfMemoryError, SceneError, UserError, brief
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
@@ -147,7 +147,10 @@ class GpuBackend:
             built_in = ref.source in BUILTIN
             scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start)
             report(f"building {ref.id}", 0.5)
-            loaded = build(ref, scene, self._device)
+            try:
+                loaded = build(ref, scene, self._device)
+            except SceneError as error:  # viewers know ids, not what a scene calls itself
+                raise SceneError(ref.id, error.field, error.problem) from None
         self._scenes[ref] = loaded
         return loaded
 
