@@ -12,6 +12,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from gpu.errors import UserError
+from gpu.scene.environment import read_environment
 from server import errors
 from server.http.accepting import listen
 from server.http.answers import Answers
@@ -53,9 +54,11 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
 
     check: the command that reads a scene before the worker does.
     Where others than this machine's users can come, it needs a token: a new one if the settings have none. Raises
-    UserError when the served scene or the scenes folder does not exist.
+    UserError when the served scene or the scenes folder does not exist, or the environment cannot be read.
     """
     settings = with_token(settings)
+    if settings.environment is not None:
+        read_environment(settings.environment)
     checker = Checker(settings, check)
     uploads = Uploads(settings, checker) if settings.uploads else None
     catalogue = Catalogue(settings.scene, settings.scenes_dir, uploads, settings.scene_options)

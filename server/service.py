@@ -101,6 +101,7 @@ def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:
         scene_limits=settings.scene_limits,
         check_seconds=settings.check_seconds,
         check_memory_bytes=settings.check_memory_bytes,
+        environment=settings.surroundings,
         log_format=settings.log_format,
     )
 

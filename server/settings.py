@@ -20,6 +20,7 @@ from pydantic_settings.exceptions import SettingsError
 
 from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
+from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
@@ -48,7 +49,7 @@ Origins = Annotated[tuple[Annotated[Name, AfterValidator(check_origin)], ...], N
 Networks = Annotated[tuple[Annotated[Name, AfterValidator(check_network)], ...], NoDecode, BeforeValidator(_split)]
 
 
-class ServerSettings(BaseSettings):
+class ServerSettings(BaseSettings, EnvironmentOptions):
     """Everything that whoever runs the service can choose."""
 
     model_config = SettingsConfigDict(
@@ -156,6 +157,11 @@ class ServerSettings(BaseSettings):
     ) -> tuple[PydanticBaseSettingsSource, ...]:
         """Flags, then the environment, then the TOML file that `load_settings` was given."""
         return init_settings, env_settings, TomlConfigSettingsSource(settings_cls)
+
+    @property
+    def surroundings(self) -> EnvironmentOptions:
+        """What is around every scene."""
+        return EnvironmentOptions(**self.model_dump(include=set(EnvironmentOptions.model_fields)))
 
     def check_render(self, size: tuple[int, int], settings: RenderSettings, max_pixels: int) -> None:
         """UserError when a render asks for more than this service gives."""

@@ -72,6 +72,22 @@ class MaterialData:
 
 
 @wp.struct
+class EnvironmentData:
+    """Light from all around by a picture, see gpu.scene.types.Environment and gpu.device_scene.environment.
+
+    radiance (height, width) [W/m²/sr]; rows (height,), columns (height, width): where rows, and pixels of a row, end in
+    a choice by brightness, of 2³²; turn: share of a full turn.
+    """
+
+    width: int
+    height: int
+    turn: float
+    radiance: wp.array2d[wp.vec3]
+    rows: wp.array[wp.uint32]
+    columns: wp.array2d[wp.uint32]
+
+
+@wp.struct
 class SceneData:
     """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `pane_count` after
     them clear panes, `masked_count` alpha-masked, and the last `backdrop_count` a sky around the scene, which only
@@ -79,10 +95,11 @@ class SceneData:
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
-    linear. alpha: rays must test masks; textured, glossy, transmissive: rays may hit textures, narrow specular lobes,
-    glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its
-    geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or
-    not with the probability alpha, 0: they are where alpha is one half or more.
+    linear; sky: of gpu.scene.types.Sky; has_environment: `environment` is there instead. alpha: rays must test masks;
+    textured, glossy, transmissive: rays may hit textures, narrow specular lobes, glass; one_sided: cameras do not see
+    the backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks
+    let no light through; coverage: a seed by which BLEND surfaces are there or not with the probability alpha, 0: they
+    are where alpha is one half or more.
     """
 
     opaque: Bvh
@@ -105,6 +122,8 @@ class SceneData:
     texels: wp.array[wp.uint32]
     decode: wp.array[float]
     sky: wp.vec3
+    environment: EnvironmentData
+    has_environment: bool
     alpha: bool
     textured: bool
     glossy: bool

@@ -7,7 +7,7 @@ asks with a constant, which the compiler follows into all that the kernel calls.
 from dataclasses import dataclass
 
 from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS
-from gpu.scene.types import AlphaMode, Material, Scene
+from gpu.scene.types import AlphaMode, Environment, Material, Scene
 
 # So many punctual lights are cheaper to visit one by one than the noise of a choice among them.
 MAX_ENUMERATED = 8
@@ -19,7 +19,7 @@ class SceneFeatures:
 
     alpha: masks that let light through; glass: any that transmits; panes: as Material.is_pane tells; textures;
     one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
-    their own; soft: as `has_soft_light` tells.
+    their own; environment: a picture of the light around; soft: as `has_soft_light` tells.
     """
 
     alpha: bool = True
@@ -29,6 +29,7 @@ class SceneFeatures:
     one_sided: bool = True
     backdrop: bool = True
     gloss: bool = True
+    environment: bool = True
     soft: bool = True
 
     @property
@@ -65,5 +66,6 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         one_sided=not lambertian and any(material.double_sided is False for material in materials),
         backdrop=any(material.backdrop for material in materials),
         gloss=gloss or assume_gloss,
+        environment=isinstance(scene.sky, Environment),
         soft=has_soft_light(scene),
     )

@@ -13,9 +13,10 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
+from gpu.device_scene.environment import upload_environment
 from gpu.device_scene.ray_cost import check_ray_cost
 from gpu.device_scene.repeated import repeated
-from gpu.scene.types import AlphaMode, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
+from gpu.scene.types import AlphaMode, Environment, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
 
 _LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
 
@@ -146,7 +147,11 @@ class DeviceScene:
         data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
-        data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
+        data.has_environment = isinstance(scene.sky, Environment)
+        if isinstance(scene.sky, Environment):
+            data.environment = upload_environment(scene.sky, self.device)
+        else:
+            data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
         data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
         data.transmissive = any(material.transmission > 0.0 for material in scene.materials)

@@ -152,7 +152,8 @@ def direct_samples(count: int, moment: wp.array, seed: int) -> DirectSamples:
 
 
 @cache
-def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool, panes: bool) -> wp.Kernel:
+def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool, panes: bool,
+                        environment: bool) -> wp.Kernel:  # fmt: skip
     """The kernel for scenes with or without these of gpu.device_scene.features."""
 
     # Unrolled, the candidates make code three times as long, which fits no instruction cache and takes long to compile.
@@ -188,6 +189,8 @@ def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool
             scene.backdrop_count = 0
         if wp.static(not panes):
             scene.pane_count = 0
+        if wp.static(not environment):
+            scene.has_environment = False
         surface = Surface()
         surface.position = gbuffer.position[pixel]
         surface.geometric_normal = gbuffer.geometric_normal[pixel]
@@ -224,7 +227,7 @@ def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, si
     gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
     has = features
-    kernel = direct_light_kernel(has.alpha, has.textures, has.gloss, has.backdrop, has.panes)
+    kernel = direct_light_kernel(has.alpha, has.textures, has.gloss, has.backdrop, has.panes, has.environment)
     inputs = [scene, table, gbuffer, image_size(size), samples, out, soft]
     launch(kernel, size[0] * size[1], inputs, out.device, weight=samples.count)
 

@@ -183,7 +183,7 @@ def path_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
 
 
 @cache
-def path_kernel(glass: bool, panes: bool) -> wp.Kernel:
+def path_kernel(glass: bool, panes: bool, environment: bool) -> wp.Kernel:
     """The kernel for scenes with or without these of gpu.device_scene.features."""
 
     @wp.kernel(module="unique")
@@ -205,6 +205,8 @@ def path_kernel(glass: bool, panes: bool) -> wp.Kernel:
             scene.transmissive = False
         if wp.static(not panes):
             scene.pane_count = 0
+        if wp.static(not environment):
+            scene.has_environment = False
         own_seed = pixel_seed(pixel, paths.seed)
         total = wp.vec3(0.0, 0.0, 0.0)
         for index in range(paths.before, paths.before + paths.count):
@@ -233,5 +235,5 @@ def trace_paths(scene: SceneData, table: LightTable, camera: wp.array, size: tup
     camera: (1,) CameraData; size: (width, height).
     """
     inputs = [scene, table, camera, image_size(size), paths, mean]
-    kernel = path_kernel(features.glass, features.panes)
+    kernel = path_kernel(features.glass, features.panes, features.environment)
     launch(kernel, size[0] * size[1], inputs, mean.device, weight=paths.count)

@@ -49,7 +49,7 @@ def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 
 @cache
-def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, panes: bool) -> wp.Kernel:
+def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, panes: bool, environment: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
     of gpu.device_scene.features.
     """
@@ -69,6 +69,8 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, panes: boo
             scene.backdrop_count = 0
         if wp.static(not panes):
             scene.pane_count = 0
+        if wp.static(not environment):
+            scene.has_environment = False
         camera = cameras[0]
         ray = pixel_ray(camera, pixel, image)
         hit = seen_hit(scene, ray.origin, ray.direction)
@@ -98,6 +100,6 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, panes: boo
 def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int], out: GBuffer,
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData."""
-    inputs = [scene, camera, image_size(size), out]
-    kernel = primary_ray_kernel(features.texels, features.one_sided, features.backdrop, features.panes)
+    inputs, has = [scene, camera, image_size(size), out], features
+    kernel = primary_ray_kernel(has.texels, has.one_sided, has.backdrop, has.panes, has.environment)
     launch(kernel, size[0] * size[1], inputs, out.face.device)

@@ -6,13 +6,14 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.environment import mean_radiance
 from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.sides import emits_from_back
 from gpu.device_scene.surface import emission_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.sampling.warps import triangle_barycentrics
-from gpu.scene.types import Doubles, Floats, Ints, Light, LightKind, Scene
+from gpu.scene.types import Doubles, Environment, Floats, Ints, Light, LightKind, Scene, Sky
 
 
 @wp.kernel
@@ -55,6 +56,12 @@ def _light_power(light: Light, radius: float) -> float:
     if light.kind is LightKind.SPOT:
         return intensity * 2.0 * np.pi * (1.0 - light.cos_outer)
     return intensity * 4.0 * np.pi
+
+
+def _sky_power(sky: Sky | Environment, radius: float) -> float:
+    """Power of the sky [W], the mean of the channels, through the scene's sphere."""
+    mean = mean_radiance(sky) if isinstance(sky, Environment) else float(np.mean(sky.radiance)) / 2.0
+    return 4.0 * np.pi * mean * np.pi * radius**2
 
 
 def emissive_faces(device_scene: DeviceScene) -> Ints:
@@ -104,7 +111,7 @@ def build_light_table(
     samples = mask_samples if device_scene.data.alpha else power_samples
     launch(triangle_power_kernel, len(faces), [device_scene.data, faces, samples, table.areas, powers], device)
     table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
-    sky = [] if scene.sky is None else [float(np.mean(scene.sky.radiance)) * 2.0 * (np.pi * table.radius) ** 2]
+    sky = [_sky_power(scene.sky, table.radius)] if scene.sky else []
     extended = np.concatenate([powers.numpy().astype(np.float64), sky])
     power = np.concatenate([extended, [_light_power(light, table.radius) for light in scene.lights]])
     table.all_emitters = _power_cdf(power, device)

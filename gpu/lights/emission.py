@@ -4,6 +4,7 @@ import warp as wp
 
 from gpu.core.constants import PI
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.environment import sample_environment
 from gpu.device_scene.sides import emits_from_back, triangle_normal
 from gpu.device_scene.surface import emission_at
 from gpu.lights.light_table import (
@@ -15,6 +16,7 @@ from gpu.lights.light_table import (
     is_light,
     is_triangle,
     point_on,
+    sky_radiance,
     spot_falloff,
 )
 from gpu.sampling.sobol import Pair
@@ -64,8 +66,14 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
     if not is_light(table, choice.index):
         disk = on_disk(on_emitter.x, on_emitter.y) * table.radius
         particle.direction = -sky_direction(outgoing.x, outgoing.y)
+        # Of the sky's own distribution: radiance over density is the same everywhere.
+        brightness = scene.sky * (2.0 * PI)
+        if scene.has_environment:
+            drawn = sample_environment(scene.environment, outgoing)
+            particle.direction = -drawn.direction
+            brightness = sky_radiance(scene, drawn.direction) / drawn.density
         particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
-        particle.flux = scene.sky * (2.0 * PI * PI * table.radius * table.radius / choice.probability)
+        particle.flux = brightness * (PI * table.radius * table.radius / choice.probability)
         return particle
     light = table.lights[choice.index - table.triangle_count - table.sky_count]
     if light.kind == DIRECTIONAL:

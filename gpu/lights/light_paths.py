@@ -45,8 +45,8 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
 
 
 @cache
-def light_path_kernel(texels: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
+def light_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not."""
 
     @wp.kernel(module="unique")
     def light_path_kernel(
@@ -60,6 +60,8 @@ def light_path_kernel(texels: bool) -> wp.Kernel:
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
+        if wp.static(not environment):
+            scene.has_environment = False
         for bounce in range(bounces):
             out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
         pick = sobol_pair(path, 0, seed)
@@ -126,7 +128,7 @@ def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightT
     slots = paths * bounces
     raw = allocate_vpls(slots, device)
     inputs = [scene, table, paths, bounces, seed, raw]
-    launch(light_path_kernel(features.texels), paths, inputs, device)
+    launch(light_path_kernel(features.texels, features.environment), paths, inputs, device)
     keys = wp.zeros(2 * slots, dtype=int, device=device)
     order = wp.zeros(2 * slots, dtype=int, device=device)
     launch(vpl_key_kernel, slots, [raw, keys], device)

@@ -4,6 +4,7 @@ import warp as wp
 
 from gpu.core.constants import PI
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
+from gpu.device_scene.environment import environment_density, sample_environment
 from gpu.device_scene.rays import backdrop_hit
 from gpu.device_scene.sides import emitting_normal
 from gpu.device_scene.surface import emission_at
@@ -151,11 +152,26 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
             sample.solid_angle = 1.0 / density
             sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * sample.solid_angle
         return sample
+    if scene.has_environment:
+        drawn = sample_environment(scene.environment, place)
+        sample.direction = drawn.direction
+        sample.point = position + drawn.direction * FAR
+        sample.solid_angle = 1.0 / (drawn.density * choice.probability)
+        sample.irradiance = sky_radiance(scene, drawn.direction) * sample.solid_angle
+        return sample
     sample.direction = sky_direction(place.x, place.y)
     sample.point = position + sample.direction * FAR
     sample.irradiance = scene.sky * (2.0 * PI / choice.probability)
     sample.solid_angle = 4.0 * PI / (wp.max(1.0 + sample.direction[1], 1.0e-6) * choice.probability)
     return sample
+
+
+@wp.func
+def sky_density(scene: SceneData, direction: wp.vec3) -> float:
+    """Density [1/sr] with which `sample_light` chooses unit `direction`, once it has chosen the sky."""
+    if scene.has_environment:
+        return environment_density(scene.environment, direction)
+    return (1.0 + direction[1]) / (4.0 * PI)
 
 
 @wp.func
@@ -168,10 +184,12 @@ def light_at_hit(scene: SceneData, table: LightTable, cdf: PowerCdf, origin: wp.
     hit = met
     if hit.face == NO_HIT:
         hit = backdrop_hit(scene, origin, direction)
+        if hit.face != NO_HIT and emitter_of(table, hit.face) == NOT_AN_EMITTER:
+            hit.face = NO_HIT  # a mere picture, which the sky's light passes
     if hit.face == NO_HIT:
         found.radiance = sky_radiance(scene, direction)
         if table.sky_count > 0:
-            found.density = probability_of(cdf, table.triangle_count) * (1.0 + direction[1]) / (4.0 * PI)
+            found.density = probability_of(cdf, table.triangle_count) * sky_density(scene, direction)
         return found
     emitter = emitter_of(table, hit.face)
     normal = emitting_normal(scene, hit.face, -direction)

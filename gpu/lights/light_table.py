@@ -4,6 +4,7 @@ import warp as wp
 
 from gpu.core.search import upper_bound
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.environment import environment_radiance
 from gpu.sampling.sobol import TO_UNIT
 from gpu.scene.types import LightKind
 
@@ -72,6 +73,8 @@ class EmitterChoice:
 @wp.func
 def sky_radiance(scene: SceneData, direction: wp.vec3) -> wp.vec3:
     """Radiance that arrives from unit `direction` where no surface is [W/m²/sr]."""
+    if scene.has_environment:
+        return environment_radiance(scene.environment, direction)
     return scene.sky * (0.5 + 0.5 * direction[1])
 
 

@@ -14,6 +14,7 @@ _LAMPS = 5  # places that a lamp is tried at, besides the camera's
 _TESTS = 2e8  # of rays against triangles: as many rays as these allow, but so many at least
 _LEAST_SEEN = 4
 _LIFT = 1e-5
+_NO_LIGHT = "the scene has no light"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +35,21 @@ def with_default_light(scene: Scene) -> Scene:
     count = int(np.clip(_TESTS / len(scene.triangles) / (_WAYS + _LAMPS + 2), _LEAST_SEEN, _ACROSS * _DOWN))
     seen = _seen(scene, rays, one_sided, count)
     if not seen or _sky_reaches(rays, seen):
-        return _noted(replace(scene, sky=SOFT_SKY), "the scene has no light: a soft sky from above was added")
+        return _noted(replace(scene, sky=SOFT_SKY), f"{_NO_LIGHT}: a soft sky from above was added")
     lamp = _lamp(rays, seen, _eye(scene))
     where = " ".join(
         f"{value:.4g}" for value in np.array(lamp.position) / scene.placement.scale + scene.placement.centre
     )
-    said = f"the scene has no light, and no sky would reach what its camera sees: a lamp was added at {where}"
+    said = f"{_NO_LIGHT}, and no sky would reach what its camera sees: a lamp was added at {where}"
     return _noted(replace(scene, lights=(lamp,)), said)
+
+
+def without_default_light(scene: Scene) -> Scene:
+    """`scene` without what `with_default_light` added to it, if that did."""
+    notes = tuple(note for note in scene.report.notes if not note.startswith(_NO_LIGHT))
+    if len(notes) == len(scene.report.notes):
+        return scene
+    return replace(scene, lights=(), sky=None, report=replace(scene.report, notes=notes))
 
 
 def _noted(scene: Scene, sentence: str) -> Scene:

@@ -10,7 +10,7 @@ import numpy as np
 from gpu.scene.emitted_power import emitted_power
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.normals import area_vectors
-from gpu.scene.types import Camera, Doubles, Light, LightKind, Scene, Texture
+from gpu.scene.types import Camera, Doubles, Environment, Light, LightKind, Scene, Sky, Texture
 
 _LISTED = 40
 
@@ -36,7 +36,7 @@ def summarise(scene: Scene) -> dict[str, Any]:
         ],
         "textures": [_texture(texture) for texture in scene.textures],
         "lights": [*_emitters(scene), *(_light(light, scene.placement.scale) for light in scene.lights)]
-        + ([{"name": "sky", "kind": "sky", "radiance": list(scene.sky.radiance)}] if scene.sky else []),
+        + ([_sky(scene.sky)] if scene.sky else []),
         "cameras": [_camera(camera, scene.frame) for camera in scene.cameras],
         "choices": {name: list(offered) for name, offered in scene.choices.items()},
         "memory_bytes": memory_bytes(scene),
@@ -46,10 +46,17 @@ def summarise(scene: Scene) -> dict[str, Any]:
     }
 
 
+def _sky(sky: Sky | Environment) -> dict[str, Any]:
+    if isinstance(sky, Environment):
+        return {"name": sky.name, "kind": "environment", "radiance": _list(sky.pixels.max(axis=(0, 1)))}
+    return {"name": "sky", "kind": "sky", "radiance": list(sky.radiance)}
+
+
 def memory_bytes(scene: Scene) -> int:
     """Bytes of the scene's arrays; pixels that several textures share count once."""
     arrays = [scene.vertices, scene.normals, scene.uvs, scene.triangles, scene.triangle_material]
     arrays += [] if scene.colors is None else [scene.colors]
+    arrays += [scene.sky.pixels] if isinstance(scene.sky, Environment) else []
     pixels = {id(texture.pixels): texture.pixels.nbytes for texture in scene.textures}
     return sum(array.nbytes for array in arrays) + sum(pixels.values())
 

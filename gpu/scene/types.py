@@ -142,6 +142,19 @@ class Sky:
     radiance: Rgb
 
 
+@dataclass(frozen=True, eq=False)
+class Environment:
+    """Light from all around by an equirectangular picture, pixels (height, width, 3), linear radiance.
+
+    Its top is towards +Y, its middle towards +Z, a quarter from the left towards +X, before it is turned by the share
+    `turn` of a full turn, counter-clockwise from above.
+    """
+
+    name: str
+    pixels: Floats
+    turn: float = 0.0
+
+
 @dataclass(frozen=True)
 class Camera:
     """A view in world space. to_world: 4×4 column-vector matrix, looking along −Z with +Y up.
@@ -201,7 +214,7 @@ class Scene:
     materials: tuple[Material, ...]
     textures: tuple[Texture, ...]
     lights: tuple[Light, ...]
-    sky: Sky | None
+    sky: Sky | Environment | None
     cameras: tuple[Camera, ...]
     placement: Placement
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]]

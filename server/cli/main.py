@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from gpu.errors import UserError
+from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import Component, RenderSettings
@@ -73,6 +74,7 @@ def _parser() -> ArgumentParser:
     render.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
     add_options(render, RenderSettings, "light and quality")
     add_options(render, ImportOptions, READING)
+    add_options(render, EnvironmentOptions, "what is around the scene")
     render.set_defaults(command=_render)
 
     compare = commands.add_parser(
@@ -118,22 +120,13 @@ def _render(options: Namespace) -> int:
     from server.images import check_output
 
     settings, size, path = model_from(options, RenderSettings), parse_size(options.size), Path(options.output)
-    reading = model_from(options, ImportOptions)
+    reading, environment = model_from(options, ImportOptions), model_from(options, EnvironmentOptions)
     check_output(path)
 
-    from server.cli.still import render_file
+    from server.cli.still import ChosenScene, render_file
 
-    camera, device = options.camera, options.device
-    render_file(
-        options.scene,
-        path,
-        size=size,
-        camera=camera,
-        device=device,
-        settings=settings,
-        reading=reading,
-        as_json=options.json,
-    )
+    chosen, camera, device = ChosenScene(options.scene, reading, environment), options.camera, options.device
+    render_file(chosen, path, size=size, camera=camera, device=device, settings=settings, as_json=options.json)
     return 0
 
 

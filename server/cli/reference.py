@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from gpu.sample_counts import ON_CPU, ON_CUDA, PATHS
+from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings, Skips
@@ -47,6 +48,11 @@ Options of `lumenwalk render`, `info` and `serve`, there for the served scene. I
 upload and the `scene_options` of a render, and in the page, choices of its panel.
 [formats.md](formats.md#up-units-places) says what is taken when they are not given.
 """
+ENVIRONMENT = """## What is around the scene
+
+Options of `lumenwalk render`, and of `lumenwalk serve` for all scenes. [formats.md](formats.md#environments) says which
+pictures are read.
+"""
 SERVE = """## The service
 
 Options of `lumenwalk serve`. Each can also stand in a TOML file, given by `--config FILE`, as `max_viewers = 8`, or in
@@ -78,6 +84,8 @@ def reference() -> str:
         ),
         READING,
         _options(ImportOptions),
+        ENVIRONMENT,
+        _options(EnvironmentOptions),
         SERVE,
         _options(ServerSettings),
         SCENES,

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -9,34 +10,43 @@ from typing import Any
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
-from gpu.scene.import_options import ImportOptions
+from gpu.scene.environment import with_environment
+from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
+from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.settings import RenderSettings
 from server.cli.camera_argument import choose_camera
 from server.cli.reading import read_scene
 from server.images import DISPLAY_FORMATS, check_output, encode_image, write_atomic
 
 
+@dataclass(frozen=True)
+class ChosenScene:
+    """A built-in scene's name or a file, how that is read, and what is around it."""
+
+    source: str
+    reading: ImportOptions = DEFAULT_OPTIONS
+    environment: EnvironmentOptions = NO_ENVIRONMENT
+
+
 def render_file(
-    source: str,
+    chosen: ChosenScene,
     path: Path,
     *,
     size: tuple[int, int],
     camera: str,
     device: str | None,
     settings: RenderSettings,
-    reading: ImportOptions,
     as_json: bool,
 ) -> None:
-    """Render the scene `source` into the image file `path`; with `as_json`, print the statistics on stdout.
+    """Render a scene into the image file `path`; with `as_json`, print the statistics on stdout.
 
-    size: width and height [px]; camera: as `choose_camera` reads it; device: None takes the best there is;
-    reading: how the scene's file is read.
-    Raises UserError for a scene, camera, device or file that is not there or not sound.
+    size: width and height [px]; camera: as `choose_camera` reads it; device: None takes the best there is.
+    Raises UserError for a scene, environment, camera, device or file that is not there or not sound.
     """
     suffix = check_output(path)
     width, height = size
     started = perf_counter()
-    scene = read_scene(source, reading)
+    scene = with_environment(read_scene(chosen.source, chosen.reading), chosen.environment)
     for sentence in (*scene.report.ignored, *scene.report.notes):
         print(f"lumenwalk: note: {sentence}", file=sys.stderr)
     view = choose_camera(scene, camera, width / height)

@@ -14,6 +14,7 @@ from typing import Annotated, BinaryIO, Literal
 
 from pydantic import Field, TypeAdapter
 
+from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
@@ -82,7 +83,7 @@ CameraSpec = SceneCamera | LookAt | CameraMatrix
 
 @dataclass(frozen=True)
 class Start:
-    """The first message: what the worker serves, and its limits."""
+    """The first message: what the worker serves, its limits, and what is around every scene."""
 
     scene: SceneRef
     device: str | None = None
@@ -90,6 +91,7 @@ class Start:
     scene_limits: SceneLimits = field(default_factory=SceneLimits)
     check_seconds: float = 25.0
     check_memory_bytes: int = 8 * 2**30
+    environment: EnvironmentOptions = NO_ENVIRONMENT
     log_format: LogFormat = LogFormat.TEXT
     kind: Literal["start"] = "start"
 

@@ -25,6 +25,7 @@ from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.builtin import BUILTIN
 from gpu.scene.camera import look_at
+from gpu.scene.environment import with_environment
 from gpu.scene.load import load_scene
 from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
@@ -146,6 +147,7 @@ class GpuBackend:
             report(f"reading {ref.id}", 0.0)
             built_in = ref.source in BUILTIN
             scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start)
+            scene = with_environment(scene, self._start.environment)
             report(f"building {ref.id}", 0.5)
             try:
                 loaded = build(ref, scene, self._device)

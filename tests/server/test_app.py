@@ -109,3 +109,8 @@ def test_proxies_and_rest_are_as_the_settings_say() -> None:
 def test_an_address_of_another_machine_is_said() -> None:
     with pytest.raises(UserError, match=r"cannot listen on 192\.0\.2\.1"):
         serve(ServerSettings(host="192.0.2.1", port=0), GRADIENT_WORKER)
+
+
+def test_an_environment_that_cannot_be_read_is_told_at_the_start(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="cannot be read: No such file"):
+        create_app(ServerSettings(environment=tmp_path / "gone.hdr"))

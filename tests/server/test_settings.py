@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from gpu.errors import UserError
+from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.settings import RenderSettings
 from server.settings import ServerSettings, load_settings
 
@@ -111,3 +112,12 @@ def test_a_target_is_refused_where_it_could_take_more_clusters_than_allowed(targ
 def test_addresses_that_make_no_sense_are_said_at_the_start(name: str, value: str, words: str) -> None:
     with pytest.raises(UserError, match=f"{name}.*{words}"):
         load_settings(flags={name: value})
+
+
+def test_what_is_around_every_scene_is_a_setting_of_the_service(tmp_path: Path) -> None:
+    file = tmp_path / "lumenwalk.toml"
+    file.write_text('environment = "sky.exr"\nenvironment_rotation = 30\n')
+    around = load_settings(file, {"environment_strength": 2.0}).surroundings
+    expected = EnvironmentOptions(environment=Path("sky.exr"), environment_rotation=30.0, environment_strength=2.0)
+    assert around == expected
+    assert ServerSettings().surroundings == NO_ENVIRONMENT

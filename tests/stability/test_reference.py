@@ -56,7 +56,7 @@ def rows_of(device_scene: DeviceScene, size: tuple[int, int], rows: Integers, pa
     camera = wp.array([camera_data(device_scene.scene.cameras[0], device_scene.scene.placement, width / height)],
                       dtype=CameraData, device=device_scene.device)  # fmt: skip
     inputs = [scene, table, camera, image_size((width, height)), paths, mean]
-    kernel = path_kernel(scene.transmissive, scene.pane_count > 0)
+    kernel = path_kernel(scene.transmissive, scene.pane_count > 0, scene.has_environment)
 
     def trace(row: int) -> None:
         wp.launch(kernel, dim=width, inputs=[row * width, *inputs], device=device_scene.device)

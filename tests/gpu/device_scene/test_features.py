@@ -5,7 +5,7 @@ import pytest
 from scenes import box, grey, quad, scene_of
 
 from gpu.device_scene.features import EVERYTHING, SceneFeatures, scene_features
-from gpu.scene.types import AlphaMode, Light, LightKind, Material, Sky, Texture, TextureSlot
+from gpu.scene.types import AlphaMode, Environment, Light, LightKind, Material, Sky, Texture, TextureSlot
 
 
 def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
@@ -19,10 +19,12 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
-    assert scene_features(scene, lambertian=False) == EVERYTHING
+    assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
     assert scene_features(scene, lambertian=True) == replace(
-        EVERYTHING, alpha=False, glass=False, panes=False, one_sided=False, gloss=False
+        EVERYTHING, environment=False, alpha=False, glass=False, panes=False, one_sided=False, gloss=False
     )
+    around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
+    assert scene_features(around, lambertian=True).environment
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
     nothing = SceneFeatures(**dict.fromkeys(vars(EVERYTHING), False))
     assert scene_features(bare, lambertian=False) == nothing

@@ -14,7 +14,7 @@ from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
 from gpu.lights.build import build_light_table
 from gpu.scene.camera import look_at
-from gpu.scene.types import Camera, Doubles, Light, LightKind, Material, Sky
+from gpu.scene.types import Camera, Doubles, Environment, Light, LightKind, Material, Sky
 
 SIZE = (32, 32)
 GRID = wp.constant(200)
@@ -186,3 +186,16 @@ def test_lambertian_views_have_no_highlight() -> None:
     expected = 0.5 / np.pi * 0.8 * np.array(SUN.intensity)
     assert np.allclose(direct(device_scene, camera, lambertian=True), expected, rtol=1e-4)
     assert (direct(device_scene, camera)[16, 16] > 1.5 * expected).all()
+
+
+def test_an_environment_lights_as_its_irradiance_says() -> None:
+    pixels = np.full((8, 16, 3), 0.5, np.float32)
+    pixels[1, 3] = 100.0
+    camera = down_at(0.0, 0.0)
+    edges = np.clip(np.cos(np.pi * np.arange(9) / 8), 0.0, None) ** 2
+    irradiance = (pixels[..., 0].sum(axis=1) * (edges[:-1] - edges[1:]) / 2.0 * 2.0 * np.pi / 16).sum()
+    lit = direct(resident_of([floor()], [grey(0.5)], sky=Environment("sun", pixels)), camera, 16)
+    assert lit.mean() == pytest.approx(0.5 / np.pi * irradiance, rel=0.02)
+    glossy = Material(metallic=1.0, roughness=0.3)
+    even = Environment("even", np.ones((4, 8, 3), np.float32))
+    assert direct(resident_of([floor()], [glossy], sky=even), camera, 16).mean() == pytest.approx(0.97, abs=0.03)

@@ -17,7 +17,7 @@ from gpu.lights.build import build_light_table
 from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
 from gpu.scene.load import load_scene
-from gpu.scene.types import AlphaMode, Camera, Doubles, Light, LightKind, Material, Sky
+from gpu.scene.types import AlphaMode, Camera, Doubles, Environment, Light, LightKind, Material, Sky
 from gpu.settings import Component
 
 SIZE = (16, 16)
@@ -247,3 +247,35 @@ def test_what_is_merely_shown_is_seen_in_mirrors_and_through_glass() -> None:
     device_scene = resident_of([SHEET, back, SHUT], [CLEAR, sign, grey(0.0)])
     picture = paths(device_scene, ahead(), runs=(1024,), size=(8, 8)).mean(axis=(0, 1))
     assert np.allclose(picture, np.array([0.2, 0.4, 0.6]) / 1.04 * 0.96, rtol=0.01)
+
+
+def spotted(height: int = 16) -> Environment:
+    """Light from all around with a small sun, of radiance 1 on the average of the upper half, seen from a floor."""
+    pixels = np.full((height, 2 * height, 3), 0.5, np.float32)
+    pixels[height // 4, 3] = 200.0
+    return Environment("spotted", pixels)
+
+
+def test_nothing_white_is_seen_in_an_even_environment() -> None:
+    even = Environment("even", np.ones((4, 8, 3), np.float32))
+    parts = [MeshPart(p.positions * 0.4, p.triangles[:, ::-1]) for p in box()]
+    for material in (grey(1.0), replace(CLEAR, thickness=1.0), Material(metallic=1.0, roughness=0.0)):
+        device_scene = resident_of(parts, [material], sky=even)
+        picture = paths(device_scene, look_at((0.4, 0.35, 0.45), (0.0, 0.0, 0.0)), bounces=8, runs=(16,))
+        assert picture.mean() == pytest.approx(1.0, abs=0.01)
+
+
+def test_an_environment_lights_and_is_seen_in_mirrors() -> None:
+    sky, up = spotted(), quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+    camera = Camera("down", look_at((0.0, 0.2, 0.0), (0.0, 0.0, 0.0)).to_world, 0.05, orthographic=True)
+    angle = (0.5 - (np.arange(32) + 0.5) / 32) * 2.0 * np.pi
+    edges = np.cos(np.pi * np.arange(17) / 16)
+    # The irradiance of each row's pixels: cosine over solid angle.
+    rows = np.clip(edges, 0.0, None) ** 2
+    expected = (sky.pixels[..., 0].sum(axis=1) * (rows[:-1] - rows[1:]) / 2.0 * 2.0 * np.pi / 32).sum()
+    lit = paths(resident_of([up], [grey(0.5)], sky=sky), camera, runs=(256,), size=(16, 16))
+    assert lit.mean() == pytest.approx(0.5 / np.pi * expected, rel=0.02)
+    mirror = Material(metallic=1.0, roughness=0.0)
+    eye = np.array([np.sin(angle[3] + np.pi) * 0.3, 0.3 / np.tan(np.pi * 4.5 / 16), np.cos(angle[3] + np.pi) * 0.3])
+    towards = look_at(eye, (0.0, 0.0, 0.0), yfov_degrees=0.1)
+    assert np.allclose(paths(resident_of([up], [mirror], sky=sky), towards, runs=(1,)), 200.0, rtol=0.1)

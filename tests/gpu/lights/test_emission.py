@@ -13,7 +13,7 @@ from gpu.lights.light_table import (
     LightTable,
 )
 from gpu.sampling.sobol import sobol_pair
-from gpu.scene.types import AlphaMode, Doubles, Light, LightKind, Material, Sky, Texture, TextureSlot
+from gpu.scene.types import AlphaMode, Doubles, Environment, Light, LightKind, Material, Sky, Texture, TextureSlot
 
 COUNT = 1 << 14
 
@@ -36,7 +36,7 @@ def particles(device_scene: DeviceScene) -> Doubles:
     return results(emit_kernel, COUNT, [device_scene.data, table], wp.vec3, width=4).reshape(-1, 4, 3)
 
 
-@pytest.mark.parametrize("kind", ["lamp", "point", "spot", "sun", "sky", "all"])
+@pytest.mark.parametrize("kind", ["lamp", "point", "spot", "sun", "sky", "environment", "all"])
 def test_particles_carry_the_power_of_all_emitters(kind: str) -> None:
     radius_squared = 0.75
     power = {
@@ -45,17 +45,19 @@ def test_particles_carry_the_power_of_all_emitters(kind: str) -> None:
         # The falloff's integral over the cosine is 0.1 for the inner cone and a third of 0.3 for the rest.
         "spot": 2.0 * np.pi * 0.2 * np.array(SPOT.intensity),
         "sun": np.pi * radius_squared * np.array(SUN.intensity),
+        "environment": 4.0 * np.pi**2 * radius_squared * np.array([0.1, 0.2, 0.3]),
         "sky": 2.0 * np.pi**2 * radius_squared * np.array([0.1, 0.2, 0.3]),
     }
     sources = {"point": POINT, "spot": SPOT, "sun": SUN}
     if kind == "all":
         device_scene = lamp_room(lights=[*sources.values()], sky=Sky((0.1, 0.2, 0.3)))
-        expected = np.sum(list(power.values()), axis=0)
+        expected = np.sum([of for name, of in power.items() if name != "environment"], axis=0)
     elif kind == "lamp":
         device_scene, expected = lamp_room(), power["lamp"]
     else:
         lights = [sources[kind]] if kind in sources else []
-        sky = Sky((0.1, 0.2, 0.3)) if kind == "sky" else None
+        even = Environment("even", np.tile(np.float32([0.1, 0.2, 0.3]), (4, 8, 1)))
+        sky = {"sky": Sky((0.1, 0.2, 0.3)), "environment": even}.get(kind)
         device_scene, expected = resident_of(box(), [grey(0.5)], lights=lights, sky=sky), power[kind]
     flux = particles(device_scene)[:, 3]
     assert np.allclose(flux.mean(axis=0), expected, rtol=0.01)

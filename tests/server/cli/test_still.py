@@ -76,3 +76,25 @@ def test_progress_is_for_terminals_only(capsys: pytest.CaptureFixture[str], monk
     assert "VPLs  50%" in capsys.readouterr().err
     progress.end()
     assert capsys.readouterr().err == "\r\x1b[K"
+
+
+def sky(folder: Path) -> Path:
+    """A picture of light from all around, of radiance 1, 0.5 and 0.25."""
+    path = folder / "sky.hdr"
+    path.write_bytes(b"#?RADIANCE\n\n-Y 2 +X 4\n" + bytes((128, 64, 32, 129)) * 8)
+    return path
+
+
+def test_an_environment_lights_a_scene_and_is_seen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    floor, out = tmp_path / "floor.obj", tmp_path / "floor.npy"
+    floor.write_text("v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 4 3 2 1\n")
+    command = ["render", str(floor), str(out), "--size=16x12", "--method=path", "--samples=16", "--device=cpu"]
+    around = ["--environment", str(sky(tmp_path)), "--environment-strength=2", "--lambertian"]
+    assert main([*command, *around, "--camera=0,2,3:0,0,0"]) == 0
+    picture = read_image(out)
+    assert np.allclose(picture[0], [2.0, 1.0, 0.5], rtol=1e-5)
+    assert np.allclose(picture[6, 8], picture[6, 8, 0] * np.array([1.0, 0.5, 0.25]), rtol=1e-3)
+    assert 0.1 < picture[6, 8, 0] < 1.9
+    assert "no light" not in capsys.readouterr().err
+    assert main([*command, "--environment", str(tmp_path / "none.hdr")]) == 2
+    assert "none.hdr: cannot be read" in capsys.readouterr().err

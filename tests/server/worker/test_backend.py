@@ -18,6 +18,7 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
+from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
@@ -327,3 +328,16 @@ def test_the_whole_way_from_a_pose_to_a_lit_frame(cpu: str) -> None:
         assert sum(header.stage_ms.values()) > 0.0
         # The same view by both ways, but for the loss of the JPEG.
         assert np.abs(simplejpeg.decode_jpeg(image).astype(int) - expected).mean() < 8.0
+
+
+def test_an_environment_is_around_every_scene(cpu: str, tmp_path: Path) -> None:
+    sky = tmp_path / "sky.hdr"
+    sky.write_bytes(b"#?RADIANCE\n\n-Y 1 +X 2\n" + bytes((128, 64, 32, 129)) * 2)
+    backend = GpuBackend()
+    backend.start(Start(BOX, cpu, environment=EnvironmentOptions(environment=sky)), silent, Tasks())
+    outside = LookAt((0.0, 1.0, 20.0), (0.0, 1.0, 40.0), None, 40.0)
+    seen = backend.render(
+        job(view=outside, output=".exr", settings=RenderSettings(method=Method.PATH, samples=1)), silent
+    )
+    assert seen.radiance is not None
+    assert np.allclose(seen.radiance, [1.0, 0.5, 0.25])
