@@ -149,7 +149,7 @@ async def upload(
     client = client_network(request.client.host if request.client else "")
     with service.uploading.taken(client):  # one client must not take all places
         added = await _uploads(service).add(
-            query.name, known_length, request.stream(), service.in_use, query.options or DEFAULT_OPTIONS
+            query.name, known_length, request.stream(), service.in_use, query.options or DEFAULT_OPTIONS, client
         )
     ref = service.catalogue.find(added.id)
     service.residency.learn(ref, added.checked)

@@ -8,6 +8,7 @@ from random import Random
 import numpy as np
 import pytest
 
+from tests.fuzz import corpus
 from tests.fuzz.mutate import mutated
 from tests.fuzz.readers import read
 from tests.fuzz.seed import Seed
@@ -26,6 +27,13 @@ def test_a_seed_is_a_scene_and_changed_ones_are_or_are_refused(name: str, tmp_pa
     for _ in range(0 if library_of(name) else ROUNDS):  # a library may end this process
         content = mutated(dice, seed.content, seed.content, is_gltf=name.endswith(("glb", "gltf")))
         read(tmp_path, replace(seed, content=content))
+
+
+def test_what_longer_runs_have_kept_is_read_or_refused(tmp_path: Path) -> None:
+    kept = [seed for seed in corpus.read(SEEDS.values()) if not library_of(seed.name)]
+    assert len(kept) > 50
+    for seed in kept:
+        read(tmp_path, seed)
 
 
 @pytest.mark.parametrize("name", ["binary.stl", "binary.ply", "binary.off", "scene.glb"])
