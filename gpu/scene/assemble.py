@@ -7,6 +7,7 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
+from gpu.scene.boxes import box, lengths
 from gpu.scene.bulk import bulk_of
 from gpu.scene.default_light import with_default_light
 from gpu.scene.default_view import default_camera
@@ -129,7 +130,7 @@ def assemble(
     _check_some(name, kept & ~backdrop)  # those that have one beside others that are too far away are lost as well
     dropped = int(np.count_nonzero(~too_far & ~kept))
     member = bulk.member if (bulk.member & kept).any() else kept
-    inside = world[triangles[member & kept].reshape(-1)]
+    low, high = box(world, triangles[member & kept])
     triangles, material, member = triangles[kept], material[kept], member[kept]
 
     used = np.zeros(len(world), bool)
@@ -157,7 +158,7 @@ def assemble(
         cameras=tuple(cameras),
         placement=placement,
         report=LoadReport(tuple(found.ignored), dropped, tuple(notes)),
-        bounds=(as_vector(inside.min(axis=0)), as_vector(inside.max(axis=0))),
+        bounds=(as_vector(low), as_vector(high)),
         frame=frame,
         choices=found.choices,
     )
@@ -216,8 +217,7 @@ def _flat(part: MeshPart) -> MeshPart:
 
 def _recentred(world: Doubles, triangles: Integers) -> tuple[Doubles, Placement]:
     """World positions (vertex, 3) in the unit space of the box around `triangles`, and that space."""
-    corners = world[triangles.reshape(-1)]
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = box(world, triangles)
     centre, extent = low + (high - low) / 2.0, float((high - low).max())
     scale = 1.0 / extent if extent > 1.0 / validate.FARTHEST else 1.0
     return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
@@ -231,11 +231,10 @@ def _check_some(name: str, kept: Mask) -> None:
 
 def _sound(unit: Doubles, triangles: Integers) -> Mask:
     """Which triangles, (triangle, 3) indices of unit-space positions, are more than a point or a line."""
-    corners = unit[triangles]
+    a, b, c = (unit.take(triangles[:, corner], axis=0) for corner in range(3))
     with np.errstate(over="ignore", invalid="ignore"):  # what is too far away for numbers is not sound
-        edges = corners - np.roll(corners, 1, axis=1)
-        longest = np.einsum("tkc,tkc->tk", edges, edges).max(axis=1)
-        area = np.linalg.norm(area_vectors(unit, triangles), axis=1)
+        longest = np.maximum.reduce([np.einsum("tc,tc->t", edge, edge) for edge in (b - a, c - b, a - c)])
+        area = lengths(area_vectors(unit, triangles))
         return np.asarray(area > np.maximum(_RELATIVE_AREA * longest, _ABSOLUTE_AREA))
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gpu.scene.boxes import box, largest, lengths, middles
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Doubles, Integers, Mask
 
@@ -38,18 +39,17 @@ def bulk_of(positions: Doubles, triangles: Integers, counts: Mask | None = None)
     """
     counts = np.ones(len(triangles), bool) if counts is None else counts
     size = max(float(np.abs(positions).max()), np.finfo(float).tiny)
-    area = np.linalg.norm(area_vectors(positions / size, triangles), axis=1)
+    area = lengths(area_vectors(positions / size, triangles))
     area = np.where(counts, area if area[counts].any() else 1.0, 0.0)
-    middle = np.array([_weighted_median(positions[:, axis][triangles].mean(axis=1), area) for axis in range(3)])
+    middle = np.array([_weighted_median(column, area) for column in middles(positions, triangles).T])
     reach = _distances(positions, triangles, middle)
     member = counts & (reach <= _radius(reach[counts], area[counts]))
-    corners = positions[triangles[member].reshape(-1)]
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = box(positions, triangles[member])
     return Bulk(member, low, high, _distances(positions, triangles, low + (high - low) / 2.0))
 
 
 def _distances(positions: Doubles, triangles: Integers, middle: Doubles) -> Doubles:
-    return np.asarray(np.abs(positions - middle).max(axis=1)[triangles].max(axis=1))
+    return largest(largest(positions - middle)[triangles])
 
 
 def _radius(reach: Doubles, area: Doubles) -> float:

@@ -5,12 +5,13 @@ from itertools import product
 
 import numpy as np
 
+from gpu.scene.boxes import lengths
 from gpu.scene.camera import look_at
 from gpu.scene.eye_height import HEADROOM, standing_eyes
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Placement
 
-_SAMPLES = 20_000
+_SAMPLES = 10_000
 _AZIMUTHS, _HEIGHTS = 16, 8  # cells of equal solid angle around a point
 _ALONG, _UP = (0.1, 0.3, 0.5, 0.7, 0.9), (0.3, 0.5, 0.7)  # where in the scene's box to stand
 _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a surface's front
@@ -75,7 +76,7 @@ def default_camera(vertices: Floats, triangles: Integers, placement: Placement) 
 def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Doubles]:
     """Points spread evenly over all triangles, (sample, 3), and the geometric normals there."""
     faces = area_vectors(vertices, triangles)
-    areas = np.linalg.norm(faces, axis=1)
+    areas = lengths(faces)
     random = np.random.default_rng(0)
     chosen = np.searchsorted(np.cumsum(areas / areas.sum()), random.random(_SAMPLES)).clip(0, len(triangles) - 1)
     root, other = np.sqrt(random.random((_SAMPLES, 1))), random.random((_SAMPLES, 1))
@@ -86,7 +87,7 @@ def _surface_points(vertices: Doubles, triangles: Integers) -> tuple[Doubles, Do
 def _look_around(eye: Doubles, points: Doubles, normals: Doubles) -> _Standpoint:
     """What `eye` sees of `points`: the nearest in each cell of directions."""
     offsets = points - eye
-    distance = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
+    distance = np.maximum(lengths(offsets), 1e-9)
     azimuth = _azimuth(offsets)
     height = ((offsets[:, 1] / distance + 1.0) / 2.0 * _HEIGHTS).astype(int).clip(0, _HEIGHTS - 1)
     cell = azimuth * _HEIGHTS + height

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gpu.scene.boxes import lengths
 from gpu.scene.normals import area_vectors
 from gpu.scene.texture_samples import sample_texture
 from gpu.scene.types import AlphaMode, Doubles, Floats, Integers, Material, Scene, TextureSlot
@@ -18,8 +19,10 @@ def emitted_power(scene: Scene) -> Doubles:
     A Lambertian emitter of radiance L and area A has the power π·A·L on each side that emits. What alpha cuts away
     emits nothing.
     """
-    areas = np.linalg.norm(area_vectors(scene.vertices.astype(np.float64), scene.triangles), axis=1) / 2.0
     power = np.zeros((len(scene.materials), 3))
+    if not any(material.emits for material in scene.materials):
+        return power
+    areas = lengths(area_vectors(scene.vertices.astype(np.float64), scene.triangles)) / 2.0
     for number, material in enumerate(scene.materials):
         own = np.flatnonzero(scene.triangle_material == number)
         if material.emits and len(own):

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from gpu.scene.boxes import lengths
 from gpu.scene.normals import area_vectors
 from gpu.scene.types import Doubles, Integers, Mask
 
@@ -25,7 +26,7 @@ def standing_eyes(
     vertices (vertex, 3), +Y up; metre: its length in their unit.
     """
     faces = area_vectors(vertices, triangles)
-    level = faces[:, 1] > _LEVEL * np.linalg.norm(faces, axis=1)
+    level = faces[:, 1] > _LEVEL * lengths(faces)
     middles, areas = vertices[triangles[level], 1].mean(axis=1), faces[level, 1]
     around = _bounds_from_above(vertices, triangles)
     found: list[tuple[float, float, float]] = []
@@ -60,6 +61,6 @@ def _crossed(x: float, z: float, vertices: Doubles, triangles: Integers) -> tupl
     shares = np.stack([corners[:, b, 2] * corners[:, c, 0] - corners[:, b, 0] * corners[:, c, 2] for b, c in _EDGES])
     met = (shares * np.sign(faces[:, 1]) >= 0.0).all(axis=0) & (faces[:, 1] != 0.0)
     heights = np.einsum("ct,tc->t", shares[:, met], corners[met, :, 1]) / faces[met, 1]
-    upwards = faces[met, 1] > _LEVEL * np.linalg.norm(faces[met], axis=1)
+    upwards = faces[met, 1] > _LEVEL * lengths(faces[met])
     order = np.argsort(heights)
     return heights[order], upwards[order]

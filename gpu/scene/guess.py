@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gpu.scene.boxes import lengths, middles
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.import_options import METRES, Axis, ImportOptions
 from gpu.scene.normals import area_vectors
@@ -69,9 +70,10 @@ def guessed_up(shape: Shape) -> tuple[Axis, list[str]]:
     east_north = float(np.abs(middle[:2]).min())
     if east_north > max(MAP_UNITS, MAP_EXTENTS * extents.max()) and abs(middle[2]) < MAP_HEIGHT * east_north:
         return "z", ["+Z was taken as up, since x and y are coordinates of a map; if it is not, choose up y"]
-    lies_flat = extents[2] < LOWER * extents[:2].min()
-    if lies_flat and _facing_area(shape, 2) > LARGER * max(_facing_area(shape, 0), _facing_area(shape, 1)):
-        return "z", ["+Z was taken as up, since floor and ceiling lie across it; if it is not, choose up y"]
+    if extents[2] < LOWER * extents[:2].min():
+        x, y, z = _facing_areas(shape)
+        if z > LARGER * max(x, y):
+            return "z", ["+Z was taken as up, since floor and ceiling lie across it; if it is not, choose up y"]
     return "y", []
 
 
@@ -85,13 +87,17 @@ def guessed_unit(height: float, width: float) -> tuple[float, list[str]]:
     return 1.0, []
 
 
-def _facing_area(shape: Shape, axis: int) -> float:
-    """The smaller area of floor and ceiling along `axis`; 0 unless they face each other, as those of a room do."""
+def _facing_areas(shape: Shape) -> list[float]:
+    """For each axis the smaller area of floor and ceiling along it; 0 unless they face each other, as a room's do."""
     positions = (shape.positions - shape.low) / (shape.high - shape.low).max()
     vectors = area_vectors(positions, shape.triangles)
-    areas = np.linalg.norm(vectors, axis=1)
-    levels = positions[:, axis][shape.triangles].mean(axis=1)
-    floor, ceiling = (sign * vectors[:, axis] > FACING * areas for sign in (1.0, -1.0))
+    areas, levels = lengths(vectors), middles(positions, shape.triangles)
+    return [_facing_area(vectors[:, axis], areas, levels[:, axis]) for axis in range(3)]
+
+
+def _facing_area(along: Doubles, areas: Doubles, levels: Doubles) -> float:
+    """The smaller area of floor and ceiling of triangles (triangle,), whose area vectors are so long along an axis."""
+    floor, ceiling = (sign * along > FACING * areas for sign in (1.0, -1.0))
     least = float(min(areas[floor].sum(), areas[ceiling].sum()))
     if least == 0.0 or np.average(levels[floor], weights=areas[floor]) >= np.average(
         levels[ceiling], weights=areas[ceiling]

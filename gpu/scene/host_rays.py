@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from gpu.scene.boxes import lengths, middles
+from gpu.scene.normals import area_vectors
 from gpu.scene.types import Doubles, Floats, Integers, Mask
 
 # Shares of a triangle by which rounding may lose a ray at its edges.
@@ -12,23 +14,23 @@ class HostRays:
     """Triangles (triangle, 3) of vertices (vertex, 3), to be met one ray at a time."""
 
     def __init__(self, vertices: Doubles | Floats, triangles: Integers) -> None:
-        self._corner = vertices[triangles[:, 0]]
-        self._edges = vertices[triangles[:, 1]] - self._corner, vertices[triangles[:, 2]] - self._corner
-        middle = self._corner + (self._edges[0] + self._edges[1]) / 3.0
-        self._middle = middle
-        reach = [np.linalg.norm(vertices[triangles[:, k]] - middle, axis=1) for k in range(3)]
-        self._radius = np.max(reach, axis=0)
-        self.normals = np.cross(*self._edges)
+        vertices = vertices.astype(np.float64)
+        corners = [vertices.take(triangles[:, k], axis=0) for k in range(3)]
+        self._corner, self._edges = corners[0], (corners[1] - corners[0], corners[2] - corners[0])
+        self._middle = middles(vertices, triangles)
+        self._square = np.einsum("tc,tc->t", self._middle, self._middle)
+        self._radius = np.maximum.reduce([lengths(corner - self._middle) for corner in corners])
+        self._within = (1.001 * self._radius) ** 2 + 1e-12
+        self.normals = area_vectors(vertices, triangles)
 
     def first(self, origin: Doubles, direction: Doubles, culled: Mask | None = None) -> tuple[float, int]:
         """Distance and number of the first triangle along a unit `direction`, infinity and −1 where there is none.
 
         culled (triangle,): those that are not met from behind.
         """
-        offset = self._middle - origin
-        along = offset @ direction
-        aside = np.einsum("tc,tc->t", offset, offset) - along * along
-        near = (aside <= (1.001 * self._radius) ** 2 + 1e-12) & (along >= -self._radius)
+        along = self._middle @ direction - origin @ direction
+        aside = self._square - self._middle @ (2.0 * origin) + origin @ origin - along * along
+        near = (aside <= self._within) & (along >= -self._radius)
         if culled is not None:
             near &= ~culled | (self.normals @ direction < 0.0)
         which = np.flatnonzero(near)

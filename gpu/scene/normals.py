@@ -7,8 +7,12 @@ from gpu.scene.types import Doubles, Floats, Integers, Mask
 
 def area_vectors(positions: Doubles, triangles: Integers) -> Doubles:
     """Normals (triangle, 3) of length twice the area, on the side that sees the corners counter-clockwise."""
-    a, b, c = (positions[triangles[:, corner]] for corner in range(3))
-    return np.cross(b - a, c - a)
+    a, b, c = (positions.take(triangles[:, corner], axis=0) for corner in range(3))
+    e, f = b - a, c - a
+    vectors = np.empty_like(e)  # several times as fast as np.cross
+    for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        vectors[:, x] = e[:, y] * f[:, z] - e[:, z] * f[:, y]
+    return vectors
 
 
 def unit_rows(rows: Doubles) -> tuple[Doubles, Mask]:

@@ -67,16 +67,17 @@ def read_off(source: str, content: bytes, remarks: Remarks) -> MeshPart:
     except ValueError as error:
         raise SceneError(source, _HEADER, "does not say how many vertices and faces follow") from error
     if min(vertices, faces) < 0 or len(lines) - 1 < vertices + faces or len(lines[0].split()) < 2:
-        lines = _one_a_line(file, " ".join(lines).split(), vertices, faces)
+        lines = _one_a_line(file, " ".join(lines).split(), vertices, faces, len(lines) - 1)
     found = len(lines) - 1
     remarks.add_count("lines after the last face were ignored", found - vertices - faces)
     rows = _vertices(file, lines[1 : 1 + vertices])
     return file.part(rows, *_faces(file, lines[1 + vertices : 1 + vertices + faces]))
 
 
-def _one_a_line(file: OffFile, words: list[str], vertices: int, faces: int) -> list[str]:
-    """The lines of a file that has several vertices or faces on one line; faces have no colours there.
+def _one_a_line(file: OffFile, words: list[str], vertices: int, faces: int, found: int) -> list[str]:
+    """Lines for a file that has several vertices or faces on one; faces have no colours there.
 
+    words: all that is in the file's `found` lines after the header's.
     Raises SceneError where the numbers are not as many as the header says.
     """
     width = 3 + 3 * file.shaded + 4 * file.colored + 2 * file.coordinates
@@ -94,7 +95,9 @@ def _one_a_line(file: OffFile, words: list[str], vertices: int, faces: int) -> l
         if at != len(words):
             raise ValueError
     except (IndexError, ValueError) as error:
-        said = f"{vertices} vertices and {faces} faces, but other numbers follow"
+        said = (
+            f"{vertices} vertices and {faces} faces, but only {found} lines follow, and other numbers than these have"
+        )
         raise SceneError(file.source, _HEADER, said) from error
     return lines
 

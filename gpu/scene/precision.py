@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gpu.scene.boxes import largest, middles
 from gpu.scene.bulk import Bulk
 from gpu.scene.lengths import length_text
 from gpu.scene.types import Doubles, Floats, Integers
@@ -28,9 +29,8 @@ def device_precision(vertices: Floats, triangles: Integers, extent: float) -> li
 
     extent: of unit space in the world [m].
     """
-    corners = vertices[triangles]
-    centre = np.median(corners.mean(axis=1), axis=0)
-    radius = float(np.median(np.abs(corners - centre).max(axis=(1, 2))))
+    centre = np.array([np.median(column) for column in middles(vertices.astype(np.float64), triangles).T])
+    radius = float(np.median(largest(largest(vertices - centre)[triangles])))
     offset = RAY_OFFSET * max(float(np.abs(centre).max()), NEAREST)
     if offset <= SEEN * radius:
         return []

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gpu.scene.boxes import box
 from gpu.scene.types import Doubles, Integers, Material
 
 _SHELL = 1.2 * np.pi  # solid angle that a shell takes of the middle of the scene [sr]: less than half of all directions
@@ -26,19 +27,19 @@ def with_sky_dome(positions: Doubles, triangles: Integers, material: Integers, m
     shown = np.array([m.unlit or (sun and m.emits) for m in materials])[material]
     if not shown.any() or shown.all():
         return list(materials)
-    low, high = _box(positions, triangles[~shown])
+    low, high = box(positions, triangles[~shown])
     shell: list[int] = []
     total = 0.0
     for number in np.unique(material[shown]).tolist():
         own = triangles[material == number]
         angle = abs(float(_solid_angles(positions[own] - (low + high) / 2.0).sum()))
-        own_low, own_high = _box(positions, own)
+        own_low, own_high = box(positions, own)
         if angle >= _PART and np.count_nonzero(own_high - own_low >= _WIDE * (high - low)) >= 2:
             shell.append(number)
             total += angle
     if total < _SHELL:
         return list(materials)
-    outer_low, outer_high = _box(positions, triangles[np.isin(material, shell)])
+    outer_low, outer_high = box(positions, triangles[np.isin(material, shell)])
     slack = _SLACK * (outer_high - outer_low)
     if (outer_low - slack > low).any() or (outer_high + slack < high).any():
         return list(materials)
@@ -52,11 +53,6 @@ def sky_notes(materials: Sequence[Material]) -> list[str]:
         return []
     more = f" and {len(names) - 1} more" if len(names) > 1 else ""
     return [f"the sky around the scene, {names[0]}{more}, is shown behind it and stops no light"]
-
-
-def _box(positions: Doubles, triangles: Integers) -> tuple[Doubles, Doubles]:
-    corners = positions[triangles.reshape(-1)]
-    return corners.min(axis=0), corners.max(axis=0)
 
 
 def _solid_angles(corners: Doubles) -> Doubles:

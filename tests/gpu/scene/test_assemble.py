@@ -201,7 +201,7 @@ def test_what_is_too_far_away_is_left_out_with_a_word() -> None:
 
 
 def test_a_lamp_far_away_is_kept() -> None:
-    scene = with_far_triangle(1e4, 1)
+    scene = with_far_triangle(1e5, 1)
     assert len(scene.triangles) == 3
     assert scene.bounds[1] == (4.0, 2.0, 0.0)
     assert "leave out what is far away" in scene.report.notes[0]

@@ -80,11 +80,20 @@ def test_binary_files(colors: tuple[float, ...]) -> None:
         (b"OFF\n-1 1 0\n", "OFF header"),
         (
             b"OFF\n2147483647 1 0\n0 0 0 1 0 0\n",
-            "2147483647 vertices and 1 faces, but other numbers follow",
+            "2147483647 vertices and 1 faces, but only 1 lines follow, and other numbers",
         ),
-        (b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 3 0 1 2 7\n", "OFF header: 3 vertices and 1 faces, but other numbers follow"),
-        (b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 9 0 1 2\n", "OFF header: 3 vertices and 1 faces, but other numbers follow"),
-        (b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 -1 0 1 2\n", "OFF header: 3 vertices and 1 faces, but other numbers follow"),
+        (
+            b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 3 0 1 2 7\n",
+            "OFF header: 3 vertices and 1 faces, but only 0 lines follow, and other numbers",
+        ),
+        (
+            b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 9 0 1 2\n",
+            "OFF header: 3 vertices and 1 faces, but only 0 lines follow, and other numbers",
+        ),
+        (
+            b"OFF 3 1 0 0 0 0 1 0 0 0 1 0 -1 0 1 2\n",
+            "OFF header: 3 vertices and 1 faces, but only 0 lines follow, and other numbers",
+        ),
         (b"OFF BINARY\n" + struct.pack(">3i", 2**31 - 1, 1, 0), "cut off or broken"),
         (b"OFF BINARY\n" + struct.pack(">3i4i", 0, 1, 0, 2**31 - 1, 0, 0, 0), "cut off or broken"),
         (b"OFF BINARY\n" + struct.pack(">3i4i", 0, 2**31 - 1, 0, -5, 0, 0, 0), "cut off or broken"),
