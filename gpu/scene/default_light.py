@@ -73,7 +73,7 @@ def _seen(scene: Scene, rays: HostRays, one_sided: Mask, count: int) -> list[_Se
         origin, direction = _ray(camera, eye, scene.placement.scale, (x + 0.5) / _ACROSS, (y + 0.5) / _DOWN)
         distance, face = rays.first(origin, direction, one_sided)
         if face >= 0:
-            normal = rays.normals[face] / np.linalg.norm(rays.normals[face])
+            normal = rays.normal(face)
             normal = -normal if normal @ direction > 0.0 else normal
             points.append(_Seen(origin + distance * direction + _LIFT * normal, normal))
     return points

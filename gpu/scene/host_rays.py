@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from gpu.scene.boxes import lengths, middles
-from gpu.scene.normals import area_vectors
+from gpu.scene.normals import area_vectors, unit_rows
 from gpu.scene.types import Doubles, Floats, Integers, Mask
 
 # Shares of a triangle by which rounding may lose a ray at its edges.
@@ -14,14 +13,17 @@ class HostRays:
     """Triangles (triangle, 3) of vertices (vertex, 3), to be met one ray at a time."""
 
     def __init__(self, vertices: Doubles | Floats, triangles: Integers) -> None:
-        vertices = vertices.astype(np.float64)
-        corners = [vertices.take(triangles[:, k], axis=0) for k in range(3)]
-        self._corner, self._edges = corners[0], (corners[1] - corners[0], corners[2] - corners[0])
-        self._middle = middles(vertices, triangles)
-        self._square = np.einsum("tc,tc->t", self._middle, self._middle)
-        self._radius = np.maximum.reduce([lengths(corner - self._middle) for corner in corners])
-        self._within = (1.001 * self._radius) ** 2 + 1e-12
-        self.normals = area_vectors(vertices, triangles)
+        self._vertices, self._triangles = vertices, triangles
+        corners = [vertices.take(triangles[:, corner], axis=0) for corner in range(3)]
+        middle = (corners[0] + corners[1] + corners[2]) / 3.0
+        reach = np.maximum.reduce([_squares(corner - middle) for corner in corners])
+        self._within = reach * 1.01 + 1e-12
+        self._middle = middle.astype(np.float64)
+        self._square = _squares(self._middle)
+
+    def normal(self, face: int) -> Doubles:
+        """The unit normal (3,) of a triangle, on the side that sees its corners counter-clockwise."""
+        return unit_rows(area_vectors(self._vertices.astype(np.float64), self._triangles[face : face + 1]))[0][0]
 
     def first(self, origin: Doubles, direction: Doubles, culled: Mask | None = None) -> tuple[float, int]:
         """Distance and number of the first triangle along a unit `direction`, infinity and −1 where there is none.
@@ -30,22 +32,29 @@ class HostRays:
         """
         along = self._middle @ direction - origin @ direction
         aside = self._square - self._middle @ (2.0 * origin) + origin @ origin - along * along
-        near = (aside <= self._within) & (along >= -self._radius)
-        if culled is not None:
-            near &= ~culled | (self.normals @ direction < 0.0)
+        near = aside <= self._within
+        near &= (along >= 0.0) | (along * along <= self._within)
         which = np.flatnonzero(near)
-        edge, other = (edges[which] for edges in self._edges)
+        corner, second, third = (self._vertices[self._triangles[which, k]].astype(np.float64) for k in range(3))
+        edge, other = second - corner, third - corner
         across = np.cross(direction, other)
         determinant = np.einsum("tc,tc->t", edge, across)
         with np.errstate(divide="ignore", invalid="ignore"):
-            start = origin - self._corner[which]
+            start = origin - corner
             u = np.einsum("tc,tc->t", start, across) / determinant
             turned = np.cross(start, edge)
             v = turned @ direction / determinant
             t = np.einsum("tc,tc->t", turned, other) / determinant
             met = (u >= -_WIDER) & (v >= -_WIDER) & (u + v <= 1.0 + _WIDER) & (t > 1e-6)
+        if culled is not None:
+            met &= ~culled[which] | (determinant > 0.0)
         if not met.any():
             return float("inf"), -1
         distance = np.where(met, t, np.inf)
         nearest = int(np.argmin(distance))
         return float(distance[nearest]), int(which[nearest])
+
+
+def _squares(rows: Doubles | Floats) -> Doubles:
+    """The squared lengths (row,) of `rows` (row, 3)."""
+    return np.asarray(np.einsum("rc,rc->r", rows, rows), np.float64)
