@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gpu.errors import UserError
-from tests.load import breaks, hostile
+from tests.load import breaks, hostile, uninvited
 from tests.load.checks import Check, Outcome, Scale
 from tests.load.target import serving
 
@@ -17,6 +17,8 @@ CHECKS: dict[str, Check] = {
     "oversized": hostile.oversized,
     "flood": hostile.flood,
     "strangers": hostile.strangers,
+    "besieged": uninvited.besieged,
+    "knocked": uninvited.knocked,
     "terminated": breaks.terminated,
 }
 

@@ -61,6 +61,28 @@ def test_connections_are_taken_in_as_far_as_the_gate_is_open(monkeypatch: pytest
     asyncio.run(asyncio.wait_for(run(), 10.0))
 
 
+def test_who_has_left_already_costs_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "ACCEPT_COST", 10.0)
+
+    async def run() -> None:
+        made: list[asyncio.BaseTransport] = []
+        with ExitStack() as stack:
+            listener = stack.enter_context(listen("127.0.0.1", 0))
+            address = listener.getsockname()[:2]
+            for _ in range(3):
+                socket.create_connection(address, 5.0).close()
+            stack.enter_context(socket.create_connection(address, 5.0))
+            accepting = asyncio.create_task(accept_all(listener, Gate(), lambda: Counted(made)))
+            while not made:
+                await asyncio.sleep(0)
+            accepting.cancel()
+            await asyncio.wait([accepting])
+            assert len(made) == 1
+            made[0].close()  # type: ignore[attr-defined]
+
+    asyncio.run(asyncio.wait_for(run(), 10.0))
+
+
 def test_it_goes_on_after_the_system_had_no_descriptor(
     monkeypatch: pytest.MonkeyPatch, serve: Callable[..., Running], caplog: pytest.LogCaptureFixture
 ) -> None:
