@@ -38,13 +38,14 @@ def confined_file(scene: Path, name: str, field: str) -> Path | None:
     """
     relative = PurePosixPath(name.replace("\\", "/"))
     folder = scene.parent.resolve()
-    if relative.is_absolute():
+    inside = Path(os.path.normpath(folder / relative))
+    if relative.is_absolute() or not inside.is_relative_to(folder):
         raise _outside(scene, name, field)
     try:
         path = folder
-        for part in relative.parts:
-            path = path.parent if part == ".." else _alike(path, part)
-            if not (path.is_relative_to(folder) and path.resolve().is_relative_to(folder)):
+        for part in inside.relative_to(folder).parts:
+            path = _alike(path, part)
+            if not path.resolve().is_relative_to(folder):
                 raise _outside(scene, name, field)
         return path if path.is_file() else None
     except (OSError, ValueError, RuntimeError):  # a name too long or with a NUL, or a loop of links

@@ -44,3 +44,9 @@ def _from_16_bit(grey: Integers) -> Bytes:
     """Grey levels (height, width) of 16 bits as (height, width, 4) uint8."""
     level = (grey.astype(np.uint32) >> 8).astype(np.uint8)
     return np.stack([level, level, level, np.full_like(level, 255)], axis=-1)
+
+
+def fitted(channel: Bytes, like: Bytes) -> Bytes:
+    """`channel` (height, width) at the size of `like`, by the nearest pixel."""
+    rows, columns = (np.arange(new) * old // new for new, old in zip(like.shape, channel.shape, strict=False))
+    return channel[rows[:, None], columns]

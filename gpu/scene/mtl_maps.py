@@ -9,7 +9,7 @@ import numpy as np
 
 from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.files import file_beside, read_bytes
-from gpu.scene.images import decode_image
+from gpu.scene.images import decode_image, fitted
 from gpu.scene.limits import SceneLimits
 from gpu.scene.mtl_statements import MapStatement, MtlMaterial
 from gpu.scene.remarks import Remarks
@@ -96,7 +96,7 @@ class MapFiles:
 
         def pixels() -> Bytes:
             color = base.pixels if base else np.full_like(laid.pixels, 255)
-            alpha = np.full_like(color[:, :, 3], 255) if mask is None else _fitted(_opacity(mask), color)
+            alpha = np.full_like(color[:, :, 3], 255) if mask is None else fitted(_opacity(mask), color)
             return np.dstack([color[:, :, :3], alpha])
 
         return self._slot(laid, True, (base and base.path, mask and mask.path, "color"), pixels)
@@ -112,7 +112,7 @@ class MapFiles:
             made = np.full_like(laid.pixels, 255)
             for channel, image in ((1, rough), (2, metal)):
                 if image:
-                    made[:, :, channel] = _fitted(image.pixels[:, :, 0], made)
+                    made[:, :, channel] = fitted(image.pixels[:, :, 0], made)
             return made
 
         return self._slot(laid, False, (rough and rough.path, metal and metal.path, "rough metal"), pixels)
@@ -137,9 +137,3 @@ def _opacity(mask: MapImage) -> Bytes:
     """The opacity (height, width) of a map_d: its alpha where it has any, else its brightness."""
     alpha = mask.pixels[:, :, 3]
     return alpha if (alpha < 255).any() else mask.pixels[:, :, :3].max(axis=2)
-
-
-def _fitted(channel: Bytes, like: Bytes) -> Bytes:
-    """`channel` (height, width) at the size of `like`, by the nearest pixel."""
-    rows, columns = (np.arange(new) * old // new for new, old in zip(like.shape, channel.shape, strict=False))
-    return channel[rows[:, None], columns]

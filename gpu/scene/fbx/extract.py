@@ -20,7 +20,16 @@ _AXES = (ufbx.axes_right_handed_y_up, ufbx.axes_right_handed_z_up)
 _CLASSIC = (ufbx.ShaderType.UNKNOWN, ufbx.ShaderType.FBX_LAMBERT, ufbx.ShaderType.FBX_PHONG)
 # Colours and numbers of a material, by the name of ufbx's map; those with a texture name it.
 _MAPS = (
-    *("base_factor", "base_color", "roughness", "metalness", "specular_factor", "specular_color", "specular_ior"),
+    *(
+        "base_factor",
+        "base_color",
+        "roughness",
+        "glossiness",
+        "metalness",
+        "specular_factor",
+        "specular_color",
+        "specular_ior",
+    ),
     *("emission_factor", "emission_color", "opacity", "transmission_factor", "transmission_color"),
     "normal_map",
 )

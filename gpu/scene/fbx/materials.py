@@ -9,13 +9,14 @@ import numpy as np
 from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.fbx.extracted import Extracted, matrix_of
 from gpu.scene.files import confined_file, read_bytes
-from gpu.scene.images import decode_image
-from gpu.scene.types import AlphaMode, Material, Rgb, Texture, TextureSlot, Wrap
+from gpu.scene.images import decode_image, fitted
+from gpu.scene.types import AlphaMode, Bytes, Material, Rgb, Texture, TextureSlot, Wrap
 
 DEFAULT_MATERIAL = Material("default", (0.8, 0.8, 0.8, 1.0), specular=0.0)
 """What a mesh without a material has: matt grey."""
 
 _TEXTURED = ("base_color", "emission_color", "normal_map")
+_ROUGH_METAL = ("roughness", "glossiness", "metalness")  # of PBR shaders; Phong's are exponents and reflections
 _FLIP = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, 1.0]])  # v to 1 − v
 _MIN_IOR = 1.0
 
@@ -28,7 +29,8 @@ class Materials:
     materials: list[Material] = field(default_factory=list)
     textures: list[Texture] = field(default_factory=list)
     _numbers: dict[int | None, int] = field(default_factory=dict)
-    _slots: dict[tuple[int, bool], TextureSlot | None] = field(default_factory=dict)
+    _slots: dict[tuple[int | str | None, ...], TextureSlot | None] = field(default_factory=dict)
+    _images: dict[int, Bytes | None] = field(default_factory=dict)
 
     def number(self, wanted: int | None) -> int:
         """The number in `materials` of the file's material `wanted`; None stands for the default one."""
@@ -39,10 +41,12 @@ class Materials:
         return self._numbers[wanted]
 
     def _made(self, told: dict[str, Any]) -> Material:
+        shown = _TEXTURED if told["classic"] else (*_TEXTURED, *_ROUGH_METAL)
         for name, entry in told.items():
-            if isinstance(entry, dict) and entry["texture"] is not None and name not in _TEXTURED:
+            if isinstance(entry, dict) and entry["texture"] is not None and name not in shown:
                 self.found.remarks.add(f"textures of {name.replace('_', ' ')} are not shown", told["name"])
         base, emission = self._slot(told, "base_color", True), self._slot(told, "emission_color", True)
+        rough, metal, surface = (False, False, None) if told["classic"] else self._rough_metal(told)
         through = _value(told, "transmission_factor", (0.0,))[0]
         if told["classic"]:  # where it is a share that lets all light pass, not glass
             covered = 1.0 - through * float(np.mean(_value(told, "transmission_color", (1.0,) * 4)[:3]))
@@ -58,10 +62,11 @@ class Materials:
         return Material(
             name=told["name"],
             base_color=(*_rgb(color), opacity),
-            metallic=float(np.clip(_value(told, "metalness", (0.0,))[0], 0.0, 1.0)),
-            roughness=float(np.clip(_value(told, "roughness", (1.0,))[0], 0.0, 1.0)),
+            metallic=1.0 if metal else float(np.clip(_value(told, "metalness", (0.0,))[0], 0.0, 1.0)),
+            roughness=1.0 if rough else float(np.clip(_value(told, "roughness", (1.0,))[0], 0.0, 1.0)),
             emission=_rgb(glow),
             base_color_slot=base,
+            metallic_roughness_slot=surface,
             emission_slot=emission,
             normal_slot=self._slot(told, "normal_map", False),
             alpha_mode=AlphaMode.BLEND if opacity < 1.0 else AlphaMode.OPAQUE,
@@ -76,11 +81,40 @@ class Materials:
         if number is None:
             return None
         if (number, srgb) not in self._slots:
-            self._slots[number, srgb] = self._texture(number, srgb)
+            pixels = self._image(number)
+            self._slots[number, srgb] = None if pixels is None else self._texture(number, pixels, srgb)
         return self._slots[number, srgb]
 
-    def _texture(self, number: int, srgb: bool) -> TextureSlot | None:
-        """The slot of a texture; None, and said, when it has no image that can be read."""
+    def _rough_metal(self, told: dict[str, Any]) -> tuple[bool, bool, TextureSlot | None]:
+        """Whether roughness and metalness have textures, and both as one: green and blue (glTF 2.0, 3.9.2).
+
+        It lies as that of roughness; each is the red of its own, and glossiness is 1 − roughness.
+        """
+        gloss = told["roughness"]["texture"] is None
+        rough = told["glossiness" if gloss else "roughness"]["texture"]
+        metal = told["metalness"]["texture"]
+        images = [None if number is None else self._image(number) for number in (rough, metal)]
+        laid = next((image for image in images if image is not None), None)
+        if laid is None:
+            return False, False, None
+        has = images[0] is not None, images[1] is not None
+        key = ("rough metal", rough if has[0] else None, metal if has[1] else None, int(gloss))
+        if key not in self._slots:
+            pixels = np.full_like(laid, 255)
+            for channel, image in ((1, images[0]), (2, images[1])):
+                if image is not None:
+                    red = fitted(image[:, :, 0], pixels)
+                    pixels[:, :, channel] = 255 - red if gloss and channel == 1 else red
+            self._slots[key] = self._texture(rough if has[0] else metal, pixels, srgb=False)
+        return *has, self._slots[key]
+
+    def _image(self, number: int) -> Bytes | None:
+        """The pixels of a texture; None, and said, when it has no image that can be read."""
+        if number not in self._images:
+            self._images[number] = self._decoded(number)
+        return self._images[number]
+
+    def _decoded(self, number: int) -> Bytes | None:
         told, remarks = self.found.told["textures"][number], self.found.remarks
         name = PureWindowsPath(told["names"][0] or told["names"][1]).name
         content = self._content(number, told["names"])
@@ -88,12 +122,17 @@ class Materials:
             remarks.add("the texture's file is missing" if told["file"] else "layered textures are not shown", name)
             return None
         try:
-            pixels = decode_image(content, str(self.found.path), name, self.found.limits)
+            return decode_image(content, str(self.found.path), name, self.found.limits)
         except ForbiddenError:
             raise
         except SceneError as error:
             remarks.add(f"{error.problem}; it was left out", name)
             return None
+
+    def _texture(self, number: int, pixels: Bytes, srgb: bool) -> TextureSlot:
+        """A new texture of `pixels`, called, wrapped and laid as the file's texture `number`."""
+        told = self.found.told["textures"][number]
+        name = PureWindowsPath(told["names"][0] or told["names"][1]).name
         wraps = [Wrap.CLAMP if clamped else Wrap.REPEAT for clamped in told["clamped"]]
         self.textures.append(Texture(name, pixels, srgb, wraps[0], wraps[1]))
         placed = matrix_of(told["transform"])
