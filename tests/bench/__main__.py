@@ -1,6 +1,6 @@
 """The benchmark suite: times, errors, growth and flicker, as rows in JSON files, and plots of them.
 
-    python -m tests.bench [PART …] --out DIR     all parts but `survey` and `gate` if none is named
+    python -m tests.bench [PART …] --out DIR     all parts but `survey`, `gate` and `materials` if none is named
 
 Each part writes OUT/PART.json and goes on where an earlier run of the same commit stopped. Scenes are the built-in
 ones, whose references are path-traced once, or `--scenes DIR` of NAME.glb with `--references DIR` of NAME.npz: arrays
@@ -25,6 +25,7 @@ PARTS = {
     "skips": "gain and error of each switch",
     "still": "error over time of a view that rests",
     "peers": "error over time of path tracing, here and by Mitsuba 3",
+    "materials": "errors with the files' own materials, beside `--references` of these; only if named",
     "growth": "time over shading points, VPLs and triangles",
     "pictures": "pictures and error maps",
     "walk": "frames a second",
@@ -71,7 +72,7 @@ def main() -> int:
     """Run the parts that were asked for; returns the exit status."""
     command = parser()
     options = command.parse_args()
-    parts = options.parts or [name for name in PARTS if name not in ("survey", "gate")]
+    parts = options.parts or [name for name in PARTS if name not in ("survey", "gate", "materials")]
     if unknown := set(parts) - set(PARTS):
         command.error(f"no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
     try:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 from scenes import box, camera_of, grey, quad, resident_of
+from trimesh.creation import icosphere
 
 from gpu.core.device import allocate
 from gpu.core.parameters import parameters
@@ -189,9 +190,9 @@ def test_a_mirror_shows_a_lamp_by_its_colour() -> None:
 def test_a_pane_lets_through_what_fresnel_leaves() -> None:
     tinted = replace(CLEAR, base_color=(0.9, 0.5, 0.2, 1.0))
     expected = 2.0 * (1.0 - 2.0 * 0.04 / 1.04) * np.array([0.9, 0.5, 0.2])
-    assert np.allclose(before_lamp(SHEET, tinted, 1024), expected, rtol=0.005)
+    assert np.allclose(before_lamp(SHEET, tinted), expected, rtol=0.01)
     frosted = replace(tinted, roughness=0.15)
-    assert np.allclose(before_lamp(SHEET, frosted, 1024), expected, rtol=0.02)
+    assert np.allclose(before_lamp(SHEET, frosted), expected, rtol=0.02)
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.15])
@@ -203,7 +204,7 @@ def test_a_slab_transmits_by_fresnel_and_beer(roughness: float) -> None:
     inside = colour ** (thickness / distance)
     face = 0.04
     expected = 2.0 * (1.0 - face) ** 2 * inside / (1.0 - (face * inside) ** 2)
-    found = before_lamp(slab(thickness), glass, 1024, bounces=8)
+    found = before_lamp(slab(thickness), glass, 512, bounces=8)
     assert np.allclose(found, expected, rtol=0.01 if roughness == 0.0 else 0.03)
 
 
@@ -218,7 +219,7 @@ def test_glass_is_not_seen_in_a_furnace() -> None:
 
 def test_alpha_is_the_share_that_is_there() -> None:
     veil = Material(base_color=(0.0, 0.0, 0.0, 0.3), specular=0.0, alpha_mode=AlphaMode.BLEND)
-    assert np.allclose(before_lamp(SHEET, veil, 1024), 2.0 * 0.7, rtol=0.01)
+    assert np.allclose(before_lamp(SHEET, veil), 2.0 * 0.7, rtol=0.02)
     floor = quad([-0.5, 0.0, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 1)
     above = quad([-0.5, 0.3, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 0)
     sun = Light("sun", LightKind.DIRECTIONAL, (3.0, 3.0, 3.0), direction=(0.0, -1.0, 0.0))
@@ -245,8 +246,8 @@ def test_what_is_merely_shown_is_seen_in_mirrors_and_through_glass() -> None:
     sign = Material(base_color=(0.2, 0.4, 0.6, 1.0), unlit=True)
     back = quad([-2.0, -2.0, -1.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], 1)
     device_scene = resident_of([SHEET, back, SHUT], [CLEAR, sign, grey(0.0)])
-    picture = paths(device_scene, ahead(), runs=(1024,), size=(8, 8)).mean(axis=(0, 1))
-    assert np.allclose(picture, np.array([0.2, 0.4, 0.6]) / 1.04 * 0.96, rtol=0.01)
+    picture = paths(device_scene, ahead(), runs=(256,), size=(8, 8)).mean(axis=(0, 1))
+    assert np.allclose(picture, np.array([0.2, 0.4, 0.6]) / 1.04 * 0.96, rtol=0.02)
 
 
 def spotted(height: int = 16) -> Environment:
@@ -263,6 +264,17 @@ def test_nothing_white_is_seen_in_an_even_environment() -> None:
         device_scene = resident_of(parts, [material], sky=even)
         picture = paths(device_scene, look_at((0.4, 0.35, 0.45), (0.0, 0.0, 0.0)), bounces=8, runs=(16,))
         assert picture.mean() == pytest.approx(1.0, abs=0.01)
+
+
+def test_glass_on_a_white_floor_is_not_seen_in_an_even_environment() -> None:
+    even, mesh = Environment("even", np.ones((4, 8, 3), np.float32)), icosphere(3, 0.24)
+    points = np.asarray(mesh.vertices)
+    ball = MeshPart(points, np.asarray(mesh.faces), normals=points / 0.24)
+    floor = quad([-0.5, -0.25, -0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], 1)
+    device_scene = resident_of([ball, floor], [replace(CLEAR, thickness=1.0), grey(1.0)], sky=even)
+    above = look_at((0.0, 0.6, 0.0), (0.0, -0.25, 0.0), (0.0, 0.0, 1.0), yfov_degrees=40.0)
+    # The floor's light through the ball, and its caustic and shadow beside it, from the same environment.
+    assert paths(device_scene, above, bounces=16, runs=(64,)).mean() == pytest.approx(1.0, abs=0.01)
 
 
 def test_an_environment_lights_and_is_seen_in_mirrors() -> None:

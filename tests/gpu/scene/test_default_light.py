@@ -50,10 +50,20 @@ def test_a_section_shows_what_it_cuts_open() -> None:
     assert len(scene.lights) == 1
 
 
-@pytest.mark.parametrize(("alpha", "lit"), [(0.2, True), (0.9, False)])
-def test_thin_glass_lets_the_sky_in(alpha: float, lit: bool) -> None:
+VEIL, PANE = Material(alpha_mode=AlphaMode.BLEND), Material(transmission=1.0, roughness=0.0)
+
+
+@pytest.mark.parametrize(
+    ("glass", "lit"),
+    [
+        (replace(VEIL, base_color=(1.0, 1.0, 1.0, 0.2)), True),
+        (replace(VEIL, base_color=(1.0, 1.0, 1.0, 0.9)), False),
+        (PANE, True),
+        (replace(PANE, thickness=1.0), False),
+    ],
+)
+def test_thin_glass_lets_the_sky_in(glass: Material, lit: bool) -> None:
     """One wall of a room is a pane."""
-    glass = Material(base_color=(1.0, 1.0, 1.0, alpha), alpha_mode=AlphaMode.BLEND)
     walls = box()
     walls[-1] = replace(walls[-1], material=1)
     scene = assemble("room", SceneParts(walls, [WHITE, glass], cameras=[INSIDE]))
