@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from os import cpu_count
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import Any
 
 import warp as wp
@@ -118,13 +118,13 @@ def _launch_on_cpu(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device:
     kernel.module.load(device, block_dim=1)  # as CPU launches do: compiled once, before the threads race for it
 
     def run(first: int, size: int) -> float:
-        begun = perf_counter()
+        begun = thread_time()  # on a busy machine it waits long, but does not work longer
         wp.launch(kernel, dim=size, inputs=[first, *inputs], device=device)
-        return (perf_counter() - begun) / (size * weight)
+        return (thread_time() - begun) / (size * weight)
 
     def slice_at(first: int) -> int:
         cost = _costs.get(kernel)
-        size = FIRST_CPU_SLICE if cost is None else max(int(CPU_SLICE_SECONDS / (cost * weight)), 1)
+        size = FIRST_CPU_SLICE if cost is None else max(int(CPU_SLICE_SECONDS / max(cost * weight, 1e-9)), 1)
         return min(size, most, count - first)
 
     first, running = 0, deque[Future[float]]()

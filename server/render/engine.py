@@ -308,8 +308,8 @@ class Engine:
                 self._take_note_of(message.holdings)
                 seconds = min(message.busy_ms / 1e3, self._last_heard - running.began)
                 self._end_turn(seconds)
-                entry = self._schedule.join(running.entry.client, running.entry.urgency)
-                self._paused[entry] = replace(running, entry=entry, spent=running.spent + seconds)
+                self._schedule.rejoin(running.entry)
+                self._paused[running.entry] = replace(running, spent=running.spent + seconds)
                 self._dispatch()
             case _:
                 raise link.refuse(f"{message.kind} out of turn")
@@ -400,13 +400,23 @@ class Engine:
 
     def _ask_back_for_others(self) -> None:
         """Ask back the turn of what runs, if others wait and it is no short one."""
-        if self._running is None or self._asked_back or not (self._waiting or self._paused):
+        if self._running is None or self._asked_back:
+            return
+        if not any(self._may_come_before(entry) for entry in (*self._waiting, *self._paused)):
             return
         early = self._running.began + SHORT_TURN_SECONDS - monotonic()
         if early > 0.0:
             asyncio.get_running_loop().call_later(early, self._ask_back_for_others)
         else:
             self._ask_back()
+
+    def _may_come_before(self, entry: QueueEntry) -> bool:
+        """Whether what runs may have to wait for `entry` once it has given its turn back."""
+        assert self._running is not None
+        own = self._running.entry
+        # A viewer's frames follow one another anyway; stills are of many who ask for them, and may have waited long.
+        is_other = entry.client != own.client or own.client == STILLS
+        return is_other and (entry.urgency <= own.urgency or entry.urgency is Urgency.STILL)
 
     def _ask_back(self) -> None:
         if self._link is not None and self._running is not None and not self._asked_back:

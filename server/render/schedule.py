@@ -57,6 +57,10 @@ class Schedule:
         self._queues[urgency].waiting.append(entry)
         return entry
 
+    def rejoin(self, entry: QueueEntry) -> None:
+        """Queue up again for the rest of a turn that was given back, before what the client wants after it."""
+        self._queues[entry.urgency].waiting.insert(0, entry)
+
     def leave(self, entry: QueueEntry) -> None:
         """Leave the queue; does nothing when the turn has come already."""
         waiting = self._queues[entry.urgency].waiting

@@ -20,7 +20,8 @@ class Scale:
 
     fault_seed: render settings of this seed meet an illegal access; viewers: that the service lets in; phase_seconds,
     phases: of the slow reader, whose neighbours' p99 age may move by `change`, a share; refused_ms: until one too many
-    is turned away; size: of frames.
+    is turned away; size: of frames; still: of jobs, beside which a walker may be without frames for `gap_seconds` more
+    than alone.
     """
 
     fault_seed: int
@@ -32,6 +33,8 @@ class Scale:
     refused_ms: float = 100.0
     flood_seconds: float = 5.0
     size: tuple[int, int] = (640, 360)
+    still: tuple[int, int] = (7680, 4320)
+    gap_seconds: float = 0.1
 
 
 @dataclass
@@ -59,7 +62,16 @@ def quick(fault_seed: int) -> Scale:
     """Small numbers."""
     inf = float("inf")
     return Scale(
-        fault_seed, 6, viewers=8, phase_seconds=2.0, phases=1, change=inf, refused_ms=5000.0, flood_seconds=3.0
+        fault_seed,
+        6,
+        viewers=8,
+        phase_seconds=2.0,
+        phases=1,
+        change=inf,
+        refused_ms=5000.0,
+        flood_seconds=3.0,
+        still=(16, 9),
+        gap_seconds=inf,
     )
 
 

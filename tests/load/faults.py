@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gpu.errors import UserError
-from tests.load import breaks, hostile, uninvited
+from tests.load import breaks, greedy, hostile, uninvited
 from tests.load.checks import Check, Outcome, Scale
 from tests.load.target import serving
 
@@ -19,6 +19,7 @@ CHECKS: dict[str, Check] = {
     "strangers": hostile.strangers,
     "besieged": uninvited.besieged,
     "knocked": uninvited.knocked,
+    "long-jobs": greedy.long_jobs,
     "terminated": breaks.terminated,
 }
 
@@ -32,5 +33,6 @@ def chosen(names: Sequence[str]) -> list[str]:
 
 async def check(name: str, scale: Scale, worker: str, flags: Sequence[str] = (), log: Path | None = None) -> Outcome:
     """One check against a service that is started for it, with `worker`, a program, in the renderer's place."""
-    async with serving(["--max-viewers", str(scale.viewers), *flags], worker, log) as target:
+    own = ["--max-viewers", str(scale.viewers), "--max-render-seconds", "1e9"]
+    async with serving([*own, *flags], worker, log) as target:
         return await CHECKS[name](target, scale)

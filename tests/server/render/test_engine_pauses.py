@@ -1,5 +1,7 @@
 """Jobs that others interrupt, in the engine and a worker."""
 
+import asyncio
+
 import pytest
 from gradient_worker import ENOUGH, FAULT_SEED, SLICED_SEED
 from live_engine import check, job, result, until
@@ -57,5 +59,19 @@ def test_a_worker_that_dies_owes_nothing_to_jobs_that_pause() -> None:
         with pytest.raises(InnocentLossError):
             await reply
         await result(engine, job(viewer=2))
+
+    check(scenario)
+
+
+def test_frames_of_one_viewer_come_in_their_order() -> None:
+    async def scenario(engine: Engine) -> None:
+        first = await engine.submit(1, Urgency.MOVING, lambda: job(1, SLICED_SEED))
+        assert first is not None
+        second = asyncio.create_task(result(engine, job(1)))
+        for _ in range(ENOUGH):
+            await result(engine, job(2))
+            assert not second.done()
+        await first
+        await second
 
     check(scenario)

@@ -138,3 +138,22 @@ def test_stills_do_not_keep_those_out_who_walk() -> None:
         turns[entry.urgency] += 1
         clock.seconds += PATIENCE_SECONDS / 2
     assert turns == {MOVING: 5, STILL: 5}
+
+
+def test_the_rest_of_a_turn_comes_before_what_the_client_wants_next() -> None:
+    schedule = Schedule(lambda: 0.0)
+    first = schedule.join(1, Urgency.MOVING)
+    second = schedule.join(1, Urgency.MOVING)
+    assert schedule.next() is first
+    schedule.charge(first, 0.0)
+    schedule.rejoin(first)
+    assert [schedule.next(), schedule.next()] == [first, second]
+
+
+def test_the_rest_of_a_turn_waits_for_others_who_used_less() -> None:
+    schedule = Schedule(lambda: 0.0)
+    first, other = schedule.join(1, Urgency.MOVING), schedule.join(2, Urgency.MOVING)
+    assert schedule.next() is first
+    schedule.charge(first, 1.0)
+    schedule.rejoin(first)
+    assert [schedule.next(), schedule.next()] == [other, first]
