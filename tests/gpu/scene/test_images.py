@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from gpu.errors import SceneError
-from gpu.scene.images import decode_image
+from gpu.scene.images import decode_image, fitted
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 
 
@@ -74,3 +74,8 @@ def test_of_several_pictures_the_first_is_read() -> None:
 def test_what_cannot_be_decoded(content: bytes) -> None:
     with pytest.raises(SceneError, match=r"scene: images\[0\]: not an image that can be read"):
         decoded(content)
+
+
+def test_a_channel_is_fitted_to_another_size_by_the_nearest_pixel() -> None:
+    channel = np.array([[1, 2], [3, 4]], np.uint8)
+    assert fitted(channel, np.zeros((4, 2, 4), np.uint8)).tolist() == [[1, 2], [1, 2], [3, 4], [3, 4]]
