@@ -14,6 +14,8 @@ from gpu.scene.limits import SceneLimits
 from gpu.scene.remarks import Remarks
 from gpu.scene.validate import check_count
 
+_LFS_POINTER = b"version https://git-lfs"
+
 
 def read_bytes(path: Path, limits: SceneLimits) -> bytes:
     """The content of a scene file. Raises SceneError when it is missing, not readable or larger than allowed."""
@@ -24,10 +26,13 @@ def read_bytes(path: Path, limits: SceneLimits) -> bytes:
             if not S_ISREG(status.st_mode):
                 raise ValueError("it is no plain file")
             check_count(str(path), "bytes", status.st_size, limits.max_file_bytes, "max_file_bytes")
-            return file.read(status.st_size)
+            content = file.read(status.st_size)
     except (OSError, ValueError) as error:
         problem = getattr(error, "strerror", None) or str(error)
         raise SceneError(str(path), "", f"cannot be read: {problem}") from error
+    if content.startswith(_LFS_POINTER):
+        raise SceneError(str(path), "", "is a pointer of Git LFS, not the file itself; fetch that with `git lfs pull`")
+    return content
 
 
 def confined_file(scene: Path, name: str, field: str) -> Path | None:

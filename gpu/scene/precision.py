@@ -15,8 +15,8 @@ RAY_OFFSET, NEAREST, SEEN = 32.0 * 2.0**-23, 0.0625, 0.01
 
 
 def file_precision(positions: Doubles, bulk: Bulk, metres_per_unit: float) -> list[str]:
-    """A sentence if positions (vertex, 3) were rounded to single precision too far from their file's origin."""
-    largest = float(np.abs(positions).max())
+    """A sentence if positions (vertex, 3) of the bulk were rounded to single precision too far from the origin."""
+    largest = float(np.abs([bulk.low, bulk.high]).max())
     step = float(np.spacing(np.float32(largest))) if largest < float(np.finfo(np.float32).max) else 0.0
     if step <= FILE_STEP * float((bulk.high - bulk.low).max()) or (positions != positions.astype(np.float32)).any():
         return []

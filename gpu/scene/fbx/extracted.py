@@ -37,7 +37,7 @@ def run_extract(path: Path, content: bytes, limits: SceneLimits) -> Extracted:
     if ended.returncode:
         code = ended.returncode
         why = signal.Signals(-code).name if code < 0 else ended.stderr.decode("utf-8", "replace").strip()[-200:]
-        raise SceneError(str(path), "", f"not an FBX file that can be read: {why}")
+        raise SceneError(str(path), "", f"not an FBX file that can be read: {why or 'it does not begin as one'}")
     with np.load(io.BytesIO(ended.stdout), allow_pickle=False) as arrays:
         read = dict(arrays)
     found = Extracted(path, limits, json.loads(read.pop("json").tobytes()), read)

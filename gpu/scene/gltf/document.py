@@ -66,8 +66,8 @@ def open_document(path: Path, limits: SceneLimits) -> Document:
 
 def read_document(path: Path, content: bytes, limits: SceneLimits) -> Document:
     """`content`, of the file at `path` or made from it, as `open_document` reads it."""
-    text, binary = _chunks(str(path), content) if content[:4] == b"glTF" else (content, None)
     notes = Remarks()
+    text, binary = _chunks(str(path), content, notes) if content[:4] == b"glTF" else (content, None)
     try:
         raw = json.loads(_text(text, notes))
     except (ValueError, RecursionError) as error:
@@ -91,7 +91,7 @@ def _text(content: bytes, notes: Remarks) -> str:
         return content.decode("cp1252", "replace")
 
 
-def _chunks(source: str, content: bytes) -> tuple[bytes, bytes | None]:
+def _chunks(source: str, content: bytes, notes: Remarks) -> tuple[bytes, bytes | None]:
     """The JSON and binary chunks of a GLB (glTF 2.0, section 4.4)."""
     if len(content) < 20:
         raise SceneError(source, "GLB header", "the file is cut off")
@@ -100,6 +100,7 @@ def _chunks(source: str, content: bytes) -> tuple[bytes, bytes | None]:
         raise SceneError(source, "GLB header", f"version {version}; only glTF 2.0 is read")
     if length > len(content):
         raise SceneError(source, "GLB header", f"the file has {len(content)} of {length} bytes; it is cut off")
+    notes.add_count("bytes after the end that the GLB header says were ignored", len(content) - length)
     chunks: dict[int, bytes] = {}
     start = 12
     while start + 8 <= length:

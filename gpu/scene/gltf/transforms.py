@@ -8,6 +8,7 @@ from gpu.scene.gltf.values import Value
 from gpu.scene.types import Doubles
 
 _NEARLY = 1e-5  # what float32 arithmetic makes of a matrix's last row
+_ROUNDED = 0.02  # what quantization makes of a quaternion's length
 _IDENTITY = tuple(float(value) for value in np.eye(4).reshape(-1))
 
 
@@ -47,6 +48,8 @@ def compose(place: Value, translation: Doubles, rotation: Doubles, scale: Double
     if (length < 1e-6).any():
         place.mend("a rotation is a quaternion without direction (0, 0, 0, 0): it turns nothing")
         rotation = np.where(length[:, None] < 1e-6, _IDENTITY[12:], rotation)
+    elif (np.abs(length - 1.0) > _ROUNDED).any():
+        place.mend("a rotation is a quaternion whose length is not 1: it turns as the one of length 1 does")
     x, y, z, w = (rotation / np.linalg.norm(rotation, axis=1)[:, None]).T
     matrices = np.zeros((len(translation), 4, 4))
     matrices[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)

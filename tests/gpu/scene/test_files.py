@@ -115,3 +115,9 @@ def test_a_pipe_is_not_waited_for(scene: Path) -> None:
     for name in ("pipe.bin", "sub"):
         with pytest.raises(SceneError, match=r"cannot be read: (it is no plain file|Is a directory)"):
             read_bytes(scene.parent / name, DEFAULT_LIMITS)
+
+
+def test_a_pointer_of_git_lfs_is_no_scene(tmp_path: Path) -> None:
+    (tmp_path / "a.glb").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 5\n")
+    with pytest.raises(SceneError, match="Git LFS, not the file itself; fetch that"):
+        read_bytes(tmp_path / "a.glb", DEFAULT_LIMITS)

@@ -7,6 +7,7 @@ from gpu.scene.lengths import length_text
     ("metres", "words"),
     [
         (460_123.0, "460 km"),
+        (1e33, "1e+30 km"),
         (2000.0, "2 km"),
         (3.21, "3.2 m"),
         (0.032, "3.2 cm"),

@@ -15,6 +15,13 @@ def test_a_file_that_lost_digits_is_named(away: float, words: list[str]) -> None
     assert all(word in sentence for word, sentence in zip(words, said, strict=True))
 
 
+def test_what_is_far_from_the_scene_says_nothing_of_its_precision() -> None:
+    positions, triangles = room(4.1, 4.2, 3.3)
+    written = np.vstack([positions, np.add(positions[:3], (4.6e5, 0.0, 0.0))]).astype(np.float32).astype(np.float64)
+    stray = np.vstack([triangles, np.arange(3)[None] + len(positions)])
+    assert file_precision(written, bulk_of(written, stray), 1.0) == []
+
+
 def test_doubles_lose_nothing() -> None:
     positions, triangles = room(4.1, 4.2, 3.3)
     exact = positions + 460_000.123

@@ -16,7 +16,7 @@ ufbx = pytest.importorskip("ufbx")
 @pytest.mark.parametrize("content", [b"", b"no FBX file", b"Kaydara FBX Binary  \0\x1a\0" + bytes(40), b"v 0 0 0\n"])
 def test_broken_files(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.fbx").write_bytes(content)
-    with pytest.raises(SceneError, match=r"a\.fbx: (not an FBX file that can be read|no triangles)"):
+    with pytest.raises(SceneError, match=r"a\.fbx: (not an FBX file that can be read: \w|no triangles)"):
         load_fbx(tmp_path / "a.fbx")
 
 

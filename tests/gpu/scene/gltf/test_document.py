@@ -83,8 +83,10 @@ def test_a_file_over_the_limit_is_refused(gltf: GltfFile) -> None:
         gltf.load(SceneLimits(max_file_bytes=100))
 
 
-def test_trailing_bytes_after_a_glb_are_ignored(gltf: GltfFile) -> None:
+def test_trailing_bytes_after_a_glb_are_ignored_and_said(gltf: GltfFile) -> None:
     gltf.mesh_node()
     path = gltf.write()
     path.write_bytes(path.read_bytes() + b"more")
-    assert len(load_gltf(path).triangles) == 1
+    scene = load_gltf(path)
+    assert len(scene.triangles) == 1
+    assert "bytes after the end that the GLB header says were ignored (4)" in scene.report.notes

@@ -34,6 +34,7 @@ LAST = [*np.eye(4).reshape(-1)[:12], 2, 3, 4]
         ({"matrix": [*LAST, 0.5]}, "its last row must be 0, 0, 0, 1, not [0.0, 0.0, 0.0, 0.5]"),
         ({"matrix": [*LAST, 1], "scale": [2, 2, 2]}, "has both a matrix and"),
         ({"translation": [2, 3, 4], "rotation": [0, 0, 0, 0]}, "(0, 0, 0, 0): it turns nothing"),
+        ({"translation": [2, 3, 4], "rotation": [0, 0, 0, 1.03]}, "whose length is not 1"),
     ],
 )
 def test_odd_transforms_are_mended(raw: dict, says: str) -> None:
