@@ -1,4 +1,4 @@
-"""Listening, and taking in connections: one at a time, as far as the gate is open."""
+"""Listening, and taking in connections: one at a time, for a share of a core."""
 
 import asyncio
 import logging
@@ -10,7 +10,8 @@ from gpu.errors import UserError
 from server.http.gate import Gate
 
 WAITING = 128  # connections that the system keeps until they are taken in: a longer queue is a longer wait
-ACCEPT_COST, GONE_COST = 0.0002, 0.00005  # s of a core for one before a byte of it is read, and for one that has left
+SHARE = 0.15  # of a core, however many come
+ACCEPT_COST, GONE_COST = 0.0003, 0.00005  # s of a core for one before a byte of it is read, and for one that has left
 RETRY_SECONDS = 0.2  # after the system could give no connection
 log = logging.getLogger("lumenwalk.http")
 
@@ -27,10 +28,11 @@ def listen(host: str, port: int) -> socket.socket:
         raise UserError(f"cannot listen on {host}, port {port}: {error.strerror or error}") from None
 
 
-async def accept_all(listener: socket.socket, gate: Gate, protocol: Callable[[], asyncio.BaseProtocol]) -> None:
+async def accept_all(listener: socket.socket, protocol: Callable[[], asyncio.BaseProtocol]) -> None:
     """Take in whoever comes, each with a `protocol` of its own, until this is cancelled."""
     loop = asyncio.get_running_loop()
     listener.setblocking(False)
+    gate = Gate(SHARE)
     while True:
         await gate.opened()
         try:

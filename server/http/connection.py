@@ -10,6 +10,8 @@ To asyncio it is the protocol, to uvicorn's parsers the transport, so that it se
 """
 
 import asyncio
+import select
+import socket
 from time import thread_time
 from typing import Any, Protocol, cast
 
@@ -20,7 +22,7 @@ from server.http.gate import Gate
 KEY = "lumenwalk.connection"  # of an ASGI scope's extensions
 
 REQUEST_SECONDS = 10.0  # for the head of a request to arrive
-SLICE_BYTES, TRUSTED_SLICE_BYTES = 4096, 32_768  # read and parsed at once: some milliseconds of the worst there is
+SLICE_BYTES, TRUSTED_SLICE_BYTES = 2048, 32_768  # read and parsed at once: some milliseconds of the worst there is
 SHARE, TRUSTED_SHARE = 0.01, 0.1  # of a core, for one connection without and with the token
 ALL_SHARE = 0.2  # and for all together that are held back
 REQUEST_COST = 0.0005  # s of a core that answering takes at least, beside the parsing
@@ -173,10 +175,8 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """A client has come."""
         self._tcp = cast(asyncio.Transport, transport)
-        began = thread_time()
         self._parser.connection_made(self)
         self._registry.add(self)
-        self._registry.gate.charge(thread_time() - began)
 
     def get_buffer(self, sizehint: int) -> memoryview:
         """Where to read into, which is all that is read at once."""
@@ -199,10 +199,17 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
             self._set_reading()
 
     def proceed(self) -> None:
-        """The gate is open."""
+        """The gate is open. Who has left meanwhile, which is not heard while nothing is read, is not parsed."""
         data, self._kept = self._kept, b""
-        if data and not self._closing:
-            self._parse(data)
+        if data and _has_left(self._tcp.get_extra_info("socket")):
+            self._tcp.abort()
+            return
+        try:
+            if data and not self._closing:
+                self._parse(data)
+        except Exception:  # as asyncio ends a connection whose protocol fails
+            self._tcp.abort()
+            raise
         self._set_reading()
 
     def _parse(self, data: bytes) -> None:
@@ -278,7 +285,11 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         if not self.unread or not self._tcp.can_write_eof():
             self._tcp.close()
             return
-        self._tcp.write_eof()
+        try:
+            self._tcp.write_eof()
+        except OSError:  # the client has gone
+            self._tcp.abort()
+            return
         self._release()
         self._set_reading()
         self._loop.call_later(LINGER_SECONDS, self._tcp.abort)
@@ -286,6 +297,15 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def abort(self) -> None:
         """Close at once."""
         self._tcp.abort()
+
+
+def _has_left(tcp: socket.socket | None) -> bool:
+    """Whether the client has closed its side."""
+    if tcp is None or tcp.fileno() < 0:
+        return tcp is not None
+    poll = select.poll()
+    poll.register(tcp.fileno(), select.POLLRDHUP)
+    return bool(poll.poll(0))
 
 
 def connection_of(scope: Scope) -> Connection | None:

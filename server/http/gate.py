@@ -1,8 +1,9 @@
-"""What all who have shown no token may take of a core, together: connecting, being parsed, having a request answered.
+"""What all who have shown no token may take of a core, together: for being parsed and answered; connecting has another.
 
 A connection's own share (server.http.connection) ends with it, so many of them, or new ones all the time, would take
-what one may not. While too much was taken, what such connections send waits here, and whoever sent last goes first: a
-crowd waits for itself, and who comes after it hardly at all.
+what one may not. While too much was taken, what such connections send waits here. The gate opens for who has waited the
+longest and for who came last by turns: behind a crowd that came at once, or among those who come again and again,
+nobody waits long.
 """
 
 import asyncio
@@ -12,7 +13,7 @@ from typing import Protocol
 
 from server.http.rate_limit import Bucket
 
-SHARE = 0.2  # of a core
+SHARE = 0.2  # of a core, usually
 AT_ONCE = 0.05  # s of it
 PAUSE_SECONDS = 0.005  # at least, so that others have their turns
 
@@ -25,11 +26,13 @@ class Waiting(Protocol):
 
 
 class Gate:
-    """Opens for one after another."""
+    """Opens for one after another, for a share of a core."""
 
-    def __init__(self, now: Callable[[], float] = monotonic) -> None:
-        self._bucket = Bucket(SHARE, AT_ONCE, now)
+    def __init__(self, share: float = SHARE, now: Callable[[], float] = monotonic) -> None:
+        self._share = share
+        self._bucket = Bucket(share, AT_ONCE, now)
         self._waiting: dict[Waiting, None] = {}  # who came last at the end
+        self._newest = False  # was the last one
         self._timer: asyncio.TimerHandle | None = None
 
     @property
@@ -56,7 +59,7 @@ class Gate:
             await asyncio.sleep(self._shut_for())
 
     def _shut_for(self) -> float:
-        return max(-self._bucket.level / SHARE, 0.0) + PAUSE_SECONDS
+        return max(-self._bucket.level / self._share, 0.0) + PAUSE_SECONDS
 
     def _set_timer(self) -> None:
         if self._timer is None and self._waiting:
@@ -64,6 +67,11 @@ class Gate:
 
     def _let_in(self) -> None:
         self._timer = None
-        while self._waiting and self.is_open:
-            self._waiting.popitem()[0].proceed()
-        self._set_timer()
+        try:
+            while self._waiting and self.is_open:
+                self._newest = not self._newest
+                next_one = next(reversed(self._waiting) if self._newest else iter(self._waiting))
+                del self._waiting[next_one]
+                next_one.proceed()
+        finally:
+            self._set_timer()

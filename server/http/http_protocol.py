@@ -13,6 +13,7 @@ from server.http.refusal import refusal
 
 # Of a head, of chunks' extensions or of trailers, before anything comes of them; as many as other servers take.
 MAX_HEAD_BYTES = 65_536
+MAX_PIPELINED = 3  # requests that may come before the one that is being answered is
 HOP_BY_HOP = (b"connection", b"upgrade", b"http2-settings")  # that ask for an upgrade
 
 
@@ -42,7 +43,7 @@ class HttpProtocol(HttpToolsProtocol):
             self.refuse(431, "too-large", f"a request's headers may take up to {MAX_HEAD_BYTES} bytes")
 
     def _parse(self, data: bytes) -> None:
-        while data:
+        while data and not self._broken:
             try:
                 self.parser.feed_data(data)
                 return
@@ -91,12 +92,17 @@ class HttpProtocol(HttpToolsProtocol):
             super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
-        """The head has come: the request begins to be served. ValueError when it does not say for whom it is."""
+        """The head has come: the request begins to be served.
+
+        ValueError when it does not say for whom it is, or too many before it are not answered.
+        """
         self._in_head = False
         self._fruitful = True
         self.scope["method"] = self.parser.get_method().decode("ascii")
         if self._elsewhere:
             return
+        if len(self.pipeline) >= MAX_PIPELINED:
+            raise ValueError("too many requests at once")
         hosts = sum(name == b"host" for name, _ in self.headers)
         if hosts > 1 or (hosts == 0 and self.parser.get_http_version() == "1.1"):
             raise ValueError("a request names one host")

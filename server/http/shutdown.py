@@ -35,7 +35,7 @@ class Server(uvicorn.Server):
         await super().startup([])
         make: Any = self.config.http_protocol_class
         protocol = partial(make, self.config, self.server_state, self.lifespan.state)
-        self._accepting = [asyncio.create_task(accept_all(it, make.gate, protocol)) for it in sockets or ()]
+        self._accepting = [asyncio.create_task(accept_all(it, protocol)) for it in sockets or ()]
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Tell everyone, wait a little, then close what is left. A second signal ends the waiting."""

@@ -10,7 +10,6 @@ from harness import Running
 
 from server.http import accepting as module
 from server.http.accepting import accept_all, listen
-from server.http.gate import Gate
 
 
 class Counted(asyncio.Protocol):
@@ -46,7 +45,7 @@ def test_connections_are_taken_in_as_far_as_the_gate_is_open(monkeypatch: pytest
         with ExitStack() as stack:
             listener = stack.enter_context(listen("127.0.0.1", 0))
             address = listener.getsockname()[:2]
-            accepting = asyncio.create_task(accept_all(listener, Gate(), lambda: Counted(made)))
+            accepting = asyncio.create_task(accept_all(listener, lambda: Counted(made)))
             for _ in range(3):
                 stack.enter_context(socket.create_connection(address, 5.0))
             while not made:
@@ -72,7 +71,7 @@ def test_who_has_left_already_costs_little(monkeypatch: pytest.MonkeyPatch) -> N
             for _ in range(3):
                 socket.create_connection(address, 5.0).close()
             stack.enter_context(socket.create_connection(address, 5.0))
-            accepting = asyncio.create_task(accept_all(listener, Gate(), lambda: Counted(made)))
+            accepting = asyncio.create_task(accept_all(listener, lambda: Counted(made)))
             while not made:
                 await asyncio.sleep(0)
             accepting.cancel()

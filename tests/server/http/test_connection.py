@@ -1,6 +1,7 @@
 """What a connection may cost: shares of a core, deadlines, what waits to be read. Against a transport in memory."""
 
 import asyncio
+import socket
 from collections.abc import Iterator
 from typing import Any
 
@@ -298,3 +299,40 @@ def test_who_has_left_does_not_wait(connection: Connection, monkeypatch: pytest.
     connection.proceed()
     assert left == [connection]
     assert connection._parser.data == []  # type: ignore[attr-defined]
+
+
+def test_who_fails_behind_the_gate_is_cut_off(
+    connection: Connection, tcp: Tcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shut(connection), "wait", lambda waiting: None)
+    feed(connection, b"data")
+    monkeypatch.setattr(connection._parser, "data_received", lambda data: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        connection.proceed()
+    assert tcp.ended == "aborted"
+
+
+def test_who_has_gone_needs_no_last_words(connection: Connection, tcp: Tcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone() -> None:
+        raise OSError
+
+    monkeypatch.setattr(tcp, "write_eof", gone)
+    connection.unread = True
+    connection.close()
+    assert tcp.ended == "aborted"
+
+
+def test_who_left_while_waiting_is_not_parsed(
+    connection: Connection, tcp: Tcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ours, theirs = socket.socketpair()
+    monkeypatch.setattr(tcp, "get_extra_info", lambda name, default=None: ours)
+    monkeypatch.setattr(shut(connection), "wait", lambda waiting: None)
+    with ours:
+        feed(connection, b"first")
+        connection.proceed()
+        feed(connection, b"second")
+        theirs.close()
+        connection.proceed()
+    assert connection._parser.data == [b"first"]  # type: ignore[attr-defined]
+    assert tcp.ended == "aborted"

@@ -26,7 +26,7 @@ class Clock:
 
 def test_a_share_of_a_core_and_a_little_at_once() -> None:
     clock = Clock()
-    gate = Gate(clock)
+    gate = Gate(now=clock)
     gate.charge(module.AT_ONCE / 2)
     assert gate.is_open
     gate.charge(module.AT_ONCE / 2 + 0.02)
@@ -37,7 +37,7 @@ def test_a_share_of_a_core_and_a_little_at_once() -> None:
     assert gate.is_open
 
 
-def test_who_came_last_goes_first_and_who_left_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_came_last_and_who_came_first_go_by_turns_and_who_left_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "PAUSE_SECONDS", 0.0)
 
     async def run() -> None:
@@ -50,7 +50,7 @@ def test_who_came_last_goes_first_and_who_left_does_not(monkeypatch: pytest.Monk
         gate.leave(clients[2])
         while len(order) < 3:
             await asyncio.sleep(0)
-        assert order == [clients[3], clients[1], clients[0]]
+        assert order == [clients[3], clients[0], clients[1]]
 
     asyncio.run(run())
 
@@ -68,5 +68,23 @@ def test_one_who_costs_much_shuts_it_for_the_others() -> None:
             await asyncio.sleep(0)
         assert len(order) == 1
         assert not gate.is_open
+
+    asyncio.run(asyncio.wait_for(run(), 5.0))
+
+
+def test_one_who_fails_does_not_shut_it_for_ever() -> None:
+    class Failing(Client):
+        def proceed(self) -> None:
+            raise OSError
+
+    async def run() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda *_: None)
+        gate = Gate()
+        order: list[Client] = []
+        gate.charge(module.AT_ONCE + 1e-6)
+        gate.wait(Client(gate, order))
+        gate.wait(Failing(gate, order))
+        while not order:
+            await asyncio.sleep(0)
 
     asyncio.run(asyncio.wait_for(run(), 5.0))

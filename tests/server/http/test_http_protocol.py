@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from harness import Running
 
-from server.http.http_protocol import MAX_HEAD_BYTES
+from server.http.http_protocol import MAX_HEAD_BYTES, MAX_PIPELINED
 from server.http.security import HEADERS
 
 
@@ -129,3 +129,13 @@ def test_a_stream_is_for_websockets(running: Running) -> None:
         assert answer.headers["Upgrade"] == "websocket"
         assert answer.headers["Sec-WebSocket-Version"] == "13"
     assert running.http.post("/api/v1/stream").headers["Allow"] == "GET, HEAD"
+
+
+def test_of_many_requests_at_once_some_are_answered(running: Running) -> None:
+    address = running.http.base_url.host, running.http.base_url.port
+    with socket.create_connection(address, timeout=10) as client:
+        client.sendall((HOST + b"\r\n") * 20)
+        answers = b""
+        while piece := client.recv(65536):
+            answers += piece
+    assert answers.count(b"HTTP/1.1 200") == 1 + MAX_PIPELINED
