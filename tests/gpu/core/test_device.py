@@ -3,6 +3,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import warp as wp
+from devices import NEEDS_CUDA
 
 from gpu.core import device as launching
 from gpu.core.device import MIN_SLICE, allocate, choose_device, duplicate, launch, launch_together
@@ -62,6 +63,26 @@ def test_long_launches_give_the_device_to_others_between_slices(
     between = np.diff([0, *turns.visits])
     assert between.max() <= 100 * 2 * launching.CORES
     assert between.sum() == count
+
+
+@NEEDS_CUDA
+def test_long_launches_give_a_gpu_to_others_between_slices(monkeypatch: pytest.MonkeyPatch) -> None:
+    device, count = choose_device("cuda:0"), 2 * launching.LONG_LAUNCH
+    monkeypatch.setattr(launching, "_costs", Costs(launching.CUDA_SLICE_SECONDS))
+    visits = wp.zeros(count, dtype=int, device=device)
+    turns = Due(visits)
+    launch(count_kernel, count, [visits], device)  # alone, at once
+    DEVICE_SHARING.begin(turns)
+    try:
+        launch(count_kernel, launching.LONG_LAUNCH - 1, [visits], device)
+        assert turns.visits == []
+        launch(count_kernel, count, [visits], device)
+        with DEVICE_SHARING.keep():
+            launch(count_kernel, count, [visits], device)
+    finally:
+        DEVICE_SHARING.begin(None)
+    assert len(turns.visits) == count // launching.LEAST_CUDA_SLICE
+    assert visits.numpy()[[0, -1]].tolist() == [4, 3]
 
 
 class Costs(dict[wp.Kernel, float]):

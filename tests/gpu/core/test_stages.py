@@ -6,6 +6,7 @@ from devices import NEEDS_CUDA
 
 from gpu.adaptive.error_probes import next_probes_kernel
 from gpu.core.device import launch
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 
 
@@ -168,3 +169,37 @@ def test_each_way_of_a_stage_is_captured_once() -> None:
         frame(branch)
     assert works == [False, True, True, False]
     assert [int(array.numpy()[-1]) for array in values.values()] == [3, 4]
+
+
+@NEEDS_CUDA
+def test_stepwise_frames_capture_nothing_and_give_the_device_away_between_stages() -> None:
+    device = wp.get_device("cuda:0")
+    stages, works, given = Stages(device), list[str](), list[int]()
+    values = wp.zeros(10, dtype=int, device=device)
+
+    class Always:
+        def due(self, *, idle: bool = False) -> bool:
+            return True
+
+        def give(self) -> None:
+            given.append(len(works))
+
+    def work(name: str) -> None:
+        works.append(name)
+        launch(next_probes_kernel, 10, [values], device)
+
+    DEVICE_SHARING.begin(Always())
+    try:
+        stages.stepwise = True
+        for _ in range(3):
+            stages.start_frame()
+            stages.run("first", lambda: work("first"))
+            stages.fork("second", "beside", lambda: work("beside"))
+            stages.run("second", lambda: work("second"), waits_for_fork=True)
+            assert not stages.captured
+    finally:
+        DEVICE_SHARING.begin(None)
+    assert works == ["first", "beside", "second"] * 3
+    assert given == list(range(1, 10))
+    assert list(stages.milliseconds()) == ["first", "second"]
+    assert int(values.numpy()[0]) == 9
