@@ -89,6 +89,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         self._timer: asyncio.TimerHandle | None = None  # until it is read again
         self._stopped = False  # by the parser
         self._kept = b""  # what has come and waits for the gate
+        self._gated = 0.0  # s of a core that this request has taken of what those without a token may
         self._closing = False
         self._thrown = 0  # bytes, since then
         self._written = 0
@@ -99,6 +100,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def expect(self) -> None:
         """A request is answered: the next one may come."""
         self.waiting, self.heard, self.since = True, False, self._loop.time()
+        self._gated = 0.0
 
     def serve(self) -> None:
         """The head of a request has come."""
@@ -109,6 +111,8 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def trust(self) -> None:
         """The request may come in."""
         self._settle()
+        self._registry.gate.charge(-self._gated)  # it has the token
+        self._gated = 0.0
         self.trusted = True
         if self._timer is not None:
             self._release()
@@ -148,6 +152,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
     def _charge(self, seconds: float) -> None:
         """Read nothing until the time that was taken is made up for."""
         if not self.trusted:
+            self._gated += seconds
             self._registry.gate.charge(seconds)
         self._settle()
         self._debt += seconds

@@ -280,9 +280,9 @@ def test_with_a_token_nobody_waits_for_it(
     left = []
     monkeypatch.setattr(gate, "wait", lambda waiting: None)
     monkeypatch.setattr(gate, "leave", left.append)
-    monkeypatch.setattr(gate, "charge", pytest.fail)
     feed(connection, b"body")
     connection.trust()
+    monkeypatch.setattr(gate, "charge", pytest.fail)
     clock.pass_(0.0)
     feed(connection, b"more")
     assert connection._parser.data == [b"body", b"more"]  # type: ignore[attr-defined]
@@ -336,3 +336,22 @@ def test_who_left_while_waiting_is_not_parsed(
         connection.proceed()
     assert connection._parser.data == [b"first"]  # type: ignore[attr-defined]
     assert tcp.ended == "aborted"
+
+
+def test_who_shows_the_token_has_taken_nothing_of_the_others(
+    connection: Connection, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gate = connection._registry.gate
+    costs(monkeypatch, 60.0)
+    feed(connection, b"refused")
+    connection.serve()
+    connection.expect()
+    left = gate._bucket.level
+    connection._release()
+    monkeypatch.setattr(gate, "wait", lambda waiting: None)
+    connection.serve()
+    feed(connection, b"let in")
+    connection.proceed()
+    assert gate._bucket.level < left - 50.0
+    connection.trust()
+    assert gate._bucket.level == pytest.approx(left, abs=1.0)
