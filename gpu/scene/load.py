@@ -18,6 +18,7 @@ SUFFIXES = (
     *LAYERED,
 )
 """How the names of scene files end, in lower case."""
+_PACKED = (".zip", ".7z", ".rar", ".gz", ".tgz", ".tar", ".bz2", ".xz")
 WRITTEN_IN_MEMORY = (".step", ".stp")
 """Those of SUFFIXES whose library writes a file, in memory, to read it."""
 READ_BY_A_PROCESS = (".fbx",)
@@ -35,6 +36,10 @@ def load_scene(source: str, limits: SceneLimits = DEFAULT_LIMITS, options: Impor
             raise SceneError(source, "", "is built in: how it is read is no choice; up, unit and others are for files")
         return BUILTIN[source]()
     path = Path(source)
+    if path.suffix.lower() in _PACKED:
+        raise SceneError(
+            source, "", "is an archive; unpack it and give the scene's file, or upload a .zip to the service"
+        )
     if path.suffix.lower() not in SUFFIXES:
         known = f"one of {', '.join(BUILTIN)}, or a file that ends in {', '.join(SUFFIXES)}"
         raise SceneError(source, "", f"is not a scene; give {known}")

@@ -43,3 +43,9 @@ def test_what_is_no_scene_is_told_what_there_is(source: str) -> None:
     with pytest.raises(SceneError, match=r"\.gltf") as caught:
         load_scene(source)
     assert all(name in str(caught.value) for name in BUILTIN)
+
+
+@pytest.mark.parametrize("name", ["house.zip", "HOUSE.OBJ.GZ", "a.7z"])
+def test_an_archive_is_to_be_unpacked(name: str) -> None:
+    with pytest.raises(SceneError, match="is an archive; unpack it"):
+        load_scene(name)
