@@ -46,7 +46,7 @@ class MaterialData:
     """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too.
 
     transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
-    blend: alpha is the share of the surface that is there.
+    blend: alpha is the share of the surface that is there; coat, coat_roughness: KHR_materials_clearcoat.
     """
 
     base_color: wp.vec4
@@ -56,6 +56,8 @@ class MaterialData:
     ior: float
     specular: float
     specular_color: wp.vec3
+    coat: float
+    coat_roughness: float
     transmission: float
     thin: bool
     absorption: wp.vec3
@@ -69,6 +71,8 @@ class MaterialData:
     normal_slot: SlotData
     emission_slot: SlotData
     transmission_slot: SlotData
+    coat_slot: SlotData
+    coat_roughness_slot: SlotData
 
 
 @wp.struct

@@ -1,4 +1,6 @@
-"""All that a surface does with light: a share of it is glass, the rest reflects. A path takes one or the other."""
+"""All that a surface does with light: a coat reflects some, of the rest a share meets glass, and the rest of that
+reflects. A path takes one of these.
+"""
 
 import warp as wp
 
@@ -6,27 +8,61 @@ from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS, BsdfSample, brdf_density, re
 from gpu.device_scene.glass import glass_density, glass_value, sample_glass
 from gpu.device_scene.surface import Surface
 
+# What a clear coat reflects at normal incidence (KHR_materials_clearcoat: its index is 1.5).
+COAT_F0 = wp.constant(0.04)
+
 
 @wp.struct
-class LobeChoice:
-    """Whether a path takes the glass of a surface (share 1) or what reflects (0), and what is left of the sample that
-    decided it, uniform in [0, 1) again.
+class PartChoice:
+    """The part of a surface that a path takes: its coat, its glass (share 1) or what reflects below (0).
+
+    rest: what is left of the sample that decided it, uniform in [0, 1) again.
     """
 
+    coat: bool
     glass: float
     rest: float
 
 
 @wp.func
-def choose_lobe(surface: Surface, choice: float) -> LobeChoice:
+def coat_share(surface: Surface, view: wp.vec3) -> float:
+    """What the coat takes of the light that reaches unit `view` (KHR_materials_clearcoat, Layering)."""
+    rise = wp.pow(1.0 - wp.clamp(wp.dot(surface.normal, view), 0.0, 1.0), 5.0)
+    return surface.coat * (COAT_F0 + (1.0 - COAT_F0) * rise)
+
+
+@wp.func
+def choose_part(surface: Surface, view: wp.vec3, choice: float) -> PartChoice:
     """Which part of `surface` a path takes, by its share; choice: uniform in [0, 1)."""
-    chosen = LobeChoice()
-    if choice < surface.glass:
+    chosen = PartChoice()
+    chosen.rest = choice
+    share = coat_share(surface, view)
+    if chosen.rest < share:
+        chosen.coat = True
+        chosen.rest = chosen.rest / share
+        return chosen
+    chosen.rest = (chosen.rest - share) / (1.0 - share)
+    if chosen.rest < surface.glass:
         chosen.glass = 1.0
-        chosen.rest = choice / surface.glass
+        chosen.rest = chosen.rest / surface.glass
     else:
-        chosen.rest = (choice - surface.glass) / (1.0 - surface.glass)
+        chosen.rest = (chosen.rest - surface.glass) / (1.0 - surface.glass)
     return chosen
+
+
+@wp.func
+def part_of(surface: Surface, chosen: PartChoice) -> Surface:
+    """The chosen part alone, of which a path may choose again."""
+    surface.coat = 0.0
+    surface.glass = chosen.glass
+    if chosen.coat:
+        # All that reaches the coat is reflected: how much does, the choice has told.
+        surface.diffuse = wp.vec3(0.0, 0.0, 0.0)
+        surface.f0 = wp.vec3(1.0, 1.0, 1.0)
+        surface.f90 = 1.0
+        surface.roughness = surface.coat_roughness
+        surface.mirror = False
+    return surface
 
 
 @wp.func

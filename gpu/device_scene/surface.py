@@ -25,7 +25,8 @@ class Surface:
     mirror: reflects perfectly, by f0, without a lobe; emission: radiance towards the ray's origin [W/m²/sr].
     glass: share of the surface that is glass, the rest reflects as above; clear: its rays stay sharp; thin: of a sheet;
     eta: refractive index behind the surface over that before it; absorption: in what is behind it [1/unit length];
-    crossed: its glass only reflects, since rays that go through have not met it.
+    crossed: its glass only reflects, since rays that go through have not met it. coat: how much of a clear coat is over
+    all that, of roughness coat_roughness.
     """
 
     position: wp.vec3
@@ -44,6 +45,8 @@ class Surface:
     eta: float
     absorption: wp.vec3
     crossed: bool
+    coat: float
+    coat_roughness: float
 
 
 @wp.func
@@ -148,6 +151,10 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     surface.f90 = material.specular * (1.0 - metallic) + metallic
     # Indirect light has no specular lobe, so a metal keeps its whole base colour as albedo there: it would be black.
     surface.diffuse = base * (1.0 - metallic)
+    if material.coat > 0.0:
+        surface.coat = material.coat * sample_slot(scene, material.coat_slot, hit.face, hit.u, hit.v)[0]
+        coat_texture = sample_slot(scene, material.coat_roughness_slot, hit.face, hit.u, hit.v)
+        surface.coat_roughness = wp.max(material.coat_roughness * coat_texture[1], MIN_ROUGHNESS)
     if scene.transmissive and material.transmission > 0.0:
         share = sample_slot(scene, material.transmission_slot, hit.face, hit.u, hit.v)[0]
         surface.glass = material.transmission * share * (1.0 - metallic)

@@ -56,6 +56,8 @@ def _material(material: Material, units_per_length: float) -> MaterialData:
     data.normal_slot = _slot(material.normal_slot)
     data.emission_slot = _slot(material.emission_slot)
     data.transmission_slot = _slot(material.transmission_slot)
+    data.coat, data.coat_roughness = material.clearcoat, material.clearcoat_roughness
+    data.coat_slot, data.coat_roughness_slot = _slot(material.clearcoat_slot), _slot(material.clearcoat_roughness_slot)
     return data
 
 

@@ -18,9 +18,10 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import meet, met_surface, transmittance
 from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.scattering import (
-    choose_lobe,
+    choose_part,
     is_narrow,
     is_perfect,
+    part_of,
     sample_scattering,
     scattered,
     scattering_density,
@@ -33,7 +34,7 @@ from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import hashed, pixel_seed, sobol_pair
 
-LOBE_PAIR = wp.constant(int(DIRECT_PAIRS))
+PART_PAIR = wp.constant(int(DIRECT_PAIRS))
 FIRST_PAIR = wp.constant(int(DIRECT_PAIRS) + 1)
 PAIRS_A_BOUNCE = wp.constant(4)
 
@@ -125,8 +126,8 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, first_vi
     for bounce in range(bounces + 1):
         pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
         pick = sobol_pair(index, pair + 3, seed)
-        chosen = choose_lobe(surface, pick.y)
-        surface.glass = chosen.glass
+        chosen = choose_part(surface, view, pick.y)
+        surface = part_of(surface, chosen)
         last = bounce == bounces and not is_narrow(surface)
         wanted = paths.indirect
         if bounce == 0:
@@ -170,7 +171,7 @@ def path_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
                seed: int) -> wp.vec3:  # fmt: skip
     """An estimate of the wanted light that `surface` sends to unit `view` [W/m²/sr]."""
     light = wp.vec3(0.0, 0.0, 0.0)
-    surface.glass = choose_lobe(surface, sobol_pair(index, LOBE_PAIR, seed).x).glass
+    surface = part_of(surface, choose_part(surface, view, sobol_pair(index, PART_PAIR, seed).x))
     perfect = surface.glass > 0.0 or surface.mirror
     if paths.direct:
         light += surface.emission
@@ -211,7 +212,7 @@ def path_kernel(glass: bool, panes: bool, environment: bool) -> wp.Kernel:
         total = wp.vec3(0.0, 0.0, 0.0)
         for index in range(paths.before, paths.before + paths.count):
             ray = pixel_ray(cameras[0], pixel, image)
-            scene.coverage = ray_coverage(index, LOBE_PAIR, own_seed)
+            scene.coverage = ray_coverage(index, PART_PAIR, own_seed)
             met = meet(scene, ray.origin, ray.direction, scene.one_sided)
             if met.hit.face == NO_HIT:
                 if paths.direct:

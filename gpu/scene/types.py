@@ -101,6 +101,10 @@ class Material:
     attenuation_distance: float = float("inf")
     specular: float = 1.0
     specular_color: Rgb = (1.0, 1.0, 1.0)
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.0
+    clearcoat_slot: TextureSlot | None = None
+    clearcoat_roughness_slot: TextureSlot | None = None
 
     @property
     def emits(self) -> bool:

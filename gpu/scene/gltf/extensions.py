@@ -11,6 +11,7 @@ SUPPORTED = frozenset(
         "EXT_texture_webp",
         "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
+        "KHR_materials_clearcoat",
         "KHR_materials_emissive_strength",
         "KHR_materials_ior",
         "KHR_materials_pbrSpecularGlossiness",
@@ -40,7 +41,6 @@ _DISPENSABLE = frozenset(
     {
         "KHR_animation_pointer",
         "KHR_materials_anisotropy",
-        "KHR_materials_clearcoat",
         "KHR_materials_diffuse_transmission",
         "KHR_materials_dispersion",
         "KHR_materials_iridescence",

@@ -30,11 +30,11 @@ def read_materials(images: Images) -> list[Material]:
 def _material(images: Images, entry: Value, number: int) -> Material:
     glossy = entry.part("extensions").has(_GLOSSY)
     base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
-    transmission, volume, specular, strength, ior = (
+    transmission, volume, specular, strength, ior, coat = (
         entry.named_extension(f"KHR_materials_{name}")
-        for name in ("transmission", "volume", "specular", "emissive_strength", "ior")
+        for name in ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat")
     )
-    _say_unused(images, entry, volume, specular)
+    _say_unused(images, entry, volume, specular, coat)
     emission = entry.factors("emissiveFactor", _BLACK, 0.0, _MOST)
     if max(emission) > 1.0:
         entry.get("emissiveFactor").mend("is above 1, which glTF leaves to the emissive strength; it was used as it is")
@@ -62,6 +62,10 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         attenuation_distance=_attenuation_distance(volume),
         specular=specular.factor("specularFactor", 1.0, 0.0, 1.0),
         specular_color=_rgb(specular.factors("specularColorFactor", _WHITE, 0.0, _MOST)),
+        clearcoat=coat.factor("clearcoatFactor", 0.0, 0.0, 1.0),
+        clearcoat_roughness=coat.factor("clearcoatRoughnessFactor", 0.0, 0.0, 1.0),
+        clearcoat_slot=_slot(images, coat, "clearcoatTexture"),
+        clearcoat_roughness_slot=_slot(images, coat, "clearcoatRoughnessTexture"),
     )
     if material.transmission > 0.0 and not material.is_pane:
         problem = "lets light through (KHR_materials_transmission), which --method path shows; to others it is opaque"
@@ -106,13 +110,15 @@ def _read_slot(images: Images, info: Value, srgb: bool) -> TextureSlot | None:
     return TextureSlot(texture, uv_set, (cos(angle) * su, sin(angle) * sv, u, -sin(angle) * su, cos(angle) * sv, v))
 
 
-def _say_unused(images: Images, entry: Value, volume: Value, specular: Value) -> None:
+def _say_unused(images: Images, entry: Value, volume: Value, specular: Value, coat: Value) -> None:
     say = images.buffers.document.ignored.add
     if entry.has("occlusionTexture"):
         say("occlusion textures were ignored: the light itself is computed")
     for place, key in ((volume, "thicknessTexture"), (specular, "specularTexture"), (specular, "specularColorTexture")):
         if place.has(key):
             say(f"textures of {key.removesuffix('Texture')} are not supported and were ignored; its factor counts")
+    if coat.has("clearcoatNormalTexture"):
+        say("normal maps of clearcoat are not supported and were ignored")
 
 
 def _ior(extension: Value) -> float:

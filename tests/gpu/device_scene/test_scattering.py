@@ -9,9 +9,10 @@ from scenes import column, results
 from scipy import stats
 
 from gpu.device_scene.scattering import (
-    choose_lobe,
+    choose_part,
     is_narrow,
     is_perfect,
+    part_of,
     sample_scattering,
     scattered,
     scattering_density,
@@ -52,7 +53,7 @@ def value_kernel(first: int, surface: Surface, view: wp.vec3, lights: wp.array[w
 @wp.kernel
 def choice_kernel(first: int, surface: Surface, choices: wp.array[float], out: wp.array[wp.vec4]) -> None:
     index = first + wp.tid()
-    chosen = choose_lobe(surface, choices[index])
+    chosen = choose_part(surface, surface.normal, choices[index])
     out[index] = wp.vec4(
         chosen.glass, chosen.rest, float(int(is_perfect(surface))), float(int(is_narrow(surface)))
     )  # fmt: skip
@@ -190,3 +191,27 @@ def test_perfect_and_narrow_parts_are_told_apart() -> None:
              surface_of(0.4, diffuse=0.5), surface_of(0.6, f0=0.04)]  # fmt: skip
     found = [results(choice_kernel, 1, [case, column([0.5], float)], wp.vec4)[0, 2:].tolist() for case in cases]
     assert found == [[1, 1], [0, 1], [1, 1], [0, 1], [0, 0], [0, 0]]
+
+
+@wp.kernel
+def part_kernel(first: int, surface: Surface, view: wp.vec3, choices: wp.array[float], out: wp.array[wp.vec4]) -> None:
+    """(whether it is the coat, rest, roughness, green of the part's diffuse and f0 and its shares left) of a choice."""
+    index = first + wp.tid()
+    chosen = choose_part(surface, view, choices[index])
+    part = part_of(surface, chosen)
+    left = part.diffuse[1] + 10.0 * part.f0[1] + 100.0 * part.glass + 1000.0 * part.coat
+    out[index] = wp.vec4(float(int(chosen.coat)), chosen.rest, part.roughness, left)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 70.0])
+def test_a_coat_takes_what_it_reflects(degrees: float) -> None:
+    surface = surface_of(0.6, diffuse=0.5, f0=0.04, glass=0.25)
+    surface.coat, surface.coat_roughness = 0.8, 0.1
+    share = 0.8 * (0.04 + 0.96 * (1.0 - np.cos(np.radians(degrees))) ** 5)
+    choices = np.array([0.5 * share, share + 0.1 * (1.0 - share), share + 0.5 * (1.0 - share)])
+    inputs = [surface, wp.vec3(*at_angle(degrees)), column(choices, float)]
+    coat, rest, roughness, left = results(part_kernel, 3, inputs, wp.vec4).T
+    assert coat.tolist() == [1.0, 0.0, 0.0]
+    assert np.allclose(rest, [0.5, 0.4, 0.25 / 0.75], atol=1e-4)
+    assert np.allclose(roughness, [0.1, 0.6, 0.6])
+    assert np.allclose(left, [10.0, 100.9, 0.9], atol=1e-4)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -201,3 +202,23 @@ def test_smooth_metals_are_mirrors_and_smooth_glass_is_clear() -> None:
         assert glass_of(Material(metallic=0.9, roughness=roughness))[0][3] == pytest.approx(8.0)
     for roughness, clear in ((0.099, True), (0.101, False)):
         assert glass_of(Material(transmission=1.0, thickness=1.0, roughness=roughness))[0][3] == 8.0 + clear
+
+
+@wp.kernel
+def coat_kernel(first: int, scene: SceneData, out: wp.array[wp.vec2]) -> None:
+    index = first + wp.tid()
+    direction = wp.vec3(0.0, 0.0, -1.0)
+    surface = surface_at(scene, closest_hit(scene, wp.vec3(0.1, 0.2, 1.0), direction, 10.0), direction)
+    out[index] = wp.vec2(surface.coat, surface.coat_roughness)
+
+
+def test_coats_have_their_factors_and_textures() -> None:
+    slots = {"clearcoat_slot": TextureSlot(0), "clearcoat_roughness_slot": TextureSlot(0)}
+    coat = Material(clearcoat=0.8, clearcoat_roughness=0.5)
+    cases = [(coat, (0.8, 0.5)), (replace(coat, clearcoat_roughness=0.0), (0.8, 0.05)),
+             (replace(coat, **slots), (0.8 * 128 / 255, 0.5 * 64 / 255)), (Material(), (0.0, 0.0))]  # fmt: skip
+    for material, expected in cases:
+        data = wall(material, textures=[textured((128, 64, 0))]).data
+        assert np.allclose(results(coat_kernel, 1, [data], wp.vec2)[0], expected, atol=1e-3)
+    lambertian = wall(coat).view(lambertian=True)
+    assert not results(coat_kernel, 1, [lambertian], wp.vec2).any()

@@ -291,3 +291,12 @@ def test_an_environment_lights_and_is_seen_in_mirrors() -> None:
     eye = np.array([np.sin(angle[3] + np.pi) * 0.3, 0.3 / np.tan(np.pi * 4.5 / 16), np.cos(angle[3] + np.pi) * 0.3])
     towards = look_at(eye, (0.0, 0.0, 0.0), yfov_degrees=0.1)
     assert np.allclose(paths(resident_of([up], [mirror], sky=sky), towards, runs=(1,)), 200.0, rtol=0.1)
+
+
+def test_a_coat_reflects_over_what_is_below() -> None:
+    even, up = Environment("even", np.ones((4, 8, 3), np.float32)), quad([-0.5, 0, -0.5], [0, 0, 1], [1, 0, 0])
+    camera = Camera("down", look_at((0.0, 0.2, 0.0), (0.0, 0.0, 0.0)).to_world, 0.05, orthographic=True)
+    for albedo, expected in ((0.0, 0.04), (1.0, 1.0)):
+        coated = replace(grey(albedo), clearcoat=1.0, clearcoat_roughness=0.2)
+        picture = paths(resident_of([up], [coated], sky=even), camera, runs=(256,), size=(16, 16))
+        assert picture.mean() == pytest.approx(expected, rel=0.03)

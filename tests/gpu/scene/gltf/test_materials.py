@@ -32,6 +32,7 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
             "KHR_materials_ior": {"ior": 1.33},
             "KHR_materials_volume": {"thicknessFactor": 2, "attenuationDistance": 3, "attenuationColor": [0, 1, 0]},
             "KHR_materials_specular": {"specularFactor": 0.25, "specularColorFactor": [1, 2, 3]},
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.125},
         },
     )
     assert material == Material(
@@ -51,6 +52,8 @@ def test_every_factor_is_read(gltf: GltfFile) -> None:
         attenuation_distance=3.0,
         specular=0.25,
         specular_color=(1.0, 2.0, 3.0),
+        clearcoat=0.5,
+        clearcoat_roughness=0.125,
     )
 
 
@@ -223,8 +226,10 @@ def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> 
     gltf.add("textures", source=image(gltf))
     use = {"index": 0}
     material_of(gltf, extensions={"KHR_materials_volume": {"thicknessTexture": use},
-                                  "KHR_materials_specular": {"specularTexture": use}})  # fmt: skip
+                                  "KHR_materials_specular": {"specularTexture": use},
+                                  "KHR_materials_clearcoat": {"clearcoatNormalTexture": use}})  # fmt: skip
     assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == [
         "textures of thickness",
         "textures of specular",
+        "normal maps of clearcoat",
     ]
