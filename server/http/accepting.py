@@ -10,7 +10,7 @@ from gpu.errors import UserError
 from server.http.gate import Gate
 
 WAITING = 128  # connections that the system keeps until they are taken in: a longer queue is a longer wait
-SHARE = 0.15  # of a core, however many come
+SHARE = 0.1  # of a core, however many come
 ACCEPT_COST, GONE_COST = 0.0003, 0.00005  # s of a core for one before a byte of it is read, and for one that has left
 RETRY_SECONDS = 0.2  # after the system could give no connection
 log = logging.getLogger("lumenwalk.http")

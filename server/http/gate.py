@@ -13,7 +13,7 @@ from typing import Protocol
 
 from server.http.rate_limit import Bucket
 
-SHARE = 0.2  # of a core, usually
+SHARE = 0.1  # of a core, usually: what is charged is half of what it takes, as answering is charged at its least
 AT_ONCE = 0.05  # s of it
 PAUSE_SECONDS = 0.005  # at least, so that others have their turns
 
