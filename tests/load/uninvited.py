@@ -38,7 +38,7 @@ async def _beside(target: Target, scale: Scale, intruders: Sequence[int]) -> Out
         for _ in range(scale.phases):
             for name, counts in (("alone", (0, 0, 0, 0)), ("beside", intruders)):
                 async with _intruding(target, counts):
-                    await asyncio.sleep(min(SETTLE_SECONDS, scale.phase_seconds))
+                    await asyncio.sleep(min(SETTLE_SECONDS, 0.2 * scale.phase_seconds))
                     frames, waits, core = await _watched(target, viewers[0], scale.phase_seconds)
                 fps[name].append(frames)
                 ready_ms[name] += waits
