@@ -124,14 +124,9 @@ class DeviceScene:
         self.scene = scene
         self.device = choose_device(device)
         kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
-        order = DEVICE_SHARING.beside(lambda: np.argsort(kind, kind="stable").astype(np.int32))
-        self.triangle_order: Ints = order
-        one_sided = np.array([m.double_sided is False for m in scene.materials])[scene.triangle_material]
-        self._order = _Order(
-            np.ascontiguousarray(scene.triangles[self.triangle_order]),
-            scene.triangle_material[self.triangle_order],
-            one_sided[self.triangle_order].astype(np.float32),
-        )
+        numbers = DEVICE_SHARING.beside(lambda: np.argsort(kind, kind="stable").astype(np.int32))
+        self.triangle_order: Ints = numbers
+        ordered = self._ordered()
         counts = np.bincount(kind, minlength=4).tolist()
 
         data = SceneData()
@@ -140,8 +135,8 @@ class DeviceScene:
         data.uvs = self._upload(scene.uvs, wp.vec2)
         data.has_colors = scene.colors is not None
         data.colors = self._upload(np.ones((1, 4), np.float32) if scene.colors is None else scene.colors, wp.vec4)
-        data.triangles = self._upload(self._order.triangles, wp.vec3i)
-        data.triangle_material = self._upload(self._order.materials, wp.int32)
+        data.triangles = self._upload(ordered.triangles, wp.vec3i)
+        data.triangle_material = self._upload(ordered.materials, wp.int32)
         units = scene.frame.metres_per_unit * scene.placement.scale
         made = [_material(material, units) for material in scene.materials]
         data.materials = wp.array(made, dtype=MaterialData, device=self.device)
@@ -157,13 +152,13 @@ class DeviceScene:
         data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
         data.transmissive = any(material.transmission > 0.0 for material in scene.materials)
-        data.one_sided = bool(one_sided.any())
+        data.one_sided = bool(ordered.culled.any())
         self.data, begin = data, 0
         for name, count in zip(("opaque", "panes", "masked", "backdrop"), counts, strict=True):
             if count:
                 # Where alpha cuts holes, what looks different is different.
                 values = _corner_values(scene) if name == "masked" else scene.vertices
-                setattr(data, name, self._tree(values, begin, begin + count))
+                setattr(data, name, self._tree(ordered, values, begin, begin + count))
             begin += count
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
@@ -171,11 +166,17 @@ class DeviceScene:
         DEVICE_SHARING.pause()
         return array
 
-    def _tree(self, values: Floats, begin: int, end: int) -> Bvh:
+    def _ordered(self) -> _Order:
+        scene, numbers = self.scene, self.triangle_order
+        materials = scene.triangle_material[numbers]
+        one_sided = np.array([material.double_sided is False for material in scene.materials])[materials]
+        return _Order(np.ascontiguousarray(scene.triangles[numbers]), materials, one_sided.astype(np.float32))
+
+    def _tree(self, order: _Order, values: Floats, begin: int, end: int) -> Bvh:
         """A tree over the triangles from `begin` to `end` but repeated ones, which have the same `values` (vertex,
         value), numbered from `begin`.
         """
-        order, part = self._order, slice(begin, end)
+        part = slice(begin, end)
         again = DEVICE_SHARING.beside(lambda: repeated(values, order.triangles[part], order.materials[part]))
         listed: Mask = ~again
         indices = self._upload(order.triangles[part][listed].ravel(), wp.int32)
@@ -188,7 +189,7 @@ class DeviceScene:
     @cached_property
     def _with_panes(self) -> Bvh:
         """A tree over opaque triangles and panes together."""
-        return self._tree(self.scene.vertices, 0, self.data.opaque_count + self.data.pane_count)
+        return self._tree(self._ordered(), self.scene.vertices, 0, self.data.opaque_count + self.data.pane_count)
 
     def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.
