@@ -184,8 +184,8 @@ class GpuBackend:
     def _picture(self, job: Render, report: Report) -> Picture:
         loaded = self._load(job.scene, report)
         # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
-        viewer = job.viewer if job.viewer > STILLS else job.request
-        with self._tasks.holding(viewer), self._tasks.holding((job.scene, job.size, lasting(job.settings))):
+        who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
+        with self._tasks.holding(who), self._tasks.holding((job.scene, job.size, lasting(job.settings))):
             return self._frame(job, loaded, report)
 
     def _frame(self, job: Render, loaded: LoadedScene, report: Report) -> Picture:
