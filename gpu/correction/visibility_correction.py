@@ -160,14 +160,14 @@ class Correction:
     """Corrects the light of up to `capacity` SPs; its arrays are allocated once.
 
     most: of the passes that may be wanted. own (pixel,): what the irradiance of each SP lacks by its own rays, or has
-    too much of, then negative [W/m²].
+    too much of, then negative [W/m²]; rays: CHECKS of each.
     """
 
     def __init__(self, capacity: int, device: wp.Device, most: int = 1) -> None:
         self.device = device
         self.own = wp.zeros(capacity, dtype=wp.vec3, device=device)
         self._means = wp.zeros(capacity, dtype=int, device=device)
-        self._rays = shadow_rays(capacity, CHECKS, device, side_by_side=True, control_variate=True)
+        self.rays = shadow_rays(capacity, CHECKS, device, side_by_side=True, control_variate=True)
         self._wanted = wp.ones(1, dtype=float, device=device)
         # Whether any SP has each of them. Graphs read that, and launch nothing for those that none has.
         self._has = wp.zeros(most, dtype=int, device=device)
@@ -184,7 +184,7 @@ class Correction:
 
         Each takes its mean into that of those before, unless it is number 0.
         """
-        listed, rays = points.points, self._rays
+        listed, rays = points.points, self.rays
 
         def run(number: int) -> None:
             one = CorrectionPass()

@@ -1,7 +1,7 @@
 """A still view's frames averaged into one picture: anti-aliased, and without the error of any one light set.
 
 Frame n looks through a place of its own in the pixels and has samples of its own; light paths are new every few frames
-(gpu.methods). So the mean converges to what infinitely many VPLs would give, averaged over each pixel.
+(gpu.methods). So the mean converges to what infinitely many samples would give, averaged over each pixel.
 """
 
 import warp as wp

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 import warp as wp
 
-from gpu.core.device import launch
+from gpu.core.device import duplicate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_order
 from gpu.core.parameters import parameters
@@ -118,9 +118,16 @@ class ShadingPoints:
         other.before = other._edges_of_no_frame()
         return other
 
-    def find(self, gbuffer: GBuffer) -> None:
-        """List the pixels of `gbuffer` that are shaded; those that see nothing cost nothing from here on."""
-        inputs = [gbuffer, self._image, self.sparse, self._order, self.before, self._shaded, self.listed]
+    def find(self, gbuffer: GBuffer, *, every: bool = False) -> None:
+        """List the pixels of `gbuffer` that are shaded; those that see nothing cost nothing from here on.
+
+        every: all others are shaded, whatever their anchors know.
+        """
+        sparse = self.sparse
+        if every:
+            sparse = duplicate(SparseShadingParameters, sparse)
+            sparse.stride = 1
+        inputs = [gbuffer, self._image, sparse, self._order, self.before, self._shaded, self.listed]
         launch(mark_shaded_kernel, self.capacity, inputs, self.device)
         running_total(self._shaded, self._totals)
         inputs = [self._shaded, self._totals, self._order, self.points]

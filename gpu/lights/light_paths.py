@@ -27,7 +27,8 @@ from gpu.sampling.warps import cosine_direction
 class Vpls:
     """Virtual point lights, neighbours on a surface side by side.
 
-    position, normal (vpl,) in unit space; flux (vpl,) [W], reflected.
+    position, normal (vpl,) in unit space; flux (vpl,) [W], reflected; bounce (vpl,): how many surfaces its path met
+    before.
     A VPL is Lambertian: its intensity in a direction at angle θ from its normal is flux · cosθ / π.
     """
 
@@ -35,6 +36,7 @@ class Vpls:
     position: wp.array[wp.vec3]
     normal: wp.array[wp.vec3]
     flux: wp.array[wp.vec3]
+    bounce: wp.array[int]
 
 
 def allocate_vpls(count: int, device: wp.Device) -> Vpls:
@@ -79,6 +81,7 @@ def light_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
             out.flux[slot] = flux
+            out.bounce[slot] = bounce
             survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
             if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
                 return
@@ -108,6 +111,7 @@ def gather_vpls_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) 
     out.position[index] = vpls.position[source]
     out.normal[index] = vpls.normal[source]
     out.flux[index] = vpls.flux[source]
+    out.bounce[index] = vpls.bounce[source]
 
 
 @wp.kernel

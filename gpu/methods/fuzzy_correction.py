@@ -7,14 +7,34 @@ import warp as wp
 
 from gpu.core.stages import Stages
 from gpu.correction.adaptive_rays import BrightPoints
+from gpu.correction.near_paths import NearPaths, trace_near_paths
 from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction, Passes
+from gpu.correction.vpl_connections import Connections, connect
 from gpu.indirect.clustered_light import clustered_light
+from gpu.lights.light_table import LightTable
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.passes import FrameKind
+from gpu.vpl.bound_area import BoundAreas
 from gpu.vpl.vpl_clusters import VplClusters
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What a still view's later frames are lit by: emitters and a light set.
+
+    bounds, areas (vpl,): what that set's VPLs are bounded by, read from another set; bounces: the most surfaces that
+    light meets before an SP; seed: of all frames' paths.
+    """
+
+    table: LightTable
+    vpls: VplClusters
+    bounds: BoundAreas
+    areas: wp.array
+    bounces: int
+    seed: int
 
 
 @dataclass(frozen=True)
@@ -23,8 +43,8 @@ class FuzzyCorrectionParameters:
 
     suspected, refined: SPs that may be far too bright, and those of them with many rays of their own, per SP cluster;
     bright: SPs that may be brightest and so have more rays, per SP cluster.
-    refining_passes: later frames of a still view correct so many times: what these rays find is most of their mean's
-    noise.
+    refining_passes: later frames of a still view have so many times CHECKS rays of each SP: what these find is most of
+    their mean's noise.
     """
 
     suspected: float = 2.0
@@ -126,3 +146,22 @@ class FuzzyCorrection:
         if kind.denoise:
             stages.run("refine", refine, repeats=kind.captured)
             stages.run("bright", bright, repeats=kind.captured, waits_for_fork=True)
+
+    def converge(self, view: FuzzyViewState, kept: KeptLight, lights: Convergence, kind: FrameKind,
+                 stages: Stages) -> None:  # fmt: skip
+        """In place of all that `run` corrects and of near-field light: what is right in the mean over light sets."""
+        frame, points, irradiance = self._frame, view.points, self._frame.indirect.irradiance
+        known = clustered_light(view.clustering.clusters, kept.visibility.words, lights.vpls, kept.far.data)
+        rays, paths = Connections(), NearPaths()
+        rays.passes, rays.areas, rays.seed = self._quality.refining_passes, lights.areas, kind.seed
+        paths.bounds, paths.areas, paths.bounces = lights.bounds, lights.areas, lights.bounces
+        paths.sample, paths.seed = kind.sample, lights.seed
+
+        def connected() -> None:
+            connect(frame.scene, frame.gbuffer, points, known, frame.indirect, self._rays.rays, rays)
+
+        def near() -> None:
+            trace_near_paths(frame.scene, lights.table, frame.gbuffer, points, lights.vpls, paths, irradiance)
+
+        stages.run("connect", connected, repeats=False)
+        stages.run("paths", near, repeats=False)

@@ -2,17 +2,21 @@
 
 from typing import Any
 
+import warp as wp
+
 from gpu.core.stages import Stages, new_number
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.visibility import Visibility
 from gpu.methods.frame_arrays import FrameArrays
-from gpu.methods.fuzzy_correction import FuzzyCorrection
+from gpu.methods.fuzzy_correction import Convergence, FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
 from gpu.methods.passes import FrameKind, keeps_lights, light_set_choice
 from gpu.settings import Clustering, Component
+from gpu.vpl.bound_area import areas_of, bound_areas
 from gpu.vpl.build import unclustered
 from gpu.vpl.light_sets import LightSetChoice
+from gpu.vpl.vpl_clusters import VplClusters
 
 # Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
 # by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
@@ -46,6 +50,8 @@ class FuzzyLights:
         self.are_kept = True
         vpl_clusters = self._first.count if self._fixed else counts.vpl_clusters
         self.room = min(counts.sp_clusters, most, setup.pixels), vpl_clusters
+        self._bounded: VplClusters | None = None
+        self._areas: wp.array = None
         self.correction = FuzzyCorrection(frame, passes, counts.sp_clusters, vpl_clusters, lent)
 
     def choose(self, kind: FrameKind, stages: Stages) -> None:
@@ -64,6 +70,19 @@ class FuzzyLights:
         """The number of the light set of frame `sample` of a still view."""
         many = self._setup.sample_counts.vpls >= MANY_VPLS
         return 0 if self._fixed else sample // (FRAMES_A_SET if many else 1)
+
+    def converges(self, kind: FrameKind) -> bool:
+        """Whether a frame is one of those whose mean is what path tracing finds."""
+        return kind.refines and self.has_near and self._setup.settings.correct
+
+    @property
+    def convergence(self) -> Convergence:
+        """What such a frame is lit by: its bounds are read from the first set, which lights none of them."""
+        settings, bounds = self._setup.settings, bound_areas(self._first_cache)
+        if self._bounded is not self.vpls:
+            self._bounded, self._areas = self.vpls, areas_of(self.vpls, bounds)
+        table = self._setup.light_sets.table
+        return Convergence(table, self.vpls, bounds, self._areas, settings.bounces, settings.seed)
 
     def known_to(self, view: FuzzyViewState) -> KeptLight:
         """What a view's representatives know of these lights."""

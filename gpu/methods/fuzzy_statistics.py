@@ -46,7 +46,7 @@ class FuzzyCounter:
             return counts | nothing | {"empty": self._counter.totals()[0]}, passes.skips()
         *sums, empty = self._counter.totals()
         of, kept = dict(zip(SUMMED, sums, strict=True)), lights.known_to(view)
-        counts |= {name: of[name] for name in ("shaded", "rays", "near")}
+        counts |= {name: of[name] for name in ("shaded", "rays")} | {"near": of["near"] if kept.near else 0}
         counts |= {name: of[name] if kept.corrected else 0 for name in MORE_RAYS}
         counts |= {"unassigned": of["deficit"] // int(UNASSIGNED_DEFICIT), "empty": empty}
         skips = {

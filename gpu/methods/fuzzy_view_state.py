@@ -24,7 +24,7 @@ class KeptLight:
 
     last_sample: the number in a still view of the frame that left this, None where none did; reads_history: whether
     the last frame built on light of those before; corrected: whether SPs that neighbours must not speak for had more
-    rays in it.
+    rays in it; near: whether near-field light was looked for.
     """
 
     visibility: Visibility
@@ -32,10 +32,11 @@ class KeptLight:
     last_sample: int | None = None
     reads_history: bool = False
     corrected: bool = False
+    near: bool = False
 
-    def begin(self, *, reads_history: bool, corrected: bool) -> None:
+    def begin(self, *, reads_history: bool, corrected: bool, near: bool) -> None:
         """Begin a frame, which leaves nothing should it fail."""
-        self.last_sample, self.reads_history, self.corrected = None, reads_history, corrected
+        self.last_sample, self.reads_history, self.corrected, self.near = None, reads_history, corrected, near
 
     def for_another_viewer(self) -> "KeptLight":
         """One that knows nothing yet; both share what a frame only works with."""

@@ -41,7 +41,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
     stage_names = ("light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright",
-                   "probe", "direct", "near", "interpolate", "keep")  # fmt: skip
+                   "connect", "paths", "probe", "direct", "near", "interpolate", "keep")  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 584, 66, 16
 
     @staticmethod
@@ -85,7 +85,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
                 self._options.inspect(view, self._frame, lights.vpls, stages)
         self._passes.end_direct(view, kind, stages)
         if lights.has_indirect:
-            self._passes.end_indirect(view, view.points, kind, stages, near=lights.has_near)
+            self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
         if kind.write_history:
             stages.run("keep", partial(self._keep, view))
             view.wrote_history = True
@@ -96,15 +96,18 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         clustering, points, history, captured = view.clustering, view.points, view.histories.indirect, kind.captured
         # Steps 1 and 2: VPLs and their clusters, mostly kept from before. Step 3 was the primary rays.
         lights.check_room(clustering.count)
+        clustering.spread(1 if kind.shades_all else points.stride)
         lights.choose(kind, stages)
         vpls, kept = lights.vpls, lights.known_to(view)
         reuses, reads = lights.reuses_clusters(view, kept, kind), self._options.keeps_light and kind.read_history
-        kept.begin(reads_history=reads, corrected=settings.correct and kind.denoise)
+        converges = lights.converges(kind)
+        near = lights.has_near and not converges
+        kept.begin(reads_history=reads, corrected=settings.correct and kind.denoise, near=near)
         frame.seed.fill_(kind.seed)
         if kind.denoise:
             find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
             stages.run("history", find if reads else history.forget, repeats=captured, branch=reads)
-        if lights.has_near:
+        if near:
             passes.begin_near(points, vpls, lights.cache, kind, stages, history)
 
         def cluster() -> None:
@@ -128,7 +131,10 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         stages.run("visibility", trace, repeats=captured)
         kept.last_sample = kind.sample
         stages.run("shade", shade_points, repeats=captured, branch=reuses)
-        if lights.has_near:
+        if converges:
+            lights.correction.converge(view, kept, lights.convergence, kind, stages)
+            return
+        if near:
             passes.share_near(points, lights.correction.clustered_irradiance, kind, stages, history)
         if settings.correct:
             lights.correction.run(view, kept, vpls, kind, stages)

@@ -28,11 +28,13 @@ class StillViewParameters:
 
     smoothed_frames: smoothing blurs shadows a little. It helps the first frames; those after so many are averaged, not
     smoothed, so that the mean forgets the blur. refining_samples: of direct light these have at least, since its noise
-    would be most of the mean's.
+    would be most of the mean's. interpolated_frames: those after so many shade every pixel: light between SPs is
+    interpolated in earlier ones, which have less noise for it, and the mean forgets that blur, too.
     """
 
     smoothed_frames: int = 4
     refining_samples: int = 4
+    interpolated_frames: int = 64
 
 
 STILL_VIEW_PARAMETERS = StillViewParameters()
@@ -48,15 +50,17 @@ class FrameKind:
     """What is done in a frame.
 
     sample: its number among those of a still view; index: that, or its number in a walk: frames with another have
-    samples of their own; seed: of these; refines: it is one of those that make a still view's mean sharp; denoise:
-    light is shared between neighbouring pixels; read_history, write_history: light of a walk's frames before is built
-    on, or left to the next. captured: its stages launch what those of other frames of this kind do.
+    samples of their own; seed: of these; refines: it is one of those that make a still view's mean sharp; shades_all:
+    every pixel is shaded, none interpolated; denoise: light is shared between neighbouring pixels; read_history,
+    write_history: light of a walk's frames before is built on, or left to the next. captured: its stages launch what
+    those of other frames of this kind do.
     """
 
     sample: int
     index: int
     seed: int
     refines: bool
+    shades_all: bool
     denoise: bool
     read_history: bool
     write_history: bool
@@ -75,6 +79,7 @@ def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameK
         index=index,
         seed=frame_seed(settings.seed, index),
         refines=refines,
+        shades_all=sample >= STILL_VIEW_PARAMETERS.interpolated_frames,
         denoise=settings.smooth and not refines,
         read_history=sample == 0 and view.history_length > 0,
         write_history=sample == 0 and settings.skip.temporal_reuse and settings.smooth,
@@ -132,9 +137,9 @@ class Passes:
 
         def gbuffer() -> None:
             frame.trace_primary_rays(view.camera)
-            points.find(frame.gbuffer)
+            points.find(frame.gbuffer, every=kind.shades_all)
 
-        stages.run("gbuffer", gbuffer)
+        stages.run("gbuffer", gbuffer, branch=kind.shades_all)
         if not self._has_direct:
             view.radiance.zero_()
             return

@@ -72,6 +72,10 @@ class SpClustering:
         """Have so many clusters from the next frame on: KeptClusters.use."""
         self._kept.use(count, at_once=at_once)
 
+    def spread(self, stride: int) -> None:
+        """Have SPs `stride` pixels apart from the next frame on."""
+        self._kept.spread(stride)
+
     def run(self, gbuffer: GBuffer, seed: int) -> None:
         """K-means of a sample of the SPs (Algorithm 1), then the F nearest clusters of every SP (Algorithm 2)."""
         points, budget = self._sps.points, self._kept.budget

@@ -69,6 +69,12 @@ class KeptClusters:
         self.budget.max_new.fill_(self.count if at_once else 1 + int(self.chosen.max_new * self.count))
         self.budget.spacing_scale.fill_(self._stride * base**-0.5)
 
+    def spread(self, stride: int) -> None:
+        """Have SPs `stride` pixels apart from the next frame on."""
+        if stride != self._stride:
+            self._stride = stride
+            self.use(self.count)
+
     def forget(self) -> None:
         """Begin a walk anew."""
         self.grid.data.spacing.zero_()

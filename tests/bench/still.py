@@ -19,7 +19,9 @@ from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
 from tests.bench.timing import load_kernels
 
-FRAMES, QUICK_FRAMES = 128, 4
+# A view is looked at for so long, or so many frames.
+MOST_SECONDS, FRAMES, QUICK_FRAMES = 10.0, 2048, 4
+TILES = 8  # in each direction, in which the first frame is compared with the mean
 REFERENCE_PATHS = 16  # paths a pixel in each frame of a reference that is rendered here
 SECOND_PATHS, SECOND_SEED = 256, 303  # of the second one
 
@@ -29,6 +31,16 @@ def run(suite: Suite) -> None:
     settings = suite.settings(component=Component.FULL)
     tasks = [Task(suite.label(name), partial(measure_row, suite, name, settings)) for name in suite.scene_names()]
     suite.run("still", tasks)
+
+
+def tile_change(first: np.ndarray, picture: np.ndarray) -> float:
+    """The most that the mean of any of TILES × TILES tiles of a picture differs from that of the first, relatively."""
+
+    def means(image: np.ndarray) -> np.ndarray:
+        rows = np.array_split(image, TILES, axis=0)
+        return np.array([[tile.mean() for tile in np.array_split(row, TILES, axis=1)] for row in rows])
+
+    return float(np.max(np.abs(means(picture) / means(first) - 1.0)))
 
 
 def is_kept(number: int, seconds: float, following: float) -> bool:
@@ -71,6 +83,8 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
             pictures.pop()
         seconds = following
         pictures.append((number, seconds, frame.radiance()))
+        if seconds > MOST_SECONDS:
+            break
     return {
         "scene": name,
         "size": list(subject.size),
@@ -81,6 +95,7 @@ def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
                 "seconds": time,
                 "errors": suite.errors(picture, reference),
                 "rel_mse_beyond_noise": error_beyond_noise(picture, reference, second),
+                "tile_change": tile_change(pictures[0][2], picture),
             }
             for number, time, picture in pictures
         ],

@@ -1,8 +1,9 @@
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
-from tests.bench.still import is_kept
+from tests.bench.still import is_kept, tile_change
 
 
 @pytest.mark.parametrize(
@@ -19,3 +20,12 @@ def test_powers_of_two_and_the_last_frame_within_a_second_are_kept(times: list[f
         number for number, (here, following) in enumerate(pairwise(ready), start=1) if is_kept(number, here, following)
     ]
     assert kept == wanted
+
+
+def test_the_change_of_a_picture_is_that_of_its_worst_tile() -> None:
+    first = np.ones((33, 50, 3))
+    picture = first.copy()
+    picture[:2] *= 1.01
+    picture[-4:, -6:] *= 0.9
+    assert tile_change(first, first) == 0.0
+    assert tile_change(first, picture) == pytest.approx(0.1)

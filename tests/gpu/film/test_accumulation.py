@@ -71,7 +71,7 @@ def test_the_first_frame_is_the_single_frame(room: DeviceScene, method: Method) 
     ("component", "reference"),
     [
         (Component.DIRECT, {"method": Method.PATH, "samples": 16}),
-        (Component.INDIRECT, {"method": Method.EXACT_VPL, "seed": 77}),
+        (Component.INDIRECT, {"method": Method.PATH, "samples": 16}),
     ],
 )
 def test_frames_converge_to_the_reference_spread_over_the_pixels(
@@ -80,6 +80,8 @@ def test_frames_converge_to_the_reference_spread_over_the_pixels(
     exact = averaged(room, 48, component=component, lambertian=True, **reference)
     few, many = (averaged(room, frames, component=component, lambertian=True) for frames in (1, 32))
     assert error(many, exact) < 0.3 * error(few, exact)
+    # VPLs alone stay 3 % too bright here, however many sets of them are averaged.
+    assert many.mean() == pytest.approx(exact.mean(), rel=0.01)
 
 
 def test_every_frame_has_its_own_rays(room: DeviceScene) -> None:

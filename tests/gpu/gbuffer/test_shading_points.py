@@ -23,6 +23,17 @@ def gbuffer_with(valid: np.ndarray) -> GBuffer:
     return gbuffer
 
 
+def test_every_pixel_is_shaded_where_that_is_asked_for() -> None:
+    gbuffer, sps = gbuffer_with(np.ones((20, 30), bool)), ShadingPoints((30, 20), 2, CPU)
+    gbuffer.normal.assign(np.tile(np.float32([0.0, 1.0, 0.0]), (600, 1)))
+    gbuffer.geometric_normal.assign(gbuffer.normal)
+    sps.find(gbuffer)
+    assert sps.count.numpy()[0] < 300
+    sps.find(gbuffer, every=True)
+    assert sps.count.numpy()[0] == 600
+    assert (sps.listed.numpy() == 1).all()
+
+
 def test_only_pixels_with_a_surface_are_listed() -> None:
     valid = np.random.default_rng(0).uniform(size=(20, 30)) < 0.4
     sps = ShadingPoints((30, 20), 1, CPU)

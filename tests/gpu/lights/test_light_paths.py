@@ -25,6 +25,14 @@ def test_the_flux_in_a_closed_box_is_a_geometric_series(bounces: int) -> None:
     assert np.allclose(vpls.flux.numpy().sum(axis=0, dtype=np.float64), expected, rtol=0.02)
 
 
+def test_vpls_know_how_many_surfaces_their_light_met_before() -> None:
+    """Roulette keeps half of the light at each, so half as many VPLs are of each later bounce."""
+    vpls = paths_in(resident_of(box(), [grey(0.5)], lights=[BULB]), 3)
+    numbers = np.bincount(vpls.bounce.numpy())
+    assert numbers[0] == PATHS
+    assert numbers / PATHS == pytest.approx([1.0, 0.5, 0.25], rel=0.05)
+
+
 def test_a_lamp_in_a_box_gives_the_same_series() -> None:
     vpls = paths_in(resident_of(box(), [grey(0.5)], lights=[BULB]), 4)
     expected = 4.0 * np.pi * np.array(BULB.intensity) * (0.5 + 0.25 + 0.125 + 0.0625)

@@ -8,6 +8,7 @@ from scenes import slats
 
 from gpu.correction.outliers import OutlierParameters, OutlierPoints
 from gpu.correction.visibility_correction import Correction, Passes
+from gpu.correction.vpl_connections import connect
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.methods.frame_arrays import FrameArrays
@@ -57,8 +58,11 @@ def test_so_many_points_a_cluster_have_more_rays(room: DeviceScene) -> None:
     assert [points.capacity for points in (few.suspected, few.refined, few.bright)] == [200, 100, 400]
 
 
-def test_later_frames_of_a_still_view_have_three_passes(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
-    traced, trace = [], Correction.trace
+@pytest.mark.parametrize("near_field", [True, False])
+def test_later_frames_of_a_still_view_have_three_passes(
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch, near_field: bool
+) -> None:
+    traced, connected, trace = [], [], Correction.trace
 
     def noted(self: Correction, *inputs: Any) -> None:
         passes: Passes = inputs[-1]
@@ -66,8 +70,17 @@ def test_later_frames_of_a_still_view_have_three_passes(room: DeviceScene, monke
             traced.append(len(passes.numbers))
         trace(self, *inputs)
 
+    def connects(*inputs: Any) -> None:
+        connected.append(inputs[-1].passes)
+        connect(*inputs)
+
     monkeypatch.setattr(Correction, "trace", noted)
-    renderer, mean = Renderer(room, SIZE, RenderSettings(**QUALITY)), Accumulation(SIZE[0] * SIZE[1], room.device)
+    monkeypatch.setattr("gpu.methods.fuzzy_correction.connect", connects)
+    settings = RenderSettings(**QUALITY, near_field=near_field)
+    renderer, mean = Renderer(room, SIZE, settings), Accumulation(SIZE[0] * SIZE[1], room.device)
     for _ in range(5):
-        renderer.render(CAMERA, mean)
-    assert traced == [1] * 4 + [3]
+        frame = renderer.render(CAMERA, mean)
+    # Light of VPLs alone is what is wanted where near-field light is not.
+    assert (traced, connected) == (([1] * 4, [3]) if near_field else ([1] * 4 + [3], []))
+    assert ("connect" in frame.stats.stage_ms) == ("paths" in frame.stats.stage_ms) == near_field
+    assert frame.stats.counts["near"] == 0

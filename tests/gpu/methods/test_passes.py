@@ -30,6 +30,8 @@ def test_indirect_light_is_added_to_what_is_there() -> None:
         (3, 0, True, {"index": 3, "refines": False, "denoise": True, "read_history": False, "write_history": False}),
         (4, 0, True, {"index": 4, "refines": True, "denoise": False, "read_history": False, "write_history": False}),
         (0, 0, False, {"index": 0, "refines": False, "denoise": False, "read_history": False, "write_history": False}),
+        (63, 0, True, {"index": 63, "refines": True, "shades_all": False, "denoise": False}),
+        (64, 0, True, {"index": 64, "refines": True, "shades_all": True, "denoise": False}),
     ],
 )
 def test_a_frames_number_tells_what_is_done_in_it(

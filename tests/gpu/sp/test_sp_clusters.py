@@ -29,3 +29,11 @@ def test_a_quarter_is_kept_back_and_a_sixteenth_may_be_new_unless_all_at_once() 
     kept.forget()
     assert numbers(kept) == (400, 300, 400)
     assert kept.budget.extent.numpy()[0] == 400
+
+
+def test_where_sps_are_nearer_clusters_are_as_far_apart_as_before() -> None:
+    kept = KeptClusters(Grid(800, wp.get_device("cpu")), 2, SP_CLUSTER_PARAMETERS)
+    kept.use(400)
+    kept.spread(1)
+    assert numbers(kept) == (400, 300, 26)
+    assert kept.budget.spacing_scale.numpy()[0] == pytest.approx(1.0 / 300**0.5)

@@ -1,0 +1,156 @@
+"""Paths for the light that bounded VPLs leave out, so that what they send is right in the mean.
+
+Of the light that one surface sends another, a VPL's bound takes the share A/(π·d² + A) away. A path gives it back:
+where it arrives, emitters are sampled, and where it did not go far, VPLs, too, which are bounded likewise, and it goes
+on (T. Kollig and A. Keller, Illumination in the Presence of Weak Singularities, 2004).
+"""
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from gpu.core.color import brightness
+from gpu.core.constants import PI, RAY_LENGTH
+from gpu.core.device import launch
+from gpu.core.parameters import parameters
+from gpu.device_scene.bsdf import largest
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.rays import closest_hit, connected, offset_origin
+from gpu.device_scene.surface import Surface, surface_at
+from gpu.direct.direct_light import delta_light, ris_light
+from gpu.direct.path_tracing import FIRST_PAIR, PAIRS_A_BOUNCE
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.point_list import PointList
+from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.lights.light_table import LightTable
+from gpu.sampling.sobol import hashed, pixel_seed, sobol_pair
+from gpu.sampling.warps import cosine_direction
+from gpu.vpl.bound_area import BoundAreas, bound_area
+from gpu.vpl.form_factor import light_of, member_irradiance
+from gpu.vpl.group_sampling import offered, reservoir
+from gpu.vpl.vpl_clusters import VplClusters
+
+VPL_KEY = wp.constant(wp.uint32(0x1B56C4E9))
+
+
+@wp.struct
+@dataclass
+class NearPathParameters:
+    """How many paths go on and what they look at.
+
+    survival: a path goes on from where it arrived with so many times the share that a bound takes away; fewer would
+    count for so much that single ones were seen. candidates: VPLs that are looked at there, of which one gets a ray.
+    later_area: their bounds have so many times the area, since they are drawn whatever their distance, so that near
+    ones would be rare and bright.
+    """
+
+    survival: float = 16.0
+    candidates: int = 32
+    later_area: float = 64.0
+
+
+NEAR_PATH_PARAMETERS: NearPathParameters = parameters(NearPathParameters)
+
+
+@wp.struct
+class NearPaths:
+    """One path of each SP. bounds: tell A anywhere; areas (vpl,): A of VPLs; bounces: the most surfaces that light
+    meets before an SP; sample: the path's number among those of the SP; seed: of all of these.
+    """
+
+    bounds: BoundAreas
+    areas: wp.array[float]
+    bounces: int
+    sample: int
+    seed: int
+
+
+@wp.func
+def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, paths: NearPaths, last_bounce: int,
+                      state: wp.uint32, chosen: NearPathParameters) -> wp.vec3:  # fmt: skip
+    """An estimate of the irradiance at `surface` by bounded VPLs of at most `last_bounce`, with one shadow ray."""
+    members = vpls.members
+    drawn = reservoir(state)
+    for candidate in range(chosen.candidates):
+        vpl = int(hashed(state + wp.uint32(candidate)) % wp.uint32(members.count))
+        if members.bounce[vpl] <= last_bounce:
+            area = paths.areas[vpl] * chosen.later_area
+            light = member_irradiance(surface.position, surface.geometric_normal, vpls, vpl, area)
+            if brightness(light) > 0.0:
+                drawn = offered(drawn, vpl, brightness(light))
+    nothing = wp.vec3(0.0, 0.0, 0.0)
+    if drawn.item < 0:
+        return nothing
+    position = members.position[drawn.item]
+    normal = members.normal[drawn.item]
+    if not connected(scene, surface.position, surface.geometric_normal, position, normal):
+        return nothing
+    return light_of(vpls, drawn.item, drawn.total * float(members.count) / float(chosen.candidates))
+
+
+@wp.func
+def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClusters, paths: NearPaths, seed: int,
+               chosen: NearPathParameters) -> wp.vec3:  # fmt: skip
+    """An estimate of the irradiance at `first` that bounds of VPLs leave out, over π [W/m²/sr]."""
+    light = wp.vec3(0.0, 0.0, 0.0)
+    throughput = wp.vec3(1.0, 1.0, 1.0)
+    surface = first
+    wider = float(1.0)
+    for bounce in range(paths.bounces):
+        pair = FIRST_PAIR + PAIRS_A_BOUNCE * bounce
+        place = sobol_pair(paths.sample, pair, seed)
+        direction = cosine_direction(surface.normal, place.x, place.y)
+        if wp.dot(direction, surface.geometric_normal) <= 0.0:
+            return light
+        origin = offset_origin(surface.position, surface.geometric_normal, direction)
+        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+        if hit.face == NO_HIT:
+            return light
+        surface = surface_at(scene, hit, direction)
+        surface.normal = surface.geometric_normal
+        surface.diffuse = surface.albedo
+        surface.f90 = 0.0
+        area = wider * bound_area(paths.bounds, surface.position, surface.normal)
+        share = area / (PI * hit.t * hit.t + area)
+        throughput = throughput * share
+        light += wp.cw_mul(throughput, delta_light(scene, table, surface, -direction))
+        if table.sampled.count > 0 and largest(surface.albedo) > 0.0:
+            found = ris_light(scene, table, surface, -direction, paths.sample, 0, seed + bounce + 1, False)
+            light += wp.cw_mul(throughput, found)
+        survival = wp.min(chosen.survival * share, 1.0)
+        if sobol_pair(paths.sample, pair + 3, seed).x >= survival:
+            return light
+        throughput = wp.cw_mul(throughput, surface.albedo) / survival
+        state = hashed(wp.uint32(seed) ^ hashed(VPL_KEY + wp.uint32(paths.sample * paths.bounces + bounce)))
+        wider = chosen.later_area
+        vpl_light = sampled_vpl_light(scene, surface, vpls, paths, paths.bounces - 2 - bounce, state, chosen)
+        light += wp.cw_mul(throughput, vpl_light) / PI
+    return light
+
+
+# As for direct light, whose candidates are looked at here, too.
+@wp.kernel(module="unique", module_options={"max_unroll": 1})
+def near_path_kernel(first: int, scene: SceneData, table: LightTable, gbuffer: GBuffer, points: PointList,
+                     vpls: VplClusters, paths: NearPaths, chosen: NearPathParameters,
+                     irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: adds what its path finds to its irradiance (pixel,) [W/m²]."""
+    sp = first + wp.tid()
+    if sp >= points.count[0]:
+        return
+    pixel = points.pixels[sp]
+    surface = Surface()
+    surface.position = gbuffer.position[pixel]
+    surface.geometric_normal = gbuffer.geometric_normal[pixel]
+    surface.normal = gbuffer.normal[pixel]
+    seed = pixel_seed(pixel, paths.seed)
+    irradiance[pixel] += near_light(scene, table, surface, vpls, paths, seed, chosen) * PI
+
+
+def trace_near_paths(scene: SceneData, table: LightTable, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters,
+                     paths: NearPaths, irradiance: wp.array) -> None:  # fmt: skip
+    """Add to the irradiance (pixel,) of `sps` what bounds of `vpls` leave out, by a path each.
+
+    table: of the scene's emitters, which are sampled wherever a path arrives.
+    """
+    inputs = [scene, table, gbuffer, sps.points, vpls, paths, NEAR_PATH_PARAMETERS, irradiance]
+    launch(near_path_kernel, sps.capacity, inputs, sps.device)

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+import warp as wp
+from pipeline import Pipeline
+from scenes import slats
+
+from gpu.core.device import launch
+from gpu.core.kahan import Sum, kahan_add
+from gpu.correction.vpl_connections import Connections, connect
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.rays import connected_solid
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.indirect.irradiance import CHECKS
+from gpu.scene.types import Doubles
+from gpu.vpl.form_factor import member_irradiance
+from gpu.vpl.shadow_rays import shadow_rays
+from gpu.vpl.vpl_clusters import VplClusters
+
+SIZE, SEEDS = (16, 12), 150
+AREA = 2e-3
+
+
+@wp.kernel
+def all_members_kernel(first: int, scene: SceneData, gbuffer: GBuffer, pixels: wp.array[int], vpls: VplClusters,
+                       areas: wp.array[float], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: its light of all VPLs, with a ray to each."""
+    pixel = pixels[first + wp.tid()]
+    position = gbuffer.position[pixel]
+    total = Sum()
+    for vpl in range(vpls.members.count):
+        light = member_irradiance(position, gbuffer.normal[pixel], vpls, vpl, areas[vpl])
+        there = vpls.members.position[vpl]
+        facing = vpls.members.normal[vpl]
+        if light[0] > 0.0 and connected_solid(scene, position, gbuffer.geometric_normal[pixel], there, facing):
+            total = kahan_add(total, light)
+    out[pixel] = total.total
+
+
+def areas_for(fuzzy: Pipeline) -> wp.array:
+    """Another area for each VPL."""
+    count = fuzzy.lights.members.count
+    return wp.array(AREA * np.random.default_rng(0).uniform(0.2, 3.0, count), dtype=float, device="cpu")
+
+
+def exact_light(fuzzy: Pipeline, areas: wp.array) -> Doubles:
+    out, view = wp.zeros(fuzzy.view.pixels, dtype=wp.vec3, device="cpu"), fuzzy.view
+    inputs = [view.scene, view.gbuffer, view.shading_points.pixels, fuzzy.lights, areas, out]
+    launch(all_members_kernel, fuzzy.sp_count, inputs, view.device)
+    return np.asarray(out.numpy(), np.float64)[fuzzy.pixels]
+
+
+def connected_light(fuzzy: Pipeline, areas: wp.array, seeds: int) -> Doubles:
+    """What rays find, (seed, sp, 3)."""
+    view, found = fuzzy.view, []
+    rays = shadow_rays(view.pixels, CHECKS, view.device, side_by_side=True, control_variate=False)
+    for seed in range(seeds):
+        fuzzy.shade(seed)
+        these = Connections()
+        these.passes, these.seed, these.areas = 3, seed, areas
+        connect(view.scene, view.gbuffer, view.shading_points, fuzzy.known, view.indirect, rays, these)
+        found.append(np.asarray(view.indirect.irradiance.numpy(), np.float64)[fuzzy.pixels])
+    return np.stack(found)
+
+
+@pytest.mark.parametrize("far_field_sums", [False, True])
+@pytest.mark.parametrize("beliefs", ["traced", "nonsense"])
+def test_the_mean_is_the_light_of_all_vpls_whatever_clusters_believe(beliefs: str, far_field_sums: bool) -> None:
+    device_scene, camera, _ = slats()
+    fuzzy = Pipeline(device_scene, camera, SIZE, 80, vpls=1000, vpl_clusters=60, far_field_sums=far_field_sums)
+    areas = areas_for(fuzzy)
+    if beliefs == "nonsense":
+        fuzzy.believe(np.random.default_rng(0).integers(0, 2, (fuzzy.clustering.count, fuzzy.lights.count)))
+    exact, found = exact_light(fuzzy, areas), connected_light(fuzzy, areas, SEEDS)
+    off = found.mean(axis=0) - exact
+    whole = found.mean(axis=(1, 2)).std(ddof=1) / SEEDS**0.5
+    assert abs(off.mean()) < 4.0 * whole < 0.02 * exact.mean()
+    error = found.std(axis=0, ddof=1) / SEEDS**0.5 + 1e-3 * exact.mean()
+    assert 0.6 < np.mean((off / error) ** 2) < 1.5
+
+
+def test_what_clusters_know_is_worth_many_rays() -> None:
+    device_scene, camera, _ = slats()
+    fuzzy = Pipeline(device_scene, camera, SIZE, 80, vpls=1000, vpl_clusters=60, far_field_sums=True)
+    areas = areas_for(fuzzy)
+    exact, found = exact_light(fuzzy, areas), connected_light(fuzzy, areas, 30)
+    assert found.var(axis=0, ddof=1).mean() < 0.1 * (exact**2).mean()
