@@ -25,7 +25,7 @@ class SampleCounts:
     frames: int
 
 
-ON_CUDA = SampleCounts(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=64)
+ON_CUDA = SampleCounts(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=512)
 ON_CPU = SampleCounts(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, frames=16)
 PATHS = 64
 

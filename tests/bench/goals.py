@@ -10,6 +10,8 @@ from tests.bench.store import Row
 # Below the paper's clustering error at its own settings, on its conference room.
 PAPER_MSE = tuple(point.mse for point in paper.POINTS["conference"])
 STILL_SECONDS, STILL_ERROR = 1.0, 5e-3
+# Beyond the reference's own noise, after a second and after ten; energy, and the change of a tile since one frame.
+STILL_BEYOND, LONG_BEYOND, STILL_ENERGY, STILL_CHANGE = 1e-3, 2e-4, 0.002, 0.01
 # Of a walk's frames, so many are within 10 % of a target that is held.
 HELD_SHARE, WITHIN = 0.9, 0.1
 LEAST = 1e-30
@@ -74,7 +76,14 @@ def goals(rows: dict[str, list[Row]]) -> Iterator[Goal]:
     beyond = {scene: point["rel_mse_beyond_noise"] for scene, point in still.items()}
     targets = rows.get("targets", [])
     yield Goal("relMSE of a view that rests, all light, within 1 s", STILL_ERROR, errors)
-    yield Goal("relMSE of a view that rests, within 1 s, beyond the reference's own noise", STILL_ERROR, beyond)
+    yield Goal("relMSE of a view that rests, within 1 s, beyond the reference's own noise", STILL_BEYOND, beyond)
+    energy = {scene: point["errors"]["energy"] for scene, point in still.items()}
+    yield Goal("energy of a view that rests, within 1 s", 1.0 + STILL_ENERGY, energy, low=1.0 - STILL_ENERGY)
+    last = {row["scene"]: row["points"][-1] for row in rows.get("still", [])}
+    long = {scene: point["rel_mse_beyond_noise"] for scene, point in last.items()}
+    yield Goal("relMSE of a view that rests, within 10 s, beyond the reference's own noise", LONG_BEYOND, long)
+    change = {scene: point["tile_change"] for scene, point in last.items() if "tile_change" in point}
+    yield Goal("change of any of 8×8 tiles from the first frame of a view that rests to the last", STILL_CHANGE, change)
     for unit, what in (("ms", "time"), ("error", "error")):
         held = {f"{row['scene']} {row['target'][unit]:g}": row["held"] for row in targets if unit in row["target"]}
         shares = {name: values["within"] for name, values in held.items()}

@@ -78,12 +78,23 @@ def test_a_target_is_held_when_nine_frames_of_ten_are_within_a_tenth_of_it() -> 
 
 def test_a_view_that_rests_is_judged_by_its_last_picture_within_a_second() -> None:
     points = [
-        {"seconds": s, "frames": 1, "errors": {"rel_mse": e}, "rel_mse_beyond_noise": e - 0.002}
-        for s, e in ((0.1, 0.1), (0.9, 0.006), (1.1, 0.001))
+        {
+            "seconds": s,
+            "frames": 1,
+            "errors": {"rel_mse": e, "energy": 1.0 + e},
+            "rel_mse_beyond_noise": e - 0.002,
+            "tile_change": 2.0 * e,
+        }
+        for s, e in ((0.1, 0.1), (0.9, 0.006), (1.1, 0.003))
     ]
     found = by_name({"still": [{"scene": "room", "points": points}]})
     assert found["relMSE of a view that rests, all light, within 1 s"].missed() == [("room", 0.006)]
     assert found["relMSE of a view that rests, within 1 s, beyond the reference's own noise"].values == {"room": 0.004}
+    assert found["energy of a view that rests, within 1 s"].missed() == [("room", 1.006)]
+    after = found["relMSE of a view that rests, within 10 s, beyond the reference's own noise"]
+    assert after.missed() == [("room", pytest.approx(0.001))]
+    change = found["change of any of 8×8 tiles from the first frame of a view that rests to the last"]
+    assert change.verdict == "met"
     assert (
         by_name({"still": [{"scene": "slow", "points": points[2:]}]})[
             "relMSE of a view that rests, all light, within 1 s"
