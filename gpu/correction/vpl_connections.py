@@ -1,10 +1,11 @@
 """The light that VPLs send single points, by rays that clusters only direct: right in the mean over light sets.
 
 All rays of an SP but one go to members of VPL clusters in proportion to what its clusters know of their light, one to
-any VPL, and what a VPL sends counts by how probable both make it (importance sampling with the balance heuristic, Veach
-1997, 9.2). So what clusters get wrong costs noise and nothing else. A VPL's 1/(π·d²) is bounded to 1/(π·d² + A), with
-an area A that its place alone decides; gpu.correction.near_paths adds what that leaves out, so that both together are
-what path tracing finds (T. Kollig and A. Keller, Illumination in the Presence of Weak Singularities, 2004).
+one of a few VPLs drawn from all, and what a VPL sends counts by how probable both make it (importance sampling with the
+balance heuristic, Veach 1997, 9.2). So what clusters get wrong costs noise and nothing else. A VPL's 1/(π·d²) is
+bounded to 1/(π·d² + A), with an area A that its place alone decides; gpu.correction.near_paths adds what that leaves
+out, so that both together are what path tracing finds (T. Kollig and A. Keller, Illumination in the Presence of Weak
+Singularities, 2004).
 """
 
 from functools import cache
@@ -32,6 +33,8 @@ from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, cluster_of
 
 CONNECTION_KEY = wp.constant(wp.uint32(0x7F4A7C15))
+# VPLs drawn from all, of which one gets a ray, in proportion to their light.
+STRAYS = wp.constant(16)
 # A ray counts for all that it stands for: a bound would take light away.
 UNBOUNDED = parameters(VplSampleParameters, most_share=1e30)
 
@@ -138,7 +141,8 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
     ) -> None:
         """One thread a ray of a pass: draws to which VPL it goes, and what that sends if nothing hides it.
 
-        The first ray goes to any VPL; all others of an SP take equal shares of what its clusters know.
+        The first ray goes to one of STRAYS that are drawn from all VPLs, and stands for these; all others of an SP take
+        equal shares of what its clusters know.
         """
         index = first + wp.tid()
         sp = index // CHECKS
@@ -157,10 +161,19 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
         key = hashed(CONNECTION_KEY + wp.uint32(ray) + wp.uint32(CHECKS * this_pass.passes) * wp.uint32(this_pass.seed))
         state = hashed(wp.uint32(pixel) ^ key)
         guided = guides(known, sp, position, normal)
+        strays_density = float(STRAYS) / float(vpls.members.count)
         vpl = int(-1)
+        counted = float(0.0)
         guided_rays = float(CHECKS * this_pass.passes - 1)
         if ray == 0:
-            vpl = int(state % wp.uint32(vpls.members.count))
+            stray = reservoir(hashed(state))
+            for number in range(STRAYS):
+                any_vpl = int(hashed(state + wp.uint32(number)) % wp.uint32(vpls.members.count))
+                light = brightness(member_irradiance(position, normal, vpls, any_vpl, this_pass.areas[any_vpl]))
+                if light > 0.0:
+                    stray = offered(stray, any_vpl, light)
+            vpl = stray.item
+            counted = stray.total
         elif whole > 0.0:
             u = (float(ray - 1) + float(hashed(state)) * TO_UNIT) / guided_rays * whole - near_importance
             drawn = ClusterSample()
@@ -176,14 +189,14 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
         light = brightness(member_irradiance(position, normal, vpls, vpl, this_pass.areas[vpl]))
         if light > 0.0:
             rays.vpl[index] = vpl
-            density = 1.0 / float(vpls.members.count)
+            density = strays_density
             if whole > 0.0:
                 cluster = cluster_of(vpls, vpl)
                 probable = cluster_probability(position, normal, guided, known, cluster, whole)
                 if probable > 0.0:
                     probable *= member_probability(position, normal, vpls, cluster, this_pass.areas, light)
                 density += guided_rays * probable
-            rays.share[index] = light / density
+            rays.share[index] = wp.where(ray == 0, counted, light) / density
 
     return connection_ray_kernel
 

@@ -150,7 +150,7 @@ class FuzzyCorrection:
     def converge(self, view: FuzzyViewState, kept: KeptLight, lights: Convergence, kind: FrameKind,
                  stages: Stages) -> None:  # fmt: skip
         """In place of all that `run` corrects and of near-field light: what is right in the mean over light sets."""
-        frame, points, irradiance = self._frame, view.points, self._frame.indirect.irradiance
+        frame, points = self._frame, view.points
         known = clustered_light(view.clustering.clusters, kept.visibility.words, lights.vpls, kept.far.data)
         rays, paths = Connections(), NearPaths()
         rays.passes, rays.areas, rays.seed = self._quality.refining_passes, lights.areas, kind.seed
@@ -161,7 +161,8 @@ class FuzzyCorrection:
             connect(frame.scene, frame.gbuffer, points, known, frame.indirect, self._rays.rays, rays)
 
         def near() -> None:
-            trace_near_paths(frame.scene, lights.table, frame.gbuffer, points, lights.vpls, paths, irradiance)
+            inputs = frame.gbuffer, points, lights.vpls, paths, frame.indirect
+            trace_near_paths(frame.scene, lights.table, *inputs)
 
         stages.run("connect", connected, repeats=False)
         stages.run("paths", near, repeats=False)

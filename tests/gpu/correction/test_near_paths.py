@@ -58,9 +58,7 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
         inputs = view.scene, view.gbuffer, view.shading_points
         connect(*inputs, room.known, view.indirect, rays, these)
         bounded = view.indirect.irradiance.numpy().mean(axis=1) * albedo / np.pi
-        trace_near_paths(
-            view.scene, build_light_table(scene), *inputs[1:], room.lights, paths, view.indirect.irradiance
-        )
+        trace_near_paths(view.scene, build_light_table(scene), *inputs[1:], room.lights, paths, view.indirect)
         sent += bounded / SAMPLES
         given_back += (view.indirect.irradiance.numpy().mean(axis=1) * albedo / np.pi - bounded) / SAMPLES
     # One light set is off by a per cent or so.
@@ -74,3 +72,20 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
 def test_the_numbers_are_those_that_left_the_least_noise() -> None:
     chosen = NEAR_PATH_PARAMETERS
     assert (chosen.survival, chosen.candidates, chosen.later_area) == (16.0, 32, 64.0)
+    assert (chosen.first_most, chosen.more_most) == (2.0, 0.125)
+
+
+def test_what_is_far_too_bright_is_bounded_the_less_the_later(room: Pipeline) -> None:
+    view, table = room.view, build_light_table(room.device_scene)
+    bounds = bound_areas(radiosity_cache(room.device_scene, room.device_scene.data, room.lights))
+    paths = NearPaths()
+    paths.bounds, paths.areas, paths.bounces = bounds, areas_of(room.lights, bounds), BOUNCES
+    room.shade()
+    unoccluded = (view.indirect.unoccluded_near.numpy() + view.indirect.unoccluded_far.numpy())[: room.sp_count]
+    for sample, most in ((0, 2.0), (8, 3.0), (64, 10.0)):
+        view.indirect.irradiance.fill_(wp.vec3(1e6, 1e6, 1e6))
+        paths.sample = sample
+        inputs = view.gbuffer, view.shading_points, room.lights, paths, view.indirect
+        trace_near_paths(view.scene, table, *inputs)
+        light = view.indirect.irradiance.numpy().mean(axis=1)[room.pixels]
+        assert np.allclose(light, most * unoccluded, rtol=1e-3)
