@@ -141,8 +141,8 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
     ) -> None:
         """One thread a ray of a pass: draws to which VPL it goes, and what that sends if nothing hides it.
 
-        The first ray goes to one of STRAYS that are drawn from all VPLs, and stands for these; all others of an SP take
-        equal shares of what its clusters know.
+        The first ray goes to one of STRAYS that are drawn from all VPLs, and has the weight of one; all others of an SP
+        take equal shares of what its clusters know.
         """
         index = first + wp.tid()
         sp = index // CHECKS
@@ -161,7 +161,6 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
         key = hashed(CONNECTION_KEY + wp.uint32(ray) + wp.uint32(CHECKS * this_pass.passes) * wp.uint32(this_pass.seed))
         state = hashed(wp.uint32(pixel) ^ key)
         guided = guides(known, sp, position, normal)
-        strays_density = float(STRAYS) / float(vpls.members.count)
         vpl = int(-1)
         counted = float(0.0)
         guided_rays = float(CHECKS * this_pass.passes - 1)
@@ -173,7 +172,7 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
                 if light > 0.0:
                     stray = offered(stray, any_vpl, light)
             vpl = stray.item
-            counted = stray.total
+            counted = stray.total / float(STRAYS)
         elif whole > 0.0:
             u = (float(ray - 1) + float(hashed(state)) * TO_UNIT) / guided_rays * whole - near_importance
             drawn = ClusterSample()
@@ -189,7 +188,7 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
         light = brightness(member_irradiance(position, normal, vpls, vpl, this_pass.areas[vpl]))
         if light > 0.0:
             rays.vpl[index] = vpl
-            density = strays_density
+            density = 1.0 / float(vpls.members.count)
             if whole > 0.0:
                 cluster = cluster_of(vpls, vpl)
                 probable = cluster_probability(position, normal, guided, known, cluster, whole)
