@@ -34,13 +34,17 @@ def run(suite: Suite) -> None:
 
 
 def tile_change(first: np.ndarray, picture: np.ndarray) -> float:
-    """The most that the mean of any of TILES × TILES tiles of a picture differs from that of the first, relatively."""
+    """The most that the mean of any of TILES × TILES tiles of a picture differs from that of the first, relatively.
+
+    Tiles that are nearly black are taken to have a hundredth of the picture's mean.
+    """
 
     def means(image: np.ndarray) -> np.ndarray:
         rows = np.array_split(image, TILES, axis=0)
         return np.array([[tile.mean() for tile in np.array_split(row, TILES, axis=1)] for row in rows])
 
-    return float(np.max(np.abs(means(picture) / means(first) - 1.0)))
+    before = means(first)
+    return float(np.max(np.abs(means(picture) - before) / np.maximum(before, 0.01 * first.mean())))
 
 
 def is_kept(number: int, seconds: float, following: float) -> bool:
