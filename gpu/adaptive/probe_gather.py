@@ -66,9 +66,9 @@ def way_to_look(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: 
 
 
 @wp.func
-def light_at(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, area: float, vpl: int) -> float:
-    """Brightness of what a VPL, a disk of so large an `area`, sends to a point, were nothing in between [W/m²]."""
-    return brightness(member_irradiance(position, normal, vpls, vpl, area))
+def light_at(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, vpl: int) -> float:
+    """Brightness of what a VPL, a disk of its own, sends to a point, were nothing in between [W/m²]."""
+    return brightness(member_irradiance(position, normal, vpls, vpl, vpls.member_area[vpl]))
 
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
@@ -94,9 +94,8 @@ def probe_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: Vpl
             if look == BY_MEMBERS:
                 begin = vpls.starts[cluster]
                 end = vpls.starts[cluster + 1]
-                area = disk.area / float(end - begin)
                 for vpl in range(begin, end):
-                    total += light_at(position, normal, vpls, area, vpl)
+                    total += light_at(position, normal, vpls, vpl)
     parts[part, probe] = total
 
 
@@ -161,7 +160,6 @@ def probe_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, frame: wp.
         begin = vpls.starts[cluster]
         end = vpls.starts[cluster + 1]
         number = float(end - begin)
-        area = disk.area / number
         if look == AS_ONE:
             light = brightness(disk_irradiance(position, normal, disk))
             before = total
@@ -169,13 +167,13 @@ def probe_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, frame: wp.
             while step < wp.min(total, most):
                 last = wp.min(begin + int((step - before) / light * number), end - 1)
                 rays.vpl[first_ray + ray] = last
-                rays.share[first_ray + ray] = a_step * light_at(position, normal, vpls, area, last) * number / light
+                rays.share[first_ray + ray] = a_step * light_at(position, normal, vpls, last) * number / light
                 ray += 1
                 step = step_at(probe, estimate, ray, frame[0], whole)
             last = end - 1
         if look == BY_MEMBERS:
             for vpl in range(begin, end):
-                light = light_at(position, normal, vpls, area, vpl)
+                light = light_at(position, normal, vpls, vpl)
                 if light > 0.0:
                     total += light
                     last = vpl

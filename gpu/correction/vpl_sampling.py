@@ -61,7 +61,6 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         target.whole = brightness(disk_irradiance(position, normal, disk))
         target.share = wp.min(light / target.whole, limits.most_share)
         return target
-    area = disk.area / number
     chosen = reservoir(state)
     start = int(begin)
     for subcluster in range(vpls.subcluster_starts[cluster], vpls.subcluster_starts[cluster + 1]):
@@ -70,7 +69,7 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
         light = float(0.0)
         if is_subcluster_opened(position, disk):
             for member in range(start, last):
-                light += brightness(member_irradiance(position, normal, vpls, member, area))
+                light += brightness(member_irradiance(position, normal, vpls, member, vpls.member_area[member]))
         else:
             light = brightness(disk_irradiance(position, normal, disk))
         chosen = offered(chosen, start, light)
@@ -78,7 +77,8 @@ def member_of(position: wp.vec3, normal: wp.vec3, vpls: VplClusters, cluster: in
     start = wp.max(chosen.item, begin)
     drawn = reservoir(chosen.state)
     for member in range(start, wp.min(start + PER_SUBCLUSTER, end)):
-        drawn = offered(drawn, member, brightness(member_irradiance(position, normal, vpls, member, area)))
+        light = brightness(member_irradiance(position, normal, vpls, member, vpls.member_area[member]))
+        drawn = offered(drawn, member, light)
     target.vpl = wp.max(drawn.item, begin)
     target.share = 1.0
     target.whole = chosen.total

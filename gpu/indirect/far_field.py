@@ -134,13 +134,12 @@ def with_subclusters(slope: IrradianceGradient, position: wp.vec3, normal: wp.ve
     `unoccluded_irradiance` takes it.
     """
     end = vpls.starts[cluster + 1]
-    area = vpls.disks[cluster].area / float(end - vpls.starts[cluster])
     begin = vpls.starts[cluster] + PER_SUBCLUSTER * lane
     for subcluster in range(vpls.subcluster_starts[cluster] + lane, vpls.subcluster_starts[cluster + 1], lanes):
         disk = disk_at(vpls.subclusters, subcluster)
         if is_subcluster_opened(position, disk):
             for member in range(begin, wp.min(begin + PER_SUBCLUSTER, end)):
-                slope = with_disk(slope, position, normal, member_disk(vpls, member, area), grazing)
+                slope = with_disk(slope, position, normal, member_disk(vpls, member), grazing)
         else:
             slope = with_disk(slope, position, normal, disk, grazing)
         begin += PER_SUBCLUSTER * lanes

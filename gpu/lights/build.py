@@ -12,6 +12,7 @@ from gpu.device_scene.sides import emits_from_back
 from gpu.device_scene.surface import emission_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
+from gpu.lights.sun_map import no_sun_maps
 from gpu.sampling.warps import triangle_barycentrics
 from gpu.scene.types import Doubles, Environment, Floats, Ints, Light, LightKind, Scene, Sky
 
@@ -103,6 +104,7 @@ def build_light_table(
     table = LightTable()
     table.radius = float(np.linalg.norm(np.abs(_solid_vertices(scene)).max(axis=0)))
     table.min_solid_angle = min_solid_angle
+    table.suns = no_sun_maps(device)
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
     table.light_count = len(scene.lights)
     table.faces = faces

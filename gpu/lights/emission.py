@@ -19,6 +19,7 @@ from gpu.lights.light_table import (
     sky_radiance,
     spot_falloff,
 )
+from gpu.lights.sun_map import sun_place
 from gpu.sampling.sobol import Pair
 from gpu.sampling.warps import (
     cone_direction,
@@ -75,12 +76,15 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
         particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
         particle.flux = brightness * (PI * table.radius * table.radius / choice.probability)
         return particle
-    light = table.lights[choice.index - table.triangle_count - table.sky_count]
+    number = choice.index - table.triangle_count - table.sky_count
+    light = table.lights[number]
     if light.kind == DIRECTIONAL:
-        disk = on_disk(on_emitter.x, on_emitter.y) * table.radius
+        place = sun_place(table.suns, number, outgoing, on_emitter)
+        disk = place.point * table.radius
         particle.origin = orthonormal(light.direction) * wp.vec3(disk[0], disk[1], -FAR)
         particle.direction = light.direction
-        particle.flux = light.intensity * (PI * table.radius * table.radius / choice.probability)
+        power = PI * table.radius * table.radius / (choice.probability * place.density)
+        particle.flux = light.intensity * power
         return particle
     cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
     particle.origin = light.position

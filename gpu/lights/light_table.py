@@ -5,6 +5,7 @@ import warp as wp
 from gpu.core.search import upper_bound
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.environment import environment_radiance
+from gpu.lights.sun_map import SunMaps
 from gpu.sampling.sobol import TO_UNIT
 from gpu.scene.types import LightKind
 
@@ -45,7 +46,8 @@ class LightTable:
     all_emitters: the choice among all of them; sampled: that among those which direct light samples. The first
     `enumerated_count` punctual lights it visits one by one instead. faces (triangle,): ascending; areas (triangle,);
     lights (light,); radius: of the scene's bounding sphere about the origin, in unit space. min_solid_angle: triangles
-    that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area.
+    that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area. suns: where light
+    paths of the first punctual lights begin.
     """
 
     count: int
@@ -60,6 +62,7 @@ class LightTable:
     lights: wp.array[LightData]
     radius: float
     min_solid_angle: float
+    suns: SunMaps
 
 
 @wp.struct

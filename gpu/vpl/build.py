@@ -57,7 +57,10 @@ def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int, share: floa
 @wp.kernel
 def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chosen: VplClusterParameters,
                             out: VplClusters) -> None:  # fmt: skip
-    """One thread a cluster: the disk light that stands for its members. medoids (cluster,): indices of `vpls`."""
+    """One thread a cluster: the disk light that stands for its members, of which each has its flux's share of the area.
+
+    medoids (cluster,): indices of `vpls`.
+    """
     cluster = first + wp.tid()
     centre = vpls.position[medoids[cluster]]
     normal = vpls.normal[medoids[cluster]]
@@ -68,22 +71,25 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chos
     normal_cone_cos = float(1.0)
     extent = float(0.0)
     thickness = float(0.0)
+    number = float(out.starts[cluster + 1] - out.starts[cluster])
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
         member_flux = out.members.flux[member]
         flux = kahan_add(flux, member_flux)
-        weight = member_flux[0] + member_flux[1] + member_flux[2]
+        total += member_flux[0] + member_flux[1] + member_flux[2]
+        # By number: one VPL that carries most of the flux stands for a wide surface, not for a point.
         offset = out.members.position[member] - centre
-        mean += offset * weight
-        square += wp.length_sq(offset) * weight
-        total += weight
+        mean += offset / number
+        square += wp.length_sq(offset) / number
         normal_cone_cos = wp.min(normal_cone_cos, wp.dot(normal, out.members.normal[member]))
         extent = wp.max(extent, wp.length(offset))
         thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
-    mean = mean / total
-    variance = wp.max(square / total - wp.length_sq(mean), 0.0)
+    variance = wp.max(square - wp.length_sq(mean), 0.0)
     area = 2.0 * PI * variance
     if out.starts[cluster + 1] - out.starts[cluster] < chosen.few_members:
         area = wp.max(area, neighbour_area(vpls, medoids, cluster, chosen.nearest_share))
+    for member in range(out.starts[cluster], out.starts[cluster + 1]):
+        member_flux = out.members.flux[member]
+        out.member_area[member] = area * (member_flux[0] + member_flux[1] + member_flux[2]) / total
     out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, normal_cone_cos)
     out.normal_cone_cos[cluster] = normal_cone_cos
     out.extent[cluster] = extent
@@ -92,9 +98,7 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chos
 
 @wp.kernel
 def vpl_subcluster_disk_kernel(first: int, out: VplClusters) -> None:
-    """One thread a cluster: the disks that stand for its subclusters, each with its members' share of the cluster's
-    area.
-    """
+    """One thread a cluster: the disks that stand for its subclusters, each with its members' area."""
     cluster = first + wp.tid()
     begin = out.starts[cluster]
     end = out.starts[cluster + 1]
@@ -120,7 +124,9 @@ def vpl_subcluster_disk_kernel(first: int, out: VplClusters) -> None:
             weight = member_flux[0] + member_flux[1] + member_flux[2]
             square += wp.length_sq(out.members.position[member] - position) * weight
             normal_cone_cos = wp.min(normal_cone_cos, wp.dot(normal, out.members.normal[member]))
-        area = out.disks[cluster].area * float(last - begin) / float(end - out.starts[cluster])
+        area = float(0.0)
+        for member in range(begin, last):
+            area += out.member_area[member]
         out.subclusters[subcluster] = disk_of(position, normal, flux, area, square / total, normal_cone_cos)
         begin = last
 
@@ -192,6 +198,7 @@ def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int,
     starts = np.append(starts[used], vpls.count).astype(np.int32)
     clusters.starts = wp.array(starts, dtype=int, device=device)
     clusters.members = allocate_vpls(vpls.count, device)
+    clusters.member_area = wp.zeros(vpls.count, dtype=float, device=device)
     launch(gather_vpls_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
     launch(vpl_cluster_disk_kernel, clusters.count, [vpls, medoids, chosen, clusters], device)
@@ -202,13 +209,9 @@ def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int,
 
 @wp.kernel
 def vpl_singles_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) -> None:
-    """One thread a cluster: makes each member a disk of its own with its share of the cluster's area."""
-    cluster = first + wp.tid()
-    begin = clusters.starts[cluster]
-    end = clusters.starts[cluster + 1]
-    area = clusters.disks[cluster].area / float(end - begin)
-    for member in range(begin, end):
-        singles[member] = member_disk(clusters, member, area)
+    """One thread a member: makes it a disk of its own."""
+    member = first + wp.tid()
+    singles[member] = member_disk(clusters, member)
 
 
 def unclustered(device_scene: DeviceScene, clusters: VplClusters) -> VplClusters:
@@ -220,7 +223,8 @@ def unclustered(device_scene: DeviceScene, clusters: VplClusters) -> VplClusters
     singles.count = members.count
     singles.normal_cone_cos.fill_(1.0)
     singles.members = members
-    launch(vpl_singles_kernel, clusters.count, [clusters, singles.disks], device)
+    launch(vpl_singles_kernel, members.count, [clusters, singles.disks], device)
+    singles.member_area = clusters.member_area
     starts = np.arange(members.count + 1, dtype=np.int32)
     singles.starts = wp.array(starts, dtype=int, device=device)
     set_subclusters(singles, starts, device)

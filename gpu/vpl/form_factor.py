@@ -93,7 +93,7 @@ def disk_area(position: wp.vec3, vpls: VplClusters, member: int) -> float:
     subcluster = disk_at(vpls.subclusters, vpls.subcluster_starts[cluster] + (member - begin) // PER_SUBCLUSTER)
     if not is_subcluster_opened(position, subcluster):
         return subcluster.area
-    return disk.area / float(vpls.starts[cluster + 1] - begin)
+    return vpls.member_area[member]
 
 
 @wp.func
@@ -118,11 +118,11 @@ def unoccluded_irradiance(position: wp.vec3, normal: wp.vec3, vpls: VplClusters,
         return irradiance.total
     begin = vpls.starts[cluster]
     end = vpls.starts[cluster + 1]
-    area = disk.area / float(end - begin)
     for subcluster in range(vpls.subcluster_starts[cluster], vpls.subcluster_starts[cluster + 1]):
         disk = disk_at(vpls.subclusters, subcluster)
         if is_subcluster_opened(position, disk):
             for member in range(begin, wp.min(begin + PER_SUBCLUSTER, end)):
+                area = vpls.member_area[member]
                 irradiance = kahan_add(irradiance, member_irradiance(position, normal, vpls, member, area))
         else:
             irradiance = kahan_add(irradiance, disk_irradiance(position, normal, disk))

@@ -11,6 +11,7 @@ from gpu.lights.light_paths import Vpls, paths_for, trace_light_paths
 from gpu.lights.light_table import LightTable
 from gpu.vpl.build import cluster_vpls
 from gpu.vpl.radiosity_cache import RadiosityCache, radiosity_cache
+from gpu.vpl.sun_importance import sun_maps_of
 from gpu.vpl.vpl_clusters import VplClusters
 
 Progress = Callable[[str, float], None]
@@ -39,6 +40,7 @@ class LightSets:
         # Light paths of sets that differ by their seed.
         self._paths: dict[LightSetChoice, int] = {}
         self.table: LightTable = build_light_table(device_scene)
+        self.table.suns = sun_maps_of(device_scene, self.table)
 
     def clusters(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
         """The clusters of `choice`, traced and clustered when they are not kept from before."""

@@ -18,6 +18,7 @@ from gpu.clustering.grid import (
     separation,
 )
 from gpu.clustering.nearest import nearest_search
+from gpu.core.color import brightness
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.core.morton import dominant_axis
@@ -53,7 +54,8 @@ class RadiosityParameters:
     reach: a VPL answers for points within so many of its radii, stretched along the normals. cell_share: of radii, in
     spacings of gpu.clustering.grid: the smallest cell of a VPL has 0.75 to 1.5 radii, so that in its cells 2 to 140
     VPLs of a surface are about, of which a look-up reads most_read. levels_searched: what few VPLs far around say of a
-    crack is noise.
+    crack is noise. most_of_mean: the strongest VPL of an estimate counts as so many of the others at most: one that
+    came a way few paths go would make a bright spot of what is a wide faint glow.
     """
 
     plane_share: float = 0.3
@@ -63,6 +65,7 @@ class RadiosityParameters:
     cell_share: float = 0.5
     most_read: int = 12
     levels_searched: int = 9
+    most_of_mean: float = 4.0
 
 
 RADIOSITY_PARAMETERS: RadiosityParameters = parameters(RadiosityParameters)
@@ -132,12 +135,21 @@ def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3],
     if disk <= 0.0:
         return
     total = wp.vec3(0.0, 0.0, 0.0)
+    strongest = wp.vec3(0.0, 0.0, 0.0)
+    counted = int(0)
     for place in range(wp.static(NEIGHBOURS)):
         if found.distance[place] < disk:
             other = found.cluster[place]
             off = wp.dot(vpls.position[other] - vpls.position[vpl], vpls.normal[vpl])
             if wp.abs(off) < lit.chosen.plane_share * disk:
                 total += flux[other]
+                counted += 1
+                if brightness(flux[other]) > brightness(strongest):
+                    strongest = flux[other]
+    if counted > 1:
+        rest = total - strongest
+        most = lit.chosen.most_of_mean * brightness(rest) / float(counted - 1)
+        total = rest + strongest * wp.min(most / brightness(strongest), 1.0)
     lit.radius[vpl] = disk
     lit.radiosity[vpl] = total / (PI * disk * disk)
 

@@ -23,6 +23,7 @@ class VplClusters:
     representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal.
     Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_SUBCLUSTER that follow each
     other are a subcluster: disks subcluster_starts[c] … subcluster_starts[c + 1] − 1 of `subclusters`.
+    member_area (vpl,): each one's share of its cluster's disk, as large as that of its flux.
     Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis,
     spread (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that
     holds their normals.
@@ -37,6 +38,7 @@ class VplClusters:
     thickness: wp.array[float]
     starts: wp.array[int]
     members: Vpls
+    member_area: wp.array[float]
     subcluster_starts: wp.array[int]
     subclusters: wp.array[Disk]
     centre: wp.array[wp.vec3]
@@ -69,9 +71,10 @@ def out_of_reach(position: wp.vec3, normal: wp.vec3, clusters: VplClusters, grou
 
 
 @wp.func
-def member_disk(clusters: VplClusters, member: int, area: float) -> Disk:
+def member_disk(clusters: VplClusters, member: int) -> Disk:
     """A VPL as a disk light of its own."""
     members = clusters.members
+    area = clusters.member_area[member]
     return disk_of(members.position[member], members.normal[member], members.flux[member], area, 0.0, 1.0)
 
 

@@ -94,7 +94,7 @@ def cluster_above(
         disk_kernel_of, 1, [wp.vec3(0.0, 0.0, height), wp.vec3(*normal), area, normal_cone_cos, clusters.disks], device
     )
     clusters.normal_cone_cos, clusters.extent = column([normal_cone_cos], float), column([0.15], float)
-    clusters.starts = column([0, 4], wp.int32)
+    clusters.starts, clusters.member_area = column([0, 4], wp.int32), column([area / 4.0] * 4, float)
     set_subclusters(clusters, clusters.starts.numpy(), device)
     return clusters
 
@@ -120,8 +120,10 @@ def test_near_by_disks_are_those_of_twigs_and_then_of_members() -> None:
     points = [disk["position"] + [0.0, share * reach, 0.0]
               for disk, reach in zip((whole, subcluster), reaches, strict=True) for share in (1.01, 0.99)]  # fmt: skip
     areas = results(area_kernel, 4, [clusters, column(points, wp.vec3)], float)
-    of_eight = whole["area"] * int(PER_SUBCLUSTER) / 400
-    assert areas == pytest.approx([whole["area"], of_eight, of_eight, whole["area"] / 400], rel=1e-4)
+    number = int(PER_SUBCLUSTER)
+    own = clusters.member_area.numpy()
+    eight = own[9 // number * number :][:number].sum()
+    assert areas == pytest.approx([whole["area"], eight, eight, own[9]], rel=1e-4)
 
 
 def test_twigs_stand_for_their_members() -> None:

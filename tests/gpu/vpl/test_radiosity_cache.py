@@ -93,6 +93,19 @@ def test_radiosity_is_flux_per_area() -> None:
     assert mean == pytest.approx(np.full(3, 3.0 * 4096 / 0.36), rel=0.05)
 
 
+def test_a_vpl_that_carries_far_more_than_its_neighbours_makes_no_bright_spot() -> None:
+    vpls = square_of_vpls(1024)
+    flux = vpls.flux.numpy()
+    middle = int(np.argmin(np.linalg.norm(vpls.position.numpy(), axis=1)))
+    flux[middle] *= 100.0
+    vpls.flux = column(flux, wp.vec3)
+    lit = mapped(floors((0.0,)), vpls)
+    radiosity = lit.radiosity.numpy()[inner(lit)]
+    usual = np.median(radiosity, axis=0)
+    # Of eleven that count, one counts as four of the others: without that, the most would be ten times the usual.
+    assert (radiosity.max(axis=0) < 2.0 * usual).all()
+
+
 def test_vpls_without_neighbours_have_no_disk() -> None:
     lit = mapped(floors((0.0,)), square_of_vpls(1))
     assert (lit.radius.numpy() == 0.0).all()

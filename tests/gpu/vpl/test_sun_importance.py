@@ -1,0 +1,91 @@
+"""Rooms that the sun reaches through a window alone."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from scenes import box, grey, quad, scene_of
+
+from gpu.core.parameters import parameters
+from gpu.device_scene.upload import DeviceScene
+from gpu.lights.build import build_light_table
+from gpu.lights.light_paths import Vpls, trace_light_paths
+from gpu.scene.camera import look_at
+from gpu.scene.types import Camera, Light, LightKind
+from gpu.vpl.light_sets import LightSets
+from gpu.vpl.sun_importance import WalkParameters, sun_maps_of
+
+SUN = Light("sun", LightKind.DIRECTIONAL, (2.0, 2.0, 2.0), direction=(0.0, -1.0, 0.0))
+LAMP = Light("lamp", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.0, 0.0, 0.0))
+WINDOW, ALBEDO, PATHS = 0.2, 0.5, 1 << 14
+
+
+def room(lights: Sequence[Light] = (SUN,), cameras: Sequence[Camera] | None = None) -> DeviceScene:
+    """A cube on a wide ground, with a window of WINDOW² in its roof; all seen from inside."""
+    walls = [part for part in box(half=0.5) if not (part.positions[:, 1] == 0.5).all()]
+    inner, outer = WINDOW / 2.0, 0.5
+    roof = [
+        quad((x, 0.5, z), (width, 0.0, 0.0), (0.0, 0.0, depth))
+        for x, z, width, depth in (
+            (-outer, -outer, 2.0 * outer, outer - inner),
+            (-outer, inner, 2.0 * outer, outer - inner),
+            (-outer, -inner, outer - inner, WINDOW),
+            (inner, -inner, outer - inner, WINDOW),
+        )
+    ]
+    ground = quad((-4.0, -0.6, 4.0), (8.0, 0.0, 0.0), (0.0, 0.0, -8.0))
+    inside = [look_at((0.0, 0.0, 0.4), (0.0, 0.0, 0.0))] if cameras is None else cameras
+    scene = scene_of([*walls, *roof, ground], [grey(ALBEDO)], lights)
+    return DeviceScene(replace(scene, cameras=tuple(inside)), "cpu")
+
+
+def first_hits(device_scene: DeviceScene, *, aimed: bool, **chosen: float) -> Vpls:
+    table = build_light_table(device_scene)
+    if aimed:
+        table.suns = sun_maps_of(device_scene, table, parameters(WalkParameters, **chosen))
+    return trace_light_paths(device_scene, device_scene.data, table, PATHS, 1, 0)
+
+
+def in_patch(device_scene: DeviceScene, vpls: Vpls) -> np.ndarray:
+    """Which lie on the floor below the window."""
+    placement = device_scene.scene.placement
+    position = vpls.position.numpy() / placement.scale + np.asarray(placement.centre)
+    return np.asarray((np.abs(position[:, [0, 2]]) <= WINDOW / 2.0).all(axis=1) & (np.abs(position[:, 1] + 0.5) < 0.01))
+
+
+def test_most_light_paths_go_through_the_window_and_carry_as_much_light_as_before() -> None:
+    device_scene = room()
+    plain, aimed = (first_hits(device_scene, aimed=each) for each in (False, True))
+    patches = [in_patch(device_scene, vpls) for vpls in (plain, aimed)]
+    assert patches[0].mean() < 0.01
+    assert patches[1].mean() > 0.5
+    # What the sun sends through the window, reflected once, in units of the scene.
+    flux = 2.0 * ALBEDO * (WINDOW * device_scene.scene.placement.scale) ** 2
+    assert aimed.flux.numpy()[patches[1]].sum(axis=0) == pytest.approx([flux] * 3, rel=0.01)
+    everything = [vpls.flux.numpy().sum(axis=0, dtype=np.float64) for vpls in (plain, aimed)]
+    assert everything[1] == pytest.approx(everything[0], rel=0.03)
+
+
+def test_a_scenes_light_sets_aim_its_sun() -> None:
+    assert LightSets(room()).table.suns.cumulative.shape == (1, 256 * 256)
+
+
+@pytest.mark.parametrize("device_scene", [partial(room, lights=(LAMP,)), partial(room, cameras=())])
+def test_without_a_sun_or_a_camera_paths_begin_anywhere(device_scene: partial[DeviceScene]) -> None:
+    assert LightSets(device_scene()).table.suns.cumulative.shape[0] == 0
+
+
+def test_the_first_four_lights_have_maps() -> None:
+    device_scene = room(lights=[LAMP] * 3 + [SUN] * 3)
+    cumulative = sun_maps_of(device_scene, build_light_table(device_scene)).cumulative.numpy()
+    assert cumulative[:, -1] == pytest.approx([0.0, 0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize(("length", "reaches"), [(1, False), (6, True)])
+def test_what_is_lit_round_a_corner_matters_too(length: int, reaches: bool) -> None:
+    """The camera looks at the ceiling, from where walks come to the lit floor."""
+    device_scene = room(cameras=[look_at((0.3, -0.1, 0.4), (0.4, 0.5, 0.4))])
+    vpls = first_hits(device_scene, aimed=True, length=length)
+    assert (in_patch(device_scene, vpls).mean() > 0.2) == reaches
