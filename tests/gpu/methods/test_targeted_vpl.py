@@ -1,6 +1,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -11,6 +12,7 @@ from scenes import box, grey, quad, resident_of
 
 from gpu.adaptive.governor import ErrorGovernorParameters, Governor
 from gpu.adaptive.levels import FOR_ERROR, FOR_TIME, Level
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
@@ -39,8 +41,9 @@ def room() -> DeviceScene:
 
 def set_clock(monkeypatch: pytest.MonkeyPatch, clock: Callable[[], float]) -> None:
     """Have the host take what `clock` says [s]."""
-    for module in ("gpu.renderer", "gpu.methods.targeted_vpl"):
-        monkeypatch.setattr(f"{module}.perf_counter", clock)
+    sharing = SimpleNamespace(own_time=clock, active=False, keep=DEVICE_SHARING.keep)
+    monkeypatch.setattr("gpu.renderer.DEVICE_SHARING", sharing)
+    monkeypatch.setattr("gpu.methods.targeted_vpl.perf_counter", clock)
 
 
 def steered(renderer: Renderer) -> tuple[TargetedVpl, TargetedViewState]:
