@@ -7,6 +7,7 @@ import warp as wp
 
 from gpu.clustering.kmeans import KMeans
 from gpu.clustering.points import Points
+from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY, PI
 from gpu.core.device import allocate, launch
 from gpu.core.kahan import Sum, kahan_add
@@ -67,7 +68,6 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chos
     flux = Sum()
     mean = wp.vec3(0.0, 0.0, 0.0)
     square = float(0.0)
-    total = float(0.0)
     normal_cone_cos = float(1.0)
     extent = float(0.0)
     thickness = float(0.0)
@@ -75,7 +75,6 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chos
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
         member_flux = out.members.flux[member]
         flux = kahan_add(flux, member_flux)
-        total += member_flux[0] + member_flux[1] + member_flux[2]
         # By number: one VPL that carries most of the flux stands for a wide surface, not for a point.
         offset = out.members.position[member] - centre
         mean += offset / number
@@ -88,8 +87,7 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chos
     if out.starts[cluster + 1] - out.starts[cluster] < chosen.few_members:
         area = wp.max(area, neighbour_area(vpls, medoids, cluster, chosen.nearest_share))
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
-        member_flux = out.members.flux[member]
-        out.member_area[member] = area * (member_flux[0] + member_flux[1] + member_flux[2]) / total
+        out.member_area[member] = area * brightness(out.members.flux[member]) / brightness(flux.total)
     out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, normal_cone_cos)
     out.normal_cone_cos[cluster] = normal_cone_cos
     out.extent[cluster] = extent

@@ -55,9 +55,10 @@ def expected(view: FrameView, cluster: VplClusters, weight: Doubles | float = 1.
     place = view.gbuffer.position.numpy().astype(np.float64)
     ways = members.position.numpy().astype(np.float64)[None] - place[:, None]
     squared = (ways**2).sum(axis=2)
-    area = float(cluster.disks.numpy()["area"][0]) / COUNT
+    flux = members.flux.numpy().astype(np.float64)
+    area = float(cluster.disks.numpy()["area"][0]) * flux.sum(axis=1) / flux.sum()
     share = weight * ways[..., 1] ** 2 / (squared * (np.pi * squared + area))
-    return np.asarray(share @ members.flux.numpy().astype(np.float64))
+    return np.asarray(share @ flux)
 
 
 def error(picture: Floats, reference: Doubles) -> float:

@@ -1,5 +1,6 @@
 """The process that reads a command's scene: what it answers, and that nothing else gets into the answer."""
 
+import os
 import pickle
 import subprocess
 from pathlib import Path
@@ -17,7 +18,7 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 def test_the_answer_is_a_scene_or_a_sentence(tmp_path: Path) -> None:
     request = ReadRequest(source=str(tmp_path / "wall.obj"), options=DEFAULT_OPTIONS)
-    command, printed = module_command("server.cli.read_scene"), []
+    command, printed = (*module_command("server.cli.read_scene"), str(os.getpid())), []
     for content in (TRIANGLE, "f 1 2 3\n"):
         (tmp_path / "wall.obj").write_text(content)
         text = request.model_dump_json().encode()
