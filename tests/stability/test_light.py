@@ -116,6 +116,7 @@ def singles_at(view: FrameView, height: float, normal: float, area: float) -> Vp
     disks = np.zeros(count, vpls.disks.numpy().dtype)
     disks["area"] = area
     vpls.disks = wp.array(disks, dtype=Disk, device=view.device)
+    vpls.member_area = column([area] * count, float, str(view.device))
     vpls.starts = wp.array(np.arange(count + 1), dtype=int, device=view.device)
     return unclustered(view.device_scene, vpls)
 
