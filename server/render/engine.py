@@ -66,6 +66,8 @@ HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
 HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
 MOST_TURN_SECONDS = 300.0  # of a turn, whatever it says, unless it may be silent for longer: others wait for it
 SHORT_TURN_SECONDS = 0.01  # of a turn, which is not asked back: it ends soon
+# Of a frame of somebody who moves, before others who move may have the turn: frames that all share all come late.
+WHOLE_FRAME_SECONDS, WHOLE_FRAME_SECONDS_ON_CUDA = 1.0, 0.05
 LONG_TURN_SECONDS = 1.0  # after which a turn is asked back, whoever waits: so the worker says that it lives
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
 log = logging.getLogger("lumenwalk.engine")
@@ -116,6 +118,7 @@ class Engine:
         self._listening = False  # the worker takes jobs
         self._running: _Running | None = None
         self._asked_back = False  # the turn of what runs
+        self._asks_later: asyncio.TimerHandle | None = None
         self._paused: dict[QueueEntry, _Running] = {}  # what has more turns to come
         self._pending: dict[int, PendingJob] = {}
         self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
@@ -400,13 +403,18 @@ class Engine:
 
     def _ask_back_for_others(self) -> None:
         """Ask back the turn of what runs, if others wait and it is no short one."""
+        if self._asks_later is not None:
+            self._asks_later.cancel()
         if self._running is None or self._asked_back:
             return
         if not any(self._may_come_before(entry) for entry in (*self._waiting, *self._paused)):
             return
-        early = self._running.began + SHORT_TURN_SECONDS - monotonic()
+        seconds = SHORT_TURN_SECONDS
+        if self._running.entry.urgency is Urgency.MOVING:
+            seconds = WHOLE_FRAME_SECONDS_ON_CUDA if self.cuda else WHOLE_FRAME_SECONDS
+        early = self._running.began + seconds - monotonic()
         if early > 0.0:
-            asyncio.get_running_loop().call_later(early, self._ask_back_for_others)
+            self._asks_later = asyncio.get_running_loop().call_later(early, self._ask_back_for_others)
         else:
             self._ask_back()
 

@@ -75,3 +75,19 @@ def test_frames_of_one_viewer_come_in_their_order() -> None:
         await second
 
     check(scenario)
+
+
+@pytest.mark.parametrize(("urgency", "interrupted"), [(Urgency.MOVING, False), (Urgency.REFINING, True)])
+def test_those_who_move_leave_each_other_whole_frames(urgency: Urgency, interrupted: bool) -> None:
+    """Frames that all share would all come late; what is less urgent gives way at once."""
+
+    async def scenario(engine: Engine) -> None:
+        reply = await engine.submit(1, urgency, lambda: job(1, SLICED_SEED))
+        assert reply is not None
+        other = asyncio.create_task(result(engine, job(2)))
+        await asyncio.wait([other], timeout=0.3)
+        assert other.done() == interrupted
+        reply.cancel()
+        await other
+
+    check(scenario)
