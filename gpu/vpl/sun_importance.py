@@ -18,7 +18,7 @@ from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, camera_ray
 from gpu.lights.light_table import DIRECTIONAL, FAR, LightTable
-from gpu.lights.sun_map import SUN_MAP_PARAMETERS, SunMapParameters, SunMaps, cell_of, no_sun_maps, sun_maps
+from gpu.lights.sun_map import SUN_MAP_PARAMETERS, SunMaps, cell_of, no_sun_maps, sun_maps
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction, orthonormal
 from gpu.scene.types import LightKind
@@ -72,11 +72,10 @@ def sunlit_walk_kernel(first: int, scene: SceneData, table: LightTable, cameras:
         origin = offset_origin(surface.position, normal, direction)
 
 
-def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParameters = WALK_PARAMETERS,
-                sun: SunMapParameters = SUN_MAP_PARAMETERS) -> SunMaps:  # fmt: skip
+def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParameters = WALK_PARAMETERS) -> SunMaps:
     """Maps of the directional lights among the first of `table`, by what the scene's cameras see; none without them."""
     scene, device = device_scene.scene, device_scene.device
-    lights, side = scene.lights[: chosen.most_lights], sun.side
+    lights, side = scene.lights[: chosen.most_lights], SUN_MAP_PARAMETERS.side
     if not (scene.cameras and any(light.kind is LightKind.DIRECTIONAL for light in lights)):
         return no_sun_maps(device)
     views = [camera_data(camera, scene.placement, 1.0) for camera in scene.cameras]
@@ -84,4 +83,4 @@ def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParame
     seen = wp.zeros((len(lights), side * side), dtype=int, device=device)
     inputs = [device_scene.data, table, cameras, chosen.length, side, seen]
     launch(sunlit_walk_kernel, chosen.walks, inputs, device)
-    return sun_maps(seen.numpy().reshape(len(lights), side, side), device, sun)
+    return sun_maps(seen.numpy().reshape(len(lights), side, side), device)
