@@ -13,11 +13,10 @@ import numpy as np
 import OpenEXR
 import simplejpeg
 from numpy.typing import NDArray
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from gpu.errors import ImageError
 from gpu.settings import Component
+from server.png import encode_png
 from server.srgb_profile import SRGB_PROFILE
 
 DISPLAY_FORMATS = (".png", ".jpg", ".jpeg")
@@ -27,13 +26,6 @@ JPEG_QUALITY = 92
 
 # Rec. 709 primaries and D65, as (red, green, blue, white) x and y: what OpenEXR assumes, here said in the file.
 _REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
-# PNG, 11.3.2: the chunk sRGB with a perceptual intent, and what it stands for in the chunks gAMA and cHRM, for readers
-# that know only those.
-_PNG_SRGB = {
-    b"sRGB": b"\0",
-    b"gAMA": struct.pack(">I", 45455),
-    b"cHRM": struct.pack(">8I", 31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000),
-}
 # An APP2 segment, as ICC.1:2010, B.4 has it: the first chunk of one.
 _ICC_DATA = b"ICC_PROFILE\0\1\1" + SRGB_PROFILE
 _JPEG_SRGB = struct.pack(">HH", 0xFFE2, 2 + len(_ICC_DATA)) + _ICC_DATA
@@ -55,10 +47,7 @@ def encode_image(pixels: NDArray[np.uint8] | None, radiance: NDArray[np.float32]
     stream = io.BytesIO()
     match suffix:
         case ".png":
-            colours = PngInfo()
-            for name, data in _PNG_SRGB.items():
-                colours.add(name, data)
-            Image.fromarray(image).save(stream, "png", pnginfo=colours)
+            stream.write(encode_png(image))
         case ".exr":
             header = {
                 "compression": OpenEXR.ZIP_COMPRESSION,

@@ -21,7 +21,7 @@ FLOORS = (
     {"settings", "metrics", "logs", "places", "results"},
     {"wire"},
     {"images", "refusals", "addresses", "folders"},
-    {"srgb_profile"},
+    {"srgb_profile", "png"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 
