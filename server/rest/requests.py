@@ -1,76 +1,21 @@
 """What a render request says, for stills and for jobs alike."""
 
-import math
 from math import ceil
-from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, StrictInt, Tag, field_validator
+from pydantic import ConfigDict, Field
 
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
 from server.render.turns import samples_a_turn
-from server.wire.browser import Matrix, SceneId, Size, check_rigid
-from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef
+from server.wire.browser import Message, SceneId, Size
+from server.wire.cameras import CameraChoice, view_of
+from server.wire.worker import CameraSpec, Output, Render, SceneRef
 
 # Samples a pixel of one frame of a method that refines by samples, at most.
 SAMPLES_A_FRAME = 64
 
-Vector = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
-Degrees = Annotated[float, Field(gt=0.5, lt=178.0, description="vertical field of view [°]")]
 
-
-class Strict(BaseModel):
-    """Base of request bodies."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class LookAtCamera(Strict):
-    """A view from a point towards another, in the coordinates of the scene's file."""
-
-    position: Vector
-    target: Vector
-    up: Vector | None = Field(default=None, description="what points up in the picture; the scene's up if left out")
-    yfov_degrees: Degrees = 60.0
-
-
-class MatrixCamera(Strict):
-    """A view by its camera-to-world matrix: 16 numbers, column after column, looking along −Z with +Y up.
-
-    The world is in metres with +Y up, counted from the scene's origin: `frame` of the scene says where that is.
-    """
-
-    matrix: Matrix
-    yfov_degrees: Degrees = 60.0
-    near: float = Field(0.0, ge=0.0, lt=1e30, description="what is less far in front of the camera is cut away [m]")
-
-    @field_validator("matrix")
-    @classmethod
-    def _rigid(cls, matrix: tuple[float, ...]) -> tuple[float, ...]:
-        check_rigid(matrix)
-        return matrix
-
-
-def _camera_form(camera: Any) -> str:
-    if isinstance(camera, str):
-        return "name"
-    if isinstance(camera, dict):
-        return "matrix" if "matrix" in camera else "look-at"
-    if isinstance(camera, MatrixCamera):
-        return "matrix"
-    return "look-at" if isinstance(camera, LookAtCamera) else "index"
-
-
-CameraChoice = Annotated[
-    Annotated[StrictInt, Tag("index"), Field(ge=0)]
-    | Annotated[str, Tag("name"), Field(max_length=512)]
-    | Annotated[LookAtCamera, Tag("look-at")]
-    | Annotated[MatrixCamera, Tag("matrix")],
-    Discriminator(_camera_form),
-]
-
-
-class RenderRequest(Strict):
+class RenderRequest(Message):
     """A still; what is left out gets its default."""
 
     model_config = ConfigDict(
@@ -100,13 +45,7 @@ class RenderRequest(Strict):
 
     def view(self) -> CameraSpec:
         """The camera as the worker takes it."""
-        match self.camera:
-            case LookAtCamera(position=position, target=target, up=up, yfov_degrees=yfov):
-                return LookAt(position, target, up, yfov)
-            case MatrixCamera(matrix=matrix, yfov_degrees=yfov, near=near):
-                return CameraMatrix(matrix, math.radians(yfov), near)
-            case camera:
-                return SceneCamera(camera)
+        return view_of(self.camera)
 
     def frames(self) -> tuple[int, RenderSettings]:
         """How many frames the picture is the mean of, each a turn of its own, and the settings of each."""

@@ -56,12 +56,16 @@ class SceneCamera:
 
 @dataclass(frozen=True)
 class LookAt:
-    """A perspective view from position to target, in the file's coordinates; up: None is the scene's."""
+    """A perspective view from position to target, in the file's coordinates; up: None is the scene's.
+
+    near: what is less far in front of the camera is cut away [m].
+    """
 
     position: Vector
     target: Vector
     up: Vector | None
     yfov_degrees: float
+    near: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,18 @@ class CameraMatrix:
     near: float = 0.0
 
 
-CameraSpec = SceneCamera | LookAt | CameraMatrix
+View = SceneCamera | LookAt | CameraMatrix
+
+
+@dataclass(frozen=True)
+class AlongPath:
+    """Where a camera is at a time [s] that passes each view at its own; their times increase."""
+
+    keyframes: tuple[tuple[float, View], ...]
+    time: float
+
+
+CameraSpec = View | AlongPath
 
 # --- to the worker ---------------------------------------------------------------------------------------------------
 

@@ -10,28 +10,25 @@ import ctypes
 import re
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from math import tan
+from dataclasses import dataclass
 from time import monotonic, perf_counter
 from typing import TypeVar
 
-import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device
-from gpu.errors import OutOfMemoryError, SceneError, UserError, brief
+from gpu.errors import OutOfMemoryError, SceneError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.builtin import BUILTIN
-from gpu.scene.camera import look_at
 from gpu.scene.environment import with_environment
 from gpu.scene.load import load_scene
-from gpu.scene.types import Camera, Scene
 from gpu.settings import RenderSettings
 from server.scenes.scene_info import describe_scene
+from server.scenes.view_camera import view_camera
 from server.wire.browser import SceneInfo
-from server.wire.worker import STILLS, CameraMatrix, CameraSpec, LookAt, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import STILLS, CameraSpec, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build
@@ -44,7 +41,6 @@ from server.worker.worker import Picture, Report, work
 FIRST_SIZE = (64, 36)
 # What a job has at least of a turn that others wait for: half of what they may have to wait.
 CUDA_TURN_SECONDS, CPU_TURN_SECONDS = 0.025, 0.25
-MOST_NAMED = 10  # of a scene's cameras, where there is not the one that was asked for
 MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
@@ -228,27 +224,6 @@ class GpuBackend:
         samples, target = frame.stats.counts["frames"], sample_counts_of(job.settings, self._device).frames
         stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips, frame.stats.estimates)
         return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
-
-
-def view_camera(scene: Scene, view: CameraSpec, size: tuple[int, int]) -> Camera:
-    """The camera that a view means, for pictures of `size`; UserError when the scene has no such camera."""
-    aspect = size[0] / size[1]
-    match view:
-        case LookAt(position, target, up, yfov_degrees):
-            eye, aim = (scene.frame.to_world(np.array(point)).tolist() for point in (position, target))
-            upward = (0.0, 1.0, 0.0) if up is None else scene.frame.turned(np.array(up)).tolist()
-            return look_at(eye, aim, upward, yfov_degrees, aspect)
-        case CameraMatrix(matrix, yfov, near):
-            return Camera("", np.array(matrix).reshape(4, 4).T, tan(yfov / 2.0), aspect, near=near)
-        case SceneCamera(int(index)) if 0 <= index < len(scene.cameras):
-            return replace(scene.cameras[index], aspect=aspect)
-        case SceneCamera(str(name)):
-            for camera in scene.cameras:
-                if camera.name == name:
-                    return replace(camera, aspect=aspect)
-    names = ", ".join(f"{index} ({camera.name})" for index, camera in enumerate(scene.cameras[:MOST_NAMED]))
-    there = names + (f" and {len(scene.cameras) - MOST_NAMED} more" if len(scene.cameras) > MOST_NAMED else "")
-    raise UserError(f"camera: {scene.name} has no camera {brief(repr(view.camera), 80)}; it has {there}")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 import pytest
 
 from server.rest.requests import RenderRequest
-from server.wire.worker import CameraMatrix
 
 
 @pytest.mark.parametrize(
@@ -32,10 +31,3 @@ def test_a_large_picture_takes_a_sample_a_turn_and_a_small_one_many() -> None:
     small = RenderRequest.model_validate({"size": (16, 8), "settings": {"method": "path", "samples": 65}})
     assert small.frames()[0] == 2
     assert (small.weight(), large.weight()) == (2, 1)
-
-
-def test_a_camera_of_ones_own_may_cut_away_what_is_near() -> None:
-    matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
-    view = RenderRequest.model_validate({"camera": {"matrix": matrix, "yfov_degrees": 60, "near": 4.5}}).view()
-    assert isinstance(view, CameraMatrix)
-    assert view.near == 4.5

@@ -6,6 +6,7 @@ from pydantic import ValidationError
 from gpu.settings import Method, RenderSettings
 from server.wire.worker import (
     MAX_TEXT_BYTES,
+    AlongPath,
     CameraMatrix,
     CameraSpec,
     Cause,
@@ -32,6 +33,7 @@ SCENE = SceneRef("hall.glb", "/somewhere/hall.glb", 12)
         SceneCamera("2"),
         LookAt((1.0, 2.0, 3.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 45.0),
         CameraMatrix(tuple(float(number) for number in range(16)), 1.0),
+        AlongPath(((0.0, SceneCamera("hall")), (2.5, LookAt((1.0, 2.0, 3.0), (0.0, 0.0, 0.0), None, 45.0, 0.5))), 1.25),
     ],
 )
 def test_a_render_crosses_the_border_as_it_is(view: CameraSpec) -> None:

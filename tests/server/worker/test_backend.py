@@ -19,14 +19,12 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
 from gpu.scene.environment_options import EnvironmentOptions
-from gpu.scene.file_frame import FileFrame
-from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import Method, RenderSettings
 from server.render.engine import WORKER
 from server.settings import ServerSettings
 from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef, Start
-from server.worker.backend import GpuBackend, view_camera
+from server.worker.backend import GpuBackend
 from server.worker.tasks import Tasks
 
 BOX, TWIN, THIRD = (SceneRef(name, "cornell-box") for name in ("box", "twin", "third"))
@@ -286,30 +284,6 @@ def test_an_error_of_a_scene_names_its_id_not_its_path(backend: GpuBackend, tmp_
 def test_a_camera_that_is_not_there_is_refused_with_those_that_are(backend: GpuBackend, camera: int | str) -> None:
     with pytest.raises(UserError, match=rf"no camera {camera!r}; it has 0 \("):
         backend.render(job(view=SceneCamera(camera)), silent)
-
-
-def test_views_become_cameras() -> None:
-    scene = load_scene("cornell-box")
-    by_index, by_name = (view_camera(scene, SceneCamera(key), (40, 10)) for key in (0, scene.cameras[0].name))
-    assert by_index.aspect == 4.0
-    np.testing.assert_array_equal(by_index.to_world, by_name.to_world)
-    placed = view_camera(scene, CameraMatrix((*IDENTITY[:12], 1.0, 2.0, 3.0, 1.0), np.pi / 2, 0.5), (10, 10))
-    assert placed.near == 0.5
-    np.testing.assert_array_equal(placed.to_world[:3, 3], (1.0, 2.0, 3.0))
-    assert placed.half_height == pytest.approx(1.0)
-    looking = view_camera(scene, LookAt((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 90.0), (10, 10))
-    np.testing.assert_allclose(looking.to_world[:3, 3], (0.0, 0.0, 5.0))
-    assert looking.half_height == pytest.approx(1.0)
-
-
-def test_a_view_is_given_in_the_coordinates_of_the_file() -> None:
-    survey = replace(load_scene("cornell-box"), frame=FileFrame("z", 0.001, (456_789_000.0, 5_432_100_000.0, 0.0)))
-    there, north = (456_790_500.0, 5_432_102_000.0, 1600.0), (456_790_500.0, 5_432_103_000.0, 1600.0)
-    level = view_camera(survey, LookAt(there, north, None, 90.0), (10, 10)).to_world
-    np.testing.assert_allclose(level[:3, 3], (1.5, 1.6, -2.0))
-    np.testing.assert_allclose(level[:3, :3], np.eye(3), atol=1e-12)
-    on_its_side = view_camera(survey, LookAt(there, north, (1.0, 0.0, 0.0), 90.0), (10, 10)).to_world
-    np.testing.assert_allclose(on_its_side[:3, 1], (1.0, 0.0, 0.0), atol=1e-12)
 
 
 def test_the_whole_way_from_a_pose_to_a_lit_frame(cpu: str) -> None:
