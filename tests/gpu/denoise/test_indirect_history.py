@@ -200,7 +200,7 @@ def walk(room: DeviceScene, frames: int, **changes: object) -> tuple[list[Double
 
 def test_a_walk_flickers_less_and_is_no_farther_from_the_truth(room: DeviceScene) -> None:
     """Pixels are as small as where light is interpolated: a frame hands on light with less blur than it has noise."""
-    size, last = (192, 144), 16
+    size, last = (192, 144), 10
 
     def at(number: int) -> Camera:
         return pose(number / 3)
