@@ -10,7 +10,7 @@ from server.settings import ServerSettings
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 # Options of commands that no model has.
-COMMANDS = {"--json", "--size", "--camera", "--config"}
+COMMANDS = {"--json", "--size", "--camera", "--edit", "--config"}
 
 
 def test_the_readme_is_a_page_that_one_reads() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -137,18 +138,12 @@ class DeviceScene:
         data.colors = self._upload(np.ones((1, 4), np.float32) if scene.colors is None else scene.colors, wp.vec4)
         data.triangles = self._upload(ordered.triangles, wp.vec3i)
         data.triangle_material = self._upload(ordered.materials, wp.int32)
-        units = scene.frame.metres_per_unit * scene.placement.scale
-        made = [_material(material, units) for material in scene.materials]
-        data.materials = wp.array(made, dtype=MaterialData, device=self.device)
+        self._set_materials(data)
         entries, texels = DEVICE_SHARING.beside(lambda: _textures(scene.textures))
         data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
-        data.has_environment = isinstance(scene.sky, Environment)
-        if isinstance(scene.sky, Environment):
-            data.environment = upload_environment(scene.sky, self.device)
-        else:
-            data.sky = wp.vec3(*(scene.sky.radiance if scene.sky else (0.0, 0.0, 0.0)))
+        self._set_sky(data)
         data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
         data.transmissive = any(material.transmission > 0.0 for material in scene.materials)
@@ -160,6 +155,33 @@ class DeviceScene:
                 values = _corner_values(scene) if name == "masked" else scene.vertices
                 setattr(data, name, self._tree(ordered, values, begin, begin + count))
             begin += count
+
+    def edited(self, scene: Scene) -> DeviceScene:
+        """`scene`, which differs from this one by lights and materials alone (gpu.scene.edits), as it would be if it
+        were put on the device anew; both share geometry and textures.
+
+        Where rays meet a material otherwise than before, as glass that becomes rough, it is put there anew.
+        """
+        if [_kind(material) for material in scene.materials] != [_kind(known) for known in self.scene.materials]:
+            return DeviceScene(scene, str(self.device))
+        other = copy(self)
+        other.scene, other.data = scene, duplicate(SceneData, self.data)
+        other._set_materials(other.data)
+        other._set_sky(other.data)
+        return other
+
+    def _set_materials(self, data: SceneData) -> None:
+        units = self.scene.frame.metres_per_unit * self.scene.placement.scale
+        made = [_material(material, units) for material in self.scene.materials]
+        data.materials = wp.array(made, dtype=MaterialData, device=self.device)
+
+    def _set_sky(self, data: SceneData) -> None:
+        sky = self.scene.sky
+        data.has_environment = isinstance(sky, Environment)
+        if isinstance(sky, Environment):
+            data.environment = upload_environment(sky, self.device)
+        else:
+            data.sky = wp.vec3(*(sky.radiance if sky else (0.0, 0.0, 0.0)))
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
         array = wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)

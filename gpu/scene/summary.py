@@ -10,6 +10,7 @@ import numpy as np
 from gpu.scene.emitted_power import emitted_power
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.normals import area_vectors
+from gpu.scene.parts import LightForm, lights_of, material_ids
 from gpu.scene.types import Camera, Doubles, Environment, Light, LightKind, Scene, Sky, Texture
 
 _LISTED = 40
@@ -18,7 +19,7 @@ _LISTED = 40
 def summarise(scene: Scene) -> dict[str, Any]:
     """The scene's contents as JSON-ready values: size [m], area [m²], power [W], irradiance [W/m²], radiance.
 
-    Points and directions are in the file's own coordinates, which `frame` takes to metres.
+    Points and directions are in the file's own coordinates, which `frame` takes to metres; by `id` edits name things.
     """
     corners = scene.frame.to_file(np.array(scene.bounds))
     triangles = np.bincount(scene.triangle_material, minlength=len(scene.materials))
@@ -31,12 +32,13 @@ def summarise(scene: Scene) -> dict[str, Any]:
         "size": _list(np.ptp(np.array(scene.bounds), axis=0)),
         "bounds": {"min": _list(corners.min(axis=0)), "max": _list(corners.max(axis=0))},
         "materials": [
-            {"name": material.name, "triangles": int(count), "area": float(area)}
-            for material, count, area in zip(scene.materials, triangles, _world_areas(scene), strict=True)
+            {"id": one, "name": material.name, "triangles": int(count), "area": float(area)}
+            for one, material, count, area in zip(
+                material_ids(scene), scene.materials, triangles, _world_areas(scene), strict=True
+            )
         ],
         "textures": [_texture(texture) for texture in scene.textures],
-        "lights": [*_emitters(scene), *(_light(light, scene.placement.scale) for light in scene.lights)]
-        + ([_sky(scene.sky)] if scene.sky else []),
+        "lights": _lights(scene),
         "cameras": [_camera(camera, scene.frame) for camera in scene.cameras],
         "choices": {name: list(offered) for name, offered in scene.choices.items()},
         "memory_bytes": memory_bytes(scene),
@@ -44,6 +46,17 @@ def summarise(scene: Scene) -> dict[str, Any]:
         "ignored": list(scene.report.ignored),
         "notes": list(scene.report.notes),
     }
+
+
+def _lights(scene: Scene) -> list[dict[str, Any]]:
+    """Surfaces that emit, then punctual lights, then the sky."""
+    ids = {
+        (part.form is LightForm.SURFACE, part.form is LightForm.SKY, part.index): part.id for part in lights_of(scene)
+    }
+    found = [{"id": ids[True, False, index], **surface} for index, surface in _emitters(scene)]
+    for index, light in enumerate(scene.lights):
+        found.append({"id": ids[False, False, index], **_light(light, scene.placement.scale)})
+    return found + ([{"id": ids[False, True, 0], **_sky(scene.sky)}] if scene.sky else [])
 
 
 def _sky(sky: Sky | Environment) -> dict[str, Any]:
@@ -74,7 +87,7 @@ def summary_text(summary: dict[str, Any]) -> str:
         f"  memory {summary['memory_bytes'] / 1e6:,.1f} MB",
     ]
     sections: dict[str, Callable[[Any], str]] = {
-        "materials": lambda m: f"{m['name']}: {m['triangles']:,} triangles",
+        "materials": lambda m: f"{m['id']}: {m['triangles']:,} triangles",
         "textures": lambda t: f"{t['name']}: {t['width']}×{t['height']}, {'colour' if t['srgb'] else 'data'}",
         "lights": _light_text,
         "cameras": lambda c: f"{c['name']}: {c['projection']} at {_point(c['position'], step)}",
@@ -98,12 +111,12 @@ def _world_areas(scene: Scene) -> Doubles:
     return np.bincount(scene.triangle_material, areas, len(scene.materials)) / scene.placement.scale**2
 
 
-def _emitters(scene: Scene) -> Iterator[dict[str, Any]]:
-    """Materials that emit, with their area and power."""
-    areas = _world_areas(scene)
-    for material, area, power in zip(scene.materials, areas, emitted_power(scene), strict=True):
+def _emitters(scene: Scene) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Materials that emit, by number, with their area and power."""
+    found = zip(scene.materials, _world_areas(scene), emitted_power(scene), strict=True)
+    for index, (material, area, power) in enumerate(found):
         if material.emits and area > 0.0:
-            yield {"name": material.name, "kind": "area", "area": float(area), "power": _list(power)}
+            yield index, {"name": material.name, "kind": "area", "area": float(area), "power": _list(power)}
 
 
 def _light(light: Light, scale: float) -> dict[str, Any]:
@@ -138,7 +151,7 @@ def _texture(texture: Texture) -> dict[str, Any]:
 def _light_text(light: dict[str, Any]) -> str:
     unit = {"power": "W", "irradiance": "W/m²", "radiance": "W/m²/sr"}
     amount = next(f"{_vector(light[key])} {unit[key]}" for key in unit if key in light)
-    return f"{light['name']}: {light['kind']}, {amount}"
+    return f"{light['id']}: {light['kind']}, {amount}"
 
 
 def _list(values: Doubles) -> list[float]:

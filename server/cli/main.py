@@ -71,6 +71,9 @@ def _parser() -> ArgumentParser:
     render.add_argument("--size", default="960x540", metavar="WxH", help="of the picture in pixels (default 960x540)")
     render.add_argument("--camera", default="0", metavar="CAMERA", help=CAMERA_HELP)
     render.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
+    render.add_argument(
+        "--edit", type=Path, metavar="FILE", help="a JSON file of lights and materials that differ (docs/service.md)"
+    )
     render.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
     add_options(render, RenderSettings, "light and quality")
     add_options(render, ImportOptions, READING)
@@ -116,16 +119,19 @@ def _serve(options: Namespace) -> int:
 
 
 def _render(options: Namespace) -> int:
+    from gpu.scene.edits import NO_EDITS
     from server.cli.camera_argument import parse_size
+    from server.cli.edit_file import read_edits
     from server.images import check_output
 
     settings, size, path = model_from(options, RenderSettings), parse_size(options.size), Path(options.output)
     reading, environment = model_from(options, ImportOptions), model_from(options, EnvironmentOptions)
+    edits = NO_EDITS if options.edit is None else read_edits(options.edit)
     check_output(path)
 
     from server.cli.still import ChosenScene, render_file
 
-    chosen, camera, device = ChosenScene(options.scene, reading, environment), options.camera, options.device
+    chosen, camera, device = ChosenScene(options.scene, reading, environment, edits), options.camera, options.device
     render_file(chosen, path, size=size, camera=camera, device=device, settings=settings, as_json=options.json)
     return 0
 

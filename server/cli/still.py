@@ -10,6 +10,7 @@ from typing import Any
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
+from gpu.scene.edits import NO_EDITS, SceneEdits, edited
 from gpu.scene.environment import with_environment
 from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
@@ -21,11 +22,12 @@ from server.images import DISPLAY_FORMATS, check_output, encode_image, write_ato
 
 @dataclass(frozen=True)
 class ChosenScene:
-    """A built-in scene's name or a file, how that is read, and what is around it."""
+    """A built-in scene's name or a file, how that is read, what is around it, and what differs from the file."""
 
     source: str
     reading: ImportOptions = DEFAULT_OPTIONS
     environment: EnvironmentOptions = NO_ENVIRONMENT
+    edits: SceneEdits = NO_EDITS
 
 
 def render_file(
@@ -41,7 +43,7 @@ def render_file(
     """Render a scene into the image file `path`; with `as_json`, print the statistics on stdout.
 
     size: width and height [px]; camera: as `choose_camera` reads it; device: None takes the best there is.
-    Raises UserError for a scene, environment, camera, device or file that is not there or not sound.
+    Raises UserError for a scene, environment, edit, camera, device or file that is not there or not sound.
     """
     suffix = check_output(path)
     width, height = size
@@ -49,6 +51,7 @@ def render_file(
     scene = with_environment(read_scene(chosen.source, chosen.reading), chosen.environment)
     for sentence in (*scene.report.ignored, *scene.report.notes):
         print(f"lumenwalk: note: {sentence}", file=sys.stderr)
+    scene = edited(scene, chosen.edits)
     view = choose_camera(scene, camera, width / height)
     loaded = perf_counter()
     device_scene = DeviceScene(scene, device)

@@ -27,7 +27,7 @@ def test_lengths_are_in_world_units() -> None:
     assert np.allclose(summary["bounds"]["min"], (10, 10, 10))
     assert np.allclose(summary["bounds"]["max"], (14, 12, 10))
     assert (summary["triangles"], summary["dropped_triangles"]) == (2, 1)
-    assert summary["materials"] == [{"name": "m", "triangles": 2, "area": pytest.approx(8.0)}]
+    assert summary["materials"] == [{"id": "m", "name": "m", "triangles": 2, "area": pytest.approx(8.0)}]
 
 
 def test_an_area_lights_power() -> None:

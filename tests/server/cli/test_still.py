@@ -98,3 +98,16 @@ def test_an_environment_lights_a_scene_and_is_seen(tmp_path: Path, capsys: pytes
     assert "no light" not in capsys.readouterr().err
     assert main([*command, "--environment", str(tmp_path / "none.hdr")]) == 2
     assert "none.hdr: cannot be read" in capsys.readouterr().err
+
+
+def test_a_file_of_edits_changes_lights_and_materials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    edits, out = tmp_path / "edits.json", tmp_path / "a.npy"
+    command = ["render", "cornell-box", str(out), *SMALL, "--component=direct", "--edit", str(edits)]
+    assert main(["info", "cornell-box"]) == 0
+    assert "light: area" in capsys.readouterr().out
+    edits.write_text('{"lights": {"light": {"color": [0, 1, 0]}}}')
+    assert main(command) == 0
+    assert (read_image(out).max(axis=(0, 1)) > 0.0).tolist() == [False, True, False]
+    edits.write_text('{"lights": {"moon": {"on": true}}}')
+    assert main(command) == 2
+    assert "lights.moon: the scene has no such light; it has" in capsys.readouterr().err

@@ -1,0 +1,73 @@
+"""The lights and materials of a scene by ids that people can read and that stay as long as its file does."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from gpu.errors import brief
+from gpu.scene.types import Environment, LightKind, Rgb, Scene
+
+MOST_ID = 80  # characters of an id; names of files may be longer
+
+
+class LightForm(StrEnum):
+    """What a light is."""
+
+    POINT = "point"
+    SPOT = "spot"
+    DIRECTIONAL = "directional"
+    SURFACE = "surface"
+    SKY = "sky"
+
+
+@dataclass(frozen=True)
+class LightPart:
+    """A light of a scene. index: among the scene's lights, of a surface among its materials, of a sky 0; color: as the
+    file says, linear Rec. 709, its largest channel 1.
+    """
+
+    id: str
+    form: LightForm
+    index: int
+    color: Rgb
+
+
+FORMS = {LightKind.POINT: LightForm.POINT, LightKind.SPOT: LightForm.SPOT, LightKind.DIRECTIONAL: LightForm.DIRECTIONAL}
+
+
+def lights_of(scene: Scene) -> tuple[LightPart, ...]:
+    """All that lights `scene`: its punctual lights, then its emissive materials, then its sky."""
+    found = [(light.name, FORMS[light.kind], index, light.intensity) for index, light in enumerate(scene.lights)]
+    for index, material in enumerate(scene.materials):
+        if material.emits:
+            found.append((material.name, LightForm.SURFACE, index, material.emission))
+    if scene.sky is not None:
+        color = (1.0, 1.0, 1.0) if isinstance(scene.sky, Environment) else scene.sky.radiance
+        found.append(("sky", LightForm.SKY, 0, color))
+    ids = unique_ids((name or form for name, form, _, _ in found), "light")
+    return tuple(LightPart(one, *rest[1:3], _chroma(rest[3])) for one, rest in zip(ids, found, strict=True))
+
+
+def material_ids(scene: Scene) -> tuple[str, ...]:
+    """The ids of a scene's materials, in their order."""
+    return unique_ids((material.name for material in scene.materials), "material")
+
+
+def unique_ids(names: Iterable[str], kind: str) -> tuple[str, ...]:
+    """An id for each name: the name itself, or what it is of (`kind`) without one; "name (2)" where it is taken."""
+    taken: dict[str, None] = {}  # in order
+    counts: Counter[str] = Counter()
+    for name in names:
+        base = brief(name, MOST_ID).strip() or kind
+        one = base
+        while one in taken:
+            counts[base] += 1
+            one = f"{base} ({counts[base] + 1})"
+        taken[one] = None
+    return tuple(taken)
+
+
+def _chroma(color: Rgb) -> Rgb:
+    most = max(color)
+    return (color[0] / most, color[1] / most, color[2] / most) if most > 0.0 else (1.0, 1.0, 1.0)

@@ -1,0 +1,99 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scenes import box, scene_of
+
+from gpu.errors import UserError
+from gpu.scene.edits import NO_EDITS, SceneEdits, edited
+from gpu.scene.types import Environment, Light, LightKind, Material, Scene, Sky
+
+LAMP = Material("lamp", emission=(4.0, 2.0, 0.0))
+WALL = Material("wall", base_color=(0.5, 0.5, 0.5, 0.25), roughness=0.9)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    lights = [Light("bulb", LightKind.POINT, (2.0, 1.0, 0.5)), Light("sun", LightKind.DIRECTIONAL, (3.0, 3.0, 3.0))]
+    return scene_of(box(), [WALL, LAMP], lights=lights, sky=Sky((0.5, 0.5, 1.0)))
+
+
+def edits_of(**parts: dict[str, dict[str, object]]) -> SceneEdits:
+    return SceneEdits.model_validate(parts)
+
+
+def test_lights_of_every_kind_go_off_and_get_brighter(scene: Scene) -> None:
+    bulb, sun = scene.lights
+    change = {"bulb": {"on": False, "intensity": 9.0}, "sun": {"intensity": 2.0}, "lamp": {"intensity": 0.5}}
+    found = edited(scene, edits_of(lights={**change, "sky": {"intensity": 3.0}}))
+    assert [light.intensity for light in found.lights] == [(0.0,) * 3, (6.0,) * 3]
+    assert replace(found.lights[0], intensity=bulb.intensity) == bulb
+    assert [material.emission for material in found.materials] == [(0.0,) * 3, (2.0, 1.0, 0.0)]
+    assert found.sky == Sky((1.5, 1.5, 3.0))
+    assert scene.lights == (bulb, sun)
+
+
+def test_a_colour_leaves_a_light_as_bright_by_its_largest_channel(scene: Scene) -> None:
+    found = edited(scene, edits_of(lights={"bulb": {"color": [0.5, 1.0, 0.0]}, "lamp": {"color": [0, 0, 1]}}))
+    assert found.lights[0].intensity == (1.0, 2.0, 0.0)
+    assert found.materials[1].emission == (0.0, 0.0, 4.0)
+
+
+def test_materials_change_first_and_their_light_by_what_they_emit_then(scene: Scene) -> None:
+    wall = {"color": [0.1, 0.2, 0.3], "roughness": 0.2, "metallic": 1.0}
+    parts = {"wall": wall, "lamp": {"emission": [1.0, 1.0, 1.0]}}
+    found = edited(scene, edits_of(materials=parts, lights={"lamp": {"intensity": 3.0}})).materials
+    assert found[0] == replace(WALL, base_color=(0.1, 0.2, 0.3, 0.25), roughness=0.2, metallic=1.0)
+    assert found[1] == replace(LAMP, emission=(3.0, 3.0, 3.0))
+
+
+def test_a_picture_around_the_scene_is_tinted_or_gone(scene: Scene) -> None:
+    hall = replace(scene, sky=Environment("hall.hdr", np.full((1, 2, 3), 2.0, np.float32), turn=0.3))
+    found = edited(hall, edits_of(lights={"sky": {"intensity": 2.0, "color": [1.0, 0.5, 0.0]}})).sky
+    assert isinstance(found, Environment)
+    assert found.turn == 0.3
+    assert found.pixels[0, 1].tolist() == [4.0, 2.0, 0.0]
+    assert edited(hall, edits_of(lights={"sky": {"on": False}})).sky == Sky((0.0, 0.0, 0.0))
+
+
+def test_no_edits_change_nothing(scene: Scene) -> None:
+    found = edited(scene, NO_EDITS)
+    assert (found.lights, found.materials, found.sky) == (scene.lights, scene.materials, scene.sky)
+    assert found.vertices is scene.vertices
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ({"lights": {"moon": {"on": True}}}, "lights.moon: the scene has no such light; it has bulb, sun, lamp, sky"),
+        ({"materials": {"bulb": {}}}, "materials.bulb: the scene has no such material; it has wall, lamp"),
+    ],
+)
+def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dict[str, object]]], words: str) -> None:
+    with pytest.raises(UserError, match=f"^{words}$"):
+        edited(scene, edits_of(**parts))
+
+
+@pytest.mark.parametrize(
+    ("parts", "place"),
+    [
+        ({"lights": {"bulb": {"intensity": -1.0}}}, "lights.bulb.intensity"),
+        ({"lights": {"bulb": {"intensity": float("nan")}}}, "lights.bulb.intensity"),
+        ({"lights": {"bulb": {"color": [1, 2, 0]}}}, "lights.bulb.color.1"),
+        ({"lights": {"bulb": {"flux": 1}}}, "lights.bulb.flux"),
+        ({"materials": {"wall": {"roughness": 1.5}}}, "materials.wall.roughness"),
+        ({"materials": {"wall": {"emission": [1e9, 0, 0]}}}, "materials.wall.emission.0"),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_with_its_place(
+    parts: dict[str, dict[str, dict[str, object]]], place: str
+) -> None:
+    with pytest.raises(ValidationError) as refused:
+        edits_of(**parts)
+    assert ".".join(map(str, refused.value.errors()[0]["loc"])) == place
+
+
+def test_equal_edits_are_one_key() -> None:
+    parts = {"lights": {"bulb": {"on": False}}}
+    assert len({edits_of(**parts), edits_of(**parts), NO_EDITS}) == 2

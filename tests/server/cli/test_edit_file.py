@@ -1,0 +1,31 @@
+from pathlib import Path
+
+import pytest
+
+from gpu.errors import UserError
+from gpu.scene.edits import LightEdit, SceneEdits
+from server.cli.edit_file import read_edits
+
+
+def test_a_file_of_edits_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "edits.json"
+    path.write_text('{"lights": {"lamp": {"on": false}, "sky": {}}}')
+    assert read_edits(path) == SceneEdits(lights={"lamp": LightEdit(on=False)})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (None, "cannot be read"),
+        ("{", "is no JSON"),
+        ("\xff", "is no JSON"),
+        ("[1]", "is no JSON object, such as"),
+        ('{"lights": {"lamp": {"on": 2}}}', "lights.lamp.on: Input should be a valid boolean"),
+    ],
+)
+def test_what_is_wrong_with_it_is_said(text: str | None, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "edits.json"
+    if text is not None:
+        path.write_text(text, encoding="latin-1")
+    with pytest.raises(UserError, match=f"^--edit: {path}: .*{words}"):
+        read_edits(path)

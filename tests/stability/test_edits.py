@@ -1,0 +1,58 @@
+"""After any edits a picture has the bits of one of the edited scene, put on the device anew."""
+
+from functools import cache
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from pictures import picture
+from scenes import box, grey, quad, scene_of
+
+from gpu.device_scene.upload import DeviceScene
+from gpu.scene.edits import LightEdit, MaterialEdit, SceneEdits, edited
+from gpu.scene.types import Light, LightKind, Sky
+from gpu.settings import Method
+
+SHARES = st.sampled_from([0.0, 0.3, 1.0])
+COLORS = st.tuples(SHARES, SHARES, SHARES)
+LIGHTS = st.builds(LightEdit, on=st.sampled_from([None, True, False]), color=st.none() | COLORS,
+                   intensity=st.sampled_from([None, 0.0, 0.5, 20.0]))  # fmt: skip
+MATERIALS = st.builds(MaterialEdit, color=st.none() | COLORS, roughness=st.none() | SHARES, metallic=st.none() | SHARES,
+                      emission=st.none() | COLORS)  # fmt: skip
+EDITS = st.builds(
+    SceneEdits,
+    lights=st.dictionaries(st.sampled_from(["bulb", "default", "sky"]), LIGHTS),
+    materials=st.dictionaries(st.sampled_from(["default", "default (2)", "default (3)"]), MATERIALS),
+)
+
+
+@cache
+def room() -> DeviceScene:
+    """A box with a hole in its ceiling, a lamp, a bulb and a sky."""
+    walls = box()
+    del walls[3]
+    lamp = quad((-0.2, 0.4, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    bulb = Light("bulb", LightKind.POINT, (0.1, 0.2, 0.1), (0.3, 0.3, 0.0))
+    materials = [grey(0.7), grey(0.0, 5.0), grey(0.4)]
+    return DeviceScene(scene_of([*walls, lamp, block], materials, lights=[bulb], sky=Sky((0.5, 0.6, 0.7))), "cpu")
+
+
+@pytest.mark.parametrize("method", list(Method))
+@example(
+    [
+        SceneEdits(
+            lights={"bulb": LightEdit(on=False), "sky": LightEdit(intensity=9.0)},
+            materials={"default": MaterialEdit(color=(0.2, 0.1, 1.0), emission=(0.0, 1.0, 0.0))},
+        )
+    ]
+)
+@given(st.lists(EDITS, min_size=1, max_size=3))
+@settings(max_examples=3, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck))
+def test_edits_leave_nothing_of_what_was_before(method: Method, steps: list[SceneEdits]) -> None:
+    now = room()
+    for step in steps:
+        now = now.edited(edited(room().scene, step))
+    found = picture(now, method=method, samples=1)
+    anew = DeviceScene(edited(room().scene, steps[-1]), "cpu")
+    assert found.tobytes() == picture(anew, method=method, samples=1).tobytes()
