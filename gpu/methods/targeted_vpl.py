@@ -3,10 +3,7 @@
 gpu.adaptive tells which; here light sets, arrays and graphs follow, and frames are rendered again where that is needed.
 """
 
-from collections import deque
-from dataclasses import dataclass, field, replace
-from math import pi, sin
-from statistics import median
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -23,55 +20,18 @@ from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.fuzzy_vpl import FuzzyOptions, FuzzyVpl
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderOnce, RenderSetup
+from gpu.methods.steering import STEERING_PARAMETERS, Steering, swayed
 from gpu.sample_counts import SampleCounts
-from gpu.scene.camera import rotated
 from gpu.scene.types import Camera
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Numbers of VPL clusters that are kept, each with graphs and arrays for all numbers of SP clusters (about 0.6 GB for a
 # GPU's default number, 1 to 2.5 GB for eight times that): a walk goes to and fro between some.
 KEPT_LIGHTS = 4
-# Frames of a walk with other lights than before until they take what those that follow do.
-FIRST_OF_LIGHTS = 4
-# Times of a walk grow unforeseen more often than they fall: by what is new in a view, and by what else the host does.
-WALK_AIM = 0.98
 # As many times the device's own number of VPL clusters, and of VPLs: their light set takes that squared to make.
 MOST_TIMES = 8
-# Frames that nobody sees, until the counts of the first picture meet its target.
-SETTLING_FRAMES = 32
-# In those of a walk the camera sways, so far to either side and so many frames to and fro: frames that see nothing new
-# would take less than others.
-SWAY_DEGREES, SWAY_FRAMES = 4.0, 16
 # Device memory of a view's probes.
 PROBE_BYTES = 100 << 20
-# Of a frame with a wanted error.
-MOST_TRIES = 8
-# What the host takes varies more than what a device does: so many frames tell what it takes.
-HOST_FRAMES = 15
-
-
-@dataclass
-class Steering:
-    """What is learnt of one viewer's frames, apart for those of a walk and others where they are governed apart.
-
-    level: the last frame's; applied: whether its clustering knows of it; wants_retry: whether the next frame is another
-    try at the last one, is_retry: whether the last one was, of the same lights; unlike: how many frames from the last
-    one on are unlike those that follow in a walk; host_ms: what frames of a walk, and others, took beside
-    their stages, learning_ms: and learning of the last one.
-    """
-
-    level: Level
-    probes: Probes | None
-    governors: dict[bool, Governor[Any]] = field(default_factory=dict)
-    settled: set[bool] = field(default_factory=set)
-    applied: bool = False
-    wants_retry: bool = False
-    is_retry: bool = False
-    unlike: int = 0
-    host_ms: dict[bool, deque[float]] = field(
-        default_factory=lambda: {walks: deque([0.0], HOST_FRAMES) for walks in (False, True)}
-    )
-    learning_ms: float = 0.0
 
 
 class TargetedViewState(FuzzyViewState):
@@ -143,7 +103,7 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
             if self._is_error:
                 governors[apart] = ErrorGovernor(self._levels, self._target, level)
             else:
-                aim, parameters = (WALK_AIM, FOR_WALK) if apart else (1.0, None)
+                aim, parameters = (STEERING_PARAMETERS.walk_aim, FOR_WALK) if apart else (1.0, None)
                 governors[apart] = Governor(self._levels, TimeModel(), aim * self._target, level, parameters)
         return governors[apart]
 
@@ -162,10 +122,11 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
         """
         steering, moves = view.steering, self._governs_apart(walks=walks)
         settles = moves not in steering.settled
-        for number in range(SETTLING_FRAMES if settles else 0):
+        most = STEERING_PARAMETERS.settling_frames
+        for number in range(most if settles else 0):
             view.shown = None  # one more of the same
-            frame = once(_swayed(camera, number) if moves else camera, None)
-            self._setup.progress("choosing counts of clusters", number / SETTLING_FRAMES)
+            frame = once(swayed(camera, number) if moves else camera, None)
+            self._setup.progress("choosing counts of clusters", number / most)
             if self._learn(view, frame, shown=False):
                 break
         steering.settled.add(moves)
@@ -175,7 +136,7 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
         if frame.stats.counts["frames"] > 1 or frame.stats.skips["unchanged_camera"] or jumps:
             return frame
         self._learn(view, frame)
-        for _ in range(1, MOST_TRIES):
+        for _ in range(1, STEERING_PARAMETERS.most_tries):
             if not self._tries_again(view):
                 break
             if accumulation:
@@ -189,19 +150,13 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
     def render(self, view: TargetedViewState, stages: Stages, sample: int) -> None:
         """One frame at the level that was chosen for it."""
         steering = view.steering
-        walks, before = view.reuses_history, steering.level
-        steering.unlike = max(steering.unlike - 1, 0) if walks else 0
-        retries, steering.wants_retry, steering.is_retry = steering.wants_retry, False, False
-        if sample == 0 and before != self._governor(view).level:
-            level = self._governor(view).level
-            relights = level.vpl_clusters != before.vpl_clusters
-            if relights:
+        walks, level = view.reuses_history, self._governor(view).level
+        retries, steering.wants_retry = steering.wants_retry, False
+        steering.begin_frame(walks=walks)
+        if sample == 0 and level != steering.level:
+            if level.vpl_clusters != steering.level.vpl_clusters:
                 self._lights(level, stages).known_to(view).last_sample = None
-            steering.level, steering.applied, steering.is_retry = level, False, retries and not relights
-            if walks and relights:
-                steering.unlike = FIRST_OF_LIGHTS
-            elif walks and level.sp_clusters != before.sp_clusters:
-                steering.unlike = max(steering.unlike, 1)
+            steering.change(level, walks=walks, retries=retries)
         self._method.lights = lights = self._lights(steering.level, stages)
         lights.correction.use(steering.level.sp_clusters, steering.level.passes)
         if not steering.applied:
@@ -238,13 +193,11 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
         three times as long: that tells nothing of them.
         """
         begun, steering = perf_counter(), view.steering
-        governor, host_ms = self._governor(view), steering.host_ms[view.walked]
-        if frame.stats.host_ms is not None:
-            host_ms.append(frame.stats.host_ms + steering.learning_ms)
+        governor, host_ms = self._governor(view), steering.host_time(frame.stats.host_ms, walks=view.walked)
         if steering.probes:
             stays = governor.learn(steering.probes.estimate())
         else:
-            times = {**frame.stats.stage_ms, "host": median(host_ms)}
+            times = {**frame.stats.stage_ms, "host": host_ms}
             stays = steering.unlike == 0 and frame.stats.steady and governor.learn(times, anew=not shown)
         steering.learning_ms = 1e3 * (perf_counter() - begun)
         return stays
@@ -278,7 +231,3 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
         vpls = self._vpls or self._usual.vpls * level.vpl_clusters // self._usual.vpl_clusters
         most = self._levels.most(level.vpl_clusters)
         return replace(self._usual, sp_clusters=most, vpl_clusters=level.vpl_clusters, vpls=vpls)
-
-
-def _swayed(camera: Camera, number: int) -> Camera:
-    return rotated(camera, SWAY_DEGREES * sin(2.0 * pi * (number + 1) / SWAY_FRAMES))

@@ -273,6 +273,23 @@ def test_counts_of_a_walk_are_chosen_by_frames_in_motion(
     assert seen[-1] == CAMERA.to_world.tobytes()
 
 
+def test_no_picture_waits_for_more_than_32_frames_that_nobody_sees(
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    method, view = steered(Renderer(room, SIZE, RenderSettings(**INDIRECT, target_ms=20.0)))
+    monkeypatch.setattr(TargetedVpl, "_learn", lambda *_, **__: False)
+    stats = SimpleNamespace(counts={"frames": 1}, skips={"unchanged_camera": 0})
+    for seen in (33, 1):
+        frames: list[Camera] = []
+
+        def once(camera: Camera, _: Accumulation | None, frames: list[Camera] = frames) -> Any:
+            frames.append(camera)
+            return SimpleNamespace(stats=stats)
+
+        method.show(once, view, CAMERA, None, walks=False)
+        assert len(frames) == seen
+
+
 def test_a_walk_for_an_error_goes_on_with_what_its_first_picture_learnt(
     room: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
