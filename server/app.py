@@ -1,4 +1,4 @@
-"""The service: puts the endpoints, the page and the engine together, and runs them."""
+"""The service: puts the endpoints, the page and the engines together, and runs them."""
 
 import asyncio
 import sys
@@ -27,7 +27,9 @@ from server.http.sparse_log import make_sparse
 from server.http.websocket import WebSocket
 from server.logs import configure
 from server.render.activity import Activity, EngineState
-from server.render.engine import WORKER, Engine
+from server.render.devices import chosen_devices
+from server.render.engine import WORKER
+from server.render.engine_pool import EnginePool
 from server.rest import docs, health
 from server.rest import jobs as job_api
 from server.rest import metrics as monitor
@@ -50,7 +52,7 @@ WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # listened on for all address
 
 
 def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: Sequence[str] = CHECK) -> FastAPI:
-    """The ASGI application; its lifespan runs the worker process, started by the command `worker`.
+    """The ASGI application; its lifespan runs a worker process a device, started by the command `worker`.
 
     check: the command that reads a scene before the worker does.
     Where others than this machine's users can come, it needs a token: a new one if the settings have none. Raises
@@ -62,15 +64,16 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     checker = Checker(settings, check)
     uploads = Uploads(settings, checker) if settings.uploads else None
     catalogue = Catalogue(settings.scene, settings.scenes_dir, uploads, settings.scene_options)
-    engine = Engine(start_message(settings, catalogue), worker, settings.hang_seconds)
-    service = Service(settings, catalogue, engine, checker)
+    devices = chosen_devices(settings.device)
+    engines = EnginePool.of(start_message(settings, catalogue), devices, worker, settings.hang_seconds)
+    service = Service(settings, catalogue, engines, checker)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         results = settings.uploads_dir / RESULTS if settings.uploads and settings.uploads_dir is not None else None
         if results is not None:
             service.jobs.restore(results)
-        tasks = [asyncio.create_task(it.run(), name=type(it).__name__.lower()) for it in (service.engine, service.jobs)]
+        tasks = [asyncio.create_task(it.run(), name=type(it).__name__.lower()) for it in (engines, service.jobs)]
         try:
             yield
         finally:
@@ -151,24 +154,24 @@ def serve(settings: ServerSettings, worker: Sequence[str] = WORKER) -> None:
     made = settings.token is None
     settings = with_token(settings)
     app = create_app(settings, worker)
-    engine = app.state.service.engine
+    engines = app.state.service.engines
     with listen(settings.host, settings.port) as listener:
         url = _url(settings, listener.getsockname()[1], with_token=made)
         server = create_server(app, settings)
-        engine.listeners.add(_announcer(engine, server, url))
+        engines.listeners.add(_announcer(engines, server, url))
         with suppress(KeyboardInterrupt):
             server.run(sockets=[listener])
-    if engine.activity.state is EngineState.FAILED:
-        raise UserError(engine.activity.text)
+    if engines.activity.state is EngineState.FAILED:
+        raise UserError(engines.activity.text)
 
 
-def _announcer(engine: Engine, server: uvicorn.Server, url: str) -> Callable[[], None]:
+def _announcer(engines: EnginePool, server: uvicorn.Server, url: str) -> Callable[[], None]:
     told = Activity(EngineState.STARTING)
     announced = False
 
     def announce() -> None:
         nonlocal told, announced
-        activity = engine.activity
+        activity = engines.activity
         if activity.state is EngineState.FAILED:
             server.should_exit = True
         elif server.should_exit:
@@ -176,7 +179,7 @@ def _announcer(engine: Engine, server: uvicorn.Server, url: str) -> Callable[[],
         elif activity.state is EngineState.READY and not announced:
             announced = True
             print(url, flush=True)
-        elif activity.text and (activity.state, activity.text) != (told.state, told.text) and not engine.ready:
+        elif activity.text and (activity.state, activity.text) != (told.state, told.text) and not engines.ready:
             print(f"lumenwalk: {activity.text}", file=sys.stderr, flush=True)
         told = activity
 

@@ -1,4 +1,4 @@
-"""Renders that take long, done in the background one after the other, frame by frame behind whoever walks."""
+"""Renders that take long, done in the background, one a device at a time, frame by frame behind whoever walks."""
 
 import asyncio
 import logging
@@ -12,7 +12,7 @@ from pathlib import Path
 from gpu.errors import UserError
 from gpu.settings import RenderSettings
 from server.refusals import TooBusyError, UnknownJobError
-from server.render.engine import Engine
+from server.render.engine_pool import EnginePool
 from server.render.pending import RenderFaultError
 from server.render.schedule import Urgency
 from server.render.stills import render_frames
@@ -64,7 +64,7 @@ class Jobs:
 
     def __init__(
         self,
-        engine: Engine,
+        engines: EnginePool,
         residency: Residency,
         dismiss: Callable[[int], None],
         *,
@@ -73,7 +73,7 @@ class Jobs:
         keep_bytes: int,
     ) -> None:
         """dismiss: frees what is kept for a viewer number; max_jobs: that wait or run; keep_…: of results."""
-        self._engine = engine
+        self._engines = engines
         self._residency = residency
         self._dismiss = dismiss
         self._max_jobs = max_jobs
@@ -82,7 +82,7 @@ class Jobs:
         self._jobs: dict[str, RenderJob] = {}
         self.ended = Counter(dict.fromkeys(ENDED, 0))  # since the service began
         self._added = asyncio.Event()
-        self._running: asyncio.Task[None] | None = None
+        self._running: dict[str, asyncio.Task[None]] = {}  # by job
 
     @property
     def all(self) -> list[RenderJob]:
@@ -108,8 +108,8 @@ class Jobs:
     def remove(self, job_id: str) -> RenderJob:
         """Cancel a job that waits or runs, and forget it and its result."""
         job = self.find(job_id)
-        if job.state is JobState.RUNNING and self._running is not None:
-            self._running.cancel()
+        if job.id in self._running:
+            self._running[job.id].cancel()
         if job.state not in ENDED:
             self._tell(job, JobState.CANCELLED)
         self._forget(job.id)
@@ -121,8 +121,8 @@ class Jobs:
             if job.state not in ENDED:
                 job.error = "the service was stopped before the picture was done"
                 self._tell(job, JobState.FAILED)
-        if self._running is not None:
-            self._running.cancel()
+        for task in self._running.values():
+            task.cancel()
 
     def save(self, folder: Path | None) -> None:
         """Keep the results of finished jobs for the next service, if there is a folder; else they are lost."""
@@ -148,18 +148,9 @@ class Jobs:
 
     async def run(self) -> None:
         """Work until cancelled."""
-        try:
-            while True:
-                job = next((job for job in self._jobs.values() if job.state is JobState.QUEUED), None)
-                if job is None:
-                    self._added.clear()
-                    await self._added.wait()
-                    continue
-                self._running = asyncio.create_task(self._render(job), name=f"job {job.id}")
-                await asyncio.wait([self._running])
-        finally:
-            if self._running is not None:
-                self._running.cancel()
+        async with asyncio.TaskGroup() as tasks:
+            for _ in self._engines.engines:
+                tasks.create_task(self._work())
 
     async def watch(self, job: RenderJob) -> AsyncIterator[RenderJob]:
         """The job now, then whenever something of it has changed, until it has ended."""
@@ -170,14 +161,30 @@ class Jobs:
                 return
             await changed.wait()
 
+    async def _work(self) -> None:
+        """One job after the other."""
+        while True:
+            free = (it for it in self._jobs.values() if it.state is JobState.QUEUED and it.id not in self._running)
+            job = next(free, None)
+            if job is None:
+                self._added.clear()
+                await self._added.wait()
+                continue
+            task = self._running[job.id] = asyncio.create_task(self._render(job), name=f"job {job.id}")
+            try:
+                await asyncio.wait([task])
+            finally:
+                task.cancel()
+                del self._running[job.id]
+
     async def _render(self, job: RenderJob) -> None:
         if job.state is not JobState.QUEUED:
             return
         self._tell(job, JobState.RUNNING)
         try:
-            await self._residency.open(job.render.scene)
+            await self._residency.open(job.render.scene, job.render.viewer)
             _, job.result = await render_frames(
-                self._engine,
+                self._engines,
                 job.render,
                 job.frames,
                 Urgency.REFINING,

@@ -1,4 +1,4 @@
-"""What the endpoints share: settings, scenes, the engine, and who is there."""
+"""What the endpoints share: settings, scenes, the engines, and who is there."""
 
 import asyncio
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from starlette.requests import HTTPConnection
 from server.jobs import ENDED, Jobs
 from server.metrics import Metrics
 from server.places import Places
-from server.render.engine import Engine
+from server.render.engine_pool import EnginePool
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
@@ -28,7 +28,7 @@ class Service:
 
     settings: ServerSettings
     catalogue: Catalogue
-    engine: Engine
+    engines: EnginePool
     checker: Checker
     viewers: set[int] = field(default_factory=set)
     greeting: list[asyncio.Timeout] = field(default_factory=list)  # who has not said hello yet, the oldest first
@@ -42,9 +42,9 @@ class Service:
 
     def __post_init__(self) -> None:
         limits = self.settings
-        self.residency = Residency(self.engine, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
+        self.residency = Residency(self.engines, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
         self.jobs = Jobs(
-            self.engine,
+            self.engines,
             self.residency,
             self.dismiss,
             max_jobs=limits.max_jobs,
@@ -54,7 +54,7 @@ class Service:
 
     def check_cost(self, job: Render, frames: int) -> None:
         """TooLongError, with what would do, where a picture is expected to take the device for too long."""
-        self.engine.speeds.check(job, frames, self.settings.max_render_seconds, cuda=self.engine.cuda)
+        self.engines.speeds.check(job, frames, self.settings.max_render_seconds, cuda=self.engines.cuda)
 
     def number(self) -> int:
         """A viewer number that was never used before; `dismiss` frees what the worker keeps for it."""
@@ -78,7 +78,7 @@ class Service:
         """A viewer has left."""
         self.viewers.discard(viewer)
         self.viewing.pop(viewer, None)
-        self.engine.leave(viewer)
+        self.engines.leave(viewer)
 
     def stop(self) -> None:
         """The service ends: whoever waits is told."""
@@ -93,10 +93,9 @@ class Service:
 
 
 def start_message(settings: ServerSettings, catalogue: Catalogue) -> Start:
-    """What a worker is told first."""
+    """What each worker is told first, but for its device."""
     return Start(
         scene=catalogue.served,
-        device=settings.device,
         max_scenes=settings.max_scenes,
         scene_limits=settings.scene_limits,
         check_seconds=settings.check_seconds,

@@ -93,7 +93,11 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     log_format: LogFormat = Field(default=LogFormat.TEXT, description="one line of text, or of JSON, an event")
     scene: str = Field(default="cornell-box", min_length=1, description="served scene: a built-in name or a file")
     scenes_dir: Path | None = Field(default=None, description="folder whose scene files can be chosen too")
-    device: str | None = Field(default=None, description='"cpu", "cuda:0", ...; the best there is when not given')
+    device: str | None = Field(
+        default=None,
+        description='"cpu", "cuda:0", ...; several, comma-separated, a worker each, or "all"; the best there is when '
+        "not given",
+    )
     max_connections: int = Field(
         default=2048,
         ge=16,

@@ -2,8 +2,7 @@
 
 Whoever wants something rendered waits for a turn, which `Schedule` gives. A job is made when its turn comes, not
 before: a viewer's pose is then the newest one. A job whose turn is long is asked to give it back when others wait, and
-queues up again for the rest. More devices will mean more engines, one worker each, and viewers shared
-out among them.
+queues up again for the rest. More devices mean more engines, with one worker each (server.render.engine_pool).
 
 A worker that ends, sends what it should not, or says nothing for too long is replaced. While nobody wants anything, one
 pixel of what was rendered last is rendered every few seconds, to see whether it still can be.
@@ -25,7 +24,7 @@ from server.render.heartbeat import heartbeat, is_warm
 from server.render.pending import ERRORS, Answer, PendingJob, Reply
 from server.render.quarantine import Quarantine, QuarantinedError
 from server.render.schedule import QueueEntry, Schedule, Urgency
-from server.render.worker_link import InnocentLossError, WorkerLink, WorkerLostError
+from server.render.worker_link import InnocentLossError, TurnedAwayError, WorkerLink, WorkerLostError
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
     HEARTBEAT,
@@ -70,6 +69,7 @@ SHORT_TURN_SECONDS = 0.01  # of a turn, which is not asked back: it ends soon
 WHOLE_FRAME_SECONDS, WHOLE_FRAME_SECONDS_ON_CUDA = 1.0, 0.05
 LONG_TURN_SECONDS = 1.0  # after which a turn is asked back, whoever waits: so the worker says that it lives
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
+LOST = "the renderer was lost; it is being started again"
 log = logging.getLogger("lumenwalk.engine")
 
 Make = Callable[[], Job | None]
@@ -103,9 +103,16 @@ class _Running:
 class Engine:
     """One worker process, restarted when it dies, and the queue to it."""
 
-    def __init__(self, start: Start, command: Sequence[str] = WORKER, hang_seconds: float = 120.0) -> None:
+    def __init__(
+        self,
+        start: Start,
+        command: Sequence[str] = WORKER,
+        hang_seconds: float = 120.0,
+        quarantine: Quarantine | None = None,
+        speeds: Speeds | None = None,
+    ) -> None:
         """hang_seconds: how long a worker with a job, which may have kernels to compile, may say nothing before it is
-        replaced.
+        replaced; quarantine, speeds: shared with other engines.
         """
         self._start = start
         self._command = command
@@ -123,13 +130,14 @@ class Engine:
         self._pending: dict[int, PendingJob] = {}
         self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
         self._last_rendered: Render | None = None  # what was rendered last
-        self._quarantine = Quarantine()
-        self.speeds = Speeds()
+        self._quarantine = quarantine or Quarantine()
+        self._speeds = speeds or Speeds()
         self._hung = False  # the worker was killed because it said nothing
         self._spoken = False  # the worker has said something
         self._was_ready = False  # a worker was, since the service began
         self._failures = 0  # workers that ended since one was ready
         self.restarts = 0
+        self.unusable = False  # no worker can start, by the user's fault
         self.device = ""
         self.busy_seconds = 0.0  # of device time, by all workers together
         self.memory = (0, 0)  # of the device: used and all [bytes]; not known before it is ready
@@ -169,6 +177,16 @@ class Engine:
         return Counter(entry.urgency for entry in (*self._waiting, *self._paused))
 
     @property
+    def max_scenes(self) -> int:
+        """That the worker keeps at the same time."""
+        return self._start.max_scenes
+
+    def queued(self, client: int) -> int:
+        """How many jobs of a client wait or run."""
+        running = (self._running.entry,) if self._running is not None else ()
+        return sum(entry.client == client for entry in (*self._waiting, *self._paused, *running))
+
+    @property
     def worker_pid(self) -> int | None:
         """Process id of the worker, if one runs."""
         return self._link.pid if self._link else None
@@ -182,6 +200,7 @@ class Engine:
                 await self._run_worker()
             except UserError as error:
                 if not self._was_ready:
+                    self.unusable = True
                     self._set_activity(Activity(EngineState.FAILED, str(error)))
                     return
                 log.error("the worker cannot start again: %s", error)
@@ -204,7 +223,7 @@ class Engine:
 
         client: the viewer's number, or STILLS. Returns None when `make` does, which gives the turn away and costs
         nothing. The future ends with the answer and its bytes, or with UserError (the job was wrong), OutOfMemoryError,
-        RenderFaultError (a bug) or WorkerLostError.
+        RenderFaultError (a bug) or WorkerLostError. TurnedAwayError: it is to be asked of another engine.
         """
         entry, waiting = self._enqueue(client, urgency, make)
         try:
@@ -212,6 +231,15 @@ class Engine:
         finally:
             self._schedule.leave(entry)
             self._waiting.pop(entry, None)
+
+    def turn_away(self) -> None:
+        """Another engine is ready, and this one is not: who waits for a turn is to go there."""
+        for entry, waiting in tuple(self._waiting.items()):
+            if entry.client != HEARTBEAT and not waiting.turn.done():
+                waiting.turn.set_exception(TurnedAwayError("another renderer is ready"))
+                waiting.turn.exception()  # marks it as seen: who waits may have left this instant
+                self._schedule.leave(entry)
+                del self._waiting[entry]
 
     async def open(self, scene: SceneRef) -> SceneInfo:
         """Load a scene and say what is in it; errors as the futures of `submit`."""
@@ -261,14 +289,18 @@ class Engine:
             self._paused.clear()
             if running is not None:
                 self._end_turn(now - running.began)
+            guilty = self._pending.pop(running.request, None) if running is not None else None
             for request in list(self._pending):
-                kind = WorkerLostError if running is not None and running.request == request else InnocentLossError
-                self._pending.pop(request).resolve(kind("the renderer was lost; it is being started again"))
-            status = await link.stop()
-            if running is not None:
-                spent = running.spent + now - running.began
-                self._quarantine.blame(running.job, spent, status, hung=self._hung)
-            log.info("worker %d ended with status %s", link.pid, status)
+                self._pending.pop(request).resolve(InnocentLossError(LOST))
+            try:
+                status = await link.stop()
+                if running is not None:
+                    spent = running.spent + now - running.began
+                    self._quarantine.blame(running.job, spent, status, hung=self._hung)
+                log.info("worker %d ended with status %s", link.pid, status)
+            finally:  # it may be tried on another engine at once, which must know what it has done
+                if guilty is not None:
+                    guilty.resolve(WorkerLostError(LOST))
 
     def _handle(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
         running = self._running
@@ -295,7 +327,7 @@ class Engine:
                 pending = self._pending.pop(request)
                 if isinstance(pending.job, Render) and isinstance(message, Done):
                     self._last_rendered = pending.job
-                    self.speeds.learn(pending.job, message.render_ms / 1e3, cuda=self.cuda)
+                    self._speeds.learn(pending.job, message.render_ms / 1e3, cuda=self.cuda)
                 self._quarantine.acquit(pending.job)
                 pending.resolve((message, payload))
             case Free(request) if running and running.request == request:

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 
-from server.render.engine import Engine
+from server.render.engine_pool import EnginePool
 from server.render.schedule import Urgency
 from server.render.worker_link import InnocentLossError, WorkerLostError
 from server.wire.worker import Done, Render
@@ -14,7 +14,7 @@ MOST_INNOCENT = 5  # losses of the worker by others, after which a picture is gi
 
 
 async def render_frames(
-    engine: Engine,
+    engines: EnginePool,
     job: Render,
     frames: int,
     urgency: Urgency,
@@ -37,7 +37,7 @@ async def render_frames(
         sample = None if frames == 1 else samples
         order = replace(job, sample=sample, output=job.output if last else "none")
         try:
-            done, image = await _turn(engine, order, urgency, turn_seconds)
+            done, image = await _turn(engines, order, urgency, turn_seconds)
             if done.samples <= samples:
                 raise InnocentLossError("the renderer was started again, and what it had rendered was lost")
         except WorkerLostError as error:
@@ -58,10 +58,10 @@ async def render_frames(
             return replace(done, render_ms=render_ms, encode_ms=encode_ms, stage_ms=dict(stage_ms)), image
 
 
-async def _turn(engine: Engine, job: Render, urgency: Urgency, seconds: float | None) -> tuple[Done, bytes]:
+async def _turn(engines: EnginePool, job: Render, urgency: Urgency, seconds: float | None) -> tuple[Done, bytes]:
     try:
         async with asyncio.timeout(seconds):
-            reply = await engine.submit(job.viewer, urgency, lambda: job)
+            reply = await engines.submit(job.viewer, job.scene, urgency, lambda: job)
     except TimeoutError:
         raise WorkerLostError(f"no turn within {seconds:g} s; try again later") from None
     if reply is None:

@@ -28,6 +28,10 @@ class InnocentLossError(WorkerLostError):
     """It went with a worker that ended in another's turn: to be tried again, and nobody's fault."""
 
 
+class TurnedAwayError(InnocentLossError):
+    """It has not begun, and another worker is ready for it."""
+
+
 class WorkerLink:
     """A running worker process and the socket to it."""
 

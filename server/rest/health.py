@@ -7,7 +7,8 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 
 from server.errors import RETRY_SECONDS
-from server.service import TheService
+from server.render.engine import Engine
+from server.service import Service, TheService
 
 router = APIRouter()
 OPEN: dict[str, Any] = {"security": [{}]}  # no token is asked for
@@ -19,12 +20,23 @@ class Alive(BaseModel):
     status: Literal["ok"] = "ok"
 
 
+class WorkerReadiness(BaseModel):
+    """One of the processes that render, each on a device."""
+
+    status: str = Field(description='"ready", "starting", "recovering", "failed", or "busy" with a turn for too long')
+    device: str = Field(description="that renders; empty before it has said which")
+    restarts: int
+    viewers: int = Field(description="whose frames it renders")
+    text: str = Field(description="what goes on, when it is not ready")
+
+
 class Readiness(BaseModel):
     """Whether frames can be had, and what goes on otherwise."""
 
     status: str = Field(description='"ready", or what the service does instead: "starting", "busy", "stopping", …')
-    restarts: int = Field(description="times that the renderer was started again")
+    restarts: int = Field(description="times that a renderer was started again")
     viewers: int
+    workers: list[WorkerReadiness] = Field(description="in the order of `device` in the settings; one is enough")
     device: str | None = Field(default=None, description="that renders, when it is ready")
     text: str | None = Field(default=None, description="what goes on, when it is not")
     fraction: float | None = Field(default=None, description="how far that is, from 0 to 1")
@@ -52,15 +64,27 @@ async def readyz(service: TheService) -> JSONResponse:
     """200 while frames can be had: kernels are loaded and one was rendered. Else 503 with what is going on, such as a
     turn that takes too long ("busy").
     """
-    engine = service.engine
-    stopping, overdue = service.stopping.is_set(), engine.overdue
-    state = "busy" if engine.ready and overdue else engine.activity.state
+    engines = service.engines
+    stopping, overdue = service.stopping.is_set(), engines.overdue
+    state = "busy" if engines.ready and overdue else engines.activity.state
     body: dict[str, Any] = {
         "status": "stopping" if stopping else state,
-        "restarts": engine.restarts,
+        "restarts": engines.restarts,
         "viewers": len(service.viewers),
+        "workers": [_worker(service, it) for it in engines.engines],
     }
-    if engine.ready and not stopping and not overdue:
-        return JSONResponse(body | {"device": engine.device})
-    words = {"text": overdue or engine.activity.text, "fraction": engine.activity.fraction}
+    if engines.ready and not stopping and not overdue:
+        return JSONResponse(body | {"device": engines.device})
+    words = {"text": overdue or engines.activity.text, "fraction": engines.activity.fraction}
     return JSONResponse(body | words, 503, {"Retry-After": str(RETRY_SECONDS)})
+
+
+def _worker(service: Service, engine: Engine) -> dict[str, Any]:
+    overdue = engine.overdue if engine.ready else ""
+    return {
+        "status": "busy" if overdue else engine.activity.state,
+        "device": engine.device,
+        "restarts": engine.restarts,
+        "viewers": len(service.engines.clients_of(engine) & service.viewers),
+        "text": overdue or engine.activity.text,
+    }

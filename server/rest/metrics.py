@@ -33,7 +33,7 @@ class State(Collector):
         )
         queue = GaugeMetricFamily("lumenwalk_queue_jobs", "Jobs that wait for the device.", labels=["urgency"])
         for urgency in Urgency:
-            queue.add_metric([urgency.name.lower()], service.engine.waiting[urgency])
+            queue.add_metric([urgency.name.lower()], service.engines.waiting[urgency])
         yield queue
         jobs = CounterMetricFamily("lumenwalk_jobs", "Render jobs that have ended.", labels=["state"])
         for state, ended in service.jobs.ended.items():
@@ -49,16 +49,37 @@ class State(Collector):
             yield CounterMetricFamily("lumenwalk_uploads", "Scenes that clients brought.", uploads.kept)
             held = sum(upload.bytes for upload in uploads.all.values())
             yield GaugeMetricFamily("lumenwalk_uploads_bytes", "Of uploads kept.", held)
-        yield GaugeMetricFamily("lumenwalk_ready", "Whether frames can be had, 1 or 0.", float(service.engine.ready))
+        yield GaugeMetricFamily("lumenwalk_ready", "Whether frames can be had, 1 or 0.", float(service.engines.ready))
         yield CounterMetricFamily(
-            "lumenwalk_engine_restarts", "Times that the renderer was started again.", service.engine.restarts
+            "lumenwalk_engine_restarts", "Times that the renderer was started again.", service.engines.restarts
         )
         yield CounterMetricFamily(
-            "lumenwalk_device_busy_seconds", "Device time used, heartbeats included.", service.engine.busy_seconds
+            "lumenwalk_device_busy_seconds", "Device time used, heartbeats included.", service.engines.busy_seconds
         )
-        used, total = service.engine.memory
-        yield GaugeMetricFamily("lumenwalk_device_memory_used_bytes", "Memory of the device in use.", used)
-        yield GaugeMetricFamily("lumenwalk_device_memory_bytes", "All memory of the device.", total)
+        yield from self._workers()
+        used, total = service.engines.memory
+        yield GaugeMetricFamily("lumenwalk_device_memory_used_bytes", "Memory of the devices in use.", used)
+        yield GaugeMetricFamily("lumenwalk_device_memory_bytes", "All memory of the devices.", total)
+
+    def _workers(self) -> Iterator[Metric]:
+        """What of it is a worker's own, by its number in the settings, from 0."""
+        label = ["worker"]
+        ready = GaugeMetricFamily("lumenwalk_worker_ready", "Whether a worker takes jobs, 1 or 0.", labels=label)
+        viewers = GaugeMetricFamily("lumenwalk_worker_viewers", "Viewers that a worker renders for.", labels=label)
+        restarts = CounterMetricFamily("lumenwalk_worker_restarts", "Times that it was started again.", labels=label)
+        busy = CounterMetricFamily("lumenwalk_worker_busy_seconds", "Device time that it used.", labels=label)
+        memory = GaugeMetricFamily(
+            "lumenwalk_worker_memory_used_bytes", "Memory of its device in use, by whomever.", labels=label
+        )
+        engines = self._service.engines
+        for number, engine in enumerate(engines.engines):
+            labels = [str(number)]
+            ready.add_metric(labels, float(engine.ready))
+            viewers.add_metric(labels, len(engines.clients_of(engine) & self._service.viewers))
+            restarts.add_metric(labels, engine.restarts)
+            busy.add_metric(labels, engine.busy_seconds)
+            memory.add_metric(labels, engine.memory[0])
+        yield from (ready, viewers, restarts, busy, memory)
 
 
 @router.get(

@@ -63,15 +63,15 @@ async def render(
 
 
 async def _still(service: Service, job: Render, frames: int) -> tuple[Done, bytes]:
-    if not service.engine.ready:
-        raise WorkerLostError(f"the renderer is not ready: {service.engine.activity.text}")
+    if not service.engines.ready:
+        raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
     if service.stills_waiting >= service.settings.max_waiting_renders:
         raise TooBusyError(f"{service.stills_waiting} renders are waiting already; try again later")
     service.stills_waiting += 1
     try:
-        await service.residency.open(job.scene)
+        await service.residency.open(job.scene, job.viewer)
         wait = service.settings.max_wait_seconds
-        return await render_frames(service.engine, job, frames, Urgency.STILL, turn_seconds=wait)
+        return await render_frames(service.engines, job, frames, Urgency.STILL, turn_seconds=wait)
     finally:
         service.stills_waiting -= 1
         if job.viewer != STILLS:

@@ -212,13 +212,13 @@ async def delete(scene_id: SceneId, service: TheService) -> None:
 
 async def _load(service: Service, ref: SceneRef) -> Loaded:
     info = await service.residency.open(ref)
-    used, total = service.engine.memory
+    used, total = service.engines.memory
     return Loaded(**_named(service, ref).model_dump(), scene=info, memory_used=used, memory_total=total)
 
 
 async def _load_events(service: Service, ref: SceneRef) -> AsyncGenerator[str]:
     news = asyncio.Event()
-    service.engine.listeners.add(news.set)
+    service.engines.listeners.add(news.set)
     task = asyncio.create_task(_load(service, ref))
     task.add_done_callback(lambda _: news.set())
     try:
@@ -226,7 +226,7 @@ async def _load_events(service: Service, ref: SceneRef) -> AsyncGenerator[str]:
         while not task.done():
             await news.wait()
             news.clear()
-            activity = service.engine.activity
+            activity = service.engines.activity
             if activity.text:
                 yield event("progress", Progress(text=activity.text, fraction=activity.fraction))
         try:
@@ -234,7 +234,7 @@ async def _load_events(service: Service, ref: SceneRef) -> AsyncGenerator[str]:
         except EXPECTED as error:
             yield event("error", error_body(error))
     finally:
-        service.engine.listeners.discard(news.set)
+        service.engines.listeners.discard(news.set)
         task.cancel()
 
 
@@ -245,8 +245,8 @@ def _uploads(service: Service) -> Uploads:
 
 
 def _check_ready(service: Service) -> None:
-    if not service.engine.ready:
-        raise WorkerLostError(f"the renderer is not ready: {service.engine.activity.text}")
+    if not service.engines.ready:
+        raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
 
 
 def _check_idle(service: Service, ref: SceneRef) -> None:

@@ -1,4 +1,4 @@
-"""Which scenes are on the device, what they take there, and whether one more fits before it is tried."""
+"""Which scenes are on the devices, what they take there, and whether one more fits before it is tried."""
 
 import asyncio
 from collections import Counter
@@ -8,9 +8,12 @@ from pathlib import Path
 from gpu.scene.builtin import BUILTIN
 from server.refusals import NoRoomError
 from server.render.engine import Engine
+from server.render.engine_pool import EnginePool
+from server.render.schedule import Urgency
+from server.render.worker_link import TurnedAwayError
 from server.scenes.checker import Checked, Checker, SceneSize
 from server.wire.browser import SceneInfo
-from server.wire.worker import SceneRef
+from server.wire.worker import STILLS, SceneRef
 
 # Bytes on the device (gpu.device_scene.upload): positions and normals are 3 floats; triangles have 3 indices, a
 # material, in the tree (gpu.device_scene.bvh) 3 corners of 4 floats, a number and a third of a node of 128 bytes, and,
@@ -31,11 +34,11 @@ def device_bytes(size: SceneSize) -> int:
 
 
 class Residency:
-    """Loads scenes into the worker and frees them."""
+    """Loads scenes into workers and frees them."""
 
     def __init__(
         self,
-        engine: Engine,
+        engines: EnginePool,
         checker: Checker,
         reserve_bytes: int,
         in_use: Callable[[str], bool],
@@ -44,24 +47,25 @@ class Residency:
         """reserve_bytes: of the device's memory, stay free; in_use: whether somebody looks at a scene, by its id;
         touch: hears the ids of scenes that are used.
         """
-        self._engine = engine
+        self._engines = engines
+        engines.fits = self._fits
         self._checker = checker
         self._reserve_bytes = reserve_bytes
         self._in_use = in_use
         self._touch = touch
         self._checked: dict[SceneRef, Checked] = {}  # in the order of their last use
         self._opened: dict[SceneRef, SceneInfo] = {}
-        self._loading = asyncio.Lock()
+        self._loading = {engine: asyncio.Lock() for engine in engines.engines}
         self._opening: Counter[str] = Counter()  # ids of scenes that are on their way to the device
         self._checking: dict[SceneRef, asyncio.Lock] = {}  # scenes that are being read now
 
     @property
     def loaded(self) -> tuple[SceneRef, ...]:
-        """The scenes on the device."""
-        return self._engine.scenes
+        """The scenes on a device."""
+        return self._engines.scenes
 
     def holds(self, scene: SceneRef) -> bool:
-        """Whether a scene is on the device, however its file was read."""
+        """Whether a scene is on a device, however its file was read."""
         return any((other.id, other.stamp) == (scene.id, scene.stamp) for other in self.loaded)
 
     def bytes_of(self, scene: SceneRef) -> int | None:
@@ -92,15 +96,21 @@ class Residency:
             if not lock.locked():
                 self._checking.pop(scene, None)
 
-    async def open(self, scene: SceneRef) -> SceneInfo:
-        """Make sure that a scene is on the device, and say what is in it.
+    async def open(self, scene: SceneRef, client: int = STILLS) -> SceneInfo:
+        """Make sure that a scene is on the device that renders for a client, and say what is in it.
 
         Raises NoRoomError when it would not leave the reserve free, else as `inspect` and `Engine.open`.
         """
         self._touch(scene.id)
         self._opening[scene.id] += 1
         try:
-            return await self._open(scene)
+            if scene not in self.loaded and scene.source not in BUILTIN:  # those that come with the program are small
+                await self.inspect(scene)
+            while True:
+                try:
+                    return await self._open(scene, self._engines.place(client, scene, Urgency.STILL))
+                except TurnedAwayError:
+                    continue
         finally:
             self._opening[scene.id] -= 1
 
@@ -108,35 +118,41 @@ class Residency:
         """Whether a scene is on its way to the device."""
         return self._opening[scene_id] > 0
 
-    async def _open(self, scene: SceneRef) -> SceneInfo:
-        if scene not in self.loaded and scene.source not in BUILTIN:  # those that come with the program are small
-            await self.inspect(scene)
-        async with self._loading:
+    async def _open(self, scene: SceneRef, engine: Engine) -> SceneInfo:
+        async with self._loading[engine]:
             self._opened = {known: info for known, info in self._opened.items() if known in self.loaded}
-            if scene not in self._opened:
-                self._check_room(scene)
-                self._opened[scene] = await self._engine.open(scene)
+            if scene not in self._opened or scene not in engine.scenes:
+                self._check_room(scene, engine)
+                self._opened[scene] = await engine.open(scene)
             return self._opened[scene]
 
     async def close(self, scene: SceneRef) -> None:
-        """Free what is on the device of a scene, however its file was read."""
-        for other in self.loaded:
-            if other.id == scene.id:
-                await self._engine.close(other)
+        """Free what is on any device of a scene, however its file was read."""
+        for engine in self._engines.engines:
+            for other in engine.scenes:
+                if other.id == scene.id:
+                    await engine.close(other)
 
     async def free_lost(self) -> None:
         """Free scenes whose file is gone and that nobody looks at, and forget what was in them."""
         self._checked = {scene: known for scene, known in self._checked.items() if not _gone(scene)}
         for scene in self.loaded:
-            if _gone(scene) and self._engine.ready and not self._in_use(scene.id):
+            if _gone(scene) and self._engines.ready and not self._in_use(scene.id):
                 await self.close(scene)
 
-    def _check_room(self, scene: SceneRef) -> None:
-        used, total = self._engine.memory
-        needed, free = self.bytes_of(scene) or LIGHTING_BYTES, max(total - used - self._reserve_bytes, 0)
-        if scene in self.loaded or total == 0 or needed <= free:
+    def _fits(self, engine: Engine, scene: SceneRef) -> bool:
+        needed, free = self._needed_and_free(engine, scene)
+        return engine.memory[1] == 0 or needed <= free
+
+    def _needed_and_free(self, engine: Engine, scene: SceneRef) -> tuple[int, int]:
+        used, total = engine.memory
+        return self.bytes_of(scene) or LIGHTING_BYTES, max(total - used - self._reserve_bytes, 0)
+
+    def _check_room(self, scene: SceneRef, engine: Engine) -> None:
+        if scene in engine.scenes or self._fits(engine, scene):
             return
-        idle = [other.id for other in self.loaded if not self._in_use(other.id)]
+        needed, free = self._needed_and_free(engine, scene)
+        idle = [other.id for other in engine.scenes if not self._in_use(other.id)]
         advice = f"unload what nobody looks at: {', '.join(idle)}" if idle else "nothing is loaded that nobody looks at"
         raise NoRoomError(
             f"{scene.id}: needs about {_megabytes(needed)} on the device, which has {_megabytes(free)} to give "

@@ -80,7 +80,7 @@ class Viewer:
         self._wanted = await self._find(self._hello.scene, self._hello.scene_options)
         if self._wanted is None and self._hello.scene is not None:
             self._wanted = await self._find(None)
-        self._service.engine.listeners.add(self._news.set)
+        self._service.engines.listeners.add(self._news.set)
         try:
             async with asyncio.TaskGroup() as tasks:
                 for task in (
@@ -97,7 +97,7 @@ class Viewer:
                 if isinstance(end, WebSocketDisconnect):
                     log.info("viewer left", extra={"code": end.code, "reason": end.reason})
         finally:
-            self._service.engine.listeners.discard(self._news.set)
+            self._service.engines.listeners.discard(self._news.set)
             self._service.metrics.windows.pop(self._session.viewer, None)
 
     def _welcome(self) -> Welcome:
@@ -175,8 +175,8 @@ class Viewer:
                 await self._request_frame()
 
     async def _request_frame(self) -> None:
-        urgency = self._session.due
-        if urgency is None:
+        urgency, scene = self._session.due, self._session.scene
+        if urgency is None or scene is None:
             return
         requests: list[tuple[FrameRequest, float]] = []
         asked = monotonic()
@@ -189,7 +189,7 @@ class Viewer:
             requests.append((request, 1e3 * (monotonic() - asked)))
             return job
 
-        turn = asyncio.ensure_future(self._service.engine.submit(self._session.viewer, urgency, newest))
+        turn = asyncio.ensure_future(self._service.engines.submit(self._session.viewer, scene, urgency, newest))
         turn.add_done_callback(lambda _: self._stirred.set())
         try:
             await self._until(lambda: turn.done() or (not requests and self._overtaken(urgency)))
@@ -226,8 +226,8 @@ class Viewer:
     async def _read(self, scene: SceneRef) -> SceneInfo:
         for _ in range(MAX_LOSSES - 1):
             with suppress(WorkerLostError):  # it may have died of something else
-                return await self._service.residency.open(scene)
-        return await self._service.residency.open(scene)
+                return await self._service.residency.open(scene, self._session.viewer)
+        return await self._service.residency.open(scene, self._session.viewer)
 
     async def _deliver(self) -> None:
         while True:
@@ -288,7 +288,7 @@ class Viewer:
             self._news.clear()
 
     def _status(self) -> Status:
-        activity = self._service.engine.activity
+        activity = self._service.engines.activity_of(self._session.viewer)
         words = {"text": activity.text, "fraction": activity.fraction}
         if activity.state is EngineState.READY:
             due = self._session.due in (Urgency.MOVING, Urgency.STILL)

@@ -176,7 +176,7 @@ def test_walks_on_after_the_renderer_died(page: Page) -> None:
     with run(ServerSettings(port=0)) as service:
         service.wait_ready()
         visit(page, service)
-        worker = service.service.engine.worker_pid
+        worker = service.service.engines.engines[0].worker_pid
         assert worker is not None
         page.evaluate(NOTE_WORDS)
         os.kill(worker, signal.SIGKILL)

@@ -29,5 +29,5 @@ def test_an_illegal_access_and_a_hang_end_only_the_worker(device: str) -> None:
             assert render(running, seed) == 503
             assert running.http.get("/readyz").status_code == 503
             running.wait_ready(START_SECONDS)
-            assert running.service.engine.restarts == restarts
+            assert running.service.engines.restarts == restarts
             assert render(running) == 200

@@ -9,7 +9,7 @@ from server.render.pending import Reply
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
 from server.wire.browser import Bounds, SceneInfo
-from server.wire.worker import Done, Job, Opened, OpenScene, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import Closed, CloseScene, Done, Job, Opened, OpenScene, Render, SceneCamera, SceneRef, Start
 
 BOX = SceneRef("cornell-box", "cornell-box")
 
@@ -61,6 +61,9 @@ class FakeEngine(Engine):
             bounds = Bounds(min=(0.0, 0.0, 0.0), max=(1.0, 1.0, 1.0))
             info = SceneInfo(id=job.scene.id, name="", cameras=(), bounds=bounds, triangles=1)
             reply.set_result((Opened(1, info), b""))
+        elif isinstance(job, CloseScene):
+            self.scenes = tuple(scene for scene in self.scenes if scene != job.scene)
+            reply.set_result((Closed(1), b""))
         await asyncio.sleep(0)
         return reply
 

@@ -113,7 +113,7 @@ class Running:
     def wait_ready(self, timeout: float = 20.0) -> None:
         deadline = time.monotonic() + timeout
         while self.http.get("/readyz").status_code != 200:
-            assert time.monotonic() < deadline, self.service.engine.activity
+            assert time.monotonic() < deadline, self.service.engines.activity
             time.sleep(0.02)
 
 

@@ -11,6 +11,7 @@ from engines import FakeEngine, order
 from gpu.errors import UserError
 from server.jobs import Jobs, JobState, RenderJob
 from server.refusals import TooBusyError, UnknownJobError
+from server.render.engine_pool import EnginePool
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
 from server.settings import ServerSettings
@@ -20,9 +21,10 @@ def work(engine: FakeEngine, test: Callable[[Jobs], Awaitable[None]], **settings
     """Run a test with jobs that are worked on."""
 
     async def run() -> None:
-        residency = Residency(engine, Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
+        engines = EnginePool([engine])
+        residency = Residency(engines, Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
         limits = {"max_jobs": 4, "keep_seconds": 60.0, "keep_bytes": 1000} | settings
-        jobs = Jobs(engine, residency, engine.leave, **limits)
+        jobs = Jobs(engines, residency, engine.leave, **limits)
         task = asyncio.create_task(jobs.run())
         try:
             async with asyncio.timeout(10):
@@ -37,6 +39,31 @@ def work(engine: FakeEngine, test: Callable[[Jobs], Awaitable[None]], **settings
 async def ended(jobs: Jobs, job: RenderJob) -> list[tuple[JobState, int]]:
     """What a job was seen to be until it ended."""
     return [(now.state, now.samples) async for now in jobs.watch(job)]
+
+
+def test_each_worker_has_a_job_at_a_time() -> None:
+    first, second = FakeEngine(), FakeEngine()
+
+    async def run() -> None:
+        engines = EnginePool([first, second])
+        residency = Residency(engines, Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
+        jobs = Jobs(engines, residency, engines.leave, max_jobs=4, keep_seconds=60.0, keep_bytes=1000)
+        gates = first.gate, second.gate = asyncio.Event(), asyncio.Event()
+        task = asyncio.create_task(jobs.run())
+        added = [jobs.add(order(viewer), 2, "image/png") for viewer in (7, 8, 9)]
+        async with asyncio.timeout(10):
+            while [job.state for job in added] != [JobState.RUNNING, JobState.RUNNING, JobState.QUEUED]:
+                await asyncio.sleep(0)
+            for gate in gates:
+                gate.set()
+            for job in added:
+                assert (await ended(jobs, job))[-1] == (JobState.DONE, 2)
+        assert first.orders
+        assert second.orders
+        task.cancel()
+        await asyncio.wait([task])
+
+    asyncio.run(run())
 
 
 def test_a_job_is_rendered_frame_by_frame_and_leaves_the_worker() -> None:

@@ -4,6 +4,7 @@ import pytest
 from engines import BOX, FakeEngine, order
 
 from server.jobs import JobState
+from server.render.engine_pool import EnginePool
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
 from server.service import Service, start_message
@@ -19,7 +20,7 @@ def engine() -> FakeEngine:
 
 @pytest.fixture
 def service(engine: FakeEngine) -> Service:
-    return Service(SETTINGS, Catalogue("cornell-box", None, None), engine, Checker(SETTINGS, ()))
+    return Service(SETTINGS, Catalogue("cornell-box", None, None), EnginePool([engine]), Checker(SETTINGS, ()))
 
 
 def test_viewers_are_admitted_while_there_is_room_each_by_a_number_of_its_own(service: Service) -> None:
@@ -56,7 +57,7 @@ def test_a_scene_is_in_use_while_a_viewer_looks_at_it_or_a_job_is_to_render_it(s
 
 def test_a_worker_is_told_what_it_serves_and_its_limits(service: Service) -> None:
     start = start_message(SETTINGS, service.catalogue)
-    assert (start.scene.id, start.device, start.max_scenes) == ("cornell-box", "cpu", 3)
+    assert (start.scene.id, start.max_scenes) == ("cornell-box", 3)
     assert start.scene_limits == SETTINGS.scene_limits
 
 

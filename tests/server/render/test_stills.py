@@ -4,6 +4,7 @@ import pytest
 from engines import FakeEngine, order
 
 from gpu.errors import UserError
+from server.render.engine_pool import EnginePool
 from server.render.schedule import Urgency
 from server.render.stills import MOST_INNOCENT, render_frames
 from server.render.worker_link import InnocentLossError, WorkerLostError
@@ -13,7 +14,9 @@ from server.wire.worker import Render
 def picture(engine: FakeEngine, frames: int, max_losses: int = 0) -> tuple[list[int], float, bytes]:
     """What was told, the time of all frames, and the image."""
     told: list[int] = []
-    render = render_frames(engine, order(), frames, Urgency.REFINING, max_losses=max_losses, told=told.append)
+    render = render_frames(
+        EnginePool([engine]), order(), frames, Urgency.REFINING, max_losses=max_losses, told=told.append
+    )
     done, image = asyncio.run(render)
     return told, done.render_ms, image
 
@@ -72,7 +75,7 @@ def test_a_turn_is_not_waited_for_longer_than_told() -> None:
 
     async def stuck() -> None:
         engine.gate = asyncio.Event()
-        await render_frames(engine, order(), 2, Urgency.STILL, turn_seconds=0.01)
+        await render_frames(EnginePool([engine]), order(), 2, Urgency.STILL, turn_seconds=0.01)
 
     with pytest.raises(WorkerLostError, match=r"no turn within 0\.01 s"):
         asyncio.run(stuck())

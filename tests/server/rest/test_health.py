@@ -51,7 +51,7 @@ def test_a_render_that_breaks_the_renderer_makes_it_unready_for_a_moment(
 
 def test_a_dead_renderer_is_no_ready_one(serve: Callable[..., Running]) -> None:
     running = serve()
-    pid = running.service.engine.worker_pid
+    pid = running.service.engines.engines[0].worker_pid
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
     wait_unready(running)
@@ -77,3 +77,39 @@ def test_a_service_whose_turn_takes_too_long_is_busy(
     assert (response.json()["status"], response.json()["text"]) == ("busy", "one job has had the renderer for 31 s")
     assert int(response.headers["Retry-After"]) > 0
     assert running.http.get("/healthz").status_code == 200
+
+
+def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running]) -> None:
+    running = serve(device="cpu,cpu")
+    engines = running.service.engines
+    with running.walker() as walker:
+        walker.hello()
+        walker.pose(1)
+        walker.frame()
+        own = next(engine for engine in engines.engines if engines.clients_of(engine))
+        assert own.worker_pid is not None
+        os.kill(own.worker_pid, signal.SIGKILL)
+        deadline = time.monotonic() + 10.0
+        while own.ready:
+            assert time.monotonic() < deadline
+        response = running.http.get("/readyz")
+        assert response.status_code == 200
+        walker.pose(2)
+        walker.frame()
+        workers = running.http.get("/readyz").json()["workers"]
+        assert sorted(worker["viewers"] for worker in workers) == [0, 1]
+        assert workers[engines.engines.index(own)]["viewers"] == 0
+    while not own.ready:
+        assert time.monotonic() < deadline
+    workers = running.http.get("/readyz").json()["workers"]
+    assert [worker["status"] for worker in workers] == ["ready", "ready"]
+    assert sorted(worker["restarts"] for worker in workers) == [0, 1]
+    assert {worker["device"] for worker in workers} == {"gradient"}
+
+
+def test_a_device_that_cannot_be_used_fails_the_service(serve: Callable[..., Running]) -> None:
+    running = serve(ready=False, device="cpu,none")
+    deadline = time.monotonic() + 10.0
+    while (told := running.http.get("/readyz").json())["status"] != "failed":
+        assert time.monotonic() < deadline
+    assert told["text"] == "no device 'none' here"

@@ -43,6 +43,10 @@ def test_metrics_say_what_the_device_is_used_for(running: Running) -> None:
     assert samples["lumenwalk_device_busy_seconds_total"] >= before + SLOW_SECONDS
     memory = samples["lumenwalk_device_memory_used_bytes"], samples["lumenwalk_device_memory_bytes"]
     assert memory == MEMORY
+    text = running.http.get("/metrics").text
+    assert 'lumenwalk_worker_ready{worker="0"} 1.0' in text
+    assert f'lumenwalk_worker_memory_used_bytes{{worker="0"}} {MEMORY[0]:.0e}' in text
+    assert 'lumenwalk_worker_restarts_total{worker="0"} 0.0' in text
 
 
 def test_what_was_counted_is_in_it(running: Running) -> None:

@@ -128,7 +128,7 @@ def test_an_upload_can_be_deleted_and_leaves_the_device(service: Running) -> Non
     service.http.post(f"{SCENES}/{scene_id}/load")
     assert service.http.delete(f"{SCENES}/{scene_id}").status_code == 204
     assert scene_id not in listed(service)
-    assert all(ref.id != scene_id for ref in service.service.engine.scenes)
+    assert all(ref.id != scene_id for ref in service.service.engines.scenes)
     assert service.http.delete(f"{SCENES}/{scene_id}").status_code == 404
 
 
@@ -202,7 +202,7 @@ def test_a_file_that_has_gone_does_not_hide_the_others(service: Running, tmp_pat
 def test_who_leaves_while_a_scene_is_loaded_leaves_nothing_behind(
     service: Running, caplog: pytest.LogCaptureFixture
 ) -> None:
-    engine = service.service.engine
+    engine = service.service.engines
     before = len(engine.listeners)
     with service.walker() as walker:
         walker.hello(settings={"seed": SLOW_SEED})

@@ -10,6 +10,8 @@ from engines import BOX, FakeEngine
 from gpu.errors import SceneError
 from gpu.scene.import_options import ImportOptions
 from server.refusals import NoRoomError
+from server.render.activity import Activity, EngineState
+from server.render.engine_pool import EnginePool
 from server.scenes.checker import Checked, Checker, SceneSize
 from server.scenes.residency import LIGHTING_BYTES, MOST_READINGS, Residency, device_bytes
 from server.settings import ServerSettings
@@ -43,7 +45,7 @@ print(device_bytes(measure(scene)), used - first[2])
 
 
 def residency(engine: FakeEngine, reserve_bytes: int = 0, used: tuple[str, ...] = ()) -> Residency:
-    return Residency(engine, Checker(ServerSettings()), reserve_bytes, used.__contains__, lambda _: None)
+    return Residency(EnginePool([engine]), Checker(ServerSettings()), reserve_bytes, used.__contains__, lambda _: None)
 
 
 @pytest.fixture
@@ -129,7 +131,7 @@ def test_what_does_not_fit_is_not_tried(hall: SceneRef) -> None:
 
 def test_built_in_scenes_are_not_read_first() -> None:
     engine = FakeEngine()
-    scenes = Residency(engine, Checker(ServerSettings(), ("false",)), 0, lambda _: False, lambda _: None)
+    scenes = Residency(EnginePool([engine]), Checker(ServerSettings(), ("false",)), 0, lambda _: False, lambda _: None)
     asyncio.run(scenes.open(BOX))
     assert engine.opened == [BOX]
 
@@ -187,3 +189,33 @@ def test_few_ways_to_read_a_file_are_remembered(hall: SceneRef) -> None:
     assert [scenes.bytes_of(reading) is not None for reading in readings] == [False] * 3 + [True] * MOST_READINGS
     scenes.learn(replace(hall, stamp=2), checked)
     assert scenes.bytes_of(readings[-1]) is None
+
+
+def test_a_scene_is_loaded_by_the_worker_of_who_wants_it_and_freed_on_all(hall: SceneRef) -> None:
+    first, second = FakeEngine(), FakeEngine()
+    scenes = Residency(EnginePool([first, second]), Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
+
+    async def run() -> None:
+        infos = [await scenes.open(hall, client) for client in range(1, 8)]
+        assert all(info == infos[0] for info in infos)
+        assert (first.opened, second.opened) == ([hall], [hall])
+        assert scenes._checker.outcomes.total() == 1
+        await scenes.close(hall)
+        assert (first.scenes, second.scenes) == ((), ())
+
+    asyncio.run(run())
+
+
+def test_a_scene_goes_to_the_worker_that_has_room_for_it(hall: SceneRef) -> None:
+    full, free = FakeEngine(), FakeEngine()
+    engines = EnginePool([full, free])
+    scenes = Residency(engines, Checker(ServerSettings()), 0, lambda _: False, lambda _: None)
+
+    async def run() -> None:
+        for engine in (full, free):
+            engine._set_activity(Activity(EngineState.READY))
+        full.memory, free.memory = (990 * MEGABYTE, 1000 * MEGABYTE), (10 * MEGABYTE, 1000 * MEGABYTE)
+        await scenes.open(hall, 1)
+        assert (full.opened, free.opened) == ([], [hall])
+
+    asyncio.run(run())

@@ -80,7 +80,7 @@ def check(service: Running, cases: Sequence[Case]) -> Counter[int]:
     statuses, problems = outcomes(service, cases)
     print(statuses)
     assert problems == []
-    assert service.service.engine.restarts == 0
+    assert service.service.engines.restarts == 0
     assert service.http.get("/readyz").status_code == 200
     return statuses
 

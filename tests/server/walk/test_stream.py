@@ -279,7 +279,7 @@ def test_a_killed_worker_is_replaced_and_the_viewer_stays(serve: Callable[..., R
     walker.hello()
     walker.pose(1)
     walker.send("ack", frame=walker.frame()[0].frame)
-    pid = running.service.engine.worker_pid
+    pid = running.service.engines.engines[0].worker_pid
     assert pid is not None
     os.kill(pid, signal.SIGKILL)
     walker.word("status", state="recovering")
@@ -401,9 +401,9 @@ def test_viewers_of_a_service_that_starts_see_its_progress(serve: Callable[..., 
 def test_a_viewer_that_leaves_is_forgotten(running: Running) -> None:
     with running.walker() as walker:
         walker.hello()
-        here, listeners = set(running.service.viewers), len(running.service.engine.listeners)
+        here, listeners = set(running.service.viewers), len(running.service.engines.listeners)
     deadline = time.monotonic() + 5.0
     while running.service.viewers >= here and time.monotonic() < deadline:
         time.sleep(0.01)
     assert not running.service.viewers >= here
-    assert len(running.service.engine.listeners) < listeners
+    assert len(running.service.engines.listeners) < listeners
