@@ -80,9 +80,14 @@ def check_format(suffix: str) -> str:
 def check_output(path: Path) -> str:
     """Return the suffix, in lower case, of an image that can be written to `path`; raises ImageError otherwise."""
     suffix = check_format(path.suffix)
+    check_folder(path)
+    return suffix
+
+
+def check_folder(path: Path) -> None:
+    """ImageError where the folder of a file that is to be written is not there."""
     if not path.parent.is_dir():
         raise ImageError(f"{path}: the folder {path.parent} does not exist; make it first")
-    return suffix
 
 
 def read_image(path: Path, component: Component = Component.FULL) -> NDArray[np.float32]:

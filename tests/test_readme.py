@@ -6,11 +6,12 @@ from gpu.scene.builtin import BUILTIN
 from gpu.settings import RenderSettings
 from server.cli.main import _parser
 from server.settings import ServerSettings
+from server.video.film_settings import FilmSettings
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 # Options of commands that no model has.
-COMMANDS = {"--json", "--size", "--camera", "--edit", "--config"}
+COMMANDS = {"--json", "--size", "--camera", "--path", "--edit", "--config"}
 
 
 def test_the_readme_is_a_page_that_one_reads() -> None:
@@ -18,7 +19,7 @@ def test_the_readme_is_a_page_that_one_reads() -> None:
 
 
 def test_every_option_in_the_readme_exists() -> None:
-    models = [*RenderSettings.model_fields, *ServerSettings.model_fields]
+    models = [*RenderSettings.model_fields, *FilmSettings.model_fields, *ServerSettings.model_fields]
     known = COMMANDS | {"--" + name.replace("_", "-") for name in models}
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", README))
     assert named <= known

@@ -17,13 +17,18 @@ from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import Component, RenderSettings
-from server.cli.options import add_options, given_options, model_from
+from server.cli.options import add_options, flag_of, given_options, model_from
 from server.settings import ServerSettings, load_settings
+from server.video.film_settings import FILM_SUFFIX, FilmSettings
 
 CAMERA_HELP = (
     'a camera of the scene by name or number (from 0), or "x,y,z:tx,ty,tz[:yfov]": the eye and what it looks at, in '
     "the file's own coordinates, and the vertical field of view in degrees (default 60); write --camera=-1,... when it "
-    "starts with a minus"
+    "starts with a minus (default 0)"
+)
+OUTPUT_HELP = (
+    ".png or .jpg for display, .exr or .npy for linear radiance; with --path, .mp4, or the pattern of such pictures' "
+    "names, as in frame-%%04d.png"
 )
 READING = "how the scene's file is read"
 SCENE_HELP = f"a file ({' '.join(SUFFIXES)}) or the name of a built-in scene"
@@ -65,11 +70,12 @@ def _parser() -> ArgumentParser:
     add_options(serve, ImportOptions, READING)
     serve.set_defaults(command=_serve)
 
-    render = commands.add_parser("render", help="render one picture into a file")
+    render = commands.add_parser("render", help="render a picture into a file, or a film along a camera path")
     render.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
-    render.add_argument("output", metavar="OUT", help=".png or .jpg for display, .exr or .npy for linear radiance")
+    render.add_argument("output", metavar="OUT", help=OUTPUT_HELP)
     render.add_argument("--size", default="960x540", metavar="WxH", help="of the picture in pixels (default 960x540)")
-    render.add_argument("--camera", default="0", metavar="CAMERA", help=CAMERA_HELP)
+    render.add_argument("--camera", metavar="CAMERA", help=CAMERA_HELP)
+    render.add_argument("--path", type=Path, metavar="FILE", help="a film: the way of its camera, JSON (docs/films.md)")
     render.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
     render.add_argument(
         "--edit", type=Path, metavar="FILE", help="a JSON file of lights and materials that differ (docs/service.md)"
@@ -78,6 +84,7 @@ def _parser() -> ArgumentParser:
     add_options(render, RenderSettings, "light and quality")
     add_options(render, ImportOptions, READING)
     add_options(render, EnvironmentOptions, "what is around the scene")
+    add_options(render, FilmSettings, "a film, with --path")
     render.set_defaults(command=_render)
 
     compare = commands.add_parser(
@@ -122,17 +129,29 @@ def _render(options: Namespace) -> int:
     from gpu.scene.edits import NO_EDITS
     from server.cli.camera_argument import parse_size
     from server.cli.edit_file import read_edits
-    from server.images import check_output
 
-    settings, size, path = model_from(options, RenderSettings), parse_size(options.size), Path(options.output)
+    settings, size, output = model_from(options, RenderSettings), parse_size(options.size), Path(options.output)
     reading, environment = model_from(options, ImportOptions), model_from(options, EnvironmentOptions)
     edits = NO_EDITS if options.edit is None else read_edits(options.edit)
-    check_output(path)
+    film = model_from(options, FilmSettings)
+    if options.path is None:
+        if output.suffix.lower() == FILM_SUFFIX:
+            raise UserError(f"{output}: is a film; give the way of its camera by --path FILE")
+        if given := given_options(options, FilmSettings):
+            raise UserError(f"{flag_of(next(iter(given)))}: is of a film; give the way of its camera by --path FILE")
+    elif options.camera is not None:
+        raise UserError("--camera: is of one picture; leave it out, or --path")
 
-    from server.cli.still import ChosenScene, render_file
+    from server.cli.film import read_path, render_film
+    from server.cli.still import render_file
+    from server.cli.studio import ChosenScene, PictureOptions
 
-    chosen, camera, device = ChosenScene(options.scene, reading, environment, edits), options.camera, options.device
-    render_file(chosen, path, size=size, camera=camera, device=device, settings=settings, as_json=options.json)
+    chosen = ChosenScene(options.scene, reading, environment, edits)
+    pictures = PictureOptions(size, options.device, settings)
+    if options.path is None:
+        render_file(chosen, output, pictures, camera=options.camera or "0", as_json=options.json)
+    else:
+        render_film(chosen, output, pictures, path=read_path(options.path), film=film, as_json=options.json)
     return 0
 
 

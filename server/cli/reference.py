@@ -17,6 +17,7 @@ from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings, Skips
 from server.cli.options import flag_of, kind_of, limits_of
 from server.settings import ServerSettings
+from server.video.film_settings import FilmSettings
 
 PAGE = Path(__file__).parents[2] / "docs" / "options.md"
 # Of default sizes, the largest that divides one first.
@@ -53,6 +54,11 @@ ENVIRONMENT = """## What is around the scene
 Options of `lumenwalk render`, and of `lumenwalk serve` for all scenes. [formats.md](formats.md#environments) says which
 pictures are read.
 """
+FILM = """## Films
+
+Options of `lumenwalk render` with `--path FILE`, and `film` of a request for one. [films.md](films.md) says what a path
+is.
+"""
 SERVE = """## The service
 
 Options of `lumenwalk serve`. Each can also stand in a TOML file, given by `--config FILE`, as `max_viewers = 8`, or in
@@ -86,6 +92,8 @@ def reference() -> str:
         _options(ImportOptions),
         ENVIRONMENT,
         _options(EnvironmentOptions),
+        FILM,
+        _options(FilmSettings),
         SERVE,
         _options(ServerSettings),
         SCENES,

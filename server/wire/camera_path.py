@@ -24,7 +24,6 @@ from server.wire.worker import AlongPath
 
 MAX_KEYFRAMES, MAX_SECONDS = 200, 3600.0
 MAX_PICTURES = 36_000  # of a film
-FramesPerSecond = Annotated[int, Field(ge=1, le=120, description="pictures a second")]
 
 
 class Keyframe(Message):

@@ -20,7 +20,7 @@ FLOORS = (
     {"render"},
     {"settings", "metrics", "logs", "places", "results"},
     {"wire"},
-    {"images", "refusals", "addresses", "folders"},
+    {"images", "video", "refusals", "addresses", "folders"},
     {"srgb_profile", "png"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}

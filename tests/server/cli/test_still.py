@@ -6,7 +6,6 @@ import pytest
 from PIL import Image
 
 from server.cli.main import main
-from server.cli.still import Progress
 from server.images import read_image
 
 SMALL = ["--size=48x32", "--vpls=2000", "--vpl-clusters=64", "--sp-clusters=64", "--device=cpu"]
@@ -65,17 +64,6 @@ def test_what_the_scene_or_machine_lacks_is_said(
     assert main(["render", "cornell-box", str(path), *SMALL, option]) == 2
     assert word in capsys.readouterr().err
     assert not path.exists()
-
-
-def test_progress_is_for_terminals_only(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    Progress()("VPLs", 0.5)
-    assert capsys.readouterr().err == ""
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    progress = Progress()
-    progress("VPLs", 0.5)
-    assert "VPLs  50%" in capsys.readouterr().err
-    progress.end()
-    assert capsys.readouterr().err == "\r\x1b[K"
 
 
 def sky(folder: Path) -> Path:

@@ -1,0 +1,109 @@
+"""A film along a camera path: one video file, or numbered pictures."""
+
+import json
+import re
+from collections import Counter
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+from pydantic import ValidationError
+
+from gpu.errors import UserError
+from server.cli.studio import FAULTS, ChosenScene, PictureOptions, Studio, warn_of_faults, write_picture
+from server.images import check_folder, check_output
+from server.scenes.view_camera import camera_path
+from server.video.film_file import FilmFile, check_film
+from server.video.film_settings import FILM_SUFFIX, FilmSettings
+from server.wire.browser import describe
+from server.wire.camera_path import CameraPathSpec
+
+MAX_PATH_BYTES = 2**20
+_NUMBER = re.compile(r"%(?:0(\d))?d")
+
+
+@dataclass(frozen=True)
+class PictureFiles:
+    """Pictures numbered from 1; pattern: a file with the place of the number in its name, such as frame-%04d.png."""
+
+    pattern: Path
+
+    def check(self) -> None:
+        """UserError where the pattern has no place for one number, or the pictures cannot be written there."""
+        if len(_NUMBER.findall(self.pattern.name)) != 1 or "%" in _NUMBER.sub("", str(self.pattern)):
+            raise UserError(
+                f"{self.pattern}: is one file for the many pictures of --path; "
+                f"number them, as in frame-%04d.png, or write a film{FILM_SUFFIX}"
+            )
+        check_output(self.file(1))
+
+    def file(self, number: int) -> Path:
+        """Of a picture."""
+        return self.pattern.with_name(
+            _NUMBER.sub(lambda place: str(number).zfill(int(place[1] or 0)), self.pattern.name)
+        )
+
+
+def read_path(file: Path) -> CameraPathSpec:
+    """The camera path in a JSON file; raises UserError that names the file and the field that is wrong."""
+    try:
+        with file.open("rb") as source:
+            content = source.read(MAX_PATH_BYTES + 1)
+    except OSError as error:
+        raise UserError(f"--path: {file}: cannot be read: {error.strerror}") from None
+    if len(content) > MAX_PATH_BYTES:
+        raise UserError(f"--path: {file}: is larger than the {MAX_PATH_BYTES} bytes of a camera path")
+    try:
+        return CameraPathSpec.model_validate_json(content)
+    except ValidationError as error:
+        raise UserError(f"--path: {file}: {describe(error)}") from None
+
+
+def is_film(output: Path) -> bool:
+    """Whether a file is for a film, by its name."""
+    return output.suffix.lower() == FILM_SUFFIX
+
+
+def render_film(
+    chosen: ChosenScene,
+    output: Path,
+    options: PictureOptions,
+    *,
+    path: CameraPathSpec,
+    film: FilmSettings,
+    as_json: bool,
+) -> None:
+    """Render a film along a path into the video file `output`, or into pictures of which that is the pattern.
+
+    Every picture is a still's: refined from nothing, so that nothing of the one before it is seen in it. With
+    `as_json`, statistics are printed on stdout. Raises UserError for a scene, environment, edit, camera, device or
+    file that is not there or not sound.
+    """
+    views, files = path.views(film.fps), PictureFiles(output)
+    if is_film(output):
+        check_film(options.size, film.codec)
+        check_folder(output)
+    else:
+        files.check()
+    started = perf_counter()
+    scene = chosen.read()
+    way = camera_path(scene, views[0], options.size)
+    load_seconds = perf_counter() - started
+    studio, faults = Studio(scene, options), Counter[str]()
+    video: AbstractContextManager[FilmFile | None] = (
+        FilmFile(output, options.size, film) if is_film(output) else nullcontext()
+    )
+    with video as stream:
+        for index, view in enumerate(views):
+            frame = studio.picture(way.at(view.time), (index, len(views)))
+            faults.update({what: frame.stats.counts.get(what, 0) for what in FAULTS})
+            if stream is not None:
+                stream.add(frame.pixels())
+            else:
+                write_picture(files.file(index + 1), frame)
+    studio.progress.end()
+    warn_of_faults(faults)
+    if as_json:
+        told = {"pictures": len(views), "fps": film.fps, "frames": options.frames, "counts": dict(faults)}
+        print(json.dumps(studio.report(output, load_seconds) | told, indent=2))

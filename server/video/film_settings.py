@@ -1,0 +1,25 @@
+"""What can be chosen of a film: one model for the command line and REST."""
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+FILM_SUFFIX = ".mp4"
+
+
+class FilmCodec(StrEnum):
+    """How a video is compressed."""
+
+    H264 = "h264"
+    AV1 = "av1"
+
+
+class FilmSettings(BaseModel):
+    """How a film shows the way of a camera."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    fps: int = Field(30, ge=1, le=120, description="pictures a second")
+    codec: FilmCodec = Field(
+        FilmCodec.H264, description="how an .mp4 is compressed: h264 plays everywhere, av1 is smaller"
+    )
