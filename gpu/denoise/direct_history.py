@@ -52,7 +52,7 @@ def blend_direct_kernel(first: int, gbuffer: GBuffer, previous: PreviousFrameDat
     frames = int(0)
     most = max_direct_frames(gbuffer, pixel, chosen)
     if reads:
-        place = previous_place(previous, gbuffer.position[pixel])
+        place = previous_place(previous, gbuffer, pixel)
         total = float(0.0)
         number = float(0.0)
         mean = wp.vec3(0.0, 0.0, 0.0)

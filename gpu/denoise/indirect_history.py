@@ -70,7 +70,7 @@ def find_indirect_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse
     pixel = points.pixels[sp]
     now.frames[pixel] = 0
     now.settled[pixel] = 0
-    place = previous_place(previous, gbuffer.position[pixel])
+    place = previous_place(previous, gbuffer, pixel)
     even = is_anchor_only(sparse.listed, pixel, sparse.image)
     for attempt in range(2):
         step = wp.where((attempt == 0) == even, sparse.stride, 1)

@@ -13,8 +13,8 @@ import warp as wp
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
 from gpu.gbuffer.camera_rays import CameraData, image_point
-from gpu.gbuffer.edge_stopping import surface_weight
-from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.edge_stopping import is_beside, surface_weight
+from gpu.gbuffer.gbuffer import GBuffer, apparent_position
 
 
 @wp.struct
@@ -85,15 +85,19 @@ def bilinear_tap(previous: PreviousFrameData, frames: wp.array[int], gbuffer: GB
             way = previous.position[tap.pixel] - gbuffer.position[pixel]
             limit = tolerance * gbuffer.spacing[pixel] * float(step)
             normal, geometric_normal = gbuffer.normal[pixel], gbuffer.geometric_normal[pixel]
-            alike = surface_weight(normal, geometric_normal, way, previous.normal[tap.pixel], limit)
-            tap.share = share * alike
+            if is_beside(gbuffer, pixel, way, step):
+                alike = surface_weight(normal, geometric_normal, way, previous.normal[tap.pixel], limit)
+                tap.share = share * alike
     return tap
 
 
 @wp.func
-def previous_place(previous: PreviousFrameData, position: wp.vec3) -> wp.vec2:
-    """Where `position` was in the last frame [pixels]."""
-    return image_point(previous.camera[0], position, previous.image)
+def previous_place(previous: PreviousFrameData, gbuffer: GBuffer, pixel: int) -> wp.vec2:
+    """Where the last frame saw the SP of this frame's `pixel` [pixels]; in mirrors and glass that are not plane, about.
+
+    What it saw there is compared with the SP itself.
+    """
+    return image_point(previous.camera[0], apparent_position(gbuffer, pixel), previous.image)
 
 
 @wp.func

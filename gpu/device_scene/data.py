@@ -94,16 +94,17 @@ class EnvironmentData:
 @wp.struct
 class SceneData:
     """The scene as kernels see it, in unit space. The first `opaque_count` triangles are opaque, `pane_count` after
-    them clear panes, `masked_count` alpha-masked, and the last `backdrop_count` a sky around the scene, which only
-    cameras and its light know.
+    them panes, which are clear glass, `masked_count` alpha-masked, and the last `backdrop_count` a sky around the
+    scene, which only cameras and its light know.
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
     linear; sky: of gpu.scene.types.Sky; has_environment: `environment` is there instead. alpha: rays must test masks;
-    textured, glossy, transmissive: rays may hit textures, narrow specular lobes, glass; one_sided: cameras do not see
-    the backs of some surfaces; lambertian: every surface is Lambertian with its geometric normal; ignore_alpha: masks
-    let no light through; coverage: a seed by which BLEND surfaces are there or not with the probability alpha, 0: they
-    are where alpha is one half or more.
+    textured, glossy, transmissive, specular: rays may hit textures, narrow specular lobes, glass, mirrors or clear
+    glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its
+    geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or
+    not with the probability alpha, 0: they are where alpha is one half or more; solid_glass: no light goes straight
+    through bodies of clear glass.
     """
 
     opaque: Bvh
@@ -132,7 +133,9 @@ class SceneData:
     textured: bool
     glossy: bool
     transmissive: bool
+    specular: bool
     one_sided: bool
     lambertian: bool
     ignore_alpha: bool
     coverage: wp.uint32
+    solid_glass: bool

@@ -7,7 +7,8 @@ asks with a constant, which the compiler follows into all that the kernel calls.
 from dataclasses import dataclass
 
 from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS
-from gpu.scene.types import AlphaMode, Environment, Material, Scene
+from gpu.device_scene.surface import MIRROR_ROUGHNESS
+from gpu.scene.types import CLEAR_ROUGHNESS, AlphaMode, Environment, Material, Scene
 
 # So many punctual lights are cheaper to visit one by one than the noise of a choice among them.
 MAX_ENUMERATED = 8
@@ -17,9 +18,10 @@ MAX_ENUMERATED = 8
 class SceneFeatures:
     """What rays may meet in a scene; all of it, when nothing is known.
 
-    alpha: masks that let light through; glass: any that transmits; panes: as Material.is_pane tells; textures;
+    alpha: masks that let light through; glass: any that transmits; panes: as Material.is_clear tells; textures;
     one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
-    their own; environment: a picture of the light around; soft: as `has_soft_light` tells.
+    their own; environment: a picture of the light around; soft: as `has_soft_light` tells; specular: as
+    `has_specular` tells.
     """
 
     alpha: bool = True
@@ -31,6 +33,7 @@ class SceneFeatures:
     gloss: bool = True
     environment: bool = True
     soft: bool = True
+    specular: bool = True
 
     @property
     def texels(self) -> bool:
@@ -44,6 +47,19 @@ EVERYTHING = SceneFeatures()
 def _glossy(material: Material) -> bool:
     reflects = not material.unlit and (material.specular > 0.0 or material.metallic > 0.0)
     return reflects and (material.roughness < GLOSSY_ROUGHNESS or material.metallic_roughness_slot is not None)
+
+
+def _specular(material: Material) -> bool:
+    if material.unlit:
+        return False
+    textured = material.metallic_roughness_slot is not None
+    clear = material.transmission > 0.0 and (textured or material.roughness <= CLEAR_ROUGHNESS)
+    return clear or (material.metallic == 1.0 and (textured or material.roughness < MIRROR_ROUGHNESS))
+
+
+def has_specular(scene: Scene) -> bool:
+    """Whether `scene` has mirrors or clear glass, which its camera looks past."""
+    return any(_specular(material) and not material.backdrop for material in scene.materials)
 
 
 def has_soft_light(scene: Scene) -> bool:
@@ -61,11 +77,12 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
     return SceneFeatures(
         alpha=alpha or assume_alpha,
         glass=not lambertian and any(material.transmission > 0.0 for material in materials),
-        panes=not lambertian and any(material.is_pane and not material.backdrop for material in materials),
+        panes=not lambertian and any(material.is_clear and not material.backdrop for material in materials),
         textures=bool(scene.textures) or assume_textures,
         one_sided=not lambertian and any(material.double_sided is False for material in materials),
         backdrop=any(material.backdrop for material in materials),
         gloss=gloss or assume_gloss,
         environment=isinstance(scene.sky, Environment),
         soft=has_soft_light(scene),
+        specular=not lambertian and has_specular(scene),
     )

@@ -8,7 +8,7 @@ goes through. Frosted glass has GGX microfacets (Walter et al., Microfacet Model
 
 import warp as wp
 
-from gpu.device_scene.bsdf import MIN_COSINE, BsdfSample, facet_density, sample_specular, specular_lobe
+from gpu.device_scene.bsdf import MIN_COSINE, BsdfSample, facet_density, largest, sample_specular, specular_lobe
 from gpu.device_scene.surface import Surface
 
 
@@ -29,6 +29,15 @@ def sheet_fresnel(cosine: float, eta: float) -> float:
     """What a sheet of index `eta` reflects, between its faces any number of times: 2R / (1 + R)."""
     one = dielectric_fresnel(cosine, eta)
     return 2.0 * one / (1.0 + one)
+
+
+@wp.func
+def attenuated(absorption: wp.vec3, length: float) -> wp.vec3:
+    """What is left of light after `length` in a body that absorbs [1/unit length] (Beer's law)."""
+    if largest(absorption) <= 0.0:
+        return wp.vec3(1.0, 1.0, 1.0)
+    depth = absorption * length
+    return wp.vec3(wp.exp(-depth[0]), wp.exp(-depth[1]), wp.exp(-depth[2]))
 
 
 @wp.func

@@ -1,13 +1,15 @@
-"""Clear panes: rays cross them straight, dimmed and tinted; what they reflect, paths meet there at random.
+"""Clear glass, here called panes, sheets and faces of bodies alike, which all rays but paths and the camera's cross
+straight, dimmed and tinted. What reflects there, paths and the camera's rays meet at random.
 
-A pane stands for its two faces (gpu.device_scene.glass). No other ray of the scene meets it.
+A sheet stands for its two faces (gpu.device_scene.glass). That light goes straight through a body, too, as if it had
+the index of air but reflected as it does, is an approximation: it is not dark behind glass, and there are no caustics.
 """
 
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
-from gpu.device_scene.glass import glass_fresnel
+from gpu.device_scene.glass import attenuated, dielectric_fresnel, glass_fresnel
 from gpu.device_scene.rays import (
     MAX_ALPHA_LAYERS,
     OFFSET_ULP,
@@ -30,8 +32,29 @@ class MetSurface:
 
 @wp.func
 def crossing_share(surface: Surface, direction: wp.vec3) -> float:
-    """The share of light along unit `direction` that goes through a pane, before its tint."""
+    """The share of light along unit `direction` that goes straight through a sheet, before its tint; 0 for bodies."""
+    if not surface.thin:
+        return 0.0
     return surface.glass * (1.0 - glass_fresnel(surface, wp.dot(surface.normal, direction)))
+
+
+@wp.func
+def straight_share(scene: SceneData, surface: Surface, face: int, direction: wp.vec3, length: float) -> wp.vec3:
+    """What a pane leaves of light that goes straight through, tinted; length: since the pane before, which counts where
+    it leaves a body.
+    """
+    if surface.thin:
+        return surface.albedo * crossing_share(surface, direction)
+    if scene.solid_glass:
+        return wp.vec3(0.0, 0.0, 0.0)
+    # Straight light meets both faces at the angle that it has outside.
+    cosine = wp.min(wp.abs(wp.dot(surface.normal, direction)), 1.0)
+    index = wp.max(surface.eta, 1.0 / surface.eta)
+    share = surface.albedo * (surface.glass * (1.0 - dielectric_fresnel(cosine, index)))
+    if surface.eta < 1.0:
+        absorption = scene.materials[scene.triangle_material[face]].absorption
+        share = wp.cw_mul(share, attenuated(absorption, length))
+    return share
 
 
 @wp.func
@@ -46,7 +69,7 @@ def transmitted(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: f
                 return share
             pane.face += scene.opaque_count
             surface = surface_at(scene, pane, direction)
-            share = wp.cw_mul(share, surface.albedo * crossing_share(surface, direction))
+            share = wp.cw_mul(share, straight_share(scene, surface, pane.face, direction, pane.t))
             start += pane.t + OFFSET_ULP
     return share
 
@@ -64,7 +87,9 @@ def transmittance(scene: SceneData, p: wp.vec3, p_normal: wp.vec3, q: wp.vec3, q
 
 @wp.func
 def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool) -> MetSurface:
-    """The first surface along a ray, panes crossed or met at random by `scene.coverage`; see `first_surface`."""
+    """The first surface along a ray, see `first_surface`. Bodies are met, sheets at random by `scene.coverage`; where
+    that is 0, rays cross them, dimmed by what they reflect.
+    """
     met = MetSurface()
     met.tint = wp.vec3(1.0, 1.0, 1.0)
     met.hit = first_surface(scene, origin, direction, RAY_LENGTH, cull_backs)
@@ -77,11 +102,15 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
             pane.face += scene.opaque_count
             start += pane.t
             surface = surface_at(scene, pane, direction)
-            if layer_sample(scene, pane.face, pane.u, pane.v) > crossing_share(surface, direction):
+            crosses = crossing_share(surface, direction)
+            if scene.coverage == wp.uint32(0) and surface.thin:
+                met.tint = wp.cw_mul(met.tint, surface.albedo * crosses)
+            elif layer_sample(scene, pane.face, pane.u, pane.v) > crosses:
                 met.hit = pane
                 met.hit.t = start
                 return met
-            met.tint = wp.cw_mul(met.tint, surface.albedo)
+            else:
+                met.tint = wp.cw_mul(met.tint, surface.albedo)
             start += OFFSET_ULP
     return met
 
@@ -93,5 +122,5 @@ def met_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     if hit.face >= scene.opaque_count and hit.face < scene.opaque_count + scene.pane_count:
         crosses = crossing_share(surface, direction)
         surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
-        surface.crossed = True
+        surface.crossed = surface.thin
     return surface

@@ -24,6 +24,12 @@ def triangle_normal(scene: SceneData, face: int) -> wp.vec3:
 
 
 @wp.func
+def ray_coverage(index: int, pair: int, seed: int) -> wp.uint32:
+    """A seed for what a ray meets at random (SceneData.coverage): its path's and pair's own, not 0."""
+    return hashed(wp.uint32(index) ^ hashed(wp.uint32(pair) ^ hashed(wp.uint32(seed)))) | wp.uint32(1)
+
+
+@wp.func
 def layer_sample(scene: SceneData, face: int, u: float, v: float) -> float:
     """A uniform number in (0, 1] of a ray's crossing of a triangle: another at each place, the same when asked again.
 

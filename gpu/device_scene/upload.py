@@ -15,6 +15,7 @@ from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
 from gpu.device_scene.environment import upload_environment
+from gpu.device_scene.features import has_specular
 from gpu.device_scene.ray_cost import check_ray_cost
 from gpu.device_scene.repeated import repeated
 from gpu.scene.types import AlphaMode, Environment, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
@@ -68,7 +69,7 @@ def _kind(material: Material) -> int:
         return 3
     if material.alpha_mode is not AlphaMode.OPAQUE:
         return 2
-    return int(material.is_pane)
+    return int(material.is_clear)
 
 
 def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndarray]:
@@ -174,6 +175,7 @@ class DeviceScene:
         units = self.scene.frame.metres_per_unit * self.scene.placement.scale
         made = [_material(material, units) for material in self.scene.materials]
         data.materials = wp.array(made, dtype=MaterialData, device=self.device)
+        data.specular = has_specular(self.scene)
 
     def _set_sky(self, data: SceneData) -> None:
         sky = self.scene.sky
@@ -223,7 +225,7 @@ class DeviceScene:
         data = duplicate(SceneData, self.data)
         data.lambertian = data.ignore_alpha = lambertian
         data.one_sided = data.one_sided and not lambertian
-        data.transmissive = data.transmissive and not lambertian
+        data.transmissive, data.specular = data.transmissive and not lambertian, data.specular and not lambertian
         if lambertian and data.pane_count:
             data.opaque, data.opaque_count, data.pane_count = self._with_panes, data.opaque_count + data.pane_count, 0
         data.alpha = (data.masked_count > 0 and not lambertian) or assume_alpha

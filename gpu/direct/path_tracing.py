@@ -15,6 +15,7 @@ from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.glass import attenuated
 from gpu.device_scene.panes import meet, met_surface, transmittance
 from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.scattering import (
@@ -26,13 +27,14 @@ from gpu.device_scene.scattering import (
     scattered,
     scattering_density,
 )
+from gpu.device_scene.sides import ray_coverage
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DIRECT_PAIRS, area_light, delta_light
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.lights.background import background
 from gpu.lights.light_sampling import light_at_hit, sample_light
 from gpu.lights.light_table import LightTable
-from gpu.sampling.sobol import hashed, pixel_seed, sobol_pair
+from gpu.sampling.sobol import pixel_seed, sobol_pair
 
 PART_PAIR = wp.constant(int(DIRECT_PAIRS))
 FIRST_PAIR = wp.constant(int(DIRECT_PAIRS) + 1)
@@ -55,12 +57,6 @@ class PathSamples:
     direct: bool = True
     indirect: bool = True
     seed: int = 0
-
-
-@wp.func
-def ray_coverage(index: int, pair: int, seed: int) -> wp.uint32:
-    """A seed for what a ray meets at random (SceneData.coverage): its path's and pair's own, not 0."""
-    return hashed(wp.uint32(index) ^ hashed(wp.uint32(pair) ^ hashed(wp.uint32(seed)))) | wp.uint32(1)
 
 
 @wp.func
@@ -153,9 +149,8 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, first_vi
         origin = offset_origin(surface.position, surface.geometric_normal, sample.direction)
         met = meet(scene, origin, sample.direction, False)
         throughput = wp.cw_mul(throughput, met.tint)
-        if met.hit.face != NO_HIT and largest(absorption) > 0.0:
-            depth = absorption * met.hit.t
-            throughput = wp.cw_mul(throughput, wp.vec3(wp.exp(-depth[0]), wp.exp(-depth[1]), wp.exp(-depth[2])))
+        if met.hit.face != NO_HIT:
+            throughput = wp.cw_mul(throughput, attenuated(absorption, met.hit.t))
         if wanted:
             found = met_light(scene, table, origin, sample.direction, met.hit, sample.density, shown)
             light += wp.cw_mul(throughput, found)
@@ -206,6 +201,7 @@ def path_kernel(glass: bool, panes: bool, environment: bool) -> wp.Kernel:
             scene.transmissive = False
         if wp.static(not panes):
             scene.pane_count = 0
+        scene.solid_glass = True
         if wp.static(not environment):
             scene.has_environment = False
         own_seed = pixel_seed(pixel, paths.seed)

@@ -14,6 +14,24 @@ from gpu.gbuffer.gbuffer import GBuffer
 NORMAL_POWER = wp.constant(16.0)
 
 
+# Chains may spread pixels over a surface more than straight rays do, through curved glass.
+MAX_STRETCH = wp.constant(4.0)
+
+
+@wp.func
+def is_beside(gbuffer: GBuffer, pixel: int, offset: wp.vec3, step: int) -> bool:
+    """Whether a point at `offset` from the SP of `pixel` is as near as points of its surface `step` pixels away are.
+
+    Without chains, points of one plane that pixels beside each other see always are; beside a mirror's edge and in
+    curved glass they may be far apart.
+    """
+    if not gbuffer.chains:
+        return True
+    # A surface that is seen at a slant has its pixels farther apart.
+    facing = wp.abs(wp.dot(gbuffer.geometric_normal[pixel], gbuffer.to_camera[pixel]))
+    return wp.length(offset) * facing <= MAX_STRETCH * gbuffer.spacing[pixel] * float(step)
+
+
 @wp.func
 def surface_weight(normal: wp.vec3, geometric_normal: wp.vec3, offset: wp.vec3, other: wp.vec3, limit: float) -> float:
     """How far a point at `offset` from one with these normals belongs to its surface, 0 to 1, by its normal `other`.
@@ -34,5 +52,7 @@ def edge_stopping_weight(gbuffer: GBuffer, p: int, q: int, step: int, tolerance:
     if gbuffer.face[q] == NO_HIT:
         return 0.0
     offset = gbuffer.position[q] - gbuffer.position[p]
+    if not is_beside(gbuffer, p, offset, step):
+        return 0.0
     limit = tolerance * gbuffer.spacing[p] * float(step)
     return surface_weight(gbuffer.normal[p], gbuffer.geometric_normal[p], offset, gbuffer.normal[q], limit)

@@ -5,15 +5,12 @@ from functools import cache
 import warp as wp
 
 from gpu.core.constants import PI
-from gpu.core.device import launch
+from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
-from gpu.device_scene.panes import transmitted
-from gpu.device_scene.rays import seen_hit
-from gpu.device_scene.surface import surface_at
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
-from gpu.lights.background import background
+from gpu.gbuffer.specular_chain import ChainSamples, seen_end
 
 
 @wp.struct
@@ -24,9 +21,11 @@ class GBuffer:
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
     pixel there; albedo, diffuse, f0, f90, roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's
     light that reaches the camera; emitted: radiance that reaches the camera from emitters and the sky without the SP
-    [W/m²/sr].
+    [W/m²/sr]. chains: whether SPs are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent:
+    then the places where they seem to be, as far along the pixel's ray as light has come.
     """
 
+    chains: bool
     face: wp.array[int]
     position: wp.array[wp.vec3]
     geometric_normal: wp.array[wp.vec3]
@@ -40,6 +39,26 @@ class GBuffer:
     roughness: wp.array[float]
     throughput: wp.array[wp.vec3]
     emitted: wp.array[wp.vec3]
+    apparent: wp.array[wp.vec3]
+
+
+def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures) -> GBuffer:
+    """One of so many pixels, for a scene of these `features`."""
+    gbuffer: GBuffer = allocate(GBuffer, pixels, device)
+    gbuffer.chains = features.specular
+    if not features.specular:
+        gbuffer.apparent = gbuffer.position
+    return gbuffer
+
+
+@wp.func
+def apparent_position(gbuffer: GBuffer, pixel: int) -> wp.vec3:
+    """Where the SP of a pixel seems to be: what moves in the picture as the camera does. For plane mirrors it is where
+    any camera sees it.
+    """
+    if gbuffer.chains:
+        return gbuffer.apparent[pixel]
+    return gbuffer.position[pixel]
 
 
 @wp.func
@@ -49,16 +68,21 @@ def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 
 @cache
-def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, panes: bool, environment: bool) -> wp.Kernel:
+def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: bool, environment: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
     of gpu.device_scene.features.
     """
 
     @wp.kernel(module="unique")
     def primary_ray_kernel(
-        first: int, scene: SceneData, cameras: wp.array[CameraData], image: ImageSize, out: GBuffer
+        first: int,
+        scene: SceneData,
+        cameras: wp.array[CameraData],
+        image: ImageSize,
+        samples: ChainSamples,
+        out: GBuffer,
     ) -> None:
-        """One thread a pixel: its ray and the surface that it meets. cameras: one element."""
+        """One thread a pixel: its ray and the surface that it ends at. cameras: one element."""
         pixel = first + wp.tid()
         if wp.static(not texels):
             scene.ignore_alpha = True
@@ -67,39 +91,39 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, panes: boo
             scene.one_sided = False
         if wp.static(not backdrop):
             scene.backdrop_count = 0
-        if wp.static(not panes):
-            scene.pane_count = 0
         if wp.static(not environment):
             scene.has_environment = False
         camera = cameras[0]
         ray = pixel_ray(camera, pixel, image)
-        hit = seen_hit(scene, ray.origin, ray.direction)
-        out.face[pixel] = hit.face
-        out.to_camera[pixel] = -ray.direction
-        throughput = transmitted(scene, ray.origin, ray.direction, hit.t)
-        out.throughput[pixel] = throughput
-        if hit.face == NO_HIT:
-            out.emitted[pixel] = wp.cw_mul(throughput, background(scene, ray.origin, ray.direction))
+        if wp.static(not specular):
+            scene.specular = False
+        end = seen_end(scene, ray, pixel, image, samples)
+        out.face[pixel] = end.face
+        out.to_camera[pixel] = end.to_viewer
+        out.throughput[pixel] = end.throughput
+        out.emitted[pixel] = end.emitted
+        if end.face == NO_HIT:
             return
-        surface = surface_at(scene, hit, ray.direction)
+        surface = end.surface
         out.position[pixel] = surface.position
+        if scene.specular:
+            out.apparent[pixel] = ray.origin + ray.direction * end.length
         out.geometric_normal[pixel] = surface.geometric_normal
         out.normal[pixel] = surface.normal
-        distance = wp.where(camera.orthographic, 1.0, ray.start + hit.t)
+        distance = wp.where(camera.orthographic, 1.0, ray.start + end.length)
         out.spacing[pixel] = distance * 2.0 * camera.half_height / float(image.height)
         out.albedo[pixel] = surface.albedo
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0
         out.f90[pixel] = surface.f90
         out.roughness[pixel] = surface.roughness
-        out.emitted[pixel] = wp.cw_mul(throughput, surface.emission)
 
     return primary_ray_kernel
 
 
-def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int], out: GBuffer,
+def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int], out: GBuffer, samples: ChainSamples,
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
-    """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData."""
-    inputs, has = [scene, camera, image_size(size), out], features
-    kernel = primary_ray_kernel(has.texels, has.one_sided, has.backdrop, has.panes, has.environment)
+    """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData; samples: of its chains."""
+    inputs, has = [scene, camera, image_size(size), samples, out], features
+    kernel = primary_ray_kernel(has.texels, has.one_sided, has.backdrop, has.specular, has.environment)
     launch(kernel, size[0] * size[1], inputs, out.face.device)

@@ -13,7 +13,7 @@ from gpu.core.parameters import parameters
 from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData
-from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.gbuffer import GBuffer, apparent_position
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.sparse_shading import (
     PreviousEdges,
@@ -39,7 +39,7 @@ def mark_shaded_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: S
         if is_shaded(gbuffer, pixel, image, sparse):
             shaded[index] = 1
         elif before.follows[0] == 1:
-            shaded[index] = int(is_at_edge(before, gbuffer.position[pixel], image))
+            shaded[index] = int(is_at_edge(before, apparent_position(gbuffer, pixel), image))
     listed[pixel] = shaded[index]
 
 

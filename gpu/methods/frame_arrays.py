@@ -2,13 +2,13 @@
 
 import warp as wp
 
-from gpu.core.device import allocate
 from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
-from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
+from gpu.gbuffer.gbuffer import allocate_gbuffer, trace_primary_rays
 from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.gbuffer.specular_chain import chain_samples
 from gpu.indirect.irradiance import allocate_indirect
 from gpu.settings import EVERY_SKIP, Skips
 
@@ -17,9 +17,10 @@ class FrameArrays:
     """Arrays of an image of `size` (width, height) of a scene, and the scene as its kernels see it.
 
     area_light (pixel,): direct light of lights with an extent; indirect: indirect light, each before it is added;
-    features: what kernels must know of the scene; seed, frame_index (1,): the frame's own; brightness: of the indirect
-    light; nothing (pixel,): zeros, for frames that earlier ones tell nothing; side_smoothing: for what runs beside the
-    stages. stride: of the pixels that are shaded (gpu.gbuffer.sparse_shading).
+    features: what kernels must know of the scene; chain_samples: how chains choose in the frame; seed, frame_index
+    (1,): the frame's own; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones tell
+    nothing; side_smoothing: for what runs beside the stages. stride: of the pixels that are shaded
+    (gpu.gbuffer.sparse_shading).
     """
 
     def __init__(
@@ -44,7 +45,8 @@ class FrameArrays:
         self.seed = wp.zeros(1, dtype=int, device=self.device)
         self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
         self.frame_index = wp.zeros(1, dtype=int, device=self.device)
-        self.gbuffer: GBuffer = allocate(GBuffer, self.pixels, self.device)
+        self.chain_samples = chain_samples(self.device)
+        self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features)
         self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.smoothing, self.side_smoothing = Smoothing(size, self.device), Smoothing(size, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
@@ -53,4 +55,4 @@ class FrameArrays:
 
     def trace_primary_rays(self, camera: wp.array) -> None:
         """Fill the G-buffer as `camera` (1,) sees the scene."""
-        trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.features)
+        trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.chain_samples, self.features)

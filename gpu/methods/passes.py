@@ -12,6 +12,7 @@ from gpu.denoise.indirect_history import IndirectHistory
 from gpu.denoise.reprojection import PreviousFrame
 from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.gbuffer.shading_points import ShadingPoints
+from gpu.gbuffer.specular_chain import LIKELIER
 from gpu.indirect.near_field import NearField
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import RenderSetup
@@ -134,6 +135,8 @@ class Passes:
               histories: Histories | None = None) -> None:  # fmt: skip
         """Trace the primary rays, list the shading `points`, and begin with direct light, if it is wanted."""
         frame = self._frame
+
+        frame.chain_samples.moment.fill_(kind.index if kind.refines else LIKELIER)
 
         def gbuffer() -> None:
             frame.trace_primary_rays(view.camera)

@@ -28,7 +28,7 @@ class _Seen:
 def with_default_light(scene: Scene) -> Scene:
     """`scene`, in which nothing emits, with a light that reaches what its first camera sees; its notes say which."""
     solid = np.array([_stops_light(m.alpha_mode, m.base_color[3], m.solid_alpha) for m in scene.materials])
-    solid &= ~np.array([m.backdrop or m.is_pane for m in scene.materials])
+    solid &= ~np.array([m.backdrop or m.is_clear for m in scene.materials])
     kept = solid[scene.triangle_material]
     rays = HostRays(scene.vertices, scene.triangles[kept])
     one_sided = np.array([m.double_sided is False for m in scene.materials])[scene.triangle_material[kept]]

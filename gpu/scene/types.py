@@ -117,10 +117,10 @@ class Material:
         return 0.5 if self.alpha_mode is AlphaMode.BLEND else self.alpha_cutoff
 
     @property
-    def is_pane(self) -> bool:
-        """Whether its surfaces are clear sheets, mostly glass, which every method lets rays cross straight."""
+    def is_clear(self) -> bool:
+        """Whether its surfaces are of clear glass, mostly, which light can cross straight."""
         clear = self.transmission * (1.0 - self.metallic) >= 0.5 and self.roughness <= CLEAR_ROUGHNESS
-        return clear and self.thickness == 0.0 and self.alpha_mode is AlphaMode.OPAQUE and not self.unlit
+        return clear and self.alpha_mode is AlphaMode.OPAQUE and not self.unlit
 
 
 @dataclass(frozen=True)

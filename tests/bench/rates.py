@@ -19,6 +19,7 @@ from gpu.device_scene.rays import closest_hit, connection
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
+from gpu.gbuffer.specular_chain import chain_samples
 from gpu.methods.method import RenderSetup
 from gpu.methods.passes import light_set_choice
 from gpu.sample_counts import sample_counts_of
@@ -167,7 +168,7 @@ def ray_rates(device_scene: DeviceScene, size: Size, settings: RenderSettings) -
     primary = pixels / seconds_of(lambda: launch(primary_kernel, pixels, inputs, device), device)
 
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)
-    trace_primary_rays(scene, cameras, size, gbuffer)
+    trace_primary_rays(scene, cameras, size, gbuffer, chain_samples(device))
     sample_counts = sample_counts_of(settings, device)
     setup = RenderSetup(device_scene, LightSets(device_scene), size, settings, sample_counts, lambda *_: None)
     clusters = setup.light_sets.clusters(light_set_choice(setup), setup.progress)

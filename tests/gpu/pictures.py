@@ -6,7 +6,7 @@ from scenes import box, grey, quad, resident_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
-from gpu.scene.types import Floats
+from gpu.scene.types import Floats, Material
 from gpu.settings import RenderSettings
 
 SIZE = (48, 36)
@@ -19,6 +19,14 @@ def lamp_room(device: str = "cpu") -> DeviceScene:
     lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
     return resident_of([*box(), lamp, block], [grey(0.7), grey(0.0, 5.0), grey(0.4)], device=device)
+
+
+def mirror_room() -> DeviceScene:
+    """The same box without its block, with a mirror before the wall that CAMERA looks at."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    mirror = quad((-0.3, -0.3, -0.45), (0.6, 0.0, 0.0), (0.0, 0.5, 0.0), 2)
+    polished = Material(base_color=(0.9, 0.9, 0.9, 1.0), metallic=1.0, roughness=0.0)
+    return resident_of([*box(), lamp, mirror], [grey(0.7), grey(0.0, 5.0), polished])
 
 
 def picture(device_scene: DeviceScene, **settings: object) -> Floats:

@@ -14,6 +14,5 @@ def _maker(module: str) -> Callable[[], Scene]:
     return make
 
 
-BUILTIN: dict[str, Callable[[], Scene]] = {
-    name: _maker(name.replace("-", "_")) for name in ("conference-room", "living-room", "atrium", "cornell-box")
-}
+_NAMES = ("conference-room", "living-room", "atrium", "cornell-box", "glass-box")
+BUILTIN: dict[str, Callable[[], Scene]] = {name: _maker(name.replace("-", "_")) for name in _NAMES}

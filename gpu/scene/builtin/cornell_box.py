@@ -10,7 +10,7 @@ from gpu.scene.builtin.builder import Builder
 from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.shapes import points, surface
 from gpu.scene.camera import look_at
-from gpu.scene.types import Material, Scene
+from gpu.scene.types import Camera, Material, Scene
 
 _CENTRE = np.array([0.278, 0.0, 0.2796])
 _COLOURS = {"white": (0.725, 0.71, 0.68), "red": (0.63, 0.065, 0.05), "green": (0.14, 0.45, 0.091)}
@@ -41,15 +41,25 @@ def _block(plan: str, y: float) -> Shape:
     return join([_face([(x, y, z) for x, z in corners]), *sides])
 
 
-def make() -> Scene:
-    """The box with its short and tall block under one area light, which hangs a millimetre below the ceiling."""
-    builder = Builder("cornell-box")
-    for name, albedo in _COLOURS.items():
-        builder.material(Material(name, base_color=(*albedo, 1.0), roughness=1.0))
+def empty_box(name: str) -> Builder:
+    """A scene of the box alone under one area light, which hangs a millimetre below the ceiling."""
+    builder = Builder(name)
+    for colour, albedo in _COLOURS.items():
+        builder.material(Material(colour, base_color=(*albedo, 1.0), roughness=1.0))
     builder.light("light", (18.4, 14.0, 6.8))
-    for name, faces in _FACES.items():
-        builder.add(name, [_face(points(face)) for face in faces])
+    for colour, faces in _FACES.items():
+        builder.add(colour, [_face(points(face)) for face in faces])
+    return builder
+
+
+def front_camera() -> Camera:
+    """The data's camera."""
+    return look_at((0.0, 0.273, 1.0796), (0.0, 0.273, 0.0), yfov_degrees=37.7, aspect=1.0, name="front")
+
+
+def make() -> Scene:
+    """The box with its short and tall block."""
+    builder = empty_box("cornell-box")
     builder.add("white", [_block("130,65 82,225 240,272 290,114", 165), _block("423,247 265,296 314,456 472,406", 330)])
-    front = look_at((0.0, 0.273, 1.0796), (0.0, 0.273, 0.0), yfov_degrees=37.7, aspect=1.0, name="front")
     inside = look_at((-0.2, 0.4, 0.27), (0.08, 0.13, -0.12), yfov_degrees=60.0, name="from the red wall")
-    return builder.scene([front, inside])
+    return builder.scene([front_camera(), inside])

@@ -67,7 +67,7 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         clearcoat_slot=_slot(images, coat, "clearcoatTexture"),
         clearcoat_roughness_slot=_slot(images, coat, "clearcoatRoughnessTexture"),
     )
-    if material.transmission > 0.0 and not material.is_pane:
+    if material.transmission > 0.0 and not material.is_clear:
         problem = "lets light through (KHR_materials_transmission), which --method path shows; to others it is opaque"
         images.buffers.document.notes.add(problem, entry.name(entry.path))
     return _from_glossy(images, entry, material) if glossy else material

@@ -20,9 +20,8 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
-    assert scene_features(scene, lambertian=True) == replace(
-        EVERYTHING, environment=False, alpha=False, glass=False, panes=False, one_sided=False, gloss=False
-    )
+    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular")
+    assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
     bare = replace(scene_of(box(), [grey(0.5)]), sky=None)
@@ -42,11 +41,29 @@ def test_only_narrow_specular_lobes_are_gloss(change: dict[str, float]) -> None:
     assert not scene_features(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
 
 
-@pytest.mark.parametrize(
-    "change", [{"roughness": 0.2}, {"thickness": 1.0}, {"metallic": 0.6}, {"unlit": True}, {"transmission": 0.4}]
-)
-def test_only_clear_sheets_are_panes(change: dict[str, float]) -> None:
+@pytest.mark.parametrize("change", [{"roughness": 0.2}, {"metallic": 0.6}, {"unlit": True}, {"transmission": 0.4}])
+def test_only_clear_glass_is_panes(change: dict[str, float]) -> None:
     pane = Material(transmission=0.6, roughness=0.1)
-    for material, is_pane in ((pane, True), (replace(pane, **change), False)):
+    for material, is_pane in ((pane, True), (replace(pane, thickness=1.0), True), (replace(pane, **change), False)):
         features = scene_features(scene_of(box(), [material]), lambertian=False)
         assert (features.glass, features.panes) == (True, is_pane)
+
+
+@pytest.mark.parametrize(
+    ("material", "specular"),
+    [
+        (Material(metallic=1.0, roughness=0.02), True),
+        (Material(metallic=1.0, roughness=0.04), False),
+        (Material(metallic=0.9, roughness=0.02), False),
+        (Material(metallic=1.0, metallic_roughness_slot=TextureSlot(0)), True),
+        (Material(metallic=1.0, roughness=0.02, unlit=True), False),
+        (Material(transmission=0.1, roughness=0.1), True),
+        (Material(transmission=1.0, roughness=0.2), False),
+        (Material(transmission=1.0, metallic_roughness_slot=TextureSlot(0)), True),
+    ],
+)
+def test_mirrors_and_clear_glass_are_specular(material: Material, specular: bool) -> None:
+    texture = Texture("smooth", np.zeros((1, 1, 4), np.uint8), srgb=False)
+    scene = scene_of(box(), [material], textures=[texture])
+    assert scene_features(scene, lambertian=False).specular == specular
+    assert not scene_features(scene, lambertian=True).specular

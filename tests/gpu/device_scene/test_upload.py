@@ -76,3 +76,10 @@ def test_a_lambertian_view_takes_masks_for_solid(lambertian: bool, assumed: bool
 def test_a_device_that_is_not_there_is_named() -> None:
     with pytest.raises(DeviceError, match="no device 'abacus' here"):
         DeviceScene(resident_of(box(), [grey(0.5)]).scene, "abacus")
+
+
+def test_edits_make_mirrors() -> None:
+    plain = resident_of(box(), [Material(metallic=1.0)])
+    polished = plain.edited(replace(plain.scene, materials=(Material(metallic=1.0, roughness=0.0),)))
+    assert (plain.data.specular, polished.data.specular) == (False, True)
+    assert not polished.view(lambertian=True).specular

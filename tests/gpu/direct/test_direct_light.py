@@ -12,6 +12,7 @@ from gpu.device_scene.surface import Surface
 from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
+from gpu.gbuffer.specular_chain import chain_samples
 from gpu.lights.build import build_light_table
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Environment, Light, LightKind, Material, Sky
@@ -27,7 +28,7 @@ def direct(
     """What `camera` sees of direct light, (height, width, 3)."""
     scene = device_scene.view(lambertian=view.get("lambertian", False))
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
-    trace_primary_rays(scene, camera_of(device_scene, camera, SIZE), SIZE, gbuffer)
+    trace_primary_rays(scene, camera_of(device_scene, camera, SIZE), SIZE, gbuffer, chain_samples(device_scene.device))
     out = wp.full(SIZE[0] * SIZE[1], wp.vec3(-7.0, -7.0, -7.0), dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
     table, moment = build_light_table(device_scene), wp.full(1, frame, dtype=int, device="cpu")

@@ -14,6 +14,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
+from gpu.gbuffer.specular_chain import chain_samples
 from gpu.lights.build import build_light_table
 from gpu.scene.assemble import MeshPart
 from gpu.scene.camera import look_at
@@ -92,7 +93,9 @@ def test_direct_light_is_that_of_the_other_methods() -> None:
     lamp = quad([-0.1, 0.45, -0.1], [0.2, 0.0, 0.0], [0.0, 0.0, 0.2], 1)
     device_scene = resident_of([*box(), lamp], [grey(0.6), grey(0.0, emission=5.0)], lights=[BULB])
     gbuffer = allocate(GBuffer, SIZE[0] * SIZE[1], device_scene.device)
-    trace_primary_rays(device_scene.data, camera_of(device_scene, INSIDE, SIZE), SIZE, gbuffer)
+    trace_primary_rays(
+        device_scene.data, camera_of(device_scene, INSIDE, SIZE), SIZE, gbuffer, chain_samples(gbuffer.face.device)
+    )
     out = wp.zeros(SIZE[0] * SIZE[1], dtype=wp.vec3, device="cpu")
     soft = wp.zeros_like(out)
     table, moment = build_light_table(device_scene), wp.zeros(1, dtype=int, device="cpu")

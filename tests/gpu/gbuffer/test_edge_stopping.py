@@ -52,3 +52,14 @@ def test_kinship_falls_off_the_plane_by_spacings_a_step(step: int) -> None:
     gbuffer.spacing.fill_(1.5)
     limit = TOLERANCE * 1.5 * step
     assert shares(gbuffer, step) == pytest.approx(np.exp(-((depth.ravel() / limit) ** 2)), abs=1e-4)
+
+
+def test_what_chains_saw_apart_is_not_kin() -> None:
+    """Kin are less than four spacings a step away, more where the surface is seen at a slant."""
+    gbuffer = wall()
+    gbuffer.chains = True
+    gbuffer.to_camera.fill_(wp.vec3(0.8, 0.0, 0.6))
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
+    away = np.hypot(x - 10, y - 5).ravel()
+    for step in (1, 2):
+        assert np.array_equal(shares(gbuffer, step) > 0.0, 0.6 * away <= 4.0 * step)

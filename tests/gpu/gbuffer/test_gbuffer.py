@@ -8,6 +8,7 @@ from gpu.core.device import allocate
 from gpu.device_scene.data import NO_HIT
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import GBuffer, trace_primary_rays
+from gpu.gbuffer.specular_chain import chain_samples
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Sky
 
@@ -19,8 +20,8 @@ def look(device_scene: DeviceScene, camera: Camera) -> dict[str, Doubles]:
     width, height = SIZE
     gbuffer = allocate(GBuffer, width * height, device_scene.device)
     data = camera_of(device_scene, camera, SIZE)
-    trace_primary_rays(device_scene.data, data, SIZE, gbuffer)
-    arrays = {name: getattr(gbuffer, name).numpy() for name in GBuffer.vars}
+    trace_primary_rays(device_scene.data, data, SIZE, gbuffer, chain_samples(device_scene.device))
+    arrays = {name: getattr(gbuffer, name).numpy() for name in GBuffer.vars if name != "chains"}
     return {name: array.reshape(height, width, *array.shape[1:]) for name, array in arrays.items()}
 
 
@@ -122,6 +123,6 @@ def test_a_second_picture_forgets_the_first() -> None:
     for target, expected in (((0.0, 0.0, 0.0), 1.0), ((0.0, 0.0, 5.0), 0.0)):
         camera = look_at((0.0, 0.0, 0.5), target)
         data = camera_of(device_scene, camera, SIZE)
-        trace_primary_rays(device_scene.data, data, SIZE, gbuffer)
+        trace_primary_rays(device_scene.data, data, SIZE, gbuffer, chain_samples(device_scene.device))
         assert np.allclose(gbuffer.emitted.numpy(), expected)
         assert ((gbuffer.face.numpy() != int(NO_HIT)) == (expected > 0.0)).all()

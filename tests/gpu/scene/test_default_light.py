@@ -59,10 +59,11 @@ VEIL, PANE = Material(alpha_mode=AlphaMode.BLEND), Material(transmission=1.0, ro
         (replace(VEIL, base_color=(1.0, 1.0, 1.0, 0.2)), True),
         (replace(VEIL, base_color=(1.0, 1.0, 1.0, 0.9)), False),
         (PANE, True),
-        (replace(PANE, thickness=1.0), False),
+        (replace(PANE, thickness=1.0), True),
+        (replace(PANE, roughness=0.2), False),
     ],
 )
-def test_thin_glass_lets_the_sky_in(glass: Material, lit: bool) -> None:
+def test_clear_glass_lets_the_sky_in(glass: Material, lit: bool) -> None:
     """One wall of a room is a pane."""
     walls = box()
     walls[-1] = replace(walls[-1], material=1)

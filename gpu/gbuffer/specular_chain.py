@@ -1,0 +1,134 @@
+"""Specular chains: what the camera sees in mirrors and through clear glass (the 2009 paper, section 3.1).
+
+A camera ray that meets a perfect mirror or clear glass goes on to the first surface that is neither, where the shading
+point is. At glass it is reflected or goes through by chance, as Fresnel's law says, or takes the likelier of both.
+"""
+
+import warp as wp
+
+from gpu.core.image_size import ImageSize
+from gpu.core.morton import morton_2d
+from gpu.device_scene.bsdf import largest
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.glass import attenuated
+from gpu.device_scene.panes import meet, met_surface
+from gpu.device_scene.rays import offset_origin, seen_hit
+from gpu.device_scene.scattering import choose_part, is_perfect, part_of, sample_scattering
+from gpu.device_scene.sides import ray_coverage
+from gpu.device_scene.surface import Surface, surface_at
+from gpu.gbuffer.camera_rays import CameraRay
+from gpu.lights.background import background
+from gpu.sampling.sobol import sobol_pair_at
+
+# Specular surfaces of a chain at most: longer ones, which only reflections within glass are, carry next to no light.
+CHAIN_VERTICES = wp.constant(8)
+# The sequences of `sobol_pair_at` that chains take, beside those of direct light.
+CHAIN_PAIR = wp.constant(16)
+# The moment of frames whose chains are not drawn.
+LIKELIER = -1
+
+
+@wp.struct
+class ChainSamples:
+    """How chains choose. moment (1,): the number of a frame among those that complement each other, whose chains are
+    drawn; LIKELIER, below zero: they take the likelier way, of which two frames alike show the same. seed.
+    """
+
+    moment: wp.array[int]
+    seed: int
+
+
+def chain_samples(device: wp.Device, moment: int = LIKELIER, seed: int = 0) -> ChainSamples:
+    """The struct of these, on a device."""
+    samples = ChainSamples()
+    samples.moment, samples.seed = wp.full(1, moment, dtype=int, device=device), seed
+    return samples
+
+
+@wp.struct
+class ChainEnd:
+    """What a pixel's ray sees in the end.
+
+    face: the triangle there, NO_HIT where there is none; surface: of it; to_viewer: unit direction that it is seen
+    from; throughput: share of its light that comes back; emitted: light of emitters and the sky that does, those on
+    the way too [W/m²/sr]; length: of all segments.
+    """
+
+    face: int
+    surface: Surface
+    to_viewer: wp.vec3
+    throughput: wp.vec3
+    emitted: wp.vec3
+    length: float
+
+
+@wp.func
+def straight_end(scene: SceneData, ray: CameraRay) -> ChainEnd:
+    """The first surface along a camera's ray, in a scene without specular ones."""
+    end = ChainEnd()
+    hit = seen_hit(scene, ray.origin, ray.direction)
+    end.face = hit.face
+    end.to_viewer = -ray.direction
+    end.throughput = wp.vec3(1.0, 1.0, 1.0)
+    end.length = hit.t
+    if hit.face == NO_HIT:
+        end.emitted = background(scene, ray.origin, ray.direction)
+    else:
+        end.surface = surface_at(scene, hit, ray.direction)
+        end.emitted = end.surface.emission
+    return end
+
+
+@wp.func
+def chain_choice(samples: ChainSamples, place: int, vertex: int) -> float:
+    """The number in [0, 1) by which a chain chooses at a vertex; at one half it takes what is likelier."""
+    if samples.moment[0] < 0:
+        return 0.5
+    return sobol_pair_at(place, samples.moment[0], CHAIN_PAIR + vertex, samples.seed).x
+
+
+@wp.func
+def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples) -> ChainEnd:
+    """Where the camera's ray of `pixel` ends after any mirrors and clear glass. There are no clear coats to it."""
+    if not scene.specular:
+        return straight_end(scene, ray)
+    place = morton_2d(pixel % image.width, pixel // image.width)
+    end = ChainEnd()
+    end.face = NO_HIT
+    end.throughput = wp.vec3(1.0, 1.0, 1.0)
+    absorption = wp.vec3(0.0, 0.0, 0.0)
+    origin = ray.origin
+    direction = ray.direction
+    culls = scene.one_sided
+    for vertex in range(CHAIN_VERTICES + 1):
+        if samples.moment[0] >= 0:
+            scene.coverage = ray_coverage(place, vertex, samples.seed ^ samples.moment[0])
+        met = meet(scene, origin, direction, culls)
+        culls = False
+        end.to_viewer = -direction
+        end.throughput = wp.cw_mul(end.throughput, met.tint)
+        if met.hit.face == NO_HIT:
+            end.emitted += wp.cw_mul(end.throughput, background(scene, origin, direction))
+            if vertex == 0:
+                end.length = met.hit.t
+            return end
+        end.throughput = wp.cw_mul(end.throughput, attenuated(absorption, met.hit.t))
+        end.length += met.hit.t
+        surface = met_surface(scene, met.hit, direction)
+        end.emitted += wp.cw_mul(end.throughput, surface.emission)
+        surface.coat = 0.0
+        chosen = choose_part(surface, -direction, chain_choice(samples, place, vertex))
+        part = part_of(surface, chosen)
+        if not is_perfect(part):
+            end.face = met.hit.face
+            end.surface = surface
+            return end
+        sample = sample_scattering(part, -direction, chosen.rest, 0.5, 0.5)
+        end.throughput = wp.cw_mul(end.throughput, sample.weight)
+        if largest(end.throughput) <= 0.0:
+            return end
+        if wp.dot(sample.direction, part.geometric_normal) < 0.0 and not part.thin:
+            absorption = part.absorption
+        origin = offset_origin(part.position, part.geometric_normal, sample.direction)
+        direction = sample.direction
+    return end
