@@ -139,7 +139,7 @@ def install(app: FastAPI) -> None:
 def _methods(app: FastAPI, request: Request) -> list[str]:
     """What may be done with what a request is about; nothing where that is no place of the interface."""
     allowed = []
-    for method in ("GET", "POST", "DELETE"):
+    for method in ("GET", "POST", "PATCH", "DELETE"):
         scope = {**request.scope, "method": method}
         if any(route.matches(scope)[0] is Match.FULL for route in app.routes):
             allowed += [method, "HEAD"] if method == "GET" else [method]

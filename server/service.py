@@ -1,6 +1,7 @@
 """What the endpoints share: settings, scenes, the engines, and who is there."""
 
 import asyncio
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -10,16 +11,21 @@ from starlette.requests import HTTPConnection
 from server.jobs import ENDED, Jobs
 from server.metrics import Metrics
 from server.places import Places
+from server.rate_limit import Buckets
+from server.refusals import ForbiddenError, TooBusyError
 from server.render.engine_pool import EnginePool
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
+from server.scenes.scene_edits import EditedScenes
 from server.scenes.uploads import MAX_AT_ONCE
 from server.settings import ServerSettings
 from server.wire.worker import Render, SceneRef, Start
 
 # A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
+# Edits of a client a second, and at once: a slider that is dragged is told thirty times a second.
+EDIT_RATE, EDIT_BURST = 40.0, 80.0
 
 
 @dataclass
@@ -38,6 +44,8 @@ class Service:
     streams: Places = field(default_factory=lambda: Places("event streams", MAX_STREAMS, MAX_STREAMS_OF_ONE))
     uploading: Places = field(default_factory=lambda: Places("uploads", MAX_AT_ONCE, MAX_AT_ONCE // 2))
     metrics: Metrics = field(default_factory=Metrics)
+    edited: EditedScenes = field(default_factory=EditedScenes)
+    edit_rates: Buckets = field(default_factory=lambda: Buckets(EDIT_RATE, EDIT_BURST))
     stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
 
     def __post_init__(self) -> None:
@@ -55,6 +63,14 @@ class Service:
     def check_cost(self, job: Render, frames: int) -> None:
         """TooLongError, with what would do, where a picture is expected to take the device for too long."""
         self.engines.speeds.check(job, frames, self.settings.max_render_seconds, cuda=self.engines.cuda)
+
+    def check_edits(self, client: Hashable) -> None:
+        """ForbiddenError where this service takes no edits; TooBusyError where a client or viewer sends too many."""
+        if not self.settings.edits:
+            raise ForbiddenError("this server takes no edits of its scenes")
+        if self.edit_rates.empty(client):
+            raise TooBusyError(f"more than {EDIT_RATE:.0f} edits a second came from you; send fewer")
+        self.edit_rates.take(client)
 
     def number(self) -> int:
         """A viewer number that was never used before; `dismiss` frees what the worker keeps for it."""

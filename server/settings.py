@@ -131,6 +131,9 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     reserve_bytes: int = Field(
         default=512 * 2**20, ge=0, description="of the device's memory, that loading a scene leaves free [bytes]"
     )
+    edits: bool = Field(
+        default=True, description="clients may change lights and materials of scenes, for all who look at them"
+    )
     uploads: bool = Field(default=True, description="clients may upload scenes")
     uploads_dir: Path | None = Field(
         default=None, description="folder that keeps uploads; when not given, they go with the service"

@@ -65,6 +65,41 @@ export interface Settings {
   stream?: Stream | null;
 }
 
+/** A change of the scene itself, for all who look at it. */
+export interface Edit {
+  type: "edit";
+  id: number;
+  patch: ScenePatch;
+}
+
+/** A change of what differs from a scene's file, as JSON Merge Patch: null takes an edit back. */
+export interface ScenePatch {
+  /** by id */
+  lights?: Readonly<Record<string, LightEdit | null>> | null;
+  /** by id */
+  materials?: Readonly<Record<string, MaterialEdit | null>> | null;
+}
+
+/** What differs of a light; None is as the file says. */
+export interface LightEdit {
+  /** whether it shines */
+  on?: boolean | null;
+  /** how many times as bright as its file says */
+  intensity?: number | null;
+  /** of its light; of a sky that is a picture, what tints it */
+  color?: [number, number, number] | null;
+}
+
+/** What differs of a material; None is as the file says. As in glTF, factors on what its textures say. */
+export interface MaterialEdit {
+  /** base colour */
+  color?: [number, number, number] | null;
+  roughness?: number | null;
+  metallic?: number | null;
+  /** radiance [W/m²/sr], linear Rec. 709 */
+  emission?: [number, number, number] | null;
+}
+
 /** The viewer has dealt with this frame and all before it. */
 export interface Ack {
   type: "ack";
@@ -84,6 +119,8 @@ export interface Welcome {
   /** that frames will come in, the usual one first */
   codecs: readonly ("jpeg" | "png")[];
   limits: Limits;
+  /** lights and materials can be changed */
+  takes_edits: boolean;
 }
 
 /** A scene that can be chosen. */
@@ -118,6 +155,10 @@ export interface SceneInfo {
   options: ImportOptions;
   /** what of the file can be shown: "variant", "storey" */
   choices: Readonly<Record<string, readonly string[]>>;
+  /** that can be edited */
+  lights: readonly LightInfo[];
+  /** that can be edited */
+  materials: readonly MaterialInfo[];
   triangles: number;
   /** what was added, ignored or changed in loading, a sentence each */
   notes: readonly string[];
@@ -149,6 +190,45 @@ export interface SceneFrame {
   origin: [number, number, number];
 }
 
+/** A light of a scene as its file has it. */
+export interface LightInfo {
+  id: string;
+  form: LightForm;
+  /** linear Rec. 709, each channel from 0 to 1 */
+  color: [number, number, number];
+}
+
+/** What a light is. */
+export type LightForm = "point" | "spot" | "directional" | "surface" | "sky";
+
+/** A material of a scene as its file has it: factors on what its textures say. */
+export interface MaterialInfo {
+  id: string;
+  /** linear Rec. 709, each channel from 0 to 1 */
+  color: [number, number, number];
+  roughness: number;
+  metallic: number;
+  /** radiance [W/m²/sr] */
+  emission: [number, number, number];
+}
+
+/** All that differs from a scene's file now. */
+export interface Edits {
+  type: "edits";
+  scene: string;
+  edits: SceneEdits;
+  /** the newest of this viewer's that was dealt with, 0: none */
+  edit: number;
+}
+
+/** All that differs from a scene's file, by the ids that gpu.scene.parts gives. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */
+export interface SceneEdits {
+  /** by the light's id */
+  lights: Readonly<Record<string, LightEdit>>;
+  /** by the material's id */
+  materials: Readonly<Record<string, MaterialEdit>>;
+}
+
 /** What the server is doing for this viewer. */
 export interface Status {
   type: "status";
@@ -168,8 +248,8 @@ export interface ServerError {
 }
 
 /** What went wrong, for programs; the message says it for people. */
-export type ErrorCode = "bad-message" | "unknown-scene" | "limit" | "scene-failed" | "render-failed" | "memory";
+export type ErrorCode = "bad-message" | "unknown-scene" | "limit" | "scene-failed" | "edit-refused" | "render-failed" | "memory";
 
-export type ViewerMessage = Hello | Pose | Settings | Ack;
+export type ViewerMessage = Hello | Pose | Settings | Edit | Ack;
 
-export type ServerMessage = Welcome | SceneInfo | Status | ServerError;
+export type ServerMessage = Welcome | SceneInfo | Edits | Status | ServerError;

@@ -8,7 +8,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.addresses import origin_of
 
-METHODS = ("GET", "HEAD", "POST", "DELETE")
+METHODS = ("GET", "HEAD", "POST", "PATCH", "DELETE")
 HEADERS = ("Authorization", "Content-Type", "Accept")
 PREFLIGHT_SECONDS = 600  # that a browser need not ask again
 

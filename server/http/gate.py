@@ -11,7 +11,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Protocol
 
-from server.http.rate_limit import Bucket
+from server.rate_limit import Bucket
 
 SHARE = 0.1  # of a core, usually: what is charged is half of what it takes, as answering is charged at its least
 AT_ONCE = 0.05  # s of it

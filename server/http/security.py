@@ -26,8 +26,8 @@ from server.errors import error_response
 from server.http.connection import connection_of
 from server.http.cors import is_preflight
 from server.http.forwarded import route_path
-from server.http.rate_limit import Buckets
 from server.metrics import Metrics
+from server.rate_limit import Buckets
 from server.settings import ServerSettings
 
 OPEN = ("/healthz", "/readyz")  # for supervisors, which have no token; they say little

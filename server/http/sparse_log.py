@@ -2,7 +2,7 @@
 
 import logging
 
-from server.http.rate_limit import Bucket
+from server.rate_limit import Bucket
 
 RATE, BURST = 0.2, 10.0  # records a second of one logger, and at once
 # What speaks of single connections: of broken requests and handshakes, of sockets, and what the service cuts off.

@@ -4,6 +4,7 @@ from math import ceil
 
 from pydantic import ConfigDict, Field
 
+from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
 from server.render.turns import samples_a_turn
@@ -63,6 +64,6 @@ class RenderRequest(Message):
         """The work of the picture, in frames of as many samples as are usual at most."""
         return (self.settings.frames or 1) * ceil((self.settings.samples or 1) / SAMPLES_A_FRAME)
 
-    def render(self, viewer: int, scene: SceneRef, output: Output) -> Render:
-        """The order to the worker for one frame of it."""
-        return Render(viewer, scene, self.view(), self.size, self.frames()[1], output)
+    def render(self, viewer: int, scene: SceneRef, output: Output, edits: SceneEdits = NO_EDITS) -> Render:
+        """The order to the worker for one frame of it; edits: what differs from the scene's file."""
+        return Render(viewer, scene, self.view(), self.size, self.frames()[1], output, edits=edits)

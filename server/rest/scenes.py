@@ -1,4 +1,4 @@
-"""Scenes: listed, described, uploaded, loaded, unloaded, deleted."""
+"""Scenes: listed, described, uploaded, loaded, edited, unloaded, deleted."""
 
 import asyncio
 from collections.abc import AsyncGenerator
@@ -8,6 +8,7 @@ from urllib.parse import quote
 from fastapi import APIRouter, Header, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
+from gpu.scene.edits import SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.load import SUFFIXES
 from gpu.settings import RenderSettings
@@ -19,7 +20,7 @@ from server.rest.server_sent_events import event, event_stream, wants_events
 from server.scenes.checker import SceneSize
 from server.scenes.uploads import ARCHIVE, Uploads
 from server.service import Service, TheService
-from server.wire.browser import SceneId, SceneInfo, SceneName
+from server.wire.browser import SceneId, SceneInfo, SceneName, ScenePatch
 from server.wire.worker import SceneRef
 
 router = APIRouter(prefix="/api/v1/scenes", responses=refusals())
@@ -63,6 +64,7 @@ class SceneDetails(SceneListing):
     """What is in a scene, and what can be chosen of its renders."""
 
     scene: SceneInfo
+    edits: SceneEdits = Field(description="what differs from its file now")
     size: SceneSize
     settings_schema: dict[str, Any] = Field(description="JSON schema of `settings` in a render request")
 
@@ -105,6 +107,7 @@ async def _details(service: Service, ref: SceneRef) -> SceneDetails:
     return SceneDetails(
         **_named(service, ref).model_dump(),
         scene=checked.info,
+        edits=service.edited.of(ref),
         size=checked.size,
         settings_schema=RenderSettings.model_json_schema(),
     )
@@ -195,6 +198,22 @@ async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Readi
     The parameters say how it is read; without any, it is as the service does.
     """
     return await _details(service, await service.catalogue.look_up(scene_id, reading.options))
+
+
+@router.patch("/{scene_id:path}", operation_id="editScene", responses=refusals(404, 409, 507, *WITH_BODY))
+async def edit(
+    scene_id: SceneId, patch: ScenePatch, request: Request, service: TheService, reading: Annotated[Reading, Query()]
+) -> SceneEdits:
+    """Change lights and materials of a scene for all who look at it, from the next frame on; it is loaded for that.
+
+    The body is a JSON Merge Patch (RFC 7396) of the scene's `edits`: what it names changes, null takes an edit back.
+    The answer is all that differs from the file then. A patch with a mistake changes nothing. The parameters say how
+    the file is read, as for GET.
+    """
+    service.check_edits(client_network(request.client.host if request.client else ""))
+    ref = await service.catalogue.look_up(scene_id, reading.options)
+    _check_ready(service)
+    return service.edited.change(ref, await service.residency.open(ref), patch)
 
 
 @router.delete(

@@ -7,14 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
-from gpu.scene.types import Camera, Doubles, Scene
-from server.wire.browser import Bounds, CameraInfo, SceneFrame, SceneInfo
+from gpu.scene.parts import lights_of, material_ids
+from gpu.scene.types import Camera, Doubles, Material, Scene
+from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, SceneFrame, SceneInfo
 
 MOST_CAMERAS = 256  # that are listed, more than anyone chooses from; the others can be named by their number
 
+MOST_PARTS = 1000  # lights, and materials, that are listed: who edits chooses from them
+
 
 def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT_OPTIONS) -> SceneInfo:
-    """A scene's cameras and bounds in world space, and its notes; options: how it was read.
+    """A scene's cameras and bounds in world space, its lights and materials, and its notes; options: how it was read.
 
     Of a scene as `load_scene` gives it this is less than two megabytes of JSON.
     """
@@ -23,6 +26,10 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
         notes += (f"{scene.report.dropped_triangles} triangles without area were dropped",)
     if len(scene.cameras) > MOST_CAMERAS:
         notes += (f"{len(scene.cameras)} cameras, of which the first {MOST_CAMERAS} are listed",)
+    lights, ids = lights_of(scene), material_ids(scene)
+    for count, what in ((len(lights), "lights"), (len(ids), "materials")):
+        if count > MOST_PARTS:
+            notes += (f"{count} {what}, of which the first {MOST_PARTS} can be edited",)
     low, high = scene.bounds
     listed = scene.cameras[:MOST_CAMERAS]
     return SceneInfo(
@@ -33,8 +40,21 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
         frame=SceneFrame(**asdict(scene.frame)),
         options=options,
         choices={name: tuple(offered) for name, offered in scene.choices.items()},
+        lights=tuple(LightInfo(id=part.id, form=part.form, color=part.color) for part in lights[:MOST_PARTS]),
+        materials=tuple(map(_describe_material, ids[:MOST_PARTS], scene.materials)),
         triangles=len(scene.triangles),
         notes=notes,
+    )
+
+
+def _describe_material(one: str, material: Material) -> MaterialInfo:
+    red, green, blue = (min(max(value, 0.0), 1.0) for value in material.base_color[:3])
+    return MaterialInfo(
+        id=one,
+        color=(red, green, blue),
+        roughness=material.roughness,
+        metallic=material.metallic,
+        emission=material.emission,
     )
 
 

@@ -2,8 +2,8 @@
 
 import logging
 
-from server.http.rate_limit import Bucket
 from server.metrics import Metrics
+from server.rate_limit import Bucket
 from server.wire.browser import Ack
 from server.wire.frame_header import FrameHeader
 from server.wire.worker import Done

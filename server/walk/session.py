@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from time import monotonic
 
 from gpu.errors import UserError
+from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.settings import RenderSettings
 from server.render.schedule import Urgency
 from server.render.turns import samples_a_turn
@@ -65,6 +66,7 @@ class Session:
         self._qualities = qualities
         self._takes_png = takes_png
         self._settings_id = 0
+        self._edits = NO_EDITS
         self._pose: Pose | None = None
         self._scaler = ResolutionScaler()
         self._now = now
@@ -124,9 +126,15 @@ class Session:
         self._restart()
         self._touch()
 
-    def show(self, scene: SceneRef | None) -> None:
+    def edit(self, edits: SceneEdits) -> None:
+        """The scene differs by these from its file from now on: it looks different."""
+        self._edits = edits
+        self._blocked = False
+        self._touch()
+
+    def show(self, scene: SceneRef | None, edits: SceneEdits = NO_EDITS) -> None:
         """From now on this scene, from a pose that is yet to come; None while the next one is being opened."""
-        self.scene = scene
+        self.scene, self._edits = scene, edits
         self._pose = None
         self._scaler.restart()
         self._restart()
@@ -149,6 +157,7 @@ class Session:
             self._size,
             self._settings,
             "jpeg",
+            edits=self._edits,
         )
         if self._settings.method.refines_by_samples and self._settings.samples is None:
             render = replace(render, settings=self._settings.model_copy(update={"samples": SAMPLES_A_FRAME}))

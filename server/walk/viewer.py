@@ -11,7 +11,7 @@ from fastapi import WebSocketDisconnect
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.scene.import_options import ImportOptions
 from gpu.settings import RenderSettings
-from server.http.rate_limit import Bucket
+from server.rate_limit import Bucket
 from server.refusals import TooBusyError, UnknownSceneError
 from server.render.activity import EngineState
 from server.render.pending import RenderFaultError, Reply
@@ -24,6 +24,8 @@ from server.walk.session import MAX_LOSSES, Qualities, Session
 from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import (
     Ack,
+    Edit,
+    Edits,
     Error,
     ErrorCode,
     Hello,
@@ -39,6 +41,7 @@ from server.wire.browser import (
 from server.wire.worker import Done, Job, SceneRef
 
 STATUS_SECONDS = 0.1  # at least, between two words on what is going on
+EDITS_SECONDS = 0.05  # and between two on what differs from the scene's file
 STALLED_SECONDS = 10.0
 WATCH_SECONDS = 1.0
 STALLED, RESTART = 1013, 1012  # the codes of a close: both say that a viewer may come back
@@ -66,6 +69,8 @@ class Viewer:
         self._times = FrameTimes(service.metrics)
         self._wanted: SceneRef | None = None  # a scene that is to be opened
         self._shown: tuple[SceneRef, SceneInfo] | None = None
+        self._last_edit = 0  # of this viewer's that was dealt with
+        self._edits_changed = asyncio.Event()
         self._rendering: asyncio.Queue[tuple[FrameRequest, float, asyncio.Future[Reply]]] = asyncio.Queue()
         self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
         self._faults = Bucket(FAULT_RATE, FAULT_BURST)
@@ -81,6 +86,7 @@ class Viewer:
         if self._wanted is None and self._hello.scene is not None:
             self._wanted = await self._find(None)
         self._service.engines.listeners.add(self._news.set)
+        self._service.edited.listeners.add(self._edited)
         try:
             async with asyncio.TaskGroup() as tasks:
                 for task in (
@@ -88,6 +94,7 @@ class Viewer:
                     self._request_frames(),
                     self._deliver(),
                     self._report(),
+                    self._tell_edits(),
                     self._watch(),
                     self._stop(),
                 ):
@@ -98,6 +105,7 @@ class Viewer:
                     log.info("viewer left", extra={"code": end.code, "reason": end.reason})
         finally:
             self._service.engines.listeners.discard(self._news.set)
+            self._service.edited.listeners.discard(self._edited)
             self._service.metrics.windows.pop(self._session.viewer, None)
 
     def _welcome(self) -> Welcome:
@@ -107,6 +115,7 @@ class Viewer:
             scenes=self._service.catalogue.names(),
             settings_schema=RenderSettings.model_json_schema(),
             codecs=("jpeg", "png") if "png" in self._hello.codecs else ("jpeg",),
+            takes_edits=limits.edits,
             limits=Limits(max_pixels=limits.max_stream_pixels, max_message_bytes=limits.max_message_bytes),
         )
 
@@ -126,6 +135,8 @@ class Viewer:
                         self._times.acknowledged(message)
                     case Settings():
                         await self._change(message)
+                    case Edit():
+                        await self._edit(message)
                     case Hello():
                         raise UserError("type: hello was already said")
             except UserError as error:
@@ -149,6 +160,24 @@ class Viewer:
         if scene is not None:
             self._wanted = scene
             self._session.show(None)
+
+    async def _edit(self, message: Edit) -> None:
+        try:
+            if self._shown is None or self._wanted is not None:
+                raise UserError("no scene is open that could be edited")
+            self._service.check_edits(self._session.viewer)
+            self._service.edited.change(*self._shown, message.patch)
+        except (UserError, TooBusyError) as error:
+            await self._fail(ErrorCode.EDIT_REFUSED, error)
+        self._last_edit = message.id
+        self._edits_changed.set()
+
+    def _edited(self, scene: SceneRef) -> None:
+        """Somebody has edited a scene."""
+        if self._shown is not None and self._shown[0] == scene == self._session.scene:
+            self._session.edit(self._service.edited.of(scene))
+            self._edits_changed.set()
+            self._stir()
 
     @property
     def _scene_id(self) -> str | None:
@@ -219,8 +248,9 @@ class Viewer:
         self._shown = shown
         if shown is not None:
             self._service.viewing[self._session.viewer] = shown[0]
-            self._session.show(shown[0])
+            self._session.show(shown[0], self._service.edited.of(shown[0]))
             await self._socket.send(shown[1])
+            self._edits_changed.set()
         self._stir()
 
     async def _read(self, scene: SceneRef) -> SceneInfo:
@@ -286,6 +316,16 @@ class Viewer:
                 await asyncio.sleep(STATUS_SECONDS)
             await self._news.wait()
             self._news.clear()
+
+    async def _tell_edits(self) -> None:
+        while True:
+            await self._edits_changed.wait()
+            self._edits_changed.clear()
+            if self._shown is not None:
+                scene = self._shown[0]
+                edits = self._service.edited.of(scene)
+                await self._socket.send(Edits(scene=scene.id, edits=edits, edit=self._last_edit))
+            await asyncio.sleep(EDITS_SECONDS)
 
     def _status(self) -> Status:
         activity = self._service.engines.activity_of(self._session.viewer)

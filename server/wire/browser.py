@@ -20,6 +20,12 @@ A session
                 unacknowledged, at first `limits.window`, more on a long way: then the server waits. A viewer that
                 acknowledges nothing for long is closed. age_ms: from the sending of the frame's pose until the
                 picture was shown, for the first frame of a pose; decode_ms: what decoding took of that.
+    viewer  edit {id, patch}
+                lights and materials of the scene change for all who look at it; `patch` is a JSON Merge Patch (RFC
+                7396) of the edits.
+    server  edits {scene, edits, edit}
+                after each scene, and when somebody has edited it: all that differs from its file; `edit` is the newest
+                of this viewer's that was dealt with, also if it was refused. The next frame shows it.
     viewer  settings {id, scene?, scene_options?, size?, settings?, stream?}
                 what is left out stays as it is; `settings`, `stream` and `scene_options` are replaced as a whole (what
                 they leave out gets its default). The newest pose is rendered again. After a change of scene, or of how
@@ -50,7 +56,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError, field_validator
 
 from gpu.errors import UserError
+from gpu.scene.edits import Color, LightEdit, MaterialEdit, PartId, SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
+from gpu.scene.parts import LightForm
 from gpu.settings import RenderSettings
 
 PROTOCOL = 2
@@ -64,6 +72,7 @@ Id = Annotated[int, Field(ge=1, le=2**32 - 1)]
 SceneId = Annotated[str, Field(min_length=1, max_length=512)]
 Matrix = Annotated[tuple[FiniteFloat, ...], Field(min_length=16, max_length=16)]
 RIGID_TOLERANCE = 1e-3
+MOST_PATCHED = 1000  # lights, or materials, that one patch may name
 MAX_DISTANCE = 1e15  # of a camera from the origin: the squares of distances must be numbers of single precision
 
 
@@ -129,6 +138,25 @@ class Settings(Message):
     stream: Stream | None = None
 
 
+class ScenePatch(Message):
+    """A change of what differs from a scene's file, as JSON Merge Patch: null takes an edit back."""
+
+    lights: Annotated[dict[PartId, LightEdit | None], Field(max_length=MOST_PATCHED)] | None = Field(
+        None, description="by id"
+    )
+    materials: Annotated[dict[PartId, MaterialEdit | None], Field(max_length=MOST_PATCHED)] | None = Field(
+        None, description="by id"
+    )
+
+
+class Edit(Message):
+    """A change of the scene itself, for all who look at it."""
+
+    type: Literal["edit"]
+    id: Id
+    patch: ScenePatch
+
+
 class Ack(Message):
     """The viewer has dealt with this frame and all before it."""
 
@@ -138,8 +166,8 @@ class Ack(Message):
     decode_ms: Annotated[float, Field(ge=0.0, le=3.6e6)] | None = None
 
 
-ViewerMessage = Annotated[Hello | Pose | Settings | Ack, Field(discriminator="type")]
-_viewer_message: TypeAdapter[Hello | Pose | Settings | Ack] = TypeAdapter(ViewerMessage)
+ViewerMessage = Annotated[Hello | Pose | Settings | Edit | Ack, Field(discriminator="type")]
+_viewer_message: TypeAdapter[Hello | Pose | Settings | Edit | Ack] = TypeAdapter(ViewerMessage)
 
 
 # --- server to viewer ------------------------------------------------------------------------------------------------
@@ -152,6 +180,7 @@ class ErrorCode(StrEnum):
     UNKNOWN_SCENE = "unknown-scene"
     LIMIT = "limit"
     SCENE_FAILED = "scene-failed"
+    EDIT_REFUSED = "edit-refused"
     RENDER_FAILED = "render-failed"
     MEMORY = "memory"
 
@@ -203,6 +232,24 @@ class SceneFrame(Message):
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
+class LightInfo(Message):
+    """A light of a scene as its file has it."""
+
+    id: PartId
+    form: LightForm
+    color: Color
+
+
+class MaterialInfo(Message):
+    """A material of a scene as its file has it: factors on what its textures say."""
+
+    id: PartId
+    color: Color
+    roughness: float
+    metallic: float
+    emission: tuple[float, float, float] = Field(description="radiance [W/m²/sr]")
+
+
 class SceneInfo(Message):
     """What is known of a scene once it has been read."""
 
@@ -214,6 +261,8 @@ class SceneInfo(Message):
     frame: SceneFrame = SceneFrame()
     options: ImportOptions = Field(DEFAULT_OPTIONS, description="how the file was read")
     choices: dict[str, tuple[str, ...]] = Field({}, description='what of the file can be shown: "variant", "storey"')
+    lights: tuple[LightInfo, ...] = Field((), description="that can be edited")
+    materials: tuple[MaterialInfo, ...] = Field((), description="that can be edited")
     triangles: int
     notes: tuple[str, ...] = Field((), description="what was added, ignored or changed in loading, a sentence each")
 
@@ -237,6 +286,16 @@ class Welcome(Message):
     settings_schema: dict[str, Any] = Field(description="JSON schema of `settings`")
     codecs: tuple[CodecName, ...] = Field(description="that frames will come in, the usual one first")
     limits: Limits
+    takes_edits: bool = Field(True, description="lights and materials can be changed")
+
+
+class Edits(Message):
+    """All that differs from a scene's file now."""
+
+    type: Literal["edits"] = "edits"
+    scene: str
+    edits: SceneEdits
+    edit: int = Field(0, description="the newest of this viewer's that was dealt with, 0: none")
 
 
 class Status(Message):
@@ -273,7 +332,7 @@ def check_rigid(matrix: tuple[float, ...]) -> None:
         raise ValueError("must be a rotation and a translation, column after column, without scale or mirroring")
 
 
-def parse_viewer_message(text: str | bytes) -> Hello | Pose | Settings | Ack:
+def parse_viewer_message(text: str | bytes) -> Hello | Pose | Settings | Edit | Ack:
     """The typed message in a JSON text; UserError says which field is wrong and why."""
     try:
         return _viewer_message.validate_json(text)

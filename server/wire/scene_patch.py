@@ -2,22 +2,15 @@
 
 from typing import Any
 
-from pydantic import ValidationError
-
-from gpu.errors import UserError
 from gpu.scene.edits import SceneEdits
-from server.wire.browser import describe
+from server.wire.browser import ScenePatch
 
 
-def patched(edits: SceneEdits, patch: dict[str, Any]) -> SceneEdits:
-    """`edits` after `patch`; UserError, which names the field, where they would not be sound."""
-    try:
-        made = SceneEdits.model_validate(_merged(edits.model_dump(exclude_none=True), patch))
-    except ValidationError as error:
-        raise UserError(describe(error)) from None
-    kept = made.model_dump(exclude_none=True)
+def patched(edits: SceneEdits, patch: ScenePatch) -> SceneEdits:
+    """`edits` after `patch`; what then says nothing of a light or a material is left out."""
+    merged = _merged(edits.model_dump(exclude_none=True), patch.model_dump(exclude_unset=True))
     return SceneEdits.model_validate(
-        {kind: {one: edit for one, edit in parts.items() if edit} for kind, parts in kept.items()}
+        {kind: {one: it for one, it in parts.items() if it} for kind, parts in merged.items()}
     )
 
 

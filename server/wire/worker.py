@@ -14,6 +14,7 @@ from typing import Annotated, BinaryIO, Literal
 
 from pydantic import Field, TypeAdapter
 
+from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
@@ -126,7 +127,8 @@ class Render:
 
     sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0
     starts anew. If the worker does not have those, it starts anew too, which Done.samples tells. walks: it is one of
-    many on a viewer's way, so it may build on the one before; else it depends on nothing but what is said here.
+    many on a viewer's way, so it may build on the one before; else it depends on nothing but what is said here. edits:
+    all that differs from the scene's file, so that no worker has to remember them.
     """
 
     viewer: int
@@ -138,6 +140,7 @@ class Render:
     sample: int | None = None
     walks: bool = False
     quality: int = 85
+    edits: SceneEdits = NO_EDITS
     request: int = 0
     kind: Literal["render"] = "render"
 

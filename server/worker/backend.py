@@ -22,6 +22,7 @@ from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.builtin import BUILTIN
+from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.scene.environment import with_environment
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
@@ -31,7 +32,7 @@ from server.wire.browser import SceneInfo
 from server.wire.worker import STILLS, CameraSpec, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
-from server.worker.loaded_scene import LoadedScene, build
+from server.worker.loaded_scene import LoadedScene, build, edit
 from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.renderer_pool import RendererPool, lasting
 from server.worker.scene_reading import read_beside
@@ -41,6 +42,8 @@ from server.worker.worker import Picture, Report, work
 FIRST_SIZE = (64, 36)
 # What a job has at least of a turn that others wait for: half of what they may have to wait.
 CUDA_TURN_SECONDS, CPU_TURN_SECONDS = 0.025, 0.25
+# Of a scene that is edited, besides that of its file: the newest, and one that a still or a job was begun with.
+MOST_STATES = 2
 MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
@@ -51,7 +54,7 @@ Result = TypeVar("Result")
 class _Still:
     """What a viewer looks at, and the mean of the frames of it so far."""
 
-    view: tuple[SceneRef, CameraSpec, tuple[int, int], RenderSettings]
+    view: tuple[SceneRef, CameraSpec, tuple[int, int], RenderSettings, SceneEdits]
     accumulation: Accumulation
 
 
@@ -62,6 +65,7 @@ class GpuBackend:
         self._start = Start(SceneRef("", ""))
         self._device: wp.Device = None
         self._scenes: dict[SceneRef, LoadedScene] = {}  # in the order of their last use
+        self._states: dict[SceneRef, dict[SceneEdits, LoadedScene]] = {}  # with edits, in the order of last use
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
@@ -89,6 +93,7 @@ class GpuBackend:
     def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it."""
         self._scenes.pop(scene, None)
+        self._states.pop(scene, None)
         self._renderers.drop(scene)
         for viewer in [viewer for viewer, viewed in self._viewed.items() if viewed == scene]:
             self.leave(viewer)
@@ -152,6 +157,21 @@ class GpuBackend:
         self._scenes[ref] = loaded
         return loaded
 
+    def _state(self, ref: SceneRef, edits: SceneEdits, report: Report) -> LoadedScene:
+        """A scene with `edits`."""
+        with self._tasks.holding(ref):
+            loaded = self._loaded(ref, report)
+            if edits == NO_EDITS:
+                return loaded
+            states = self._states.setdefault(ref, {})
+            state = states.pop(edits, None) or edit(loaded, edits)
+            while len(states) >= MOST_STATES:
+                oldest = next(iter(states))
+                del states[oldest]
+                self._renderers.drop_state(ref, oldest)
+            states[edits] = state
+            return state
+
     def _make_room(self) -> None:
         while len(self._scenes) >= self._start.max_scenes:
             used = set(self._viewed.values())
@@ -174,14 +194,16 @@ class GpuBackend:
                 if not NO_MEMORY.search(str(error)):
                     raise
             self._renderers.clear()
+            self._states.clear()
             self._stills.clear()
         raise refusal
 
     def _picture(self, job: Render, report: Report) -> Picture:
-        loaded = self._load(job.scene, report)
+        loaded = self._state(job.scene, job.edits, report)
         # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
         who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
-        with self._tasks.holding(who), self._tasks.holding((job.scene, job.size, lasting(job.settings))):
+        renderer = job.scene, job.edits, job.size, lasting(job.settings)
+        with self._tasks.holding(who), self._tasks.holding(renderer):
             return self._frame(job, loaded, report)
 
     def _frame(self, job: Render, loaded: LoadedScene, report: Report) -> Picture:
@@ -201,7 +223,7 @@ class GpuBackend:
         """The mean that the frame goes into, started anew where it is not that of the frames before."""
         if job.sample is None:
             return None
-        view = (job.scene, job.view, job.size, job.settings)
+        view = (job.scene, job.view, job.size, job.settings, job.edits)
         still = self._stills.get(job.viewer)
         if still is None or len(still.accumulation.mean) != job.size[0] * job.size[1]:
             self._stills.pop(job.viewer, None)  # before the new one takes memory

@@ -1,4 +1,4 @@
-"""Renderers kept on the device: one for each scene, size and settings in use, shared by all viewers who look at that.
+"""Renderers kept on the device: one for each state of a scene, size and settings in use, shared by all who look at it.
 
 Renders follow one another on a device, so viewers need no renderer of their own. What a walk leaves behind is the
 viewer's own, though: a `ViewState` for each renderer that it uses, freed when it leaves or looks at something else.
@@ -16,6 +16,7 @@ from gpu.methods.registry import method_of
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
+from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import Progress
 from server.wire.worker import SceneRef
@@ -43,6 +44,7 @@ class _Key:
     size: tuple[int, int]
     settings: RenderSettings
     soft: bool  # whether the scene has soft light, of which walks keep more
+    edits: SceneEdits = NO_EDITS
 
 
 @dataclass
@@ -68,7 +70,7 @@ class RendererPool:
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
         soft = has_soft_light(scene.device_scene.scene)
-        key = _Key(scene.ref, size, lasting(settings), soft)
+        key = _Key(scene.ref, size, lasting(settings), soft, scene.edits)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
@@ -93,6 +95,11 @@ class RendererPool:
         """Free the renderers of a scene, and the views of them."""
         self._entries = {key: entry for key, entry in self._entries.items() if key.scene != scene}
 
+    def drop_state(self, scene: SceneRef, edits: SceneEdits) -> None:
+        """Free the renderers of a scene with these edits, and the views of them."""
+        gone = scene, edits
+        self._entries = {key: entry for key, entry in self._entries.items() if (key.scene, key.edits) != gone}
+
     def discard(self, renderer: Renderer) -> None:
         """Free one renderer, and the views of it."""
         self._entries = {key: entry for key, entry in self._entries.items() if entry.renderer is not renderer}
@@ -107,7 +114,8 @@ class RendererPool:
     def _leave_others(self, viewer: int, key: _Key) -> None:
         """Free a viewer's views of other scenes and settings than those of `key`, and of all but its last sizes."""
         others = [other for other, entry in self._entries.items() if viewer in entry.views and other != key]
-        alike = [other for other in others if (other.scene, other.settings) == (key.scene, key.settings)]
+        same = key.scene, key.edits, key.settings
+        alike = [other for other in others if (other.scene, other.edits, other.settings) == same]
         for other in {*others} - {*alike[max(len(alike) - SIZES_A_VIEWER + 1, 0) :]}:
             del self._entries[other].views[viewer]
 

@@ -8,11 +8,11 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from server.wire.browser import Ack, Error, Hello, Pose, SceneInfo, Settings, Status, Welcome
+from server.wire.browser import Ack, Edit, Edits, Error, Hello, Pose, SceneInfo, Settings, Status, Welcome
 
 FILE = Path(__file__).parents[2] / "web" / "messages.d.ts"
-TO_SERVER = (Hello, Pose, Settings, Ack)
-TO_VIEWER = (Welcome, SceneInfo, Status, Error)
+TO_SERVER = (Hello, Pose, Settings, Edit, Ack)
+TO_VIEWER = (Welcome, SceneInfo, Edits, Status, Error)
 # Names that mean something else in a browser.
 RENAMED = {"Error": "ServerError"}
 # What the page reads or writes field by field, as the schema in the welcome says.

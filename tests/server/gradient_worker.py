@@ -12,7 +12,9 @@ import numpy as np
 
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import OutOfMemoryError, UserError
-from server.wire.browser import Bounds, CameraInfo, SceneInfo
+from gpu.scene.edits import LightEdit
+from gpu.scene.parts import LightForm
+from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, SceneInfo
 from server.wire.worker import HEARTBEAT, MAX_TEXT_BYTES, CameraMatrix, Render, SceneCamera, SceneRef, Start
 from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
@@ -31,7 +33,9 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 
 
 class GradientBackend:
-    """Pictures whose blue is the viewer's number and whose brightness follows the x of the camera's position."""
+    """Pictures whose blue is the viewer's number, whose green follows the x of the camera's position, and whose red is
+    as bright as the scene's lamp.
+    """
 
     def __init__(self) -> None:
         self._healthy = True
@@ -58,7 +62,17 @@ class GradientBackend:
         bounds = Bounds(min=(-1.0, -1.0, -1.0), max=(1.0, 1.0, 1.0))
         options = scene.options
         name = MAX_TEXT_BYTES * "n" if scene.source.endswith("verbose.glb") else scene.id
-        return SceneInfo(id=scene.id, name=name, cameras=(camera,), bounds=bounds, options=options, triangles=12)
+        white = (1.0, 1.0, 1.0)
+        return SceneInfo(
+            id=scene.id,
+            name=name,
+            cameras=(camera,),
+            bounds=bounds,
+            options=options,
+            lights=(LightInfo(id="lamp", form=LightForm.SURFACE, color=white),),
+            materials=(MaterialInfo(id="wall", color=white, roughness=1.0, metallic=0.0, emission=(0.0, 0.0, 0.0)),),
+            triangles=12,
+        )
 
     def close(self, scene: SceneRef) -> None:
         self._scenes.pop(scene, None)
@@ -105,7 +119,7 @@ class GradientBackend:
         x = job.view.matrix[12] if isinstance(job.view, CameraMatrix) else 0.0
         width, height = job.size
         radiance = np.zeros((height, width, 3), np.float32)
-        radiance[..., 0] = np.linspace(0.0, 1.0, width)
+        radiance[..., 0] = np.linspace(0.0, 1.0, width) * job.edits.lights.get("lamp", LightEdit()).factor
         radiance[..., 1] = np.clip(x, 0.0, 1.0)
         radiance[..., 2] = job.viewer / 255.0
         counts, skips, estimates = {"pixels": width * height}, {"specular": 1}, {"target_ms": 4.0}

@@ -18,7 +18,7 @@ FLOORS = (
     {"jobs", "errors", "worker"},
     {"scenes"},
     {"render"},
-    {"settings", "metrics", "logs", "places", "results"},
+    {"settings", "metrics", "logs", "places", "rate_limit", "results"},
     {"wire"},
     {"images", "video", "refusals", "addresses", "folders"},
     {"srgb_profile", "png"},

@@ -17,9 +17,9 @@ def test_a_file_of_edits_is_read(tmp_path: Path) -> None:
     ("text", "words"),
     [
         (None, "cannot be read"),
-        ("{", "is no JSON"),
-        ("\xff", "is no JSON"),
-        ("[1]", "is no JSON object, such as"),
+        ("{", "Invalid JSON"),
+        ("\xff", "Invalid JSON"),
+        ("[1]", "Input should be an object"),
         ('{"lights": {"lamp": {"on": 2}}}', "lights.lamp.on: Input should be a valid boolean"),
     ],
 )

@@ -1,3 +1,4 @@
+import io
 import json
 import socket
 import threading
@@ -8,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 from glb_file import TRIANGLE_GLB
 from gradient_worker import SLOW_SEED
 from harness import Running, Walker
 
+from server.rate_limit import Buckets
 from server.scenes.uploads import MAX_AT_ONCE
 
 SCENES = "/api/v1/scenes"
@@ -267,3 +270,45 @@ def test_one_client_does_not_take_all_places_of_uploads(running: Running) -> Non
             others.enter_context(running.service.uploading.taken("127.0.0.1"))
         answer = running.http.post("/api/v1/scenes?name=a.obj", content=b"v 0 0 0")
         assert (answer.status_code, answer.json()["code"]) == (429, "too-busy")
+
+
+def test_a_scene_is_edited_and_tells_what_differs(service: Running) -> None:
+    place = f"{SCENES}/hall.glb"
+    edited = service.http.patch(
+        place, json={"lights": {"lamp": {"intensity": 0.5}}, "materials": {"wall": {"metallic": 1}}}
+    )
+    assert edited.status_code == 200
+    assert edited.json()["lights"]["lamp"]["intensity"] == 0.5
+    service.http.patch(place, json={"materials": None})
+    assert service.http.get(place).json()["edits"] == {
+        "lights": {"lamp": {"on": None, "intensity": 0.5, "color": None}}, "materials": {},
+    }  # fmt: skip
+    request = {"size": [32, 18], "scene": "hall.glb"}
+    picture = service.http.post("/api/v1/render", json=request, headers={"Accept": "application/x-npy"})
+    assert np.load(io.BytesIO(picture.content))[0, -1, 0] == 0.5
+    job = service.http.post("/api/v1/jobs", json={**request, "format": "npy"}).json()["url"]
+    list(events(service.http.get(f"{job}/events")))
+    assert np.load(io.BytesIO(service.http.get(f"{job}/result").content))[0, -1, 0] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("patch", "words"),
+    [
+        ({"lights": {"moon": {"on": True}}, "materials": {"wall": {"metallic": 1}}}, "lights.moon: the scene has no"),
+        ({"lights": {"lamp": {"on": "perhaps"}}}, "lights.lamp.on: "),
+        ({"cameras": {}}, "cameras: "),
+        ([], "Input should be"),
+    ],
+)
+def test_a_wrong_edit_is_refused_with_its_field(running: Running, patch: object, words: str) -> None:
+    answer = running.http.patch(f"{SCENES}/rooms/hall.glb", json=patch)
+    assert answer.status_code == 422
+    assert words in answer.json()["message"]
+    assert running.http.get(f"{SCENES}/rooms/hall.glb").json()["edits"] == {"lights": {}, "materials": {}}
+
+
+def test_who_edits_too_often_is_told_to_wait(service: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(service.service, "edit_rates", Buckets(1e-3, 1.0))
+    assert service.http.patch(f"{SCENES}/hall.glb", json={}).status_code == 200
+    answer = service.http.patch(f"{SCENES}/hall.glb", json={})
+    assert (answer.status_code, answer.headers["Retry-After"]) == (429, "2")

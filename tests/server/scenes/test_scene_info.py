@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from gpu.scene.load import load_scene
-from gpu.scene.types import Camera, LoadReport, Placement, Scene
+from gpu.scene.parts import LightForm
+from gpu.scene.types import Camera, LoadReport, Material, Placement, Scene
 from gpu.scene.wording import MOST_CHOICE, MOST_CHOICES, MOST_NAME, MOST_SENTENCE, MOST_SENTENCES
-from server.scenes.scene_info import MOST_CAMERAS, describe_scene
+from server.scenes.scene_info import MOST_CAMERAS, MOST_PARTS, describe_scene
 from server.wire.worker import MAX_TEXT_BYTES, Opened, pack
 
 
@@ -83,5 +84,20 @@ def test_the_most_that_a_scene_can_say_is_told(scene: Scene) -> None:
         cameras=4096 * (replace(scene.cameras[0], name=name),),
         report=LoadReport(sentences, 1, sentences),
         choices=dict.fromkeys(("variant", "storey"), MOST_CHOICES * (MOST_CHOICE * "𝟙",)),
+        materials=4096 * (Material(name, emission=(1 / 3, 1 / 3, 1 / 3)),),
     )
     assert len(pack(Opened(1, describe_scene("id", full)))) < MAX_TEXT_BYTES / 8
+
+
+def test_lights_and_materials_are_told_as_the_file_has_them(scene: Scene) -> None:
+    info = describe_scene("id", scene)
+    assert [(light.id, light.form) for light in info.lights] == [("light", LightForm.SURFACE)]
+    assert [material.id for material in info.materials] == ["white", "red", "green", "light"]
+    assert info.materials[3].emission == scene.materials[3].emission
+    assert info.materials[1].color == scene.materials[1].base_color[:3]
+
+
+def test_some_materials_are_listed_and_the_others_counted(scene: Scene) -> None:
+    info = describe_scene("id", replace(scene, materials=scene.materials[:1] * (MOST_PARTS + 1)))
+    assert len(info.materials) == MOST_PARTS
+    assert info.notes[-1] == f"{MOST_PARTS + 1} materials, of which the first {MOST_PARTS} can be edited"

@@ -4,6 +4,7 @@ from typing import Any
 import pytest
 
 from gpu.errors import UserError
+from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
 from gpu.settings import Method, RenderSettings
 from server.render.schedule import Urgency
 from server.render.turns import samples_a_turn
@@ -24,6 +25,7 @@ from server.wire.worker import CameraMatrix, Done, Render, SceneRef
 HALL, YARD = SceneRef("hall", "hall"), SceneRef("yard", "yard")
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 FULL = (640, 360)
+OFF = SceneEdits(lights={"lamp": LightEdit(on=False)})
 
 
 def pose(number: int, x: float | None = None) -> Pose:
@@ -423,3 +425,28 @@ def test_the_queue_time_counts_from_the_newest_change(desk: Desk) -> None:
     desk.session.pose(pose(2))
     desk.rest(0.25)
     assert desk.take()[0].queue_ms == pytest.approx(250.0)
+
+
+def test_an_edit_is_in_the_next_frame_and_restarts_the_mean(desk: Desk) -> None:
+    desk.session.pose(pose(1))
+    desk.serve()
+    desk.rest()
+    while desk.session.due is not None:
+        desk.serve()
+    desk.session.edit(OFF)
+    assert desk.session.due is Urgency.MOVING
+    assert desk.serve()[1].edits == OFF
+    desk.rest()
+    request, job = desk.serve()
+    assert (request.samples, job.sample, job.edits) == (1, 0, OFF)
+    desk.session.show(YARD)
+    desk.session.pose(pose(2))
+    assert desk.take()[1].edits == NO_EDITS
+
+
+def test_a_view_that_failed_is_tried_again_after_an_edit(desk: Desk) -> None:
+    desk.session.pose(pose(1))
+    assert desk.session.failed(desk.take()[0])
+    assert desk.session.due is None
+    desk.session.edit(OFF)
+    assert desk.session.due is Urgency.MOVING

@@ -18,6 +18,7 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
+from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.types import Floats
 from gpu.settings import Method, RenderSettings
@@ -315,3 +316,35 @@ def test_an_environment_is_around_every_scene(cpu: str, tmp_path: Path) -> None:
     )
     assert seen.radiance is not None
     assert np.allclose(seen.radiance, [1.0, 0.5, 0.25])
+
+
+def edited(backend: GpuBackend, edits: SceneEdits, **rest: Any) -> Floats:
+    picture = backend.render(replace(job(output=".npy"), edits=edits, **rest), silent).radiance
+    assert picture is not None
+    return picture
+
+
+def test_a_picture_has_the_edits_of_its_job_whatever_came_before(backend: GpuBackend) -> None:
+    dimmed, green = (
+        SceneEdits(lights={"light": LightEdit(**change)}) for change in ({"intensity": 0.5}, {"color": (0.0, 1.0, 0.0)})
+    )
+    states = [dimmed, NO_EDITS, green, dimmed, green, NO_EDITS]
+    shown = [edited(backend, edits) for edits in states]
+    assert np.allclose(shown[0], 0.5 * shown[1], rtol=1e-3, atol=1e-5)
+    assert (shown[2].max(axis=(0, 1)) > 0.0).tolist() == [False, True, False]
+    for first, again in ((0, 3), (2, 4), (1, 5)):
+        assert shown[first].tobytes() == shown[again].tobytes()
+
+
+def test_a_mean_begins_anew_with_an_edit(backend: GpuBackend) -> None:
+    off = SceneEdits(lights={"light": LightEdit(on=False)})
+    for sample in range(2):
+        edited(backend, NO_EDITS, sample=sample)
+    assert not edited(backend, off, sample=2).any()
+    assert backend.render(replace(job(), edits=off, sample=1), silent).samples == 2
+
+
+def test_a_scene_that_is_closed_leaves_no_state(backend: GpuBackend) -> None:
+    edited(backend, SceneEdits(lights={"light": LightEdit(intensity=3.0)}))
+    backend.close(BOX)
+    assert backend._states == {}

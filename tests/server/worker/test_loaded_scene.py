@@ -1,10 +1,11 @@
 import warp as wp
 
 from gpu.renderer import Renderer
+from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from server.wire.worker import SceneRef
-from server.worker.loaded_scene import build
+from server.worker.loaded_scene import build, edit
 
 SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
 
@@ -18,3 +19,12 @@ def test_renderers_of_a_scene_trace_its_lights_once(cpu: str) -> None:
     heard.clear()
     Renderer(*shared)
     assert heard == []
+
+
+def test_an_edited_scene_shares_geometry_and_has_lights_of_its_own(cpu: str) -> None:
+    loaded = build(SceneRef("box", "cornell-box"), load_scene("cornell-box"), wp.get_device(cpu))
+    off = SceneEdits(lights={"light": LightEdit(on=False)})
+    state = edit(loaded, off)
+    assert (state.ref, state.edits, loaded.edits) == (loaded.ref, off, NO_EDITS)
+    assert state.device_scene.data.vertices is loaded.device_scene.data.vertices
+    assert (state.light_sets.table.count, loaded.light_sets.table.count) == (0, 2)

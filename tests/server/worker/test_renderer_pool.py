@@ -12,10 +12,11 @@ from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
+from gpu.scene.edits import LightEdit, SceneEdits
 from gpu.scene.load import load_scene
 from gpu.settings import Method, RenderSettings
 from server.wire.worker import SceneRef
-from server.worker.loaded_scene import LoadedScene, build
+from server.worker.loaded_scene import LoadedScene, build, edit
 from server.worker.renderer_pool import SIZES_A_VIEWER, RendererPool
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
@@ -185,3 +186,17 @@ def test_what_there_is_no_memory_for_is_refused_with_what_would_do(
     pool._check_memory(server.worker.renderer_pool._Key(BOX, (width, height), SETTINGS, False), width * height * 646)
     free[0] = 0
     pool.get(1, scene, (8, 8), SETTINGS, lambda what, fraction: None)  # small ones are tried in any case
+
+
+def test_each_state_of_a_scene_has_renderers_of_its_own(scene: LoadedScene) -> None:
+    pool, off = Pool(scene), SceneEdits(lights={"light": LightEdit(on=False)})
+    first, _ = pool.take()
+    pool._scene = edit(scene, off)
+    second, view = pool.take()
+    assert second is not first
+    assert pool.take() == (second, view)
+    pool.drop_state(BOX, off)
+    assert len(pool) == 1
+    assert pool.take()[0] is not second
+    pool.drop(BOX)
+    assert len(pool) == 0

@@ -1,6 +1,6 @@
 import pytest
 
-from server.http.rate_limit import MAX_REMEMBERED, Bucket, Buckets
+from server.rate_limit import MAX_REMEMBERED, Bucket, Buckets
 
 
 class Clock:

@@ -1,0 +1,47 @@
+import pytest
+
+from gpu.errors import UserError
+from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
+from gpu.scene.parts import LightForm
+from server.scenes.scene_edits import MOST_EDITED, EditedScenes
+from server.wire.browser import Bounds, LightInfo, SceneInfo, ScenePatch
+from server.wire.worker import SceneRef
+
+HALL = SceneRef("hall", "hall.glb", stamp=1)
+LAMP = LightInfo(id="lamp", form=LightForm.SURFACE, color=(1.0, 1.0, 1.0))
+INFO = SceneInfo(
+    id="hall", name="hall", cameras=(), bounds=Bounds(min=(0, 0, 0), max=(1, 1, 1)), lights=(LAMP,), triangles=1
+)
+OFF = ScenePatch(lights={"lamp": LightEdit(on=False)})
+
+
+def test_edits_are_a_scenes_own_and_who_looks_is_told() -> None:
+    scenes, told = EditedScenes(), []
+    scenes.listeners.add(told.append)
+    edits = scenes.change(HALL, INFO, OFF)
+    assert scenes.of(HALL) == edits == SceneEdits(lights={"lamp": LightEdit(on=False)})
+    assert scenes.of(SceneRef("hall", "hall.glb", stamp=2)) == NO_EDITS
+    assert told == [HALL]
+    assert scenes.change(HALL, INFO, ScenePatch(lights=None)) == scenes.of(HALL) == NO_EDITS
+
+
+def test_a_bad_edit_changes_nothing() -> None:
+    scenes, told = EditedScenes(), []
+    scenes.change(HALL, INFO, OFF)
+    scenes.listeners.add(told.append)
+    moon = ScenePatch(lights={"lamp": LightEdit(on=True), "moon": LightEdit(on=True)})
+    with pytest.raises(UserError, match=r"lights\.moon: the scene has no such light; it has lamp"):
+        scenes.change(HALL, INFO, moon)
+    assert scenes.of(HALL).lights == {"lamp": LightEdit(on=False)}
+    assert told == []
+
+
+def test_the_longest_unchanged_edits_are_forgotten_and_that_is_told() -> None:
+    scenes, told = EditedScenes(), []
+    scenes.listeners.add(told.append)
+    refs = [SceneRef(f"hall {number}", "hall.glb") for number in range(MOST_EDITED + 1)]
+    for ref in refs:
+        scenes.change(ref, INFO, OFF)
+    assert scenes.of(refs[0]) == NO_EDITS
+    assert scenes.of(refs[1]) != NO_EDITS
+    assert told == [*refs[:-1], refs[0], refs[-1]]
