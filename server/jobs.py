@@ -13,6 +13,7 @@ from gpu.errors import UserError
 from gpu.settings import RenderSettings
 from server.refusals import TooBusyError, UnknownJobError
 from server.render.engine_pool import EnginePool
+from server.render.films import Film, render_film
 from server.render.pending import RenderFaultError
 from server.render.schedule import Urgency
 from server.render.stills import render_frames
@@ -41,12 +42,17 @@ ENDED = (JobState.DONE, JobState.FAILED, JobState.CANCELLED)
 
 @dataclass
 class RenderJob:
-    """One picture in the making: what the worker is asked for, of how many frames, and what has become of it."""
+    """A picture or film in the making: what the worker is asked for, of how many frames, and what has become of it.
+
+    frames: of all its pictures.
+    """
 
     id: str
     render: Render
     frames: int
     media_type: str
+    film: Film | None = None
+    pictures: int = 1
     state: JobState = JobState.QUEUED
     samples: int = 0
     error: str = ""
@@ -95,12 +101,16 @@ class Jobs:
             raise UnknownJobError(f"job: there is no {job_id!r} here, or no longer; /api/v1/jobs lists what there is")
         return self._jobs[job_id]
 
-    def add(self, render: Render, frames: int, media_type: str) -> RenderJob:
-        """Queue a picture, whose viewer number is the job's own; TooBusyError when too many wait."""
+    def add(self, render: Render, frames: int, media_type: str, film: Film | None = None) -> RenderJob:
+        """Queue a picture, or a film of pictures, of so many frames each; TooBusyError when too many wait.
+
+        Its viewer number is the job's own.
+        """
         waiting = sum(job.state not in ENDED for job in self._jobs.values())
         if waiting >= self._max_jobs:
             raise TooBusyError(f"{waiting} jobs wait or run already; try again later")
-        job = RenderJob(secrets.token_hex(8), render, frames, media_type)
+        pictures = len(film.views) if film else 1
+        job = RenderJob(secrets.token_hex(8), render, pictures * frames, media_type, film, pictures)
         self._jobs[job.id] = job
         self._added.set()
         return job
@@ -128,7 +138,14 @@ class Jobs:
         """Keep the results of finished jobs for the next service, if there is a folder; else they are lost."""
         done = [job for job in self._jobs.values() if job.state is JobState.DONE]
         told = (
-            Result(id=it.id, scene=it.render.scene.id, size=it.render.size, frames=it.frames, media_type=it.media_type)
+            Result(
+                id=it.id,
+                scene=it.render.scene.id,
+                size=it.render.size,
+                frames=it.frames,
+                pictures=it.pictures,
+                media_type=it.media_type,
+            )
             for it in done
         )
         kept = save(folder, zip(told, (job.result for job in done), strict=True)) if done and folder else 0
@@ -140,9 +157,8 @@ class Jobs:
         for result, picture in take(folder, self._keep_bytes):
             scene = SceneRef(result.scene, result.scene)
             render = Render(0, scene, SceneCamera(0), result.size, RenderSettings(), "none")
-            job = RenderJob(
-                result.id, render, result.frames, result.media_type, JobState.DONE, result.frames, result=picture
-            )
+            job = RenderJob(result.id, render, result.frames, result.media_type, pictures=result.pictures)
+            job.state, job.samples, job.result = JobState.DONE, result.frames, picture
             self._jobs[job.id] = job
             asyncio.get_running_loop().call_later(self._keep_seconds, self._forget, job.id)
 
@@ -183,14 +199,7 @@ class Jobs:
         self._tell(job, JobState.RUNNING)
         try:
             await self._residency.open(job.render.scene, job.render.viewer)
-            _, job.result = await render_frames(
-                self._engines,
-                job.render,
-                job.frames,
-                Urgency.REFINING,
-                max_losses=MAX_LOSSES,
-                told=lambda samples: self._tell(job, JobState.RUNNING, samples),
-            )
+            job.result = await self._result(job)
             self._tell(job, JobState.DONE)
         except (UserError, RenderFaultError, WorkerLostError) as error:
             job.error = str(error)
@@ -203,6 +212,18 @@ class Jobs:
             self._dismiss(job.render.viewer)
         self._make_room(job)
         asyncio.get_running_loop().call_later(self._keep_seconds, self._forget, job.id)
+
+    async def _result(self, job: RenderJob) -> bytes:
+        def told(samples: int) -> None:
+            self._tell(job, JobState.RUNNING, samples)
+
+        if job.film is not None:
+            frames = job.frames // job.pictures
+            return await render_film(self._engines, job.render, frames, job.film, max_losses=MAX_LOSSES, told=told)
+        _, image = await render_frames(
+            self._engines, job.render, job.frames, Urgency.REFINING, max_losses=MAX_LOSSES, told=told
+        )
+        return image
 
     def _make_room(self, newest: RenderJob) -> None:
         """Forget the oldest jobs when they are too many, or their results too large together; the newest one stays."""

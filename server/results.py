@@ -28,6 +28,7 @@ class Result(BaseModel):
     scene: str = Field(max_length=1024)
     size: tuple[int, int]
     frames: int = Field(ge=1)
+    pictures: int = Field(default=1, ge=1)
     media_type: str = Field(max_length=100, pattern=r"^[\w/.+-]+$")
 
 

@@ -60,9 +60,10 @@ class Service:
             keep_bytes=limits.job_results_bytes,
         )
 
-    def check_cost(self, job: Render, frames: int) -> None:
-        """TooLongError, with what would do, where a picture is expected to take the device for too long."""
-        self.engines.speeds.check(job, frames, self.settings.max_render_seconds, cuda=self.engines.cuda)
+    def check_cost(self, job: Render, frames: int, pictures: int = 1) -> None:
+        """TooLongError, with what would do, where pictures are expected to take the device for too long."""
+        most, cuda = self.settings.max_render_seconds, self.engines.cuda
+        self.engines.speeds.check(job, frames, most, cuda=cuda, pictures=pictures)
 
     def check_edits(self, client: Hashable) -> None:
         """ForbiddenError where this service takes no edits; TooBusyError where a client or viewer sends too many."""

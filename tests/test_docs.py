@@ -12,6 +12,7 @@ from server.rest import render, requests
 from server.scenes import archives, checker, uploads
 from server.settings import ServerSettings
 from server.walk import stream, viewer
+from server.wire import camera_path
 from tests.bench.__main__ import PARTS
 from tests.server.test_imports import FLOOR
 
@@ -110,6 +111,8 @@ def test_parts_of_the_benchmark_named_exist() -> None:
         f"path tracing counts one for each {requests.SAMPLES_A_FRAME} samples",
         f"Two scene files are read at a time, and {checker.MAX_WAITING} may be read or wait",
         f"{uploads.MAX_AT_ONCE} uploads may arrive at a time",
+        f"2 to {camera_path.MAX_KEYFRAMES} keyframes, up to {camera_path.MAX_SECONDS:.0f} s and "
+        f"{camera_path.MAX_PICTURES:,} pictures",
     ],
 )
 def test_limits_are_those_of_the_code(sentence: str) -> None:

@@ -76,16 +76,18 @@ class Speeds:
             self._rays.get(Kind.of(job.scene, job.settings)) or usual
         )
 
-    def check(self, job: Render, frames: int, most_seconds: float, *, cuda: bool) -> None:
-        """TooLongError, with what would do, where so many frames of a job are expected to take longer than may be."""
-        seconds = frames * self.seconds(job, cuda=cuda)
+    def check(self, job: Render, frames: int, most_seconds: float, *, cuda: bool, pictures: int = 1) -> None:
+        """TooLongError, with what would do, where pictures of so many frames each are expected to take too long."""
+        seconds = pictures * frames * self.seconds(job, cuda=cuda)
         if seconds <= most_seconds:
             return
         (width, height), share = job.size, most_seconds / seconds
         side = sqrt(share)
-        fewer = f", {int(share * frames)} frames" if share * frames >= 1.0 else ""
+        film, each = (f"{pictures} pictures of ", " each") if pictures > 1 else ("", "")
+        fewer = f", {int(share * frames)} frames{each}" if share * frames >= 1.0 else ""
+        fewer += f", {int(share * pictures)} pictures" if pictures > 1 and share * pictures >= 1.0 else ""
         raise TooLongError(
-            f"size: {width}×{height} pixels with these settings and {frames} frames are expected to take "
+            f"size: {film}{width}×{height} pixels with these settings and {frames} frames{each} are expected to take "
             f"{_words(seconds)}, more than the {_words(most_seconds)} of max_render_seconds of this server: ask for "
             f"at most {max(int(side * width), 1)}×{max(int(side * height), 1)} pixels{fewer}, or fewer samples or VPLs"
         )

@@ -13,11 +13,13 @@ from server.rest.negotiate import MEDIA_TYPES
 from server.rest.requests import RenderRequest
 from server.rest.server_sent_events import event, event_stream
 from server.service import TheService
+from server.video.film_settings import FILM_TYPE
 from server.wire.worker import Output
 
 router = APIRouter(prefix="/api/v1/jobs", responses=refusals())
 _ONE = refusals(404, 422)
 
+RESULTS = (*MEDIA_TYPES, FILM_TYPE)
 _FORMATS: dict[str, tuple[str, Output]] = {output[1:]: (name, output) for name, output in MEDIA_TYPES.items()}
 
 
@@ -33,8 +35,9 @@ class JobInfo(BaseModel):
     id: str
     state: JobState
     progress: float = Field(description="from 0 to 1")
-    frames: int = Field(description="that the picture is the mean of")
+    frames: int = Field(description="that the picture is the mean of, or of all pictures of a film together")
     frames_done: int
+    pictures: int = Field(description="of a film; 1 of a still")
     scene: str
     size: tuple[int, int]
     format: str = Field(description="media type of the result")
@@ -50,6 +53,7 @@ def describe(job: RenderJob, request: Request) -> JobInfo:
         progress=job.progress,
         frames=job.frames,
         frames_done=job.samples,
+        pictures=job.pictures,
         scene=job.render.scene.id,
         size=job.render.size,
         format=job.media_type,
@@ -89,10 +93,10 @@ async def job(job_id: str, service: TheService, request: Request) -> JobInfo:
     operation_id="getResult",
     response_class=Response,
     responses=refusals(404, 409, 422)
-    | {200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in MEDIA_TYPES}}},
+    | {200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in RESULTS}}},
 )
 async def result(job_id: str, service: TheService) -> Response:
-    """The picture; 409 before it is done, or when it will not be."""
+    """The picture or film; 409 before it is done, or when it will not be."""
     found = service.jobs.find(job_id)
     if found.state is not JobState.DONE:
         why = f": {found.error}" if found.error else ""

@@ -16,7 +16,34 @@ from server.wire.worker import CameraSpec, Output, Render, SceneRef
 SAMPLES_A_FRAME = 64
 
 
-class RenderRequest(Message):
+class PictureRequest(Message):
+    """Where pictures are of, and how they are rendered; what is left out gets its default."""
+
+    scene: SceneId | None = Field(default=None, description="scene id; the served scene when not given")
+    scene_options: ImportOptions | None = Field(
+        default=None, description="how its file is read; as the service does when not given"
+    )
+    size: Size = Field(default=(1280, 720), description="width and height [px]")
+    settings: RenderSettings = Field(
+        default=RenderSettings(),
+        description="method and quality; `frames` are averaged (1 when not given), and so are frames of fewer "
+        "samples where those asked for would take the device from others for long",
+    )
+
+    def frames(self) -> tuple[int, RenderSettings]:
+        """How many frames the picture is the mean of, each a turn of its own, and the settings of each."""
+        settings, frames = self.settings, self.settings.frames or 1
+        if settings.samples is not None:
+            most = samples_a_turn(settings, self.size)
+            pieces = ceil(
+                settings.samples / (min(most, SAMPLES_A_FRAME) if settings.method.refines_by_samples else most)
+            )
+            settings = settings.model_copy(update={"samples": ceil(settings.samples / pieces)})
+            frames *= pieces
+        return frames, settings.model_copy(update={"frames": None})
+
+
+class RenderRequest(PictureRequest):
     """A still; what is left out gets its default."""
 
     model_config = ConfigDict(
@@ -32,33 +59,11 @@ class RenderRequest(Message):
         }
     )
 
-    scene: SceneId | None = Field(default=None, description="scene id; the served scene when not given")
-    scene_options: ImportOptions | None = Field(
-        default=None, description="how its file is read; as the service does when not given"
-    )
     camera: CameraChoice = Field(default=0, description="one of the scene's by index or name, or one of your own")
-    size: Size = Field(default=(1280, 720), description="width and height [px]")
-    settings: RenderSettings = Field(
-        default=RenderSettings(),
-        description="method and quality; `frames` are averaged (1 when not given), and so are frames of fewer "
-        "samples where those asked for would take the device from others for long",
-    )
 
     def view(self) -> CameraSpec:
         """The camera as the worker takes it."""
         return view_of(self.camera)
-
-    def frames(self) -> tuple[int, RenderSettings]:
-        """How many frames the picture is the mean of, each a turn of its own, and the settings of each."""
-        settings, frames = self.settings, self.settings.frames or 1
-        if settings.samples is not None:
-            most = samples_a_turn(settings, self.size)
-            pieces = ceil(
-                settings.samples / (min(most, SAMPLES_A_FRAME) if settings.method.refines_by_samples else most)
-            )
-            settings = settings.model_copy(update={"samples": ceil(settings.samples / pieces)})
-            frames *= pieces
-        return frames, settings.model_copy(update={"frames": None})
 
     def weight(self) -> int:
         """The work of the picture, in frames of as many samples as are usual at most."""

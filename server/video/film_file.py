@@ -50,7 +50,7 @@ class FilmFile:
     def __init__(self, path: Path, size: tuple[int, int], settings: FilmSettings) -> None:
         check_film(size, settings.codec)
         self._path, self._partial = path, path.with_name(f".{path.name}.{os.getpid()}.part")
-        self._pictures = 0
+        self._pictures, self._ended = 0, False
         self.encoded_bytes = 0  # so far; the encoder keeps pictures for a while
         os.environ.setdefault("SVT_LOG", "1")  # libsvtav1 prints what it does unless told to say errors only
         av, encoder = av_library(), _ENCODERS[settings.codec]
@@ -75,23 +75,35 @@ class FilmFile:
         self._pictures += 1
         self._encode(frame)
 
+    def finish(self) -> None:
+        """Write what the encoder has left, and give the file its name; nothing where that was done."""
+        if self._ended:
+            return
+        try:
+            self._encode(None)
+            self._container.close()
+            self._partial.replace(self._path)
+        except self._errors as error:
+            raise self._refusal(error) from None
+        finally:
+            self._abandon()
+
     def __enter__(self) -> Self:
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        try:
-            if kind is None:
-                self._encode(None)
-                self._container.close()
-                self._partial.replace(self._path)
-        except self._errors as problem:
-            raise self._refusal(problem) from None
-        finally:
-            with suppress(*self._errors):
-                self._container.close()
-            self._partial.unlink(missing_ok=True)
+        if kind is None:
+            self.finish()
+        else:
+            self._abandon()
+
+    def _abandon(self) -> None:
+        self._ended = True
+        with suppress(*self._errors):
+            self._container.close()
+        self._partial.unlink(missing_ok=True)
 
     def _encode(self, frame: Any) -> None:
         try:

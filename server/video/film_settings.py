@@ -4,7 +4,7 @@ from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict, Field
 
-FILM_SUFFIX = ".mp4"
+FILM_SUFFIX, FILM_TYPE = ".mp4", "video/mp4"
 
 
 class FilmCodec(StrEnum):

@@ -27,8 +27,8 @@ HEARTBEAT = -1  # the viewer number of renders that only see whether the device 
 START_UP = 0  # the request number of the start; requests count from 1
 MAX_TEXT_BYTES = 2**24  # of a message's JSON; the largest by far says what is in a scene
 
-# "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed.
-Output = Literal["none", "jpeg", ".png", ".jpg", ".exr", ".npy"]
+# "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed; "rgb": the bytes of sRGB pixels.
+Output = Literal["none", "jpeg", "rgb", ".png", ".jpg", ".exr", ".npy"]
 Vector = tuple[float, float, float]
 Name = Annotated[str, Field(min_length=1, max_length=32)]
 Milliseconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]

@@ -15,13 +15,16 @@ def encode(
 ) -> bytes:
     """The picture in the format `output`, empty for "none"; `quality` (1 to 100) is for "jpeg".
 
-    pixels: (height, width, 3) sRGB, for "jpeg", ".png" and ".jpg"; radiance: the same shape, linear, for the others.
-    Below FINE_QUALITY a "jpeg" trades a little colour resolution for speed and size: 4:2:0 and the fast DCT. It has no
-    colour profile, which would be half a kilobyte a frame: browsers take a picture without one for sRGB. Releases the
-    GIL.
+    pixels: (height, width, 3) sRGB, for "jpeg", "rgb", ".png" and ".jpg"; radiance: the same shape, linear, for the
+    others. Below FINE_QUALITY a "jpeg" trades a little colour resolution for speed and size: 4:2:0 and the fast DCT.
+    It has no colour profile, which would be half a kilobyte a frame: browsers take a picture without one for sRGB.
+    Releases the GIL.
     """
     if output == "none":
         return b""
+    if output == "rgb":
+        assert pixels is not None
+        return pixels.tobytes()
     if output != "jpeg":
         return encode_image(pixels, radiance, output)
     fine = quality >= FINE_QUALITY

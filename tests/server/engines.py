@@ -54,7 +54,8 @@ class FakeEngine(Engine):
         elif self._failure is not None:
             reply.set_exception(self._failure)
         elif isinstance(job, Render):
-            reply.set_result((self._done(job), b"image" if job.output != "none" else b""))
+            image = {"none": b"", "rgb": bytes(3 * job.size[0] * job.size[1])}.get(job.output, b"image")
+            reply.set_result((self._done(job), image))
         elif isinstance(job, OpenScene):
             self.opened.append(job.scene)
             self.scenes = (*self.scenes, job.scene)

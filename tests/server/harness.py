@@ -110,6 +110,15 @@ class Running:
         with connect(url, max_size=2**26, compression="deflate") as socket:
             yield Walker(socket)
 
+    def ended(self, job: dict[str, Any]) -> dict[str, Any]:
+        """A job when it has ended."""
+        deadline = time.monotonic() + 20
+        while job["state"] in ("queued", "running"):
+            assert time.monotonic() < deadline, job
+            time.sleep(0.02)
+            job = self.http.get(job["url"]).json()
+        return job
+
     def wait_ready(self, timeout: float = 20.0) -> None:
         deadline = time.monotonic() + timeout
         while self.http.get("/readyz").status_code != 200:

@@ -1,6 +1,5 @@
 import io
 import json
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -20,20 +19,10 @@ def post(running: Running, **fields: Any) -> dict[str, Any]:
     return job
 
 
-def ended(running: Running, job: dict[str, Any]) -> dict[str, Any]:
-    """The job when it has ended."""
-    deadline = time.monotonic() + 20
-    while job["state"] in ("queued", "running"):
-        assert time.monotonic() < deadline, job
-        time.sleep(0.02)
-        job = running.http.get(job["url"]).json()
-    return job
-
-
 def test_a_job_is_rendered_and_its_result_fetched(running: Running) -> None:
     job = post(running, format="png", settings={"frames": 5})
     assert (job["state"], job["frames"], job["scene"]) == ("queued", 5, "cornell-box")
-    job = ended(running, job)
+    job = running.ended(job)
     assert (job["state"], job["progress"], job["frames_done"], job["format"]) == ("done", 1.0, 5, "image/png")
     result = running.http.get(f"{job['url']}/result")
     assert result.headers["Content-Type"] == "image/png"
@@ -45,7 +34,7 @@ def test_a_job_is_rendered_and_its_result_fetched(running: Running) -> None:
     ("format_", "magic"), [("jpg", b"\xff\xd8\xff"), ("exr", b"\x76\x2f\x31\x01"), ("npy", b"\x93NUMPY")]
 )
 def test_the_result_has_the_format_asked_for(running: Running, format_: str, magic: bytes) -> None:
-    job = ended(running, post(running, format=format_))
+    job = running.ended(post(running, format=format_))
     assert running.http.get(f"{job['url']}/result").content.startswith(magic)
 
 
@@ -77,7 +66,7 @@ def test_a_result_that_is_not_there_is_a_conflict(running: Running) -> None:
 
 
 def test_a_failed_job_says_why(running: Running) -> None:
-    job = ended(running, post(running, settings={"seed": WRONG_SEED}))
+    job = running.ended(post(running, settings={"seed": WRONG_SEED}))
     assert (job["state"], job["error"]) == ("failed", "settings.seed: is the wrong one")
     assert "wrong one" in running.http.get(f"{job['url']}/result").json()["message"]
 

@@ -51,7 +51,8 @@ def test_pictures_and_metrics_are_what_they_are(interface: dict[str, Any]) -> No
         return set(interface["paths"][path][method]["responses"]["200"]["content"])
 
     pictures = {"image/png", "image/jpeg", "image/x-exr", "application/x-npy"}
-    assert kinds("/api/v1/render", "post") == kinds("/api/v1/jobs/{job_id}/result", "get") == pictures
+    assert kinds("/api/v1/render", "post") == pictures
+    assert kinds("/api/v1/jobs/{job_id}/result", "get") == {*pictures, "video/mp4"}
     assert kinds("/metrics", "get") == {"text/plain"}
     assert kinds("/api/v1/jobs/{job_id}/events", "get") == {"text/event-stream"}
 

@@ -28,6 +28,11 @@ def test_linear_stills_keep_every_bit() -> None:
     np.testing.assert_array_equal(np.load(io.BytesIO(encode(None, RAMP, ".npy", 50))), RAMP)
 
 
+def test_pictures_of_a_film_are_bytes_of_their_pixels() -> None:
+    flipped = encode(PIXELS[::-1], None, "rgb", 50)
+    np.testing.assert_array_equal(np.frombuffer(flipped, np.uint8).reshape(32, 48, 3), PIXELS[::-1])
+
+
 def test_a_view_with_strides_is_encoded_as_it_looks() -> None:
     flipped = encode(PIXELS[::-1, :, ::-1], None, "jpeg", 95)
     assert flipped == encode(np.ascontiguousarray(PIXELS[::-1, :, ::-1]), None, "jpeg", 95)
