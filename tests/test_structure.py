@@ -12,6 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 # Packages and modules of gpu/, from the top down: each may import what stands below it, not what stands beside it.
 GPU = [
+    ["warm_up"],
     ["renderer"],
     ["methods"],
     ["sample_counts"],
@@ -28,7 +29,7 @@ GPU = [
     ["errors", "child_process"],
 ]
 # Who knows the settings of users; what is below gets plain arguments.
-KNOWS_SETTINGS = {"renderer", "methods", "sample_counts"}
+KNOWS_SETTINGS = {"warm_up", "renderer", "methods", "sample_counts"}
 MOST_PARAMETERS, MOST_LINES = 8, 500
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import warp as wp
 
+from gpu.core.kernel_loading import is_noted
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 
@@ -70,6 +71,8 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     element: atomics are not atomic between slices (launch_together). weight: how much an item has to do, where that
     differs from launch to launch.
     """
+    if is_noted(kernel):
+        return
     if device.is_cuda:
         _launch_on_cuda(kernel, count, inputs, device, blocks, weight)
     elif count > 0:
@@ -81,6 +84,8 @@ def launch_together(
     kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Device, blocks: int = MOST_BLOCKS
 ) -> None:
     """As `launch`, for a kernel whose items add to the same elements: the CPU runs it on one core."""
+    if is_noted(kernel):
+        return
     if device.is_cuda:
         _launch_on_cuda(kernel, count, inputs, device, blocks, 1)
     elif count > 0:

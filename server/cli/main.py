@@ -1,4 +1,4 @@
-"""The command `lumenwalk`: serve, render, compare, info.
+"""The command `lumenwalk`: serve, render, compare, info, warm.
 
 Exit status: 0 done; 1 `compare` met non-finite pixels; 2 a mistake in what was asked for, said in one line on stderr;
 130 interrupted. Everything heavy is imported by the command that needs it.
@@ -110,6 +110,13 @@ def _parser() -> ArgumentParser:
     info.add_argument("--json", action="store_true", help="print it as JSON")
     add_options(info, ImportOptions, READING)
     info.set_defaults(command=_info)
+
+    warm = commands.add_parser("warm", help="compile the kernels of scenes ahead, so that nobody waits for it")
+    warm.add_argument("scenes", metavar="SCENE", nargs="*", help=f"{SCENE_HELP}; all built-in ones when none is given")
+    warm.add_argument("--device", metavar="NAME", help='"cpu" or "cuda:N" (default: the first GPU, else the CPU)')
+    add_options(warm, RenderSettings, "light and quality")
+    add_options(warm, ImportOptions, READING)
+    warm.set_defaults(command=_warm)
     return parser
 
 
@@ -165,4 +172,13 @@ def _info(options: Namespace) -> int:
     from server.cli.reports import report_scene
 
     report_scene(options.scene, model_from(options, ImportOptions), as_json=options.json)
+    return 0
+
+
+def _warm(options: Namespace) -> int:
+    settings, reading = model_from(options, RenderSettings), model_from(options, ImportOptions)
+
+    from server.cli.warm import warm_scenes
+
+    warm_scenes(tuple(options.scenes), reading, options.device, settings)
     return 0

@@ -26,6 +26,7 @@ from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.scene.environment import with_environment
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
+from gpu.warm_up import warm_up
 from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import SceneInfo
@@ -154,6 +155,8 @@ class GpuBackend:
                 loaded = build(ref, scene, self._device)
             except SceneError as error:  # viewers know ids, not what a scene calls itself
                 raise SceneError(ref.id, error.field, error.problem) from None
+            report("compiling kernels, which the first time takes a minute", 0.8)
+            warm_up(loaded.device_scene, RenderSettings())
         self._scenes[ref] = loaded
         return loaded
 

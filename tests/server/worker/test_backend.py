@@ -239,6 +239,15 @@ def test_a_scene_for_which_there_is_too_little_memory_is_refused(
     assert backend.open(THIRD, silent).id == THIRD.id
 
 
+def test_a_scene_is_warmed_before_it_is_shown(backend: GpuBackend, monkeypatch: pytest.MonkeyPatch) -> None:
+    warmed: list[DeviceScene] = []
+    monkeypatch.setattr("server.worker.backend.warm_up", lambda scene, _: warmed.append(scene))
+    backend.close(TWIN)
+    for _ in range(2):
+        backend.open(TWIN, silent)
+    assert warmed == [backend._scenes[TWIN].device_scene]
+
+
 def test_a_scene_that_is_closed_is_freed(backend: GpuBackend) -> None:
     backend.render(job(viewer=1), silent)
     scene = weakref.ref(backend._scenes[BOX].device_scene)

@@ -1,0 +1,43 @@
+from dataclasses import replace
+
+import pytest
+
+from gpu.device_scene.upload import DeviceScene
+from gpu.scene.builtin import BUILTIN
+from gpu.settings import Method, RenderSettings
+from server.cli import warm
+from server.cli.main import main
+
+
+@pytest.fixture
+def warmed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, RenderSettings]]:
+    """Scenes and settings that were warmed, without the work."""
+    found: list[tuple[str, RenderSettings]] = []
+
+    def note(device_scene: DeviceScene, settings: RenderSettings) -> None:
+        found.append((device_scene.scene.name, settings))
+
+    monkeypatch.setattr(warm, "warm_up", note)
+    return found
+
+
+def test_scenes_are_warmed_one_after_the_other(
+    warmed: list[tuple[str, RenderSettings]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["warm", "cornell-box", "--device=cpu", "--method=path"]) == 0
+    assert [(name, settings.method) for name, settings in warmed] == [("cornell-box", Method.PATH)]
+    assert capsys.readouterr().out.startswith("cornell-box: 0.")
+
+
+def test_all_built_in_scenes_are_warmed_where_none_is_named(
+    warmed: list[tuple[str, RenderSettings]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(warm, "read_scene", lambda source, _: replace(BUILTIN["cornell-box"](), name=source))
+    assert main(["warm", "--device=cpu"]) == 0
+    assert [name for name, _ in warmed] == list(BUILTIN)
+
+
+@pytest.mark.parametrize("arguments", [["missing.glb"], ["cornell-box", "--device=cuda:99"], ["--method=none"]])
+def test_what_is_not_there_is_said_in_a_line(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["warm", *arguments]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
