@@ -8,6 +8,7 @@ import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
 import { ConnectionStatus } from "./ui/connection-status.js";
 import { showMode, wireControls } from "./ui/controls.js";
+import { Mixer } from "./ui/mixer.js";
 import { Notice } from "./ui/notice.js";
 import { Overlay } from "./ui/overlay.js";
 import { byId } from "./ui/page.js";
@@ -56,6 +57,7 @@ const panel = new Panel({
   stream: (stream) => change({ stream }),
   reading: (options) => change({ ...(scene && { scene: scene.id }), scene_options: options }),
 });
+const mixer = new Mixer((id, patch) => session.edit(id, patch));
 const wanted = {
   size: viewport.size,
   stream: panel.stream,
@@ -70,6 +72,7 @@ const session = new Session(api, wanted, {
   welcome(welcome) {
     viewport.limits = welcome.limits;
     panel.describe(welcome.settings_schema);
+    mixer.allowed = welcome.takes_edits;
     offerScenes(welcome.scenes);
     sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
     // One change of both: a second one would wait for the first frame.
@@ -79,6 +82,7 @@ const session = new Session(api, wanted, {
     overlay.limit(viewport.size, viewport.window);
   },
   scene: enter,
+  edits: (edits) => mixer.told(edits),
   status: (status) => connectionStatus.status(status),
   error: refused,
   frame: show,
@@ -225,6 +229,7 @@ function enter(entered) {
   document.title = `${entered.name} – lumenwalk`;
   panel.scene(entered, builtin.has(entered.id));
   views.scene(entered.id);
+  mixer.scene(entered);
   if (!stays) {
     offer(cameraSelect, entered.cameras.map(({ name }, index) => ({ value: String(index), label: name || `Camera ${index + 1}` })));
     cameraSelect.value = "0";
@@ -257,6 +262,7 @@ async function show(frame) {
 
 /** @param {import("./protocol.js").ServerError} error */
 function refused({ code, message }) {
+  if (code === "edit-refused") return notice.complain(message);
   busy(false);
   if (code === "limit" || code === "bad-message") panel.problem(message);
   if (code === "render-failed") return connectionStatus.failed("No picture", message);
@@ -307,6 +313,7 @@ wireControls({
   savePicture,
   openFile: () => uploader.choose(),
   settings: () => panel.sheet.toggle(),
+  mixer: () => mixer.allowed && mixer.sheet.toggle(),
   bookmarks: () => views.sheet.toggle(),
   bookmark: (number) => views.go(number),
   scene: (id) => change({ scene: id }),

@@ -22,11 +22,13 @@ export const LOSSLESS = 100;
 /** @typedef {[number, number]} Size  width and height [px] */
 
 /** @typedef {import("./messages.js").CameraInfo} CameraInfo */
+/** @typedef {import("./messages.js").Edits} Edits */
 /** @typedef {import("./messages.js").ImportOptions} ImportOptions */
 /** @typedef {import("./messages.js").Limits} Limits */
 /** @typedef {import("./messages.js").SceneFrame} SceneFrame */
 /** @typedef {import("./messages.js").SceneInfo} SceneInfo */
 /** @typedef {import("./messages.js").SceneName} SceneName */
+/** @typedef {import("./messages.js").ScenePatch} ScenePatch */
 /** @typedef {import("./messages.js").ServerError} ServerError */
 /** @typedef {import("./messages.js").ServerMessage} ServerMessage */
 /** @typedef {import("./messages.js").Status} Status */

@@ -14,6 +14,7 @@ import { CODEC_NAMES, parseFrame, PROTOCOL } from "./protocol.js";
  * @property {(state: import("./connection.js").ConnectionState) => void} connection
  * @property {(welcome: import("./protocol.js").Welcome) => void} welcome
  * @property {(scene: SceneInfo) => void} scene  before its first pose
+ * @property {(edits: import("./protocol.js").Edits) => void} edits  all that differs of the scene
  * @property {(status: import("./protocol.js").Status) => void} status
  * @property {(error: import("./protocol.js").ServerError) => void} error
  * @property {(frame: Frame) => Promise<Seen | null>} frame  resolves once it is shown, or to null if it is thrown away
@@ -100,6 +101,11 @@ export class Session {
     this.#connection.send({ type: "pose", id: this.#poseId, matrix, yfov, near });
   }
 
+  /** Changes the scene for all who look at it. @param {number} id @param {import("./protocol.js").ScenePatch} patch */
+  edit(id, patch) {
+    if (this.#connection.open) this.#connection.send({ type: "edit", id, patch });
+  }
+
   /** Milliseconds since the pose of this frame was sent; null if an earlier frame showed it. @param {Frame} frame */
   takeAge(frame) {
     const sent = this.#sentAt.get(frame.pose);
@@ -142,9 +148,12 @@ export class Session {
         this.#wanted.scene = message.id;
         this.#wanted.scene_options = message.options;
         return this.#events.scene(message);
+      case "edits":
+        return this.#events.edits(message);
       case "status":
         return this.#events.status(message);
       case "error":
+        if (message.code === "edit-refused") return this.#events.error(message);
         this.#changes.refused();
         if (message.code === "limit" || message.code === "bad-message") this.#wanted = { ...this.#granted };
         if (message.code === "unknown-scene" || message.code === "scene-failed") this.#giveUpScene();

@@ -18,6 +18,8 @@ from server.wire.frame_header import Codec, FrameHeader, Phase
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 FRONT = {"name": "front", "matrix": IDENTITY, "yfov": 1.0, "aspect": 1.6, "orthographic": False, "near": 0.0}
+LAMP = {"id": "lamp", "form": "surface", "color": [1.0, 0.5, 0.25]}
+WALL = {"id": "wall", "color": [1.0, 1.0, 1.0], "roughness": 1.0, "metallic": 0.0, "emission": [0.0, 0.0, 0.0]}
 SCENES = [
     {"id": "cornell-box", "name": "cornell-box", "builtin": True, "served": True},
     {"id": "hall.glb", "name": "hall", "builtin": False, "served": False},
@@ -32,6 +34,7 @@ class Stage:
         self.heard: list[dict[str, Any]] = []  # what the page said on the newest connection
         self.connections = 0
         self.away = False  # a server that takes nobody now
+        self.takes_edits = True
         self.closes: list[int | None] = []
         self._page = page
         self._frame = 0
@@ -74,12 +77,13 @@ class Stage:
         limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
         schema = RenderSettings.model_json_schema()
         words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png"]}
-        self.say("welcome", protocol=PROTOCOL, limits=limits, **words)
+        self.say("welcome", protocol=PROTOCOL, limits=limits, takes_edits=self.takes_edits, **words)
 
     def scene(self, id_: str = "cornell-box", **more: Any) -> None:
         """Has the page enter a scene, of which there may be `more` to say; it answers with a pose."""
         bounds = {"min": [-1.0, -1.0, -1.0], "max": [1.0, 1.0, 1.0]}
-        info = {"id": id_, "name": id_, "cameras": [FRONT], "bounds": bounds, "triangles": 36, **more}
+        parts = {"lights": [LAMP], "materials": [WALL]}
+        info = {"id": id_, "name": id_, "cameras": [FRONT], "bounds": bounds, "triangles": 36, **parts, **more}
         words = SceneInfo.model_validate(info).model_dump(mode="json", exclude={"type"})
         self.say("scene", **words)
 

@@ -42,6 +42,8 @@ def test_no_violations(page: Page, gradients: Running, size: dict[str, int], sch
     assert violations(page) == [], "walking"
     page.keyboard.press("KeyP")
     assert violations(page) == [], "settings"
+    page.keyboard.press("KeyG")
+    assert violations(page) == [], "lights and materials"
     page.keyboard.press("KeyB")
     page.get_by_label("Name of the bookmark").fill("the door")
     page.keyboard.press("Enter")

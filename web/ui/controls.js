@@ -15,6 +15,7 @@ import { listenForShortcuts } from "./shortcuts.js";
  * @property {() => void} savePicture
  * @property {() => void} openFile
  * @property {() => void} settings  opens and closes
+ * @property {() => void} mixer  opens and closes
  * @property {() => void} bookmarks  opens and closes
  * @property {(number: number) => void} bookmark  goes to it; from 1
  * @property {(id: string) => void} scene
@@ -67,6 +68,7 @@ export function wireControls(actions) {
     KeyI: toggleStatistics,
     KeyM: toggleFullScreen,
     KeyP: actions.settings,
+    KeyG: actions.mixer,
     KeyB: actions.bookmarks,
     KeyC: actions.copyLink,
     KeyX: actions.savePicture,

@@ -1,0 +1,95 @@
+"""Lights and materials in a real browser: changed by pointer and keyboard, undone, and seen by others."""
+
+from contextlib import closing
+from typing import Any
+
+import pytest
+from harness import Running
+from looking import pixel, wait_for
+from playwright.sync_api import Browser, Page, expect
+from staged import Stage, visit
+
+
+@pytest.fixture
+def stage(page: Page, gradients: Running) -> Stage:
+    """A page with its first picture, whose sheet of lights and materials is open."""
+    stage = visit(page, gradients)
+    page.keyboard.press("KeyG")
+    return stage
+
+
+def patches(stage: Stage, count: int) -> list[dict[str, Any]]:
+    stage.hear("edit", count)
+    return [message["patch"] for message in stage.all("edit")]
+
+
+def test_what_one_does_all_see(page: Page, browser: Browser, gradients: Running) -> None:
+    with closing(browser.new_context(viewport={"width": 800, "height": 600})) as context:
+        other = context.new_page()
+        for one in (page, other):
+            one.goto(str(gradients.http.base_url))
+            expect(one.locator("body[data-picture]")).to_be_attached()
+            one.keyboard.press("KeyG")
+        assert pixel(other, 0.9)[0] > 200
+        page.get_by_label("lamp", exact=True).focus()
+        page.keyboard.press("Space")
+        for one in (page, other):
+            wait_for(one, lambda one=one: pixel(one, 0.9)[0] < 30)
+        expect(other.get_by_label("lamp", exact=True)).not_to_be_checked()
+        expect(other.get_by_role("button", name="Undo")).to_be_disabled()
+        page.keyboard.press("Control+z")
+        wait_for(other, lambda: pixel(other, 0.9)[0] > 200)
+        expect(other.get_by_label("lamp", exact=True)).to_be_checked()
+        page.keyboard.press("Control+Shift+Z")
+        wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
+        other.get_by_role("button", name="All as the file says").click()
+        wait_for(page, lambda: pixel(page, 0.9)[0] > 200)
+
+
+def test_a_slider_that_is_dragged_is_one_step(page: Page, stage: Stage) -> None:
+    slider = page.get_by_label("Intensity of lamp")
+    expect(page.get_by_label("Colour of lamp")).to_have_value("#ffbc89")
+    slider.focus()
+    expect(slider).to_have_value("50")
+    box = slider.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 1, box["y"] + box["height"] / 2, steps=4)
+    page.mouse.up()
+    wait_for(page, lambda: patches(stage, 1)[-1] == {"lights": {"lamp": {"intensity": 0}}})
+    page.get_by_role("button", name="Undo").click()
+    wait_for(page, lambda: patches(stage, 1)[-1] == {"lights": {"lamp": {"intensity": None}}})
+    expect(slider).to_have_value("50")
+    expect(page.get_by_role("button", name="Undo")).to_be_disabled()
+
+
+def test_materials_are_changed_by_their_fields(page: Page, stage: Stage) -> None:
+    page.get_by_label("roughness").fill("0.25")
+    assert patches(stage, 1)[-1] == {"materials": {"wall": {"roughness": 0.25}}}
+    page.locator("#material-color").fill("#0000ff")
+    assert patches(stage, 2)[-1] == {"materials": {"wall": {"color": [0, 0, 1]}}}
+    page.get_by_label("radiance").fill("4")
+    assert patches(stage, 3)[-1] == {"materials": {"wall": {"emission": [4, 4, 4]}}}
+    expect(page.get_by_label("radiance")).to_have_value("4")
+
+
+def test_a_refused_edit_is_said_and_taken_back(page: Page, stage: Stage) -> None:
+    page.get_by_label("lamp", exact=True).click()
+    expect(page.get_by_label("lamp", exact=True)).not_to_be_checked()
+    number = stage.hear("edit")["id"]
+    stage.say("error", code="edit-refused", message="this server takes no edits of its scenes")
+    stage.say("edits", scene="cornell-box", edits={"lights": {}, "materials": {}}, edit=number)
+    expect(page.get_by_label("lamp", exact=True)).to_be_checked()
+    expect(page.locator("#toast")).to_contain_text("takes no edits")
+
+
+def test_a_server_that_takes_no_edits_offers_none(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    stage.takes_edits = False
+    page.goto(str(gradients.http.base_url))
+    stage.start()
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    expect(page.get_by_role("button", name="Lights and materials")).to_be_hidden()
+    page.keyboard.press("KeyG")
+    expect(page.locator("#mixer")).to_be_hidden()

@@ -1,0 +1,70 @@
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+
+import { EditHistory } from "../../../web/edits.js";
+
+/** @typedef {import("../../../web/messages.js").ScenePatch} ScenePatch */
+
+/** @type {{id: number, patch: ScenePatch}[]} */
+let sent = [];
+/** @type {EditHistory} */
+let history;
+
+beforeEach((context) => {
+  const { timers } = /** @type {import("node:test").TestContext} */ (context).mock;
+  timers.reset();
+  timers.enable({ apis: ["setTimeout"] });
+  sent = [];
+  history = new EditHistory((id, patch) => sent.push({ id, patch }), () => {});
+});
+
+/** @param {number} intensity @returns {ScenePatch} */
+const lamp = (intensity) => ({ lights: { lamp: { intensity } } });
+
+const shown = () => history.edits.lights["lamp"]?.intensity;
+
+test("what is on its way stays over what the server says", (context) => {
+  history.edit(lamp(1), "drag");
+  history.edit(lamp(2), "drag");
+  assert.deepEqual(sent, [{ id: 1, patch: lamp(1) }]);
+  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 1 } }, materials: {} }), 1);
+  assert.equal(shown(), 2);
+  context.mock.timers.tick(50);
+  assert.deepEqual(sent.at(-1), { id: 2, patch: lamp(2) });
+  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 7 } }, materials: {} }), 2);
+  assert.equal(shown(), 7);
+});
+
+test("a gesture is undone as one, and done again", () => {
+  for (const intensity of [1, 2, 3]) history.edit(lamp(intensity), "drag");
+  history.end();
+  history.edit(lamp(4), "drag");
+  history.end();
+  assert.equal(shown(), 4);
+  history.undo();
+  assert.equal(shown(), 3);
+  history.undo();
+  assert.equal(shown(), undefined);
+  assert.equal(history.canUndo, false);
+  history.redo();
+  history.redo();
+  assert.equal(shown(), 4);
+  history.undo();
+  history.edit(lamp(9));
+  assert.equal(history.canRedo, false);
+});
+
+test("an undo leaves what others did elsewhere", () => {
+  history.edit(lamp(2));
+  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 2, on: false }, sky: { on: false } }, materials: {} }), 1);
+  history.undo();
+  assert.deepEqual(JSON.parse(JSON.stringify(history.edits.lights)), { lamp: { on: false }, sky: { on: false } });
+});
+
+test("after a new start nothing is left", () => {
+  history.edit(lamp(2));
+  history.restart();
+  assert.deepEqual([history.canUndo, shown()], [false, undefined]);
+  history.edit(lamp(3));
+  assert.equal(sent.at(-1)?.id, 1);
+});

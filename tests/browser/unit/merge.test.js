@@ -1,0 +1,38 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { compose, inverse, merge, removal } from "../../../web/merge.js";
+
+const target = { lights: { lamp: { on: false, color: [1, 0, 0] } }, materials: {} };
+const patches = [
+  { lights: { lamp: { on: true } } },
+  { lights: { lamp: { on: null } } },
+  { lights: { sky: { intensity: 2 } }, materials: { wall: { color: [0, 0, 1] } } },
+  { lights: { lamp: { color: null }, sky: { on: false } } },
+];
+
+test("a patch changes what it names, and null takes away", () => {
+  const changed = merge(target, patches[3]);
+  assert.deepEqual(changed, { lights: { lamp: { on: false }, sky: { on: false } }, materials: {} });
+  assert.deepEqual(merge(target, { lights: null }), { materials: {} });
+  assert.deepEqual(said(merge(target, removal(target))), {});
+});
+
+/** The parts of edits that say something. @param {unknown} edits @returns {unknown} */
+function said(edits) {
+  if (typeof edits !== "object" || edits === null || Array.isArray(edits)) return edits;
+  const parts = Object.entries(edits).map(([name, value]) => [name, said(value)]);
+  return Object.fromEntries(parts.filter(([, value]) => JSON.stringify(value) !== "{}"));
+}
+
+test("two patches in one do what they do after each other", () => {
+  for (const first of patches) {
+    for (const second of patches) {
+      assert.deepEqual(said(merge(target, compose(first, second))), said(merge(merge(target, first), second)));
+    }
+  }
+});
+
+test("an inverse brings back what was", () => {
+  for (const patch of patches) assert.deepEqual(said(merge(merge(target, patch), inverse(target, patch))), said(target));
+});

@@ -1,0 +1,133 @@
+/**
+ * What differs of a scene from its file: what the server says, and on top of it what was asked for and is on its way,
+ * so that a slider stays where the user has it. What was done here can be undone; what others do shows up.
+ */
+
+import { compose, inverse, merge, removal } from "./merge.js";
+
+/** @typedef {import("./messages.js").SceneEdits} SceneEdits */
+/** @typedef {import("./messages.js").ScenePatch} ScenePatch */
+/** @typedef {{undo: ScenePatch, redo: ScenePatch, what: string | null}} Step  what: the gesture that it is of, if that goes on */
+
+/** Between two messages [ms]: fewer than the server takes. */
+const REST = 40;
+
+export class EditHistory {
+  #send;
+  #changed;
+  /** @type {SceneEdits} */
+  #known = { lights: {}, materials: {} };
+  /** Sent, and not answered yet. @type {{id: number, patch: ScenePatch}[]} */
+  #sent = [];
+  /** To be sent. @type {ScenePatch | null} */
+  #next = null;
+  #id = 0;
+  /** @type {Step[]} */
+  #done = [];
+  /** @type {Step[]} */
+  #undone = [];
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #timer;
+
+  /**
+   * @param {(id: number, patch: ScenePatch) => void} send
+   * @param {() => void} changed  `edits` or what can be undone have changed
+   */
+  constructor(send, changed) {
+    this.#send = send;
+    this.#changed = changed;
+  }
+
+  /** All that differs, with what is on its way. @returns {SceneEdits} */
+  get edits() {
+    const patches = [...this.#sent.map(({ patch }) => patch), ...(this.#next ? [this.#next] : [])];
+    const made = /** @type {Partial<SceneEdits>} */ (patches.reduce(merge, /** @type {unknown} */ (this.#known)));
+    return { lights: made.lights ?? {}, materials: made.materials ?? {} };
+  }
+
+  get canUndo() {
+    return this.#done.length > 0;
+  }
+
+  get canRedo() {
+    return this.#undone.length > 0;
+  }
+
+  /** Another scene, or the same on another connection: nothing is on its way, and nothing can be undone. */
+  restart() {
+    clearTimeout(this.#timer);
+    this.#timer = undefined;
+    this.#known = { lights: {}, materials: {} };
+    this.#sent = [];
+    this.#next = null;
+    this.#id = 0;
+    this.#done = [];
+    this.#undone = [];
+    this.#changed();
+  }
+
+  /** The server says what differs. @param {SceneEdits} edits @param {number} edit  the newest of this viewer's that it knows */
+  told(edits, edit) {
+    this.#known = edits;
+    this.#sent = this.#sent.filter(({ id }) => id > edit);
+    this.#changed();
+  }
+
+  /**
+   * Changes something.
+   * @param {ScenePatch} patch
+   * @param {string | null} [what]  a gesture of many changes, which are undone together, until `end`
+   */
+  edit(patch, what = null) {
+    const last = this.#done.at(-1);
+    if (what !== null && last?.what === what) last.redo = /** @type {ScenePatch} */ (compose(last.redo, patch));
+    else this.#done.push({ undo: /** @type {ScenePatch} */ (inverse(this.edits, patch)), redo: patch, what });
+    this.#undone = [];
+    this.#ask(patch);
+  }
+
+  /** All is as the file says. */
+  reset() {
+    this.edit(/** @type {ScenePatch} */ (removal(this.edits)));
+  }
+
+  /** A gesture ends. */
+  end() {
+    const last = this.#done.at(-1);
+    if (last) last.what = null;
+  }
+
+  undo() {
+    this.#step(this.#done, this.#undone, "undo");
+  }
+
+  redo() {
+    this.#step(this.#undone, this.#done, "redo");
+  }
+
+  /** @param {Step[]} from @param {Step[]} to @param {"undo" | "redo"} way */
+  #step(from, to, way) {
+    const step = from.pop();
+    if (!step) return;
+    step.what = null;
+    to.push(step);
+    this.#ask(step[way]);
+  }
+
+  /** @param {ScenePatch} patch */
+  #ask(patch) {
+    this.#next = /** @type {ScenePatch} */ (compose(this.#next ?? {}, patch));
+    if (this.#timer === undefined) this.#flush();
+    this.#changed();
+  }
+
+  #flush() {
+    this.#timer = undefined;
+    if (!this.#next) return;
+    const patch = this.#next;
+    this.#next = null;
+    this.#sent.push({ id: ++this.#id, patch });
+    this.#timer = setTimeout(() => this.#flush(), REST);
+    this.#send(this.#id, patch);
+  }
+}

@@ -1,0 +1,43 @@
+/**
+ * JSON Merge Patch (RFC 7396), and what takes one back. Patches here name values, never whole objects: so two are one, and
+ * each has an inverse.
+ */
+
+/** @typedef {{readonly [name: string]: unknown}} Json */
+
+/** @param {unknown} value @returns {value is Json} */
+const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
+
+/** @param {unknown} value @returns {Json} */
+const asObject = (value) => (isObject(value) ? value : {});
+
+/** `target` after `patch`. @param {unknown} target @param {unknown} patch @returns {unknown} */
+export function merge(target, patch) {
+  if (!isObject(patch)) return patch;
+  const made = { ...asObject(target) };
+  for (const [name, value] of Object.entries(patch)) {
+    if (value === null) delete made[name];
+    else made[name] = merge(made[name], value);
+  }
+  return made;
+}
+
+/** One patch that does what `first`, then `second` do. @param {unknown} first @param {unknown} second @returns {unknown} */
+export function compose(first, second) {
+  if (!isObject(first) || !isObject(second)) return second;
+  const made = { ...first };
+  for (const [name, value] of Object.entries(second)) made[name] = name in made ? compose(made[name], value) : value;
+  return made;
+}
+
+/** The patch that brings back what `target` has and `patch` changes. @param {unknown} target @param {unknown} patch @returns {unknown} */
+export function inverse(target, patch) {
+  if (!isObject(patch)) return target ?? null;
+  return Object.fromEntries(Object.entries(patch).map(([name, value]) => [name, inverse(asObject(target)[name], value)]));
+}
+
+/** The patch that takes all values of `target` away. @param {unknown} target @returns {unknown} */
+export function removal(target) {
+  if (!isObject(target)) return null;
+  return Object.fromEntries(Object.entries(target).map(([name, value]) => [name, removal(value)]));
+}

@@ -1,0 +1,114 @@
+/** The sheet of the scene's lights and materials: a row for each light, and the finish of the material that is chosen. */
+
+import { fromHex, toHex } from "../colors.js";
+import { EditHistory } from "../edits.js";
+import { offer } from "./choice.js";
+import { MaterialFields } from "./material-fields.js";
+import { button, byId, element, text } from "./page.js";
+import { Sheet } from "./sheet.js";
+
+/** @typedef {import("../messages.js").LightEdit} LightEdit */
+/** @typedef {import("../messages.js").LightInfo} LightInfo */
+/** @typedef {import("../messages.js").ScenePatch} ScenePatch */
+/** @typedef {import("../messages.js").SceneEdits} SceneEdits */
+/** @typedef {{light: LightInfo, on: HTMLInputElement, intensity: HTMLInputElement, color: HTMLInputElement}} Row */
+
+/** Where a slider leaves a light as its file has it, of 100: its square is the factor, so that there is room for the dark. */
+const MIDDLE = 50;
+
+export class Mixer {
+  sheet = new Sheet("mixer");
+  #lights = text("lights");
+  #material = byId("material", HTMLSelectElement);
+  #materials;
+  #undo = button("undo");
+  #redo = button("redo");
+  #reset = button("edits-reset");
+  /** @type {Row[]} */
+  #rows = [];
+  #history;
+
+  /** @param {(id: number, patch: ScenePatch) => void} send */
+  constructor(send) {
+    this.#history = new EditHistory(send, () => this.#show());
+    this.#materials = new MaterialFields((id, edit, what) => {
+      this.#history.edit({ materials: { [id]: edit } }, `${id}/${what}`);
+    });
+    this.#material.addEventListener("change", () => this.#show());
+    this.#undo.addEventListener("click", () => this.#history.undo());
+    this.#redo.addEventListener("click", () => this.#history.redo());
+    this.#reset.addEventListener("click", () => this.#history.reset());
+    const controls = text("mixer");
+    controls.addEventListener("change", () => this.#history.end());
+    controls.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  /** Whether the server lets its viewers edit. @param {boolean} takes */
+  set allowed(takes) {
+    button("toggle-mixer").hidden = !takes;
+  }
+
+  get allowed() {
+    return !button("toggle-mixer").hidden;
+  }
+
+  /** A scene is there. @param {import("../protocol.js").SceneInfo} scene */
+  scene(scene) {
+    this.#lights.replaceChildren();
+    this.#rows = scene.lights.map((light, number) => this.#row(light, number));
+    text("no-lights").hidden = this.#rows.length > 0;
+    offer(this.#material, scene.materials.map(({ id }) => ({ value: id, label: id })));
+    if (!this.#material.value) this.#material.selectedIndex = 0;
+    this.#materials.materials = scene.materials;
+    this.#history.restart();
+  }
+
+  /** The server says what differs. @param {import("../messages.js").Edits} message */
+  told({ edits, edit }) {
+    this.#history.told(edits, edit);
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const key = event.key.toLowerCase();
+    if (key !== "z" && key !== "y") return;
+    event.preventDefault();
+    if (key === "y" || event.shiftKey) this.#history.redo();
+    else this.#history.undo();
+  }
+
+  /** @param {LightInfo} light @param {number} number @returns {Row} */
+  #row(light, number) {
+    const id = `light-${number}`;
+    const label = element("label", { htmlFor: id, textContent: light.id, title: light.form });
+    const on = element("input", { type: "checkbox", id });
+    const intensity = element("input", { type: "range", min: "0", max: "100", ariaLabel: `Intensity of ${light.id}` });
+    const color = element("input", { type: "color", ariaLabel: `Colour of ${light.id}` });
+    const edit = (/** @type {LightEdit} */ change, /** @type {string} */ what) =>
+      this.#history.edit({ lights: { [light.id]: change } }, `${light.id}/${what}`);
+    on.addEventListener("change", () => edit({ on: on.checked }, "on"));
+    intensity.addEventListener("input", () => edit({ intensity: (intensity.valueAsNumber / MIDDLE) ** 2 }, "intensity"));
+    color.addEventListener("input", () => edit({ color: fromHex(color.value) }, "color"));
+    const row = element("li", { className: "light" });
+    row.append(label, on, intensity, color);
+    this.#lights.append(row);
+    return { light, on, intensity, color };
+  }
+
+  #show() {
+    const { lights, materials } = this.#history.edits;
+    for (const { light, on, intensity, color } of this.#rows) {
+      const edit = lights[light.id];
+      const factor = edit?.intensity ?? 1;
+      on.checked = edit?.on ?? true;
+      intensity.valueAsNumber = MIDDLE * Math.sqrt(factor);
+      intensity.ariaValueText = `${factor.toFixed(2)} times`;
+      color.value = toHex(edit?.color ?? light.color);
+    }
+    this.#materials.show(this.#material.value, materials[this.#material.value]);
+    this.#undo.disabled = !this.#history.canUndo;
+    this.#redo.disabled = !this.#history.canRedo;
+    this.#reset.disabled = Object.keys(lights).length + Object.keys(materials).length === 0;
+  }
+}
