@@ -23,10 +23,11 @@ class SampleCounts:
     vpl_clusters: int
     samples: int
     frames: int
+    shadow_map: int
 
 
-ON_CUDA = SampleCounts(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=512)
-ON_CPU = SampleCounts(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, frames=16)
+ON_CUDA = SampleCounts(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=512, shadow_map=128)
+ON_CPU = SampleCounts(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, frames=16, shadow_map=64)
 PATHS = 64
 
 
@@ -40,4 +41,5 @@ def sample_counts_of(settings: RenderSettings, device: Device) -> SampleCounts:
         vpl_clusters=settings.vpl_clusters or usual.vpl_clusters,
         samples=settings.samples or samples,
         frames=settings.frames or usual.frames,
+        shadow_map=settings.shadow_map or usual.shadow_map,
     )

@@ -12,6 +12,7 @@ class Method(StrEnum):
     FUZZY_VPL = "fuzzy-vpl"
     EXACT_VPL = "exact-vpl"
     PATH = "path"
+    RSM_DISKS = "rsm-disks"
 
     @property
     def refines_by_samples(self) -> bool:
@@ -75,11 +76,20 @@ class RenderSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    method: Method = Field(Method.FUZZY_VPL, description="how light is computed")
+    method: Method = Field(
+        Method.FUZZY_VPL,
+        description="how light is computed; rsm-disks is for lights that move, and shows one indirect bounce",
+    )
     component: Component = Field(Component.FULL, description="which part of the light is in the picture")
     sp_clusters: int | None = Field(None, ge=1, le=262_144, description="clusters of shading points (SPs)")
     vpls: int | None = Field(None, ge=1, le=4_194_304, description="virtual point lights (VPLs), about")
     vpl_clusters: int | None = Field(None, ge=1, le=65_536, description="clusters of VPLs")
+    shadow_map: int | None = Field(
+        None, ge=64, le=512, description="rsm-disks: pixels along each side of a light's reflective shadow map, 64 · 2ⁿ"
+    )
+    indirect_shadows: bool = Field(
+        True, description="rsm-disks: what stands in the way hides indirect light, which is left out in its paper"
+    )
     clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
     target_ms: float | None = Field(
         None, gt=0.0, le=10_000.0, description="time until a frame is ready [ms] that counts of clusters are chosen for"
@@ -92,7 +102,7 @@ class RenderSettings(BaseModel):
     )
     fuzziness: int = Field(6, ge=1, le=8, description="clusters that each shading point belongs to (F)")
     weighting: Weighting = Field(Weighting.DISTANCE, description="weights of the F clusters")
-    bounces: int = Field(4, ge=1, le=16, description="indirect bounces")
+    bounces: int = Field(4, ge=1, le=16, description="indirect bounces; rsm-disks shows the first alone")
     samples: int | None = Field(None, ge=1, le=65_536, description="light samples a pixel; for path: paths a pixel")
     frames: int | None = Field(
         None, ge=1, le=4096, description="frames averaged when still, each with its own rays and pixel positions"
@@ -108,6 +118,14 @@ class RenderSettings(BaseModel):
         None, gt=0.0, le=1e12, description="factor from radiance to display; left empty, chosen for each picture"
     )
     skip: Skips = Field(EVERY_SKIP, description="leaving out work that a scene or a frame does not need")
+
+    @field_validator("shadow_map")
+    @classmethod
+    def _is_halved_evenly(cls, value: int | None) -> int | None:
+        """Warping by importance halves a map's sides again and again."""
+        if value is not None and value & (value - 1):
+            raise PydanticCustomError("power_of_two", "must be 64, 128, 256 or 512")
+        return value
 
     @field_validator("target_ms", "target_error")
     @classmethod

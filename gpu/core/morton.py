@@ -63,6 +63,22 @@ def morton_2d(x: int, y: int) -> int:
     return spread_bits_2d(x) | (spread_bits_2d(y) << 1)
 
 
+@wp.func
+def gathered_bits_2d(x: int) -> int:
+    """Every second bit from the lowest on, side by side: what `spread_bits_2d` spread."""
+    x = x & 0x55555555
+    x = (x | (x >> 1)) & 0x33333333
+    x = (x | (x >> 2)) & 0x0F0F0F0F
+    x = (x | (x >> 4)) & 0x00FF00FF
+    return (x | (x >> 8)) & 0x0000FFFF
+
+
+@wp.func
+def pixel_of_morton_2d(code: int) -> wp.vec2i:
+    """Column and row of the pixel that has a number, below 2³⁰, in Morton's order."""
+    return wp.vec2i(gathered_bits_2d(code), gathered_bits_2d(code >> 1))
+
+
 @wp.kernel
 def pixel_code_kernel(first: int, width: int, codes: wp.array[int], pixels: wp.array[int]) -> None:
     """One thread a pixel: its number in Morton's order, and its own."""

@@ -32,6 +32,7 @@ from gpu.vpl.vpl_clusters import VplClusters
 
 # New representatives are taken in runs, so that what is planned for their pairs stays within bounded memory.
 MAX_PAIRS = 1 << 26
+ALL_BITS = 0xFFFFFFFF
 # Threads for each ray where there are few rays, at most; what rays find does not depend on it.
 SPREAD = wp.constant(4)
 
@@ -127,6 +128,12 @@ class Visibility:
         other = copy(self)
         other.words = wp.zeros_like(self.words)
         return other
+
+    def see_all(self) -> None:
+        """Have every representative see every VPL cluster, without a ray."""
+        self.words.fill_(ALL_BITS)
+        self.rays.zero_()
+        self.shared.zero_()
 
     def trace(self, scene: SceneData, sps: SpClusters, vpls: VplClusters) -> None:
         """Find what the new representatives of `sps` see; what others saw before stays.

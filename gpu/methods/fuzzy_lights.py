@@ -4,9 +4,8 @@ from typing import Any
 
 import warp as wp
 
-from gpu.core.stages import Stages, new_number
-from gpu.indirect.far_field import FarSums
-from gpu.indirect.visibility import Visibility
+from gpu.core.stages import Stages
+from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import Convergence, FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
@@ -23,13 +22,8 @@ from gpu.vpl.vpl_clusters import VplClusters
 FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
 
 
-class FuzzyLights:
-    """Light sets of one number of VPLs and clusters of them: a walk's, and others for later frames of a still view.
-
-    vpls: the clusters of the last frame's; cache: the radiosity around them (RadiosityCache), None where near-field
-    light is not wanted; are_kept: whether they were there before it; number: of these arrays alone, for captured
-    graphs; room: for SP clusters and VPL clusters.
-    """
+class FuzzyLights(ClusteredLights):
+    """Light sets of one number of VPLs and clusters of them: a walk's, and others for later frames of a still view."""
 
     def __init__(
         self, setup: RenderSetup, frame: FrameArrays, passes: int, most: int, lent: FuzzyCorrection | None = None
@@ -37,8 +31,8 @@ class FuzzyLights:
         """passes: as for FuzzyCorrection; most: SP clusters in any lights; lent: by other lights, what has the
         image's size.
         """
+        super().__init__(setup, frame)
         settings, counts = setup.settings, setup.sample_counts
-        self._setup, self.number = setup, new_number()
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
         vpls = setup.light_sets.clusters(light_set_choice(setup), setup.progress)
@@ -47,14 +41,14 @@ class FuzzyLights:
         self.has_indirect = settings.component is not Component.DIRECT and vpls.count > 0
         self.has_near = self.has_indirect and settings.near_field
         self.cache = self._first_cache = self._cache_of(light_set_choice(setup))
-        self.are_kept = True
+        self.corrects = settings.correct
         vpl_clusters = self._first.count if self._fixed else counts.vpl_clusters
         self.room = min(counts.sp_clusters, most, setup.pixels), vpl_clusters
         self._bounded: VplClusters | None = None
         self._areas: wp.array = None
         self.correction = FuzzyCorrection(frame, passes, counts.sp_clusters, vpl_clusters, lent)
 
-    def choose(self, kind: FrameKind, stages: Stages) -> None:
+    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
         """Have in `vpls` and `cache` those of a frame, which are mostly kept from before."""
         setup, number = self._setup, self._number_of(kind.sample)
         choice = light_set_choice(setup, number)
@@ -83,26 +77,6 @@ class FuzzyLights:
             self._bounded, self._areas = self.vpls, areas_of(self.vpls, bounds)
         table = self._setup.light_sets.table
         return Convergence(table, self.vpls, bounds, self._areas, settings.bounces, settings.seed)
-
-    def known_to(self, view: FuzzyViewState) -> KeptLight:
-        """What a view's representatives know of these lights."""
-        if self not in view.lights:
-            other = view.lights_of_others(self)
-            view.lights[self] = other.for_another_viewer() if other else self._unknown()
-        return view.lights[self]
-
-    def _unknown(self) -> KeptLight:
-        skip, device = self._setup.settings.skip, self._setup.device
-        far = FarSums(*self.room, device, enabled=skip.far_field_sums)
-        visibility = Visibility(
-            *self.room, device, facing_away=skip.facing_away, shared_weak_rays=skip.shared_weak_rays
-        )
-        return KeptLight(visibility, far)
-
-    def check_room(self, sp_clusters: int) -> None:
-        """Raise ValueError where there is no room for so many SP clusters: they would write beyond arrays' ends."""
-        if sp_clusters > self.room[0]:
-            raise ValueError(f"{sp_clusters} SP clusters where there is room for {self.room[0]}")
 
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.

@@ -4,8 +4,8 @@ import warp as wp
 
 from gpu.core.reduce import Counter
 from gpu.device_scene.data import NO_HIT
+from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
-from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.method import FrameStatistics
 from gpu.methods.passes import Passes
@@ -22,7 +22,7 @@ class FuzzyCounter:
     def __init__(self, device: wp.Device) -> None:
         self._counter = Counter(len(SUMMED) + 1, device)
 
-    def run(self, frame: FrameArrays, view: FuzzyViewState, lights: FuzzyLights, near: wp.array) -> None:
+    def run(self, frame: FrameArrays, view: FuzzyViewState, lights: ClusteredLights, near: wp.array) -> None:
         """Sum up what a frame left, and count the pixels that see nothing.
 
         near (sp,): 1 where a ray found near-field light.
@@ -37,7 +37,7 @@ class FuzzyCounter:
             arrays.append((view.clustering.deficit, int(UNASSIGNED_DEFICIT)))
         self._counter.run(arrays, [(frame.gbuffer.face, int(NO_HIT))])
 
-    def statistics(self, view: FuzzyViewState, lights: FuzzyLights, passes: Passes) -> FrameStatistics:
+    def statistics(self, view: FuzzyViewState, lights: ClusteredLights, passes: Passes) -> FrameStatistics:
         """Counts and skips (gpu.settings.Skips) by name, of the view's last frame, once that is ready."""
         vpls, clusters = lights.vpls.members.count if lights.vpls.count else 0, lights.vpls.count
         counts = {"vpls": vpls, "vpl_clusters": clusters, "sp_clusters": view.clustering.count}

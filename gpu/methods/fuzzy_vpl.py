@@ -3,13 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 from weakref import WeakSet
 
 from gpu.core.stages import Stages
 from gpu.gbuffer.sparse_shading import stride_of
 from gpu.indirect.clustered_light import clustered_light
 from gpu.indirect.fuzzy_shading import shade
+from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
@@ -40,8 +41,10 @@ class FuzzyOptions:
 class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
-    stage_names = ("light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright",
-                   "connect", "paths", "probe", "direct", "near", "interpolate", "keep")  # fmt: skip
+    stage_names: ClassVar[tuple[str, ...]] = (
+        "light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright", "connect",
+        "paths", "probe", "direct", "near", "interpolate", "keep",
+    )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 584, 66, 16
 
     @staticmethod
@@ -60,9 +63,12 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         self._most = self._options.most_sp_clusters or setup.sample_counts.sp_clusters
         self._views: WeakSet[FuzzyViewState] = WeakSet()
         self._counter = FuzzyCounter(setup.device)
-        self.lights = FuzzyLights(setup, self._frame, self._options.passes, self._most)
+        self.lights = self._first_lights()
 
-    def make_lights(self, sample_counts: SampleCounts) -> FuzzyLights:
+    def _first_lights(self) -> ClusteredLights:
+        return FuzzyLights(self._setup, self._frame, self._options.passes, self._most)
+
+    def make_lights(self, sample_counts: SampleCounts) -> ClusteredLights:
         """Lights for other counts of VPLs and clusters, and at most as many SP clusters."""
         setup = replace(self._setup, sample_counts=sample_counts)
         return FuzzyLights(setup, self._frame, self._options.passes, self._most, self.lights.correction)
@@ -97,12 +103,12 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         # Steps 1 and 2: VPLs and their clusters, mostly kept from before. Step 3 was the primary rays.
         lights.check_room(clustering.count)
         clustering.spread(1 if kind.shades_all else points.stride)
-        lights.choose(kind, stages)
+        lights.choose(view, kind, stages)
         vpls, kept = lights.vpls, lights.known_to(view)
         reuses, reads = lights.reuses_clusters(view, kept, kind), self._options.keeps_light and kind.read_history
         converges = lights.converges(kind)
         near = lights.has_near and not converges
-        kept.begin(reads_history=reads, corrected=settings.correct and kind.denoise, near=near)
+        kept.begin(reads_history=reads, corrected=lights.corrects and kind.denoise, near=near)
         frame.seed.fill_(kind.seed)
         if kind.denoise:
             find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
@@ -112,15 +118,12 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
         def cluster() -> None:
             if reuses:
-                clustering.go_on(frame.gbuffer, view.camera, frame.size)
+                clustering.go_on(frame.gbuffer, view.camera, frame.size, relit=lights.relights)
             else:
                 clustering.run(frame.gbuffer, frame_seed(settings.seed, kind.sample))
 
-        def trace() -> None:
-            kept.visibility.trace(frame.scene, clustering.clusters, vpls)
-
         def shade_points() -> None:
-            kept.far.run(clustering.clusters, kept.visibility.words, vpls, few=reuses)
+            kept.far.run(clustering.clusters, kept.visibility.words, vpls, few=reuses and not lights.relights)
             known = clustered_light(clustering.clusters, kept.visibility.words, vpls, kept.far.data)
             shade(settings.fuzziness, frame.gbuffer, points, known, frame.seed, frame.indirect)
             if kind.denoise:
@@ -128,7 +131,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
         # Step 4: SPs are clustered. Step 5: visibility between representatives. Step 6: every SP is shaded.
         stages.run("cluster", cluster, repeats=captured, branch=reuses)
-        stages.run("visibility", trace, repeats=captured)
+        stages.run("visibility", partial(lights.trace, view), repeats=captured)
         kept.last_sample = kind.sample
         stages.run("shade", shade_points, repeats=captured, branch=reuses)
         if converges:
@@ -136,7 +139,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             return
         if near:
             passes.share_near(points, lights.correction.clustered_irradiance, kind, stages, history)
-        if settings.correct:
+        if lights.corrects:
             lights.correction.run(view, kept, vpls, kind, stages)
 
     def _keep(self, view: FuzzyViewState) -> None:

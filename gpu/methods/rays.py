@@ -1,5 +1,6 @@
 """About how many rays a frame takes, for those who have to tell beforehand how long it will: no part of any frame."""
 
+from gpu.lights.reflective_shadow_map import SHADOW_MAP_PARAMETERS
 from gpu.sample_counts import SampleCounts
 from gpu.settings import Clustering, Method, RenderSettings
 
@@ -20,6 +21,9 @@ def frame_rays(settings: RenderSettings, counts: SampleCounts, pixels: int) -> f
         return float(pixels * counts.samples * VERTEX_RAYS * (1 + settings.bounces))
     if settings.method is Method.EXACT_VPL:
         return float(own + lights + pixels * counts.vpls)
+    if settings.method is Method.RSM_DISKS:
+        maps = SHADOW_MAP_PARAMETERS.most_maps * counts.shadow_map**2
+        return float(own + maps + min(counts.sp_clusters, pixels) * counts.vpl_clusters)
     if settings.clustering is Clustering.VPLS:
         return float(own + lights + pixels * counts.vpl_clusters)
     clusters = min(counts.sp_clusters, pixels)

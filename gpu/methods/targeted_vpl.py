@@ -15,8 +15,8 @@ from gpu.adaptive.time_model import TimeModel
 from gpu.core.stages import Stages
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
+from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
-from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.fuzzy_vpl import FuzzyOptions, FuzzyVpl
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderOnce, RenderSetup
@@ -164,7 +164,7 @@ class TargetedVpl(RenderMethod[TargetedViewState]):
             steering.applied = True
         self._method.render(view, stages, sample)
 
-    def _lights(self, level: Level, stages: Stages) -> FuzzyLights:
+    def _lights(self, level: Level, stages: Stages) -> ClusteredLights:
         """The lights of `level`, made when they are not kept; graphs of those that go are freed."""
         number = level.vpl_clusters
         lights = self._kept.pop(number, None)

@@ -90,10 +90,11 @@ class SpClustering:
         self._assign(gbuffer, DEFICIT_IN_FRAME, least_deficit=1)
         self._list_new(gbuffer, begins=True)
 
-    def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int]) -> None:
+    def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int], *, relit: bool = False) -> None:
         """Keep the clusters of the frame before as far as they are good in this view, and add those that it lacks.
 
-        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by.
+        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by; relit: all are listed as new, since
+        their light is.
         """
         points, budget, chosen, work = self._sps.points, self._kept.budget, self._kept.chosen, self._work
         keep_representatives(self._kept, self.clusters, camera, size, gbuffer, points, work)
@@ -104,7 +105,7 @@ class SpClustering:
         inputs = [points, self._deficit_sums, work.unused_prefix, chosen, budget]
         launch(adapt_budget_kernel, 1, inputs, self.device)
         self._assign(gbuffer, DEFICIT_IN_FRAME, least_deficit=int(WHOLE_DEFICIT))
-        self._list_new(gbuffer, begins=False)
+        self._list_new(gbuffer, begins=False, relit=relit)
 
     def _assign(self, gbuffer: GBuffer, scale: DeficitScale, least_deficit: int = 0) -> None:
         """Find the clusters of all SPs, or of those that have such a deficit by the clusters before."""
@@ -113,9 +114,11 @@ class SpClustering:
         inputs = [gbuffer, points, kept.grid.data, kept.budget, kept.chosen, scale, least_deficit, self.clusters]
         launch(self._assignment_kernel, self._sps.capacity, inputs, self.device)
 
-    def _list_new(self, gbuffer: GBuffer, *, begins: bool) -> None:
+    def _list_new(self, gbuffer: GBuffer, *, begins: bool, relit: bool = False) -> None:
         inputs = [gbuffer, self._kept.budget, begins, self._kmeans.medoids, self._samples.pixels, self._work.pixels]
         launch(representative_kernel, self.most, [*inputs, self._order.keys, self.clusters], self.device)
+        if relit:
+            launch(relist_kernel, self.most, [self._work.pixels, self._order.keys, self.clusters], self.device)
         self._order.sort()
 
 
@@ -140,3 +143,11 @@ def representative_kernel(first: int, gbuffer: GBuffer, budget: ClusterBudget, b
         return
     clusters.geometric_normal[cluster] = gbuffer.geometric_normal[pixel]
     keys[cluster] = morton_key(gbuffer.position[pixel], gbuffer.geometric_normal[pixel])
+
+
+@wp.kernel
+def relist_kernel(first: int, pixels: wp.array[int], keys: wp.array[int], clusters: SpClusters) -> None:
+    """One thread a cluster: lists one that is kept, whose `pixels` (cluster,) is −1, as if it were new."""
+    cluster = first + wp.tid()
+    if clusters.used[cluster] == 1 and pixels[cluster] < 0:
+        keys[cluster] = morton_key(clusters.position[cluster], clusters.geometric_normal[cluster])

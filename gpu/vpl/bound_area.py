@@ -52,7 +52,7 @@ def bound_areas(lit: RadiosityCache, chosen: BoundAreaParameters = BOUND_AREA_PA
 def bound_area(bounds: BoundAreas, position: wp.vec3, normal: wp.vec3) -> float:
     """A of a surface point that is or might be a VPL, unit space squared."""
     lit = bounds.lit
-    cell = ALMOST / (cells_per_unit(lit.lowest) * lit.alike.cell_per_spacing)
+    cell = ALMOST / (cells_per_unit(lit.lowest[0]) * lit.alike.cell_per_spacing)
     vpl = vpl_around(lit, position, normal, cell)
     if vpl < 0:
         return bounds.chosen.unlit

@@ -50,8 +50,11 @@ def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int, share: floa
     normal = vpls.normal[medoids[cluster]]
     nearest = float(FAR_AWAY)
     for other in range(medoids.shape[0]):
-        if other != cluster and wp.dot(normal, vpls.normal[medoids[other]]) > 0.0:
-            nearest = wp.min(nearest, wp.length_sq(vpls.position[medoids[other]] - position))
+        medoid = medoids[other]
+        if other == cluster or medoid < 0:
+            continue
+        if wp.dot(normal, vpls.normal[medoid]) > 0.0:
+            nearest = wp.min(nearest, wp.length_sq(vpls.position[medoid] - position))
     return wp.where(nearest < FAR_AWAY, share * PI * nearest, 0.0)
 
 
@@ -60,9 +63,15 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chos
                             out: VplClusters) -> None:  # fmt: skip
     """One thread a cluster: the disk light that stands for its members, of which each has its flux's share of the area.
 
-    medoids (cluster,): indices of `vpls`.
+    medoids (cluster,): indices of `vpls`, −1 for a cluster without members, whose disk sends nothing anywhere.
     """
     cluster = first + wp.tid()
+    if medoids[cluster] < 0:
+        out.disks[cluster] = Disk()
+        out.normal_cone_cos[cluster] = 1.0
+        out.extent[cluster] = 0.0
+        out.thickness[cluster] = 0.0
+        return
     centre = vpls.position[medoids[cluster]]
     normal = vpls.normal[medoids[cluster]]
     flux = Sum()
@@ -137,13 +146,19 @@ def vpl_group_bounds_kernel(first: int, out: VplClusters) -> None:
     end = wp.min(begin + out.per_group, out.count)
     centre = wp.vec3(0.0, 0.0, 0.0)
     axis = wp.vec3(0.0, 0.0, 0.0)
+    used = float(0.0)
     for cluster in range(begin, end):
-        centre += out.disks[cluster].position / float(end - begin)
-        axis += out.disks[cluster].normal
+        if out.starts[cluster + 1] > out.starts[cluster]:
+            centre += out.disks[cluster].position
+            axis += out.disks[cluster].normal
+            used += 1.0
+    centre = centre / wp.max(used, 1.0)
     axis = wp.normalize(axis)
     radius = float(0.0)
     widest = float(0.0)
     for cluster in range(begin, end):
+        if out.starts[cluster + 1] == out.starts[cluster]:
+            continue
         radius = wp.max(radius, wp.length(out.disks[cluster].position - centre) + out.extent[cluster])
         off = wp.acos(wp.clamp(wp.dot(axis, out.disks[cluster].normal), -1.0, 1.0))
         widest = wp.max(widest, off + wp.acos(wp.clamp(out.normal_cone_cos[cluster], -1.0, 1.0)))
@@ -153,8 +168,8 @@ def vpl_group_bounds_kernel(first: int, out: VplClusters) -> None:
     out.axis_cone_cos[group] = wp.cos(wp.min(widest * WIDER, PI))
 
 
-def set_groups(clusters: VplClusters, device: wp.Device) -> None:
-    """Form groups of `clusters`, of which there is one or more, and fill in their bounds."""
+def form_groups(clusters: VplClusters, device: wp.Device) -> None:
+    """Form groups of `clusters`, of which there is one or more; `bound_groups` fills in their bounds."""
     clusters.per_group = LEAST_PER_GROUP
     while clusters.per_group * MOST_GROUPS < clusters.count:
         clusters.per_group *= 2
@@ -163,6 +178,10 @@ def set_groups(clusters: VplClusters, device: wp.Device) -> None:
         setattr(clusters, name, wp.zeros(clusters.groups, dtype=wp.vec3, device=device))
     for name in ("radius", "axis_cone_cos"):
         setattr(clusters, name, wp.zeros(clusters.groups, dtype=float, device=device))
+
+
+def bound_groups(clusters: VplClusters, device: wp.Device) -> None:
+    """Fill in the bounds of the groups of `clusters`."""
     launch(vpl_group_bounds_kernel, clusters.groups, [clusters], device)
 
 
@@ -201,7 +220,8 @@ def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int,
     medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
     launch(vpl_cluster_disk_kernel, clusters.count, [vpls, medoids, chosen, clusters], device)
     set_subclusters(clusters, starts, device)
-    set_groups(clusters, device)
+    form_groups(clusters, device)
+    bound_groups(clusters, device)
     return clusters
 
 
@@ -226,7 +246,8 @@ def unclustered(device_scene: DeviceScene, clusters: VplClusters) -> VplClusters
     starts = np.arange(members.count + 1, dtype=np.int32)
     singles.starts = wp.array(starts, dtype=int, device=device)
     set_subclusters(singles, starts, device)
-    set_groups(singles, device)
+    form_groups(singles, device)
+    bound_groups(singles, device)
     return singles
 
 

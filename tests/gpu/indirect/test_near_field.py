@@ -21,7 +21,7 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Floats, Light, LightKind
 from gpu.settings import Clustering, Component, Method, RenderSettings
 from gpu.vpl.build import cluster_vpls
-from gpu.vpl.radiosity_cache import RadiosityCache, radiosity_cache, sort_into_cells
+from gpu.vpl.radiosity_cache import RadiosityCache, RadiosityCells, radiosity_cache
 
 SIZE = (48, 36)
 FEW = {"sp_clusters": 400, "vpls": 1000, "vpl_clusters": 60}
@@ -181,7 +181,7 @@ def test_vpls_of_radii_far_below_the_distance_are_not_asked(radii: float, answer
     cache = radiosity_cache(device_scene, device_scene.data, cluster_vpls(device_scene, square_of_vpls(2500), 60, 0))
     radius = 0.0148  # in the middle of a level
     cache.radius.fill_(radius)
-    sort_into_cells(cache, CPU)
+    RadiosityCells(cache, CPU).sort()
     rays = rays_to((0.0, 0.0, 0.0), radii * radius)
     launch(near_field_vpl_kernel, 1, [cache, NEAR_FIELD_PARAMETERS.radius_share, rays], CPU)
     assert (rays.vpl.numpy()[0] >= 0) == answers

@@ -6,7 +6,7 @@ from gpu.methods.rays import PIXEL_RAYS, VERTEX_RAYS, frame_rays
 from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings
 
-COUNTS = SampleCounts(sp_clusters=100, vpls=1000, vpl_clusters=50, samples=2, frames=1)
+COUNTS = SampleCounts(sp_clusters=100, vpls=1000, vpl_clusters=50, samples=2, frames=1, shadow_map=64)
 OWN = 10_000 * (PIXEL_RAYS + 2) + 1000 * VERTEX_RAYS
 
 
@@ -17,6 +17,7 @@ OWN = 10_000 * (PIXEL_RAYS + 2) + 1000 * VERTEX_RAYS
         ({"method": "exact-vpl"}, OWN + 10_000 * 1000),
         ({"clustering": "vpls"}, OWN + 10_000 * 50),
         ({"clustering": "sps"}, OWN + 100 * 1000),
+        ({"method": "rsm-disks"}, 10_000 * (PIXEL_RAYS + 2) + 16 * 64 * 64 + 100 * 50),
         ({}, OWN + 100 * 50),
     ],
 )

@@ -184,3 +184,19 @@ def test_each_viewer_has_the_clusters_it_gets_alone() -> None:
         return seen
 
     assert walk(1) == walk(2) == walk(3)
+
+
+def test_clusters_that_are_kept_are_listed_as_new_where_light_is() -> None:
+    device_scene, camera, size = slats()
+    view = FrameView(device_scene, size, lambertian=True)
+    clustering = SpClustering(view.shading_points, 90, 6, by_distance=True)
+    view.set_camera(camera)
+    view.find_shading_points()
+    clustering.run(view.gbuffer, 0)
+    fresh = []
+    for relit in (False, True):
+        clustering.go_on(view.gbuffer, view.camera, size, relit=relit)
+        fresh.append(int(clustering.clusters.fresh.numpy()[0]))
+    used = np.flatnonzero(clustering.clusters.used.numpy())
+    assert fresh[0] < 0.5 * len(used)
+    assert sorted(clustering.clusters.order.numpy()[: fresh[1]]) == used.tolist()

@@ -13,11 +13,11 @@ from gpu.vpl.light_sets import LightSetChoice, LightSets
 from gpu.vpl.radiosity_cache import (
     RADIOSITY_PARAMETERS,
     RadiosityCache,
+    RadiosityCells,
     covered_radiosity_kernel,
     disk_coverage_kernel,
     neighbour_spacing_kernel,
     radiosity_cache,
-    sort_into_cells,
     vpl_around,
 )
 from gpu.vpl.vpl_clusters import VplClusters
@@ -172,7 +172,7 @@ def by_hand(positions: Doubles, radius: float) -> RadiosityCache:
     lit.chosen, lit.alike = RADIOSITY_PARAMETERS, CLUSTERING_PARAMETERS
     lit.position, lit.normal = column(positions, wp.vec3), column(np.tile([0.0, 1.0, 0.0], (count, 1)), wp.vec3)
     lit.radius, lit.radiosity = column(np.full(count, radius), float), column(np.ones((count, 3)), wp.vec3)
-    sort_into_cells(lit, wp.get_device("cpu"))
+    RadiosityCells(lit, wp.get_device("cpu")).sort()
     return lit
 
 

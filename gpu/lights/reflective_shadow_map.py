@@ -1,0 +1,173 @@
+"""Reflective shadow maps: what a light sees, a VPL a pixel (C. Dachsbacher and M. Stamminger 2005), by rays.
+
+Each map is of a punctual light, of the sky, or of a patch of emissive triangles, whose pixels each have a point of the
+patch as their light's place. Pixels are in Morton's order, map after map: together they are an image, the atlas, the
+maps of which lie in Morton's order, too, and what lies beyond the last is empty. All is traced from the table of lights
+as it is now.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from gpu.core.constants import RAY_LENGTH
+from gpu.core.device import launch
+from gpu.core.morton import pixel_of_morton_2d
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.surface import surface_at
+from gpu.device_scene.upload import DeviceScene
+from gpu.lights.emission import emit
+from gpu.lights.light_paths import Vpls
+from gpu.lights.light_table import DIRECTIONAL, LightTable, choose_emitter, is_light, is_triangle
+from gpu.sampling.sobol import TO_UNIT, Pair, sobol_pair
+from gpu.scene.types import Doubles, Ints
+
+WHOLE = 1 << 32
+
+
+@dataclass(frozen=True)
+class ShadowMapParameters:
+    """Which lights share a map.
+
+    most_maps: of a scene; where there are more lights, those that follow each other in the table share one.
+    least_cosine: between the normals of triangles of one patch; widest: farther apart their centres are not, unit
+    space: of a map whose pixels' lights stand far apart or face other ways, neighbours see other surfaces.
+    """
+
+    most_maps: int = 16
+    least_cosine: float = 0.9
+    widest: float = 0.25
+
+
+SHADOW_MAP_PARAMETERS = ShadowMapParameters()
+
+
+@wp.struct
+class ShadowMaps:
+    """`count` maps of `side`² pixels each, a power of two.
+
+    atlas_side: pixels along each side of the atlas, a power of two; first, width (map,): the values by which the
+    table's choice among all emitters takes those of a map, and how many these are, of 2³².
+    """
+
+    count: int
+    side: int
+    atlas_side: int
+    first: wp.array[wp.uint32]
+    width: wp.array[wp.uint32]
+
+
+@wp.func
+def atlas_place(maps: ShadowMaps, pixel: int) -> wp.vec2:
+    """The centre of a pixel in the atlas, whose sides are 1 long."""
+    place = pixel_of_morton_2d(pixel)
+    return wp.vec2(float(place[0]) + 0.5, float(place[1]) + 0.5) / float(maps.atlas_side)
+
+
+@cache
+def shadow_map_kernel(texels: bool, environment: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not."""
+
+    @wp.kernel(module="unique")
+    def shadow_map_kernel(
+        first: int, scene: SceneData, table: LightTable, maps: ShadowMaps, seed: int, out: Vpls
+    ) -> None:
+        """One thread a pixel of the maps: the VPL where its ray ends, of flux 0 where it meets nothing.
+
+        A pixel is a part of the directions of a light with a place or a patch, and of the disk through which others
+        light the scene; what else a ray depends on is drawn by `seed`, and so is its place in the pixel.
+        """
+        pixel = first + wp.tid()
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        if wp.static(not environment):
+            scene.has_environment = False
+        out.flux[pixel] = wp.vec3(0.0, 0.0, 0.0)
+        pixels = maps.side * maps.side
+        number = pixel // pixels
+        width = maps.width[number]
+        drawn = sobol_pair(pixel, 0, seed)
+        pick = maps.first[number] + wp.uint32((wp.uint64(drawn.a) * wp.uint64(width)) >> wp.uint64(32))
+        place = pixel_of_morton_2d(pixel % pixels)
+        jitter = sobol_pair(pixel, 1, seed)
+        within = Pair()
+        within.x = (float(place[0]) + jitter.x) / float(maps.side)
+        within.y = (float(place[1]) + jitter.y) / float(maps.side)
+        other = sobol_pair(pixel, 2, seed)
+        emitter = choose_emitter(table.all_emitters, pick).index
+        has_place = is_triangle(table, emitter)
+        if is_light(table, emitter):
+            light = table.lights[emitter - table.triangle_count - table.sky_count]
+            has_place = light.kind != DIRECTIONAL
+        on_emitter = within
+        outgoing = other
+        if has_place:
+            on_emitter = other
+            outgoing = within
+        particle = emit(scene, table, pick, on_emitter, outgoing)
+        direction = particle.direction
+        hit = closest_hit(scene, offset_origin(particle.origin, particle.normal, direction), direction, RAY_LENGTH)
+        if hit.face == NO_HIT:
+            return
+        surface = surface_at(scene, hit, direction)
+        share = float(width) * TO_UNIT / float(pixels)
+        out.position[pixel] = surface.position
+        out.normal[pixel] = surface.geometric_normal
+        out.flux[pixel] = wp.cw_mul(particle.flux, surface.albedo) * share
+
+    return shadow_map_kernel
+
+
+def trace_shadow_maps(
+    scene: SceneData, table: LightTable, maps: ShadowMaps, seed: int, features: SceneFeatures, out: Vpls
+) -> None:
+    """Trace all `maps` of the lights in `table` into `out`, a VPL a pixel; none of them leaves the device."""
+    inputs = [scene, table, maps, seed, out]
+    launch(shadow_map_kernel(features.texels, features.environment), out.count, inputs, out.flux.device)
+
+
+def map_of_emitters(ends: Doubles, faces: Doubles, chosen: ShadowMapParameters = SHADOW_MAP_PARAMETERS) -> Ints:
+    """The map of each emitter, ascending from 0.
+
+    ends (emitter,): of their shares of all power, ascending to 1; faces (triangle, 6): centres and normals of the first
+    emitters, the emissive triangles.
+    """
+    begins = np.ones(len(ends), bool)
+    apart = np.linalg.norm(np.diff(faces[:, :3], axis=0), axis=1) > chosen.widest
+    turned = (faces[1:, 3:] * faces[:-1, 3:]).sum(axis=1) < chosen.least_cosine
+    begins[1 : len(faces)] = apart | turned
+    groups = np.cumsum(begins) - 1
+    if groups[-1] >= chosen.most_maps:
+        starts = np.append(0.0, ends)[np.flatnonzero(begins)]
+        shared = np.floor(starts * chosen.most_maps).astype(np.int64)
+        groups = np.unique(shared, return_inverse=True)[1][groups]
+    return groups.astype(np.int32)
+
+
+def make_shadow_maps(device_scene: DeviceScene, table: LightTable, side: int,
+                     chosen: ShadowMapParameters = SHADOW_MAP_PARAMETERS) -> ShadowMaps:  # fmt: skip
+    """The maps of the emitters in `table`, of which there is one or more, of `side`² pixels each."""
+    scene, device = device_scene.scene, device_scene.device
+    triangles = scene.triangles[device_scene.triangle_order[table.faces.numpy()[: table.triangle_count]]]
+    corners = scene.vertices[triangles].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    cumulative = table.all_emitters.cumulative.numpy().astype(np.int64)
+    cumulative[-1] = WHOLE
+    groups = map_of_emitters(cumulative / WHOLE, np.hstack([corners.mean(axis=1), normals]), chosen)
+    last = cumulative[np.append(np.flatnonzero(np.diff(groups)), len(groups) - 1)]
+    first = np.append(0, last[:-1])
+    # One that has all values loses the last of them: 2³² is no 32-bit number.
+    width = np.minimum(last - first, WHOLE - 1)
+    maps = ShadowMaps()
+    maps.count, maps.side, maps.atlas_side = len(first), side, side
+    while (maps.atlas_side // side) ** 2 < maps.count:
+        maps.atlas_side *= 2
+    maps.first = wp.array(first.astype(np.uint32), dtype=wp.uint32, device=device)
+    maps.width = wp.array(width.astype(np.uint32), dtype=wp.uint32, device=device)
+    return maps

@@ -1,0 +1,104 @@
+"""The lights of `rsm-disks`: clusters of reflective shadow maps, in every frame those of the lights as they are."""
+
+from weakref import WeakKeyDictionary
+
+import warp as wp
+
+from gpu.core.stages import Stages
+from gpu.lights.importance_warp import ImportanceWarp
+from gpu.lights.light_paths import allocate_vpls
+from gpu.lights.reflective_shadow_map import make_shadow_maps, trace_shadow_maps
+from gpu.methods.clustered_lights import ClusteredLights
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.fuzzy_correction import FuzzyCorrection
+from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
+from gpu.methods.method import RenderSetup
+from gpu.methods.passes import FrameKind, frame_seed
+from gpu.settings import Component
+from gpu.vpl.bidirectional_importance import BidirectionalImportance
+from gpu.vpl.build import no_clusters
+from gpu.vpl.map_lights import MapLights
+from gpu.vpl.radiosity_cache import RadiosityBuilder
+from gpu.vpl.shadow_map_clusters import MapClusters, ShadowMapClustering
+
+
+class RsmLights(ClusteredLights):
+    """Algorithm 1 of the 2012 paper, with what it works with: arrays of the maps' size, allocated once."""
+
+    are_kept = False
+    relights = True
+
+    def __init__(self, setup: RenderSetup, frame: FrameArrays, most: int) -> None:
+        """most: SP clusters."""
+        super().__init__(setup, frame)
+        settings, counts, table = setup.settings, setup.sample_counts, setup.light_sets.table
+        self.vpls, self.cache = no_clusters(), None
+        self._kept_clusters: WeakKeyDictionary[FuzzyViewState, MapClusters] = WeakKeyDictionary()
+        self.has_indirect = settings.component is not Component.DIRECT and table.count > 0
+        self.has_near = self.has_indirect and settings.near_field and settings.indirect_shadows
+        self.corrects = settings.correct and settings.indirect_shadows
+        if self.has_indirect:
+            self._allocate(counts.shadow_map, counts.vpl_clusters)
+        self.room = min(counts.sp_clusters, most, setup.pixels), self.vpls.count
+        self.correction = FuzzyCorrection(frame, 1, counts.sp_clusters, max(self.vpls.count, 1))
+
+    def _allocate(self, side: int, clusters: int) -> None:
+        setup, device = self._setup, self._setup.device
+        self._maps = make_shadow_maps(setup.device_scene, setup.light_sets.table, side)
+        pixels = self._maps.count * side**2
+        self._pixels = allocate_vpls(pixels, device)
+        self._importance = BidirectionalImportance(device)
+        self._warp = ImportanceWarp(pixels, self._maps.atlas_side, device)
+        self.clustering = ShadowMapClustering(self._maps, min(clusters, pixels), device)
+        self._lights = MapLights(self.clustering)
+        self.vpls = self._lights.vpls
+        self._radiosity = RadiosityBuilder(self.vpls, device) if self.has_near else None
+        self.cache = self._radiosity.cache if self._radiosity else None
+
+    def clusters_of(self, view: FuzzyViewState) -> MapClusters:
+        """The clusters that a view's walk keeps; at first none has members."""
+        if view not in self._kept_clusters:
+            self._kept_clusters[view] = self.clustering.new_clusters()
+        return self._kept_clusters[view]
+
+    def lit(self) -> wp.array:
+        """How many pixels of the maps have light, (1,)."""
+        return self.vpls.starts[self.vpls.count :]
+
+    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
+        """Trace the maps, and cluster them by one round over what the walk's last frame left.
+
+        Frames of a walk have the same rays, so that clusters change as lights do; those of a still view have their own.
+        """
+        setup, frame, pixels, clusters = self._setup, self._frame, self._pixels, self.clusters_of(view)
+        seed, table = frame_seed(setup.settings.seed, kind.sample), setup.light_sets.table
+        begins = not self.reuses_clusters(view, self.known_to(view), kind)
+
+        def trace() -> None:
+            trace_shadow_maps(frame.scene, table, self._maps, seed, frame.features, pixels)
+
+        def cluster() -> None:
+            self._importance.run(frame.gbuffer, frame.size, pixels, self._warp.importance)
+            self._warp.run(self.clustering.seeds[: self.clustering.count])
+            self.clustering.run(pixels, clusters, begins=begins)
+
+        def make_lights() -> None:
+            self._lights.run(pixels)
+            if self._radiosity:
+                self._radiosity.run(frame.scene)
+
+        stages.run("shadow-maps", trace, repeats=kind.captured)
+        stages.run("map-clusters", cluster, repeats=kind.captured, branch=begins)
+        stages.run("disks", make_lights, repeats=kind.captured)
+
+    def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
+        """Whether the view's last frame was of the same walk and saw much the same."""
+        goes_on = kind.sample == 0 and view.reuses_history and kept.last_sample == 0
+        return goes_on and self._setup.settings.skip.kept_clusters
+
+    def trace(self, view: FuzzyViewState) -> None:
+        """As others, unless nothing is to hide indirect light."""
+        if self._setup.settings.indirect_shadows:
+            super().trace(view)
+        else:
+            self.known_to(view).visibility.see_all()

@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+from emitters import POINT, SPOT, SUN, lamp_room
+from scenes import box, grey, resident_of
+
+from gpu.device_scene.features import scene_features
+from gpu.device_scene.upload import DeviceScene
+from gpu.lights.build import build_light_table
+from gpu.lights.light_paths import Vpls, allocate_vpls
+from gpu.lights.reflective_shadow_map import (
+    SHADOW_MAP_PARAMETERS,
+    ShadowMaps,
+    make_shadow_maps,
+    map_of_emitters,
+    trace_shadow_maps,
+)
+from gpu.scene.types import Doubles
+
+SIDE = 64
+MOST = SHADOW_MAP_PARAMETERS.most_maps
+
+
+def mapped(device_scene: DeviceScene, seed: int = 0) -> tuple[ShadowMaps, Vpls]:
+    """The maps of a scene's lights."""
+    table = build_light_table(device_scene)
+    maps = make_shadow_maps(device_scene, table, SIDE)
+    vpls = allocate_vpls(maps.count * SIDE**2, device_scene.device)
+    features = scene_features(device_scene.scene, lambertian=False)
+    trace_shadow_maps(device_scene.data, table, maps, seed, features, vpls)
+    return maps, vpls
+
+
+def test_maps_carry_what_walls_reflect_of_all_lights() -> None:
+    """A closed box of albedo ½, a lamp on its ceiling, a bulb and a spot: all their light meets a wall."""
+    device_scene = lamp_room(lights=[POINT, SPOT])
+    maps, vpls = mapped(device_scene)
+    assert (maps.count, maps.atlas_side) == (3, 2 * SIDE)
+    flux = vpls.flux.numpy().astype(np.float64).reshape(3, -1, 3).sum(axis=1)
+    lamp = np.full(3, np.pi * 3.0 * 0.04)
+    bulb, spot = 4.0 * np.pi * np.array(POINT.intensity), 2.0 * np.pi * 0.2 * np.array(SPOT.intensity)
+    # The lamp itself, which is black, hides a little.
+    assert flux == pytest.approx(0.5 * np.stack([lamp, bulb, spot]), rel=0.04)
+
+
+def test_pixels_of_a_map_that_are_neighbours_see_neighbouring_places() -> None:
+    _, vpls = mapped(resident_of(box(), [grey(0.5)], lights=[POINT]))
+    position = vpls.position.numpy()
+    # In Morton's order each four are a square of pixels: 1/32 of a turn wide, half a unit away.
+    square = position.reshape(-1, 4, 3)
+    assert np.median(np.linalg.norm(square - square[:, :1], axis=2).max(axis=1)) < 0.1
+    assert np.abs(position).max() == pytest.approx(0.5, abs=1e-5)
+
+
+def test_a_sun_is_mapped_from_all_around_the_scene() -> None:
+    maps, vpls = mapped(resident_of(box(), [grey(0.5)], lights=[SUN]))
+    flux, position = vpls.flux.numpy().astype(np.float64), vpls.position.numpy()
+    lit = flux.sum(axis=1) > 0.0
+    # The cube's shadow, across the sun's direction: of its top 0.8, of a side 0.6.
+    assert flux.sum(axis=0) == pytest.approx(0.5 * 1.4 * np.array(SUN.intensity), rel=0.02)
+    assert maps.count == 1
+    assert lit.mean() == pytest.approx(1.4 / (np.pi * 0.75), abs=0.02)
+    assert {round(float(x), 3) for x in position[lit][:, 1]} >= {0.5}
+
+
+def test_the_same_seed_gives_the_same_maps() -> None:
+    device_scene = lamp_room()
+    first, again, other = (mapped(device_scene, seed)[1].position.numpy().tobytes() for seed in (3, 3, 4))
+    assert first == again
+    assert first != other
+
+
+def faces(*rows: tuple[float, float, float]) -> Doubles:
+    """Triangles at heights and distances, turned up by an angle."""
+    return np.array([[x, y, 0.0, 0.0, np.cos(turn), np.sin(turn)] for x, y, turn in rows])
+
+
+@pytest.mark.parametrize(
+    ("second", "maps"),
+    [((0.24, 0.0, 0.0), [0, 0]), ((0.26, 0.0, 0.0), [0, 1]), ((0.0, 0.0, 0.44), [0, 0]), ((0.0, 0.0, 0.46), [0, 1])],
+)
+def test_triangles_near_each_other_that_face_alike_share_a_map(
+    second: tuple[float, float, float], maps: list[int]
+) -> None:
+    assert map_of_emitters(np.array([0.5, 1.0]), faces((0.0, 0.0, 0.0), second)).tolist() == maps
+
+
+def test_sky_and_lights_have_maps_of_their_own_while_there_are_enough() -> None:
+    few = map_of_emitters((np.arange(MOST) + 1.0) / MOST, faces((0.0, 0.0, 0.0)))
+    assert few.tolist() == list(range(MOST))
+    ends = np.cumsum(np.append(np.full(MOST, 0.5 / MOST), 0.5))
+    many = map_of_emitters(ends, faces((0.0, 0.0, 0.0)))
+    # The last has half of the power; the others share maps two by two.
+    assert many.tolist() == [*np.repeat(np.arange(MOST // 2), 2), MOST // 2]

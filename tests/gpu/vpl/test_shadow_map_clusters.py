@@ -1,0 +1,133 @@
+"""A round of clustering beside a plain one in NumPy."""
+
+from math import ceil, sqrt
+
+import numpy as np
+import pytest
+from shadow_maps import COUNT, SIDE, again, clustered, folded_floor, maps_of, owners, places, seeds_of
+
+from gpu.core.parameters import parameters
+from gpu.lights.light_paths import Vpls
+from gpu.lights.reflective_shadow_map import ShadowMaps
+from gpu.scene.types import Doubles, Ints
+from gpu.vpl.shadow_map_clusters import (
+    SHADOW_MAP_CLUSTER_PARAMETERS,
+    ShadowMapClusterParameters,
+)
+
+
+def unit(vectors: Doubles) -> Doubles:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30))
+
+
+def unlike(
+    chosen: ShadowMapClusterParameters, vpls: Vpls, position: Doubles, normal: Doubles, flux: Doubles
+) -> Doubles:
+    """μ of Eq. 1, (pixel, cluster)."""
+    off = ((vpls.position.numpy()[:, None].astype(np.float64) - position[None]) ** 2).sum(axis=2)
+    turned = 1.0 - vpls.normal.numpy() @ normal.T
+    color = ((unit(vpls.flux.numpy())[:, None] - unit(flux)[None]) ** 2).sum(axis=2)
+    return np.asarray(chosen.distance * off + chosen.normal * turned + chosen.flux * color)
+
+
+def plain_round(chosen: ShadowMapClusterParameters, maps: ShadowMaps, vpls: Vpls, seeds: Ints) -> Ints:
+    """The cluster of each pixel, −1 where it is dark, of clusters that begin at `seeds`."""
+    position, normal, flux = (of.numpy()[seeds].astype(np.float64) for of in (vpls.position, vpls.normal, vpls.flux))
+    mu = unlike(chosen, vpls, position, normal, flux)
+    used = maps.count / (maps.atlas_side / SIDE) ** 2
+    cells = ceil(sqrt(len(seeds) / used))
+    cell = (places(maps) * cells).astype(int)
+    apart = np.abs(cell[:, None] - cell[seeds][None]).max(axis=2)
+    found = np.full(len(mu), -1)
+    for pixel in np.flatnonzero(vpls.flux.numpy().sum(axis=1) > 0.0):
+        reach = chosen.reach
+        while not (apart[pixel] <= reach).any():
+            reach *= 2
+        found[pixel] = np.argmin(np.where(apart[pixel] <= reach, mu[pixel], np.inf))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("maps", "weights"),
+    [
+        (1, {}),
+        (3, {}),
+        *((1, {name: factor * getattr(SHADOW_MAP_CLUSTER_PARAMETERS, name)})
+          for name in ("distance", "normal", "flux") for factor in (0.5, 2.0)),
+        (1, {"reach": 1}),
+    ],
+)  # fmt: skip
+def test_pixels_go_to_the_most_like_cluster_near_them(maps: int, weights: dict[str, float]) -> None:
+    atlas, chosen = maps_of(maps), parameters(ShadowMapClusterParameters, **weights)
+    vpls = folded_floor(atlas, bumps=0.3)
+    seeds = seeds_of(vpls)
+    clustering, _ = clustered(atlas, vpls, seeds, chosen)
+    expected = plain_round(chosen, atlas, vpls, seeds)
+    assert (owners(clustering) == expected).mean() > 0.998  # but for ties in float32
+    usual = plain_round(SHADOW_MAP_CLUSTER_PARAMETERS, atlas, vpls, seeds)
+    assert (not weights) == bool((expected == usual).all())
+
+
+def test_the_usual_weights() -> None:
+    """What the kernels' defaults are is told by no picture alone."""
+    chosen = SHADOW_MAP_CLUSTER_PARAMETERS
+    assert (chosen.distance, chosen.normal, chosen.flux, chosen.reach) == (100.0, 10.0, 1.0, 2)
+
+
+def test_clusters_move_to_means_by_flux_and_medoids_are_members() -> None:
+    atlas = maps_of()
+    vpls = folded_floor(atlas)
+    clustering, clusters = clustered(atlas, vpls, seeds_of(vpls))
+    owner, flux = owners(clustering), vpls.flux.numpy().astype(np.float64)
+    weight, place = flux.mean(axis=1), places(atlas)
+    normal, position = vpls.normal.numpy(), vpls.position.numpy()
+    medoids = clustering.medoids.numpy()
+    for cluster in range(COUNT):
+        own = owner == cluster
+        assert clusters.members.numpy()[cluster] == own.sum()
+        if not own.any():
+            assert medoids[cluster] == -1
+            continue
+        mean = {name: np.average(of[own], axis=0, weights=weight[own])
+                for name, of in (("position", position), ("normal", normal), ("place", place))}  # fmt: skip
+        assert np.allclose(clusters.position.numpy()[cluster], mean["position"], atol=1e-5)
+        assert np.allclose(clusters.normal.numpy()[cluster], unit(mean["normal"]), atol=1e-5)
+        assert np.allclose(clusters.place.numpy()[cluster], mean["place"], atol=1e-5)
+        assert np.allclose(clusters.flux.numpy()[cluster], flux[own].sum(axis=0), rtol=1e-5)
+        assert own[medoids[cluster]]
+
+
+def test_no_light_is_lost_where_no_cluster_is_near() -> None:
+    atlas = maps_of(3)
+    vpls = folded_floor(atlas)
+    lit = vpls.flux.numpy().sum(axis=1) > 0.0
+    # All begin in one corner of the first map.
+    clustering, clusters = clustered(atlas, vpls, np.flatnonzero(lit)[:COUNT])
+    assert (owners(clustering) >= 0).tolist() == lit.tolist()
+    assert clusters.flux.numpy().sum(axis=0) == pytest.approx(vpls.flux.numpy().sum(axis=0), rel=1e-4)
+
+
+def test_clusters_stay_and_only_empty_ones_begin_again() -> None:
+    atlas = maps_of()
+    vpls = folded_floor(atlas)
+    seeds = seeds_of(vpls)
+    clustering, clusters = clustered(atlas, vpls, seeds)
+    before, members = clusters.position.numpy().copy(), clusters.members.numpy().copy()
+    empty = np.arange(COUNT) % 7 == 0
+    clusters.members.assign(np.where(empty, 0, members).astype(np.int32))
+    others = seeds_of(vpls, seed=2)
+    again(clustering, clusters, vpls, others, begins=False)
+    moved = np.linalg.norm(clusters.position.numpy() - before, axis=1)
+    # A second round moves those that stay by less than they are apart.
+    assert np.median(moved[~empty & (members > 0)]) < 0.03
+    assert np.median(np.linalg.norm(clusters.position.numpy() - vpls.position.numpy()[others], axis=1)[empty]) < 0.1
+    assert np.median(moved[empty]) > 0.1
+
+
+def test_in_the_dark_there_is_no_cluster() -> None:
+    atlas = maps_of()
+    vpls = folded_floor(atlas)
+    vpls.flux.zero_()
+    clustering, clusters = clustered(atlas, vpls, np.full(COUNT, -1))
+    assert (clusters.members.numpy() == 0).all()
+    assert (clustering.medoids.numpy() == -1).all()
