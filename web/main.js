@@ -57,7 +57,7 @@ const panel = new Panel({
   stream: (stream) => change({ stream }),
   reading: (options) => change({ ...(scene && { scene: scene.id }), scene_options: options }),
 });
-const mixer = new Mixer((id, patch) => session.edit(id, patch));
+const mixer = new Mixer((id, patch) => session.edit(id, patch), () => camera.matrix());
 const wanted = {
   size: viewport.size,
   stream: panel.stream,

@@ -88,6 +88,10 @@ export interface LightEdit {
   intensity?: number | null;
   /** of its light; of a sky that is a picture, what tints it */
   color?: [number, number, number] | null;
+  /** of a point or spot light, in the world, whose +Y is up [m] */
+  position?: [number, number, number] | null;
+  /** where the light of a spot or a directional light goes, in the world, of any length */
+  direction?: [number, number, number] | null;
 }
 
 /** What differs of a material; None is as the file says. As in glTF, factors on what its textures say. */
@@ -196,6 +200,10 @@ export interface LightInfo {
   form: LightForm;
   /** linear Rec. 709, each channel from 0 to 1 */
   color: [number, number, number];
+  /** in the world [m], if it can be moved */
+  position: [number, number, number] | null;
+  /** where its light goes, if it can be turned */
+  direction: [number, number, number] | null;
 }
 
 /** What a light is. */

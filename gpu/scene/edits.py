@@ -1,26 +1,30 @@
-"""Edits of a scene that is open: lights off, brighter or of another colour, materials of another colour or finish.
+"""Edits of a scene that is open: lights off, brighter, elsewhere or of another colour, materials of another finish.
 
 What a scene's file says stays as it is; edits are said as what differs from it, all of them together, so the same edits
 of the same scene always are the same scene, whatever came before.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
-from gpu.scene.types import Environment, Light, Material, Rgb, Scene, Sky
+from gpu.scene.to_world import as_vector
+from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene, Sky
 
 MOST_SHOWN = 5  # ids in a sentence on one that there is not
+PLACED = (LightForm.POINT, LightForm.SPOT)
+AIMED = (LightForm.SPOT, LightForm.DIRECTIONAL)
 _BLACK = Sky((0.0, 0.0, 0.0))
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 Color = Annotated[tuple[Share, Share, Share], Field(description="linear Rec. 709, each channel from 0 to 1")]
 Radiance = Annotated[FiniteFloat, Field(ge=0.0, le=1e6)]
+Metres = Annotated[FiniteFloat, Field(ge=-1e9, le=1e9)]
 PartId = Annotated[str, Field(min_length=1, max_length=MOST_ID + 16)]
 
 
@@ -36,6 +40,19 @@ class LightEdit(_Edit):
         default=None, ge=0.0, le=1e4, description="how many times as bright as its file says"
     )
     color: Color | None = Field(default=None, description="of its light; of a sky that is a picture, what tints it")
+    position: tuple[Metres, Metres, Metres] | None = Field(
+        default=None, description="of a point or spot light, in the world, whose +Y is up [m]"
+    )
+    direction: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = Field(
+        default=None, description="where the light of a spot or a directional light goes, in the world, of any length"
+    )
+
+    @field_validator("direction")
+    @classmethod
+    def _goes_somewhere(cls, direction: Rgb | None) -> Rgb | None:
+        if direction is not None and not 1e-6 < float(np.linalg.norm(direction)) < 1e6:
+            raise ValueError("must have a length from 1e-6 to 1e6")
+        return direction
 
     def scale(self, color: Rgb) -> Rgb:
         """A light's `color`, of any unit, with this edit: its largest channel changes by `factor` alone."""
@@ -81,7 +98,7 @@ def edited(scene: Scene, edits: SceneEdits) -> Scene:
     """`scene` with other lights and materials, and the same geometry; UserError for an id that it has not."""
     materials = dict(zip(material_ids(scene), scene.materials, strict=True))
     lights = {part.id: part for part in lights_of(scene)}
-    check_ids(edits, lights, materials)
+    check(edits, {part.id: part.form for part in lights.values()}, materials)
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
     made, punctual, sky = list(materials.values()), list(scene.lights), scene.sky
@@ -93,18 +110,24 @@ def edited(scene: Scene, edits: SceneEdits) -> Scene:
             case LightForm.SKY if sky is not None:
                 sky = _edited_sky(sky, edit)
             case _:
-                punctual[index] = _edited_light(punctual[index], edit)
+                punctual[index] = _edited_light(punctual[index], edit, scene.placement)
     return replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky)
 
 
-def check_ids(edits: SceneEdits, lights: Collection[str], materials: Collection[str]) -> None:
-    """Raise UserError, which names the field, where `edits` are of a light or a material that is not among these."""
+def check(edits: SceneEdits, lights: Mapping[str, LightForm], materials: Collection[str]) -> None:
+    """Raise UserError, which names the field, where `edits` are of a light or a material that is not among these, or
+    turn or move a light that cannot be.
+    """
     for field, edit, there in (("lights", edits.lights, lights), ("materials", edits.materials, materials)):
         unknown = next((one for one in edit if one not in there), None)
         if unknown is not None:
             known = ", ".join(list(there)[:MOST_SHOWN]) or "none"
             more = f" and {len(there) - MOST_SHOWN} more" if len(there) > MOST_SHOWN else ""
             raise UserError(f"{field}.{unknown}: the scene has no such {field[:-1]}; it has {known}{more}")
+    for one, light in edits.lights.items():
+        for field, moved, movable in (("position", light.position, PLACED), ("direction", light.direction, AIMED)):
+            if moved is not None and lights[one] not in movable:
+                raise UserError(f"lights.{one}.{field}: a light of this kind ({lights[one]}) has none")
 
 
 def _edited_material(material: Material, edit: MaterialEdit) -> Material:
@@ -117,8 +140,13 @@ def _edited_material(material: Material, edit: MaterialEdit) -> Material:
     )
 
 
-def _edited_light(light: Light, edit: LightEdit) -> Light:
-    return replace(light, intensity=edit.scale(light.intensity))
+def _edited_light(light: Light, edit: LightEdit, placement: Placement) -> Light:
+    position, direction = light.position, light.direction
+    if edit.position is not None:
+        position = as_vector((np.array(edit.position) - placement.centre) * placement.scale)
+    if edit.direction is not None:
+        direction = as_vector(np.array(edit.direction) / np.linalg.norm(edit.direction))
+    return replace(light, intensity=edit.scale(light.intensity), position=position, direction=direction)
 
 
 def _edited_sky(sky: Sky | Environment, edit: LightEdit) -> Sky | Environment:

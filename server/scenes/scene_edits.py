@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from gpu.scene.edits import NO_EDITS, SceneEdits, check_ids
+from gpu.scene.edits import NO_EDITS, SceneEdits, check
 from server.wire.browser import SceneInfo, ScenePatch
 from server.wire.scene_patch import patched
 from server.wire.worker import SceneRef
@@ -26,10 +26,10 @@ class EditedScenes:
     def change(self, scene: SceneRef, info: SceneInfo, patch: ScenePatch) -> SceneEdits:
         """Have `patch` in force from the next frame on; the edits then. info: what is in the scene.
 
-        UserError, which names the field, for a light or a material that it has not: then nothing changes.
+        UserError, which names the field, for what it has not or cannot be: then nothing changes.
         """
         edits = patched(self.of(scene), patch)
-        check_ids(edits, [light.id for light in info.lights], [material.id for material in info.materials])
+        check(edits, {light.id: light.form for light in info.lights}, [material.id for material in info.materials])
         self._edits.pop(scene, None)
         if edits != NO_EDITS:
             self._edits[scene] = edits

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from gpu.scene.edits import AIMED, PLACED
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
-from gpu.scene.parts import lights_of, material_ids
+from gpu.scene.parts import LightPart, lights_of, material_ids
+from gpu.scene.to_world import as_vector
 from gpu.scene.types import Camera, Doubles, Material, Scene
 from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, SceneFrame, SceneInfo
 
@@ -40,11 +42,21 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
         frame=SceneFrame(**asdict(scene.frame)),
         options=options,
         choices={name: tuple(offered) for name, offered in scene.choices.items()},
-        lights=tuple(LightInfo(id=part.id, form=part.form, color=part.color) for part in lights[:MOST_PARTS]),
+        lights=tuple(_describe_light(part, scene) for part in lights[:MOST_PARTS]),
         materials=tuple(map(_describe_material, ids[:MOST_PARTS], scene.materials)),
         triangles=len(scene.triangles),
         notes=notes,
     )
+
+
+def _describe_light(part: LightPart, scene: Scene) -> LightInfo:
+    info = LightInfo(id=part.id, form=part.form, color=part.color)
+    if part.form not in PLACED and part.form not in AIMED:
+        return info
+    light, placement = scene.lights[part.index], scene.placement
+    place = as_vector(np.array(light.position) / placement.scale + placement.centre)
+    moved = {"position": place} if part.form in PLACED else {}
+    return info.model_copy(update=moved | ({"direction": light.direction} if part.form in AIMED else {}))
 
 
 def _describe_material(one: str, material: Material) -> MaterialInfo:

@@ -238,6 +238,8 @@ class LightInfo(Message):
     id: PartId
     form: LightForm
     color: Color
+    position: tuple[float, float, float] | None = Field(None, description="in the world [m], if it can be moved")
+    direction: tuple[float, float, float] | None = Field(None, description="where its light goes, if it can be turned")
 
 
 class MaterialInfo(Message):

@@ -7,7 +7,7 @@ import pytest
 from harness import Running
 from looking import pixel, wait_for
 from playwright.sync_api import Browser, Page, expect
-from staged import Stage, visit
+from staged import FRONT, Stage, visit
 
 
 @pytest.fixture
@@ -72,6 +72,24 @@ def test_materials_are_changed_by_their_fields(page: Page, stage: Stage) -> None
     page.get_by_label("radiance").fill("4")
     assert patches(stage, 3)[-1] == {"materials": {"wall": {"emission": [4, 4, 4]}}}
     expect(page.get_by_label("radiance")).to_have_value("4")
+
+
+def test_a_light_is_brought_to_the_camera(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.welcome()
+    spot = {"id": "spot", "form": "spot", "color": [1, 1, 1], "position": [5, 5, 5], "direction": [0, -1, 0]}
+    sun = {"id": "sun", "form": "directional", "color": [1, 1, 1], "direction": [0, -1, 0]}
+    matrix = [*FRONT["matrix"][:12], 1.0, 2.0, 3.0, 1.0]
+    stage.scene(lights=[spot, sun], cameras=[{**FRONT, "matrix": matrix}])
+    stage.hear("pose")
+    page.keyboard.press("KeyG")
+    page.get_by_role("button", name="Bring here: spot").press("Enter")
+    patch = patches(stage, 1)[-1]["lights"]["spot"]
+    assert patch["position"] == [1, 2, 3]
+    assert patch["direction"] == pytest.approx([0, 0, -1])
+    page.get_by_role("button", name="Shine along the view: sun").press("Enter")
+    assert patches(stage, 2)[-1]["lights"] == {"sun": {"direction": pytest.approx([0, 0, -1])}}
 
 
 def test_a_refused_edit_is_said_and_taken_back(page: Page, stage: Stage) -> None:

@@ -15,13 +15,15 @@ from gpu.settings import Method
 
 SHARES = st.sampled_from([0.0, 0.3, 1.0])
 COLORS = st.tuples(SHARES, SHARES, SHARES)
+PLACES = st.tuples(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-0.4, 0.4))
 LIGHTS = st.builds(LightEdit, on=st.sampled_from([None, True, False]), color=st.none() | COLORS,
                    intensity=st.sampled_from([None, 0.0, 0.5, 20.0]))  # fmt: skip
+MOVING = st.builds(LightEdit.model_copy, LIGHTS, update=st.fixed_dictionaries({"position": st.none() | PLACES}))
 MATERIALS = st.builds(MaterialEdit, color=st.none() | COLORS, roughness=st.none() | SHARES, metallic=st.none() | SHARES,
                       emission=st.none() | COLORS)  # fmt: skip
 EDITS = st.builds(
     SceneEdits,
-    lights=st.dictionaries(st.sampled_from(["bulb", "default", "sky"]), LIGHTS),
+    lights=st.fixed_dictionaries({}, optional={"bulb": MOVING, "default": LIGHTS, "sky": LIGHTS}),
     materials=st.dictionaries(st.sampled_from(["default", "default (2)", "default (3)"]), MATERIALS),
 )
 

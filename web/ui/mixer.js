@@ -28,8 +28,14 @@ export class Mixer {
   #rows = [];
   #history;
 
-  /** @param {(id: number, patch: ScenePatch) => void} send */
-  constructor(send) {
+  #place;
+
+  /**
+   * @param {(id: number, patch: ScenePatch) => void} send
+   * @param {() => number[]} place  the camera's, column-major, camera to world
+   */
+  constructor(send, place) {
+    this.#place = place;
     this.#history = new EditHistory(send, () => this.#show());
     this.#materials = new MaterialFields((id, edit, what) => {
       this.#history.edit({ materials: { [id]: edit } }, `${id}/${what}`);
@@ -92,8 +98,23 @@ export class Mixer {
     color.addEventListener("input", () => edit({ color: fromHex(color.value) }, "color"));
     const row = element("li", { className: "light" });
     row.append(label, on, intensity, color);
+    if (light.position || light.direction) {
+      const words = light.position ? "Bring here" : "Shine along the view";
+      const here = element("button", { type: "button", className: "button", textContent: words, ariaLabel: `${words}: ${light.id}` });
+      here.addEventListener("click", () => this.#history.edit({ lights: { [light.id]: this.#here(light) } }));
+      row.append(here);
+    }
     this.#lights.append(row);
     return { light, on, intensity, color };
+  }
+
+  /** A light where the camera is, as far as it can be moved and turned. @param {LightInfo} light @returns {LightEdit} */
+  #here(light) {
+    const place = this.#place();
+    const column = (/** @type {number} */ first, /** @type {number} */ sign) =>
+      /** @type {[number, number, number]} */ (place.slice(first, first + 3).map((value) => sign * value));
+    // It looks along −Z.
+    return { ...(light.position && { position: column(12, 1) }), ...(light.direction && { direction: column(8, -1) }) };
   }
 
   #show() {

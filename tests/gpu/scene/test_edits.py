@@ -7,7 +7,7 @@ from scenes import box, scene_of
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, SceneEdits, edited
-from gpu.scene.types import Environment, Light, LightKind, Material, Scene, Sky
+from gpu.scene.types import Environment, Light, LightKind, Material, Placement, Scene, Sky
 
 LAMP = Material("lamp", emission=(4.0, 2.0, 0.0))
 WALL = Material("wall", base_color=(0.5, 0.5, 0.5, 0.25), roughness=0.9)
@@ -57,6 +57,31 @@ def test_a_picture_around_the_scene_is_tinted_or_gone(scene: Scene) -> None:
     assert edited(hall, edits_of(lights={"sky": {"on": False}})).sky == Sky((0.0, 0.0, 0.0))
 
 
+def test_lights_are_moved_and_turned_in_the_world(scene: Scene) -> None:
+    placed = replace(scene, placement=Placement((10.0, 0.0, 0.0), 0.5))
+    bulb, sun = edited(
+        placed, edits_of(lights={"bulb": {"position": [12.0, 1.0, 0.0]}, "sun": {"direction": [0.0, -2.0, 0.0]}})
+    ).lights
+    assert (bulb.position, bulb.direction) == ((1.0, 0.5, 0.0), scene.lights[0].direction)
+    assert sun.direction == (0.0, -1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("one", "change", "words"),
+    [
+        ("sun", {"position": [0, 0, 0]}, "lights.sun.position: a light of this kind .directional. has none"),
+        ("bulb", {"direction": [0, 1, 0]}, "lights.bulb.direction: a light of this kind .point. has none"),
+        ("sky", {"direction": [0, 1, 0]}, "lights.sky.direction"),
+        ("lamp", {"position": [0, 1, 0]}, "lights.lamp.position"),
+    ],
+)
+def test_what_cannot_be_moved_or_turned_is_refused(
+    scene: Scene, one: str, change: dict[str, object], words: str
+) -> None:
+    with pytest.raises(UserError, match=f"^{words}"):
+        edited(scene, edits_of(lights={one: change}))
+
+
 def test_no_edits_change_nothing(scene: Scene) -> None:
     found = edited(scene, NO_EDITS)
     assert (found.lights, found.materials, found.sky) == (scene.lights, scene.materials, scene.sky)
@@ -82,6 +107,8 @@ def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dic
         ({"lights": {"bulb": {"intensity": float("nan")}}}, "lights.bulb.intensity"),
         ({"lights": {"bulb": {"color": [1, 2, 0]}}}, "lights.bulb.color.1"),
         ({"lights": {"bulb": {"flux": 1}}}, "lights.bulb.flux"),
+        ({"lights": {"sun": {"direction": [0, 0, 0]}}}, "lights.sun.direction"),
+        ({"lights": {"bulb": {"position": [1e300, 0, 0]}}}, "lights.bulb.position.0"),
         ({"materials": {"wall": {"roughness": 1.5}}}, "materials.wall.roughness"),
         ({"materials": {"wall": {"emission": [1e9, 0, 0]}}}, "materials.wall.emission.0"),
     ],

@@ -6,7 +6,7 @@ import pytest
 
 from gpu.scene.load import load_scene
 from gpu.scene.parts import LightForm
-from gpu.scene.types import Camera, LoadReport, Material, Placement, Scene
+from gpu.scene.types import Camera, Light, LightKind, LoadReport, Material, Placement, Scene
 from gpu.scene.wording import MOST_CHOICE, MOST_CHOICES, MOST_NAME, MOST_SENTENCE, MOST_SENTENCES
 from server.scenes.scene_info import MOST_CAMERAS, MOST_PARTS, describe_scene
 from server.wire.worker import MAX_TEXT_BYTES, Opened, pack
@@ -95,6 +95,15 @@ def test_lights_and_materials_are_told_as_the_file_has_them(scene: Scene) -> Non
     assert [material.id for material in info.materials] == ["white", "red", "green", "light"]
     assert info.materials[3].emission == scene.materials[3].emission
     assert info.materials[1].color == scene.materials[1].base_color[:3]
+
+
+def test_lights_that_can_be_moved_or_turned_say_where_they_are_in_the_world(scene: Scene) -> None:
+    sun = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    bulb = Light("bulb", LightKind.POINT, (1.0, 1.0, 1.0), position=(0.1, 0.2, -0.1))
+    spot = replace(bulb, name="spot", kind=LightKind.SPOT)
+    told = describe_scene("id", replace(scene, lights=(sun, bulb, spot))).lights
+    assert [light.position for light in told] == [None, pytest.approx((101.0, 2.0, -1.0)), told[1].position, None]
+    assert [light.direction for light in told] == [(0.0, -1.0, 0.0), None, (0.0, 0.0, -1.0), None]
 
 
 def test_some_materials_are_listed_and_the_others_counted(scene: Scene) -> None:
