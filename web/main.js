@@ -3,6 +3,7 @@
 import { Address } from "./address.js";
 import { decimalsOf, toFile, toWorld } from "./frame.js";
 import { writeLink } from "./link.js";
+import { isVideo } from "./protocol.js";
 import { wordsOf } from "./reading.js";
 import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
@@ -21,6 +22,7 @@ import { Camera } from "./viewer/camera.js";
 import { Navigation } from "./viewer/navigation.js";
 import { PoseSender } from "./viewer/poses.js";
 import { openScreen } from "./viewer/screen.js";
+import { decodesVideo } from "./viewer/video.js";
 import { Viewport } from "./viewer/viewport.js";
 
 /** @typedef {import("./link.js").View} View */
@@ -72,6 +74,7 @@ const session = new Session(api, wanted, {
   welcome(welcome) {
     viewport.limits = welcome.limits;
     panel.describe(welcome.settings_schema);
+    panel.offerVideo(welcome.codecs.includes("h264"));
     mixer.allowed = welcome.takes_edits;
     offerScenes(welcome.scenes);
     sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
@@ -86,7 +89,7 @@ const session = new Session(api, wanted, {
   status: (status) => connectionStatus.status(status),
   error: refused,
   frame: show,
-});
+}, await decodesVideo());
 const poses = new PoseSender(session);
 const views = new Views({
   view: here,
@@ -239,10 +242,11 @@ function enter(entered) {
   wake();
 }
 
-/** @param {Frame} frame @returns {Promise<import("./session.js").Seen | null>} */
+/** @param {Frame} frame @returns {Promise<import("./session.js").Seen | import("./session.js").Broken | null>} */
 async function show(frame) {
   try {
-    const decodeMs = await screen.show({ frame: frame.frame, type: `image/${frame.codec}`, bytes: frame.image });
+    const { frame: id, codec, width, height, image } = frame;
+    const decodeMs = await screen.show({ frame: id, codec, width, height, bytes: image });
     if (decodeMs === null) return null;
     const seen = { ageMs: session.takeAge(frame), decodeMs };
     shown = frame;
@@ -255,6 +259,7 @@ async function show(frame) {
     }
     return seen;
   } catch (error) {
+    if (isVideo(frame.codec)) return "broken"; // the server is told, and sends a whole one
     notice.complain(`A picture could not be shown: ${error}`);
     return null;
   }

@@ -39,6 +39,8 @@ export interface Stream {
   motion_scale?: number | null;
   /** the final frame of a still view is lossless, if the viewer takes png */
   lossless?: boolean;
+  /** frames while moving are H.264, if the viewer and the server take it; None: on slow lines */
+  video?: boolean | null;
 }
 
 /** Where the viewer stands now. */
@@ -110,6 +112,8 @@ export interface Ack {
   frame: number;
   age_ms?: number | null;
   decode_ms?: number | null;
+  /** it could not be decoded: the next picture of the video needs no other */
+  broken?: boolean;
 }
 
 /** The answer to hello. */
@@ -121,7 +125,7 @@ export interface Welcome {
   /** JSON schema of `settings` */
   settings_schema: import("./ui/schema.js").JsonSchema;
   /** that frames will come in, the usual one first */
-  codecs: readonly ("jpeg" | "png")[];
+  codecs: readonly ("jpeg" | "png" | "h264")[];
   limits: Limits;
   /** lights and materials can be changed */
   takes_edits: boolean;

@@ -8,16 +8,16 @@ export const PROTOCOL = 2;
 const HEADER_VERSION = 3;
 /** Of the header's fixed part; the stages' times follow. */
 const FIXED_BYTES = 38;
-/** By number in the header; what a browser makes of them is `image/NAME`. */
-const CODECS = new Map(/** @type {[number, Codec][]} */ ([[1, "jpeg"], [2, "png"]]));
+/** By number in the header; "jpeg" and "png" are for browsers `image/NAME`. */
+const CODECS = new Map(/** @type {[number, Codec][]} */ ([[1, "jpeg"], [2, "png"], [3, "h264_key"], [4, "h264"]]));
 const PHASES = new Map(/** @type {[number, Phase][]} */ ([[0, "moving"], [1, "still"], [2, "final"]]));
 
-/** That this page decodes, the best for walking first. */
-export const CODEC_NAMES = [...CODECS.values()];
+/** That every browser decodes. */
+export const IMAGE_CODECS = ["jpeg", "png"];
 /** Quality of an image without loss. */
 export const LOSSLESS = 100;
 
-/** @typedef {"jpeg" | "png"} Codec */
+/** @typedef {"jpeg" | "png" | "h264_key" | "h264"} Codec */
 /** @typedef {"moving" | "still" | "final"} Phase  on the move; at rest and getting sharper; as sharp as it gets */
 /** @typedef {[number, number]} Size  width and height [px] */
 
@@ -91,6 +91,9 @@ export function parseFrame(message) {
     image: new Uint8Array(message, start),
   };
 }
+
+/** Whether pictures of a codec follow on one another. @param {Codec} codec */
+export const isVideo = (codec) => codec === "h264_key" || codec === "h264";
 
 /** Whether trying again is pointless after a close with this code: our own fault, or refused by policy. @param {number} code */
 export const isFinalClose = (code) => code === 1002 || code === 1008 || code === 1009;

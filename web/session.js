@@ -2,12 +2,13 @@
 
 import { Changes } from "./changes.js";
 import { Connection } from "./connection.js";
-import { CODEC_NAMES, parseFrame, PROTOCOL } from "./protocol.js";
+import { IMAGE_CODECS, parseFrame, PROTOCOL } from "./protocol.js";
 
 /** @typedef {import("./protocol.js").Change} Change */
 /** @typedef {import("./protocol.js").Frame} Frame */
 /** @typedef {import("./protocol.js").SceneInfo} SceneInfo */
 /** @typedef {{ageMs: number | null, decodeMs: number}} Seen  ageMs: from sending the pose; null if that was seen before */
+/** @typedef {"broken"} Broken  a picture of a video that could not be decoded */
 
 /**
  * @typedef {object} SessionEvents
@@ -17,7 +18,7 @@ import { CODEC_NAMES, parseFrame, PROTOCOL } from "./protocol.js";
  * @property {(edits: import("./protocol.js").Edits) => void} edits  all that differs of the scene
  * @property {(status: import("./protocol.js").Status) => void} status
  * @property {(error: import("./protocol.js").ServerError) => void} error
- * @property {(frame: Frame) => Promise<Seen | null>} frame  resolves once it is shown, or to null if it is thrown away
+ * @property {(frame: Frame) => Promise<Seen | Broken | null>} frame  resolves once it is shown, or to null if it is thrown away
  */
 
 export class Session {
@@ -40,9 +41,14 @@ export class Session {
   #changes;
   #connection;
   #events;
+  #codecs;
 
-  /** @param {URL} api folder of the server's interface @param {import("./protocol.js").Wanted} wanted @param {SessionEvents} events */
-  constructor(api, wanted, events) {
+  /**
+   * @param {URL} api folder of the server's interface @param {import("./protocol.js").Wanted} wanted
+   * @param {SessionEvents} events @param {boolean} video whether this browser decodes it
+   */
+  constructor(api, wanted, events, video) {
+    this.#codecs = video ? [...IMAGE_CODECS, "h264"] : IMAGE_CODECS;
     this.#wanted = wanted;
     this.#granted = { ...wanted };
     this.#events = events;
@@ -121,7 +127,7 @@ export class Session {
       this.#epoch += 1;
       this.#acknowledged = 0;
       this.#changes.restart();
-      this.#connection.send({ type: "hello", protocol: PROTOCOL, codecs: CODEC_NAMES, ...this.#wanted });
+      this.#connection.send({ type: "hello", protocol: PROTOCOL, codecs: this.#codecs, ...this.#wanted });
     }
     this.#events.connection(state);
   }
@@ -170,6 +176,9 @@ export class Session {
   }
 }
 
-/** @param {Seen} seen @returns {{age_ms?: number, decode_ms: number}} */
-const figures = ({ ageMs, decodeMs }) =>
-  ageMs === null ? { decode_ms: decodeMs } : { age_ms: ageMs, decode_ms: decodeMs };
+/** @param {Seen | Broken} seen @returns {Partial<import("./messages.js").Ack>} */
+const figures = (seen) => {
+  if (seen === "broken") return { broken: true };
+  const { ageMs, decodeMs } = seen;
+  return ageMs === null ? { decode_ms: decodeMs } : { age_ms: ageMs, decode_ms: decodeMs };
+};

@@ -33,6 +33,7 @@ class FrameRequest:
         """What is sent before the image of a frame that is shown."""
         assert self.frame is not None
         width, height = done.size
+        codec = Codec.H264_KEY if self.codec is Codec.H264 and done.is_key else self.codec
         phase = Phase.MOVING
         if self.samples is not None:
             phase = Phase.FINAL if done.samples >= done.target else Phase.STILL
@@ -46,7 +47,7 @@ class FrameRequest:
             render_ms=done.render_ms,
             encode_ms=done.encode_ms,
             stage_ms=done.stage_ms,
-            codec=self.codec,
+            codec=codec,
             phase=phase,
             quality=self.quality,
             samples=done.samples,

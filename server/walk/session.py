@@ -17,9 +17,10 @@ from server.render.turns import samples_a_turn
 from server.walk.ack_window import AckWindow
 from server.walk.frame_request import FrameRequest
 from server.walk.resolution_scaler import ResolutionScaler
+from server.walk.video_choice import VideoChoice
 from server.wire.browser import Pose, Stream
-from server.wire.frame_header import LOSSLESS, Codec
-from server.wire.worker import CameraMatrix, Done, Render, SceneRef
+from server.wire.frame_header import LOSSLESS, Codec, FrameHeader, Phase
+from server.wire.worker import CameraMatrix, Done, Output, Render, SceneRef
 
 MAX_LOSSES = 3  # of the worker in a row, before a view is blamed for them
 REST_SECONDS = 0.15  # without a new pose, before a view counts as still
@@ -29,6 +30,7 @@ LONG_FRAME_MS, LONG_REST_SECONDS = 300.0, 0.6
 MAX_SHRINKS = 2
 # Samples a pixel of each frame of a method that refines by samples: few, so that frames come soon.
 SAMPLES_A_FRAME = 4
+CODECS: dict[Output, Codec] = {".png": Codec.PNG, "h264": Codec.H264}
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,7 @@ class Session:
         stream: Stream = Stream(),  # noqa: B008
         qualities: Qualities = Qualities(),
         takes_png: bool = False,
+        takes_video: bool = False,
         now: Callable[[], float] = monotonic,
     ) -> None:
         self.viewer = viewer
@@ -65,6 +68,9 @@ class Session:
         self._stream = stream
         self._qualities = qualities
         self._takes_png = takes_png
+        self._takes_video = takes_video
+        self._video_choice = VideoChoice(now)
+        self._video = 0  # pictures of it that were asked for
         self._settings_id = 0
         self._edits = NO_EDITS
         self._pose: Pose | None = None
@@ -139,11 +145,23 @@ class Session:
         self._scaler.restart()
         self._restart()
 
-    def acknowledge(self, frame: int) -> None:
-        """The viewer is done with this frame and all before it; UserError when it cannot have it."""
+    def sent(self, header: FrameHeader, size: int) -> None:
+        """A frame of `size` bytes is on its way."""
+        self.window.sent(header.frame)
+        is_moving_jpeg = header.phase is Phase.MOVING and header.codec is Codec.JPEG
+        self._video_choice.sent(header.frame, size, is_moving_jpeg=is_moving_jpeg)
+
+    def acknowledge(self, frame: int, *, broken: bool = False) -> None:
+        """The viewer is done with this frame and all before it; UserError when it cannot have it.
+
+        broken: it could not be decoded.
+        """
         if frame > self.window.newest:  # one that is still being rendered would leave the window open for ever more
             raise UserError(f"ack.frame: frame {frame} has not been sent; the last one was {self.window.newest}")
         self.window.acknowledge(frame)
+        self._video_choice.acknowledged(frame)
+        if broken:
+            self._video += 1  # what follows does not follow on: it is a key frame
 
     def take(self) -> tuple[FrameRequest, Render] | None:
         """The newest view as a job for the worker, or None when no frame is due any more."""
@@ -165,6 +183,9 @@ class Session:
             self._fresh = False
             size = self._scaler.size(self._still_size, self._settings, self._stream.motion_scale)
             render = replace(render, size=size, walks=True, quality=self._qualities.moving)
+            if self._takes_video and (self._video_choice.is_video if (wish := self._stream.video) is None else wish):
+                self._video += 1
+                render = replace(render, output="h264", video=self._video)
             return self._request(render, self._changed_at, None), _for_a_turn(render)
         rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
         sample = self._averaged
@@ -237,7 +258,7 @@ class Session:
             frame = self._last_frame
             self.window.add(frame)
         waited = 1e3 * max(self._now() - wanted_at, 0.0)
-        codec = Codec.PNG if render.output == ".png" else Codec.JPEG
+        codec = CODECS.get(render.output, Codec.JPEG)
         return FrameRequest(frame, self._pose.id, self._settings_id, waited, self._view, samples, render.quality, codec)
 
     def _forget(self, request: FrameRequest) -> None:

@@ -18,12 +18,14 @@ from server.render.pending import RenderFaultError, Reply
 from server.render.schedule import Urgency
 from server.render.worker_link import InnocentLossError, WorkerLostError
 from server.service import Service
+from server.video.live_video import can_encode_video
 from server.walk.frame_request import FrameRequest
 from server.walk.frame_times import FrameTimes
 from server.walk.session import MAX_LOSSES, Qualities, Session
 from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import (
     Ack,
+    CodecName,
     Edit,
     Edits,
     Error,
@@ -57,6 +59,8 @@ class Viewer:
         self._socket = socket
         self._service = service
         self._hello = hello
+        here: tuple[CodecName, ...] = ("png", "h264") if can_encode_video() else ("png",)
+        self._codecs: tuple[CodecName, ...] = ("jpeg", *(name for name in here if name in hello.codecs))
         settings = service.settings
         self._session = Session(
             number,
@@ -64,7 +68,8 @@ class Viewer:
             hello.settings,
             stream=hello.stream,
             qualities=Qualities(settings.jpeg_quality, settings.still_quality),
-            takes_png="png" in hello.codecs,
+            takes_png="png" in self._codecs,
+            takes_video="h264" in self._codecs,
         )
         self._times = FrameTimes(service.metrics)
         self._wanted: SceneRef | None = None  # a scene that is to be opened
@@ -114,7 +119,7 @@ class Viewer:
             viewer=self._session.viewer,
             scenes=self._service.catalogue.names(),
             settings_schema=RenderSettings.model_json_schema(),
-            codecs=("jpeg", "png") if "png" in self._hello.codecs else ("jpeg",),
+            codecs=self._codecs,
             takes_edits=limits.edits,
             limits=Limits(max_pixels=limits.max_stream_pixels, max_message_bytes=limits.max_message_bytes),
         )
@@ -131,7 +136,7 @@ class Viewer:
                     case Pose():
                         self._session.pose(message)
                     case Ack():
-                        self._session.acknowledge(message.frame)
+                        self._session.acknowledge(message.frame, broken=message.broken)
                         self._times.acknowledged(message)
                     case Settings():
                         await self._change(message)
@@ -285,7 +290,7 @@ class Viewer:
     async def _show(self, request: FrameRequest, done: Done, image: bytes) -> None:
         header = request.header(done)
         message = header.pack() + image
-        self._session.window.sent(header.frame)
+        self._session.sent(header, len(message))
         self._times.sending(header)
         await self._socket.send_frame(message)
         self._times.sent(header, done, len(message))

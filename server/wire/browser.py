@@ -15,7 +15,7 @@ A session
     server  <frame>
                 for the newest pose: small ones while the pose changes, one of the wanted size when it rests, then ever
                 sharper ones of that view until one is final; then nothing, until something changes.
-    viewer  ack {frame, age_ms?, decode_ms?}
+    viewer  ack {frame, age_ms?, decode_ms?, broken?}
                 for each frame that it has shown or thrown away; it covers all older ones too. Only a few frames are
                 unacknowledged, at first `limits.window`, more on a long way: then the server waits. A viewer that
                 acknowledges nothing for long is closed. age_ms: from the sending of the frame's pose until the
@@ -85,7 +85,7 @@ class Message(BaseModel):
 # --- viewer to server ------------------------------------------------------------------------------------------------
 
 
-CodecName = Literal["jpeg", "png"]
+CodecName = Literal["jpeg", "png", "h264"]
 
 
 class Stream(Message):
@@ -95,6 +95,9 @@ class Stream(Message):
         None, ge=0.125, le=1.0, description="side of frames while moving, as a share of `size`; None: by speed"
     )
     lossless: bool = Field(False, description="the final frame of a still view is lossless, if the viewer takes png")
+    video: bool | None = Field(
+        None, description="frames while moving are H.264, if the viewer and the server take it; None: on slow lines"
+    )
 
 
 class Hello(Message):
@@ -164,6 +167,7 @@ class Ack(Message):
     frame: Id
     age_ms: Annotated[float, Field(ge=0.0, le=3.6e6)] | None = None
     decode_ms: Annotated[float, Field(ge=0.0, le=3.6e6)] | None = None
+    broken: bool = Field(False, description="it could not be decoded: the next picture of the video needs no other")
 
 
 ViewerMessage = Annotated[Hello | Pose | Settings | Edit | Ack, Field(discriminator="type")]

@@ -2,7 +2,8 @@
 
     offset  type      field
     0       u8        version of this layout: 3
-    1       u8        codec: 1 = JPEG, 2 = PNG
+    1       u8        codec: 1 = JPEG, 2 = PNG, 3 = H.264 (Annex B) that needs no earlier picture, 4 = H.264 that needs
+                      that of the frame of codec 3 or 4 before it; an odd side is one pixel longer in its picture
     2       u16       header length in bytes, where the image starts
     4       u16       width [px]
     6       u16       height [px]
@@ -40,6 +41,8 @@ class Codec(IntEnum):
 
     JPEG = 1
     PNG = 2
+    H264_KEY = 3
+    H264 = 4
 
 
 class Phase(IntEnum):

@@ -27,8 +27,9 @@ HEARTBEAT = -1  # the viewer number of renders that only see whether the device 
 START_UP = 0  # the request number of the start; requests count from 1
 MAX_TEXT_BYTES = 2**24  # of a message's JSON; the largest by far says what is in a scene
 
-# "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed; "rgb": the bytes of sRGB pixels.
-Output = Literal["none", "jpeg", "rgb", ".png", ".jpg", ".exr", ".npy"]
+# "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed; "h264": the next picture of the
+# viewer's video; "rgb": the bytes of sRGB pixels.
+Output = Literal["none", "jpeg", "h264", "rgb", ".png", ".jpg", ".exr", ".npy"]
 Vector = tuple[float, float, float]
 Name = Annotated[str, Field(min_length=1, max_length=32)]
 Milliseconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -128,7 +129,8 @@ class Render:
     sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0
     starts anew. If the worker does not have those, it starts anew too, which Done.samples tells. walks: it is one of
     many on a viewer's way, so it may build on the one before; else it depends on nothing but what is said here. edits:
-    all that differs from the scene's file, so that no worker has to remember them.
+    all that differs from the scene's file, so that no worker has to remember them. video: the picture's number in the
+    viewer's video; after one that was not the one before, it is a key frame.
     """
 
     viewer: int
@@ -141,6 +143,7 @@ class Render:
     walks: bool = False
     quality: int = 85
     edits: SceneEdits = NO_EDITS
+    video: int = 0
     request: int = 0
     kind: Literal["render"] = "render"
 
@@ -265,6 +268,7 @@ class Done:
     """Answer to Render, with the encoded image as the message's bytes; times in milliseconds.
 
     samples: frames averaged in it; target: of how many the settings, or the device, want a still view to be.
+    is_key: whether the image can be decoded without an earlier one.
     """
 
     request: int
@@ -277,6 +281,7 @@ class Done:
     counts: dict[str, int]
     skips: dict[str, int]
     estimates: dict[str, float] = field(default_factory=dict)
+    is_key: bool = True
     kind: Literal["done"] = "done"
 
 

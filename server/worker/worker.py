@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import OutOfMemoryError, UserError, brief
 from server.logs import configure
+from server.video.live_video import LiveVideo
 from server.wire.browser import SceneInfo
 from server.wire.worker import (
     START_UP,
@@ -131,7 +132,10 @@ class Worker:
         self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
         self._tasks = Tasks()
         self._turn_began = 0.0
-        self._encoders = ThreadPoolExecutor(min(8, os.cpu_count() or 1), thread_name_prefix="encode")
+        cores = min(8, os.cpu_count() or 1)
+        self._encoders = ThreadPoolExecutor(cores, thread_name_prefix="encode")
+        self._videos = LiveVideo()
+        self._video_threads = [ThreadPoolExecutor(1, thread_name_prefix="video") for _ in range(cores)]
 
     def run(self) -> int:
         """Serve until the web process is gone, which ends this process; returns the exit status of a failed start."""
@@ -158,10 +162,15 @@ class Worker:
                 log.critical("this worker cannot go on", exc_info=True)
                 os._exit(FAULT)
 
+    def _video_thread(self, viewer: int) -> ThreadPoolExecutor:
+        """The one that encodes a viewer's video, whose pictures must stay in order."""
+        return self._video_threads[viewer % len(self._video_threads)]
+
     def _handle(self, message: ToWorker) -> None:
         match message:
             case Leave(viewer):
                 self._backend.leave(viewer)
+                self._video_thread(viewer).submit(self._videos.forget, viewer)  # behind its last picture
             case OpenScene() | CloseScene() | Render():
                 self._take_turn(message.request, lambda: self._tasks.start(message.request, partial(self._do, message)))
             case Resume(request):
@@ -206,7 +215,8 @@ class Worker:
                 case Render():
                     picture = self._backend.render(job, report)
                     render_ms = 1e3 * (DEVICE_SHARING.own_time() - began) - picture.encode_ms
-                    self._encoders.submit(self._finish, job, picture, render_ms)
+                    encoders = self._video_thread(job.viewer) if job.output == "h264" else self._encoders
+                    encoders.submit(self._finish, job, picture, render_ms)
         except Exception as error:
             # Whatever the error says: after an illegal access even an allocation fails, as if memory were short.
             self._check_health(error)
@@ -229,14 +239,15 @@ class Worker:
     def _finish(self, job: Render, picture: Picture, render_ms: float) -> None:
         try:
             began = perf_counter()
-            image = picture.image
-            if image is None:
+            image, is_key = picture.image, True
+            if job.output == "h264" and picture.pixels is not None:
+                image, is_key = self._videos.encode(job.viewer, job.video, picture.pixels)
+            elif image is None:
                 image = encode(picture.pixels, picture.radiance, job.output, job.quality)
             encode_ms = picture.encode_ms + 1e3 * (perf_counter() - began)
             stats = (picture.stage_ms, picture.counts, picture.skips, picture.estimates)
-            self._send(
-                Done(job.request, job.size, render_ms, encode_ms, picture.samples, picture.target, *stats), image
-            )
+            done = Done(job.request, job.size, render_ms, encode_ms, picture.samples, picture.target, *stats, is_key)
+            self._send(done, image)
         except Exception as error:
             self._fail(job.request, error)
 

@@ -13,6 +13,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from gpu.settings import RenderSettings
 from server.images import encode_image
+from server.video.live_video import LiveVideo
 from server.wire.browser import PROTOCOL, SceneInfo
 from server.wire.frame_header import Codec, FrameHeader, Phase
 
@@ -38,6 +39,7 @@ class Stage:
         self.closes: list[int | None] = []
         self._page = page
         self._frame = 0
+        self._video = LiveVideo()
         self._socket: WebSocketRoute | None = None
         page.route_web_socket(re.compile("/api/v1/stream"), self._open)
 
@@ -76,7 +78,7 @@ class Stage:
         self.hear("hello")
         limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
         schema = RenderSettings.model_json_schema()
-        words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png"]}
+        words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png", "h264"]}
         self.say("welcome", protocol=PROTOCOL, limits=limits, takes_edits=self.takes_edits, **words)
 
     def scene(self, id_: str = "cornell-box", **more: Any) -> None:
@@ -114,22 +116,31 @@ class Stage:
         codec: Codec = Codec.JPEG,
         frame: int | None = None,
         stages: Mapping[str, float] = STAGES,
+        broken: bool = False,
     ) -> int:
-        """Sends a frame of the newest pose and settings: a colour, or pixels (height, width, 3); returns its id."""
+        """Sends a frame of the newest pose and settings: a colour, or pixels (height, width, 3); returns its id.
+
+        H264 is a key frame where that is due. broken: the image's bytes are zeros.
+        """
         pixels = np.empty((size[1], size[0], 3), np.uint8) if isinstance(picture, tuple) else picture
         if isinstance(picture, tuple):
             pixels[:] = picture
         self._frame = max(self._frame, frame or self._frame + 1)
         poses, settings = self.all("pose"), self.all("settings")
+        if codec is Codec.PNG:
+            image = encode_image(pixels, None, ".png")
+        elif codec is Codec.H264:
+            image, is_key = self._video.encode(1, self._frame, pixels)
+            codec = Codec.H264_KEY if is_key else codec
+        else:
+            image = simplejpeg.encode_jpeg(np.ascontiguousarray(pixels), 90, "RGB", "444")
         header = FrameHeader(
             *(pixels.shape[1], pixels.shape[0], poses[-1]["id"] if poses else 0, frame or self._frame),
             *(settings[-1]["id"] if settings else 0, 0.4, sum(stages.values()), 0.3, stages),
             *(codec, phase, 100 if codec is Codec.PNG else 85, *samples),
         )
-        if codec is Codec.PNG:
-            image = encode_image(pixels, None, ".png")
-        else:
-            image = simplejpeg.encode_jpeg(np.ascontiguousarray(pixels), 90, "RGB", "444")
+        if broken:
+            image = bytes(len(image))
         assert self._socket is not None
         self._socket.send(header.pack() + image)
         return frame or self._frame

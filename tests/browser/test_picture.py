@@ -21,7 +21,8 @@ SHOW = """async (order) => {
     const picture = new OffscreenCanvas(4, 4);
     picture.getContext("2d");
     const image = await (await picture.convertToBlob()).arrayBuffer();
-    const show = (frame) => screen.show({ frame, type: "image/png", bytes: new Uint8Array(image.slice(0)) });
+    const size = { width: 4, height: 4 };
+    const show = (frame) => screen.show({ frame, codec: "png", ...size, bytes: new Uint8Array(image.slice(0)) });
     const alone = [];
     for (const frame of order) alone.push((await show(frame)) !== null);
     screen.restart();
@@ -31,12 +32,14 @@ SHOW = """async (order) => {
 BREAK = """async () => {
     const { openScreen } = await import("/viewer/screen.js");
     const screen = await openScreen(document.createElement("canvas"));
-    return screen.show({ frame: 1, type: "image/png", bytes: new Uint8Array(8) }).then(() => "shown", () => "refused");
+    const image = { frame: 1, codec: "png", width: 4, height: 4, bytes: new Uint8Array(8) };
+    return screen.show(image).then(() => "shown", () => "refused");
 }"""
 HIDE = """(hidden) => {
     Object.defineProperty(document, "hidden", { configurable: true, value: hidden });
     document.dispatchEvent(new Event("visibilitychange"));
 }"""
+USUAL = {"lossless": False, "video": None}
 GREY, WHITE, RED = (64, 64, 64), (255, 255, 255), (200, 0, 0)
 
 
@@ -123,8 +126,8 @@ def test_acknowledges_each_frame_with_its_age_and_decoding(page: Page, quick_sta
 
 def test_says_hello_with_its_whole_size_and_what_it_decodes(page: Page, quick_stage: Stage) -> None:
     hello = quick_stage.hear("hello")
-    assert hello["codecs"] == ["jpeg", "png"]
-    assert hello["stream"] == {"motion_scale": None, "lossless": False}
+    assert hello["codecs"] == ["jpeg", "png", "h264"]
+    assert hello["stream"] == {"motion_scale": None, "lossless": False, "video": None}
     assert quick_stage.hear("settings")["size"] == [1280, 720]
 
 
@@ -133,14 +136,14 @@ def test_the_size_while_moving_can_be_locked(page: Page, quick_stage: Stage) -> 
     before = len(quick_stage.all("settings"))
     page.keyboard.press("KeyP")
     page.get_by_label("size while moving", exact=True).fill("0.25")
-    assert quick_stage.hear("settings", before + 1)["stream"] == {"motion_scale": 0.25, "lossless": False}
+    assert quick_stage.hear("settings", before + 1)["stream"] == {"motion_scale": 0.25, **USUAL}
     expect(page.locator("#motion-text")).to_have_text("25 %")
     quick_stage.frame(GREY)
     page.get_by_label("sharp picture without loss").check()
-    assert quick_stage.hear("settings", before + 2)["stream"] == {"motion_scale": 0.25, "lossless": True}
+    assert quick_stage.hear("settings", before + 2)["stream"] == {"motion_scale": 0.25, **USUAL, "lossless": True}
     quick_stage.frame(GREY)
     page.get_by_label("automatic size while moving").check()
-    assert quick_stage.hear("settings", before + 3)["stream"] == {"motion_scale": None, "lossless": True}
+    assert quick_stage.hear("settings", before + 3)["stream"] == {"motion_scale": None, **USUAL, "lossless": True}
     expect(page.locator("#motion-text")).to_have_text("by speed")
 
 

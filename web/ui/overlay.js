@@ -1,6 +1,6 @@
 /** The overlay: connection, the picture's size and phase, frame rate, and where the time goes. */
 
-import { LOSSLESS } from "../protocol.js";
+import { isVideo, LOSSLESS } from "../protocol.js";
 import { byId, element, text } from "./page.js";
 import { PARTS, Statistics } from "./statistics.js";
 import { drawTimeline } from "./timeline.js";
@@ -47,7 +47,7 @@ export class Overlay {
     this.#phase.textContent = `${PHASES[phase]} ${samples}/${targetSamples}`;
     this.#phase.dataset["phase"] = phase;
     this.#refinement.value = phase === "final" ? 1 : phase === "still" ? samples / Math.max(targetSamples, 1) : 0;
-    this.#codec.textContent = `${codec.toUpperCase()} ${quality === LOSSLESS ? "lossless" : quality}`;
+    this.#codec.textContent = isVideo(codec) ? "H.264 video" : `${codec.toUpperCase()} ${quality === LOSSLESS ? "lossless" : quality}`;
     this.#method.textContent = method;
   }
 

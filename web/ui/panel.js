@@ -24,6 +24,7 @@ export class Panel {
   #scale = byId("motion-scale", HTMLInputElement);
   #scaleText = text("motion-text");
   #lossless = byId("lossless", HTMLInputElement);
+  #video = byId("video", HTMLSelectElement);
   #problem = text("settings-problem");
   #form;
   #reading;
@@ -46,7 +47,7 @@ export class Panel {
       this.#showScale();
       events.stream(this.stream);
     });
-    for (const control of [this.#automatic, this.#lossless]) {
+    for (const control of [this.#automatic, this.#lossless, this.#video]) {
       control.addEventListener("change", () => {
         this.#showScale();
         events.stream(this.stream);
@@ -59,6 +60,7 @@ export class Panel {
       this.problem("");
       this.#automatic.checked = true;
       this.#lossless.checked = false;
+      this.#video.value = "auto";
       this.#showScale();
       events.settings(this.values);
       events.stream(this.stream);
@@ -73,7 +75,19 @@ export class Panel {
 
   /** @returns {Stream} */
   get stream() {
-    return { motion_scale: this.#automatic.checked ? null : this.#scale.valueAsNumber, lossless: this.#lossless.checked };
+    return {
+      motion_scale: this.#automatic.checked ? null : this.#scale.valueAsNumber,
+      lossless: this.#lossless.checked,
+      video: this.#video.value === "auto" ? null : this.#video.value === "always",
+    };
+  }
+
+  /** @param {boolean} there both this browser and the server take it */
+  offerVideo(there) {
+    this.#video.disabled = !there;
+    text("video-hint").textContent = there
+      ? "H.264: a tenth of the bytes, softer; JPEG when still"
+      : "needs a secure page (https), and a server and browser with H.264";
   }
 
   /** @param {import("./schema.js").JsonSchema} schema of the render settings */

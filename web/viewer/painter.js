@@ -1,9 +1,16 @@
 /** Decodes frames and draws them on a canvas, never an older one over a newer one. Runs in a worker or on the page. */
 
+import { isVideo } from "../protocol.js";
+import { VideoPictures } from "./video.js";
+
+/** @typedef {import("../protocol.js").Codec} Codec */
+
 /**
  * @typedef {object} Image  of a frame
  * @property {number} frame  id, increasing on one connection
- * @property {string} type  MIME type
+ * @property {Codec} codec
+ * @property {number} width  of the frame; a video's picture may be a pixel larger
+ * @property {number} height
  * @property {Uint8Array<ArrayBuffer>} bytes
  */
 
@@ -14,6 +21,7 @@ export class Painter {
   #newest = 0;
   /** Counts connections: a frame of an earlier one has nothing to say any more. */
   #epoch = 0;
+  #video = new VideoPictures();
 
   /** @param {HTMLCanvasElement | OffscreenCanvas} canvas */
   constructor(canvas) {
@@ -29,6 +37,7 @@ export class Painter {
   restart() {
     this.#epoch += 1;
     this.#newest = 0;
+    this.#video.restart();
   }
 
   /**
@@ -37,20 +46,22 @@ export class Painter {
    * @param {Image} image
    * @returns {Promise<number | null>} time of decoding [ms]; null when a newer frame came first; rejects on a broken image
    */
-  async show({ frame, type, bytes }) {
+  async show({ frame, codec, width, height, bytes }) {
     const epoch = this.#epoch;
     const start = performance.now();
-    const bitmap = await createImageBitmap(new Blob([bytes], { type }));
+    const picture = await (isVideo(codec)
+      ? this.#video.decode(frame, codec === "h264_key", bytes)
+      : createImageBitmap(new Blob([bytes], { type: `image/${codec}` })));
     try {
       if (epoch !== this.#epoch || frame < this.#newest) return null;
       this.#newest = frame;
       // Setting a size clears the canvas even if it is the same one.
-      if (this.#canvas.width !== bitmap.width) this.#canvas.width = bitmap.width;
-      if (this.#canvas.height !== bitmap.height) this.#canvas.height = bitmap.height;
-      this.#context.drawImage(bitmap, 0, 0);
+      if (this.#canvas.width !== width) this.#canvas.width = width;
+      if (this.#canvas.height !== height) this.#canvas.height = height;
+      this.#context.drawImage(picture, 0, 0);
       return performance.now() - start;
     } finally {
-      bitmap.close();
+      picture.close();
     }
   }
 

@@ -61,14 +61,17 @@ class Desk:
         assert taken is not None
         return taken
 
-    def serve(self, samples: int | None = None) -> tuple[FrameRequest, Render]:
-        """One frame, rendered, shown and acknowledged; samples: that the worker has averaged, when not all."""
+    def serve(self, samples: int | None = None, size: int = 1000, way: float = 0.0) -> tuple[FrameRequest, Render]:
+        """One frame, rendered, shown and acknowledged; samples: that the worker has averaged, when not all; size: in
+        bytes, of which each is so many seconds on its way.
+        """
         request, job = self.take()
         have = request.samples if samples is None else samples
         done = Done(1, job.size, self.render_ms, 1.0, have or 1, 4, {}, {}, {})
         self.session.delivered(request, done, 0.0)
         if request.frame is not None:
-            self.session.window.sent(request.frame)
+            self.session.sent(request.header(done), size)
+            self.clock.time += way * size
             self.session.acknowledge(request.frame)
         return request, job
 
@@ -257,6 +260,51 @@ def test_the_final_frame_is_lossless_for_viewers_who_want_and_can_take_it(takes_
         assert (request.codec, request.quality, job.output) == (Codec.PNG, LOSSLESS, ".png")
     else:
         assert (request.codec, job.output) == (Codec.JPEG, "jpeg")
+
+
+@pytest.mark.parametrize("takes_video", [True, False])
+def test_moving_frames_are_video_for_viewers_who_want_and_can_take_it(takes_video: bool) -> None:
+    desk = Desk(options={"stream": Stream(video=True), "takes_video": takes_video})
+    moving = []
+    for number in (1, 2, 3):
+        desk.session.pose(pose(number))
+        moving.append(desk.serve())
+    desk.rest()
+    still = desk.serve()
+    assert (still[0].codec, still[1].output) == (Codec.JPEG, "jpeg")
+    if takes_video:
+        assert {(request.codec, job.output) for request, job in moving} == {(Codec.H264, "h264")}
+        assert [job.video for _, job in moving] == [1, 2, 3]
+    else:
+        assert {(request.codec, job.output) for request, job in moving} == {(Codec.JPEG, "jpeg")}
+
+
+def test_a_frame_of_video_says_whether_it_needs_another() -> None:
+    desk = Desk(options={"stream": Stream(video=True), "takes_video": True})
+    desk.session.pose(pose(1))
+    request, job = desk.take()
+    for is_key, codec in ((True, Codec.H264_KEY), (False, Codec.H264)):
+        done = Done(1, job.size, 1.0, 1.0, 1, 4, {}, {}, {}, is_key=is_key)
+        assert request.header(done).codec is codec
+
+
+def test_a_frame_that_was_broken_is_followed_by_one_that_needs_no_other() -> None:
+    desk = Desk(options={"stream": Stream(video=True), "takes_video": True})
+    desk.session.pose(pose(1))
+    request, job = desk.serve()
+    assert request.frame is not None
+    desk.session.acknowledge(request.frame, broken=True)
+    desk.session.pose(pose(2))
+    assert desk.serve()[1].video == job.video + 2  # which the encoder sees does not follow on
+
+
+@pytest.mark.parametrize(("wish", "output"), [(None, "h264"), (False, "jpeg")])
+def test_a_slow_line_has_video_unless_the_viewer_wants_none(wish: bool | None, output: str) -> None:
+    desk = Desk(options={"stream": Stream(video=wish), "takes_video": True})
+    for number in range(1, 40):
+        desk.session.pose(pose(number))
+        job = desk.serve(size=20_000 + 1000 * (number % 5), way=1.6e-6)[1]
+    assert job.output == output
 
 
 def test_qualities_are_the_services() -> None:

@@ -98,6 +98,23 @@ def test_the_final_frame_is_lossless_when_wanted(running: Running, visit: Visit)
     assert image.startswith(b"\x89PNG")
 
 
+def test_moving_frames_are_video_when_wanted(running: Running, visit: Visit) -> None:
+    walker = visit(running)
+    walker.send("hello", protocol=PROTOCOL, size=[64, 36], codecs=["jpeg", "h264"], stream={"video": True})
+    assert set(walker.word("welcome")["codecs"]) == {"jpeg", "h264"}
+    walker.word("scene")
+    codecs = []
+    for number, broken in ((1, False), (2, True), (3, False)):
+        walker.pose(number)
+        while (frame := walker.frame())[0].phase is not Phase.MOVING:  # it may have rested meanwhile
+            walker.send("ack", frame=frame[0].frame)
+        header, image = frame
+        assert image.startswith(b"\0\0\0\1")
+        codecs.append(header.codec)
+        walker.send("ack", frame=header.frame, broken=broken)
+    assert codecs == [Codec.H264_KEY, Codec.H264, Codec.H264_KEY]
+
+
 def test_moving_frames_have_the_scale_that_is_locked(walker: Walker) -> None:
     walker.send("settings", id=1, size=[256, 144], stream={"motion_scale": 0.5})
     walker.pose(1)

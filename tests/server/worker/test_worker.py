@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,7 @@ from server.wire.worker import (
     Failed,
     Free,
     FromWorker,
+    Leave,
     Opened,
     OpenScene,
     Output,
@@ -96,6 +98,21 @@ def test_a_render_is_answered_with_its_image(pipe: Pipe) -> None:
     assert isinstance(done, Done)
     assert (done.request, done.size) == (5, (16, 8))
     assert image.startswith(b"\x89PNG")
+
+
+def test_a_viewers_video_goes_on_from_picture_to_picture_until_it_leaves(pipe: Pipe) -> None:
+    keys = []
+    for request, number in ((1, 1), (2, 2), (3, 3), (4, 5)):
+        pipe.send(replace(render(request, "h264"), video=number))
+        done, image = pipe.read(Done)
+        assert isinstance(done, Done)
+        assert image.startswith(b"\0\0\0\1")
+        keys.append(done.is_key)
+    pipe.send(Leave(1))
+    pipe.send(replace(render(5, "h264"), video=6))
+    done, _ = pipe.read(Done)
+    assert isinstance(done, Done)
+    assert [*keys, done.is_key] == [True, False, False, True, True]
 
 
 def test_the_device_is_free_once_a_job(pipe: Pipe) -> None:
