@@ -32,7 +32,13 @@ export function removeBookmark(scene, index) {
 /** @param {unknown} value @returns {value is Bookmark} */
 function isBookmark(value) {
   const { name, view } = /** @type {Partial<Bookmark>} */ (value ?? {});
-  if (typeof name !== "string" || !view || !Array.isArray(view.at) || !Array.isArray(view.look)) return false;
-  const numbers = [...view.at, ...view.look, view.yfov, view.near ?? 0];
-  return numbers.length === 7 && numbers.every(Number.isFinite) && view.yfov > 0.01 && view.yfov < 3.1;
+  return typeof name === "string" && isView(view);
+}
+
+/** Whether something that was kept, or came from a file, is a view. @param {unknown} value @returns {value is View} */
+export function isView(value) {
+  const { at, look, yfov, near = 0 } = /** @type {Partial<View>} */ (value ?? {});
+  if (!Array.isArray(at) || !Array.isArray(look) || yfov === undefined) return false;
+  const numbers = [...at, ...look, yfov, near];
+  return numbers.length === 7 && numbers.every(Number.isFinite) && yfov > 0.01 && yfov < 3.1;
 }

@@ -9,6 +9,7 @@ import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
 import { ConnectionStatus } from "./ui/connection-status.js";
 import { showMode, wireControls } from "./ui/controls.js";
+import { FilmSection } from "./ui/film.js";
 import { Mixer } from "./ui/mixer.js";
 import { Notice } from "./ui/notice.js";
 import { Overlay } from "./ui/overlay.js";
@@ -19,6 +20,7 @@ import { Uploader } from "./ui/uploader.js";
 import { Views } from "./ui/views.js";
 import { listScenes } from "./upload.js";
 import { Camera } from "./viewer/camera.js";
+import { Flight } from "./viewer/flight.js";
 import { Navigation } from "./viewer/navigation.js";
 import { PoseSender } from "./viewer/poses.js";
 import { openScreen } from "./viewer/screen.js";
@@ -99,6 +101,26 @@ const views = new Views({
   },
   complain: (words) => notice.complain(words),
 });
+const flight = new Flight({
+  show(view, seconds) {
+    place(view);
+    film.preview(seconds);
+  },
+  ended() {
+    film.preview(null);
+    if (scene) navigation.start(scene.bounds);
+  },
+  wake,
+});
+const film = new FilmSection(api, {
+  view: here,
+  go(view, name) {
+    stand(view);
+    notice.say(name);
+  },
+  fly: (way) => (way ? flight.start(way) : flight.stop()),
+  wanted: () => session.wanted,
+});
 const uploader = new Uploader(scenes, openUploaded, (words) => notice.complain(words));
 
 // --- the picture asked for -------------------------------------------------------------------------------------------
@@ -111,7 +133,9 @@ function wake() {
   scheduled = true;
   requestAnimationFrame((now) => {
     scheduled = false;
-    const moving = navigation.advance(now);
+    const walks = navigation.advance(now);
+    if (walks) flight.stop();
+    const moving = flight.advance(now) || walks;
     const waiting = poses.update(camera.matrix(), viewport.fov, viewport.near);
     if (moving || waiting) wake();
     if (session.owesPicture) late ??= setTimeout(() => busy(true), LATE);
@@ -157,12 +181,28 @@ function askForSizeSoon() {
 function stand(view) {
   const chosen = scene?.cameras[Number(cameraSelect.value)];
   if (!scene || !chosen) return;
-  viewport.yfov = view?.yfov ?? chosen.yfov;
-  viewport.near = view ? (view.near ?? 0) : chosen.near;
-  navigation.halfHeight = Math.tan(viewport.fov / 2);
-  if (view) camera.place = { at: toWorld(scene.frame, view.at), look: view.look };
-  else camera.setMatrix(chosen.matrix);
+  flight.stop();
+  if (view) {
+    place(view);
+  } else {
+    see(chosen);
+    camera.setMatrix(chosen.matrix);
+  }
   navigation.start(scene.bounds);
+}
+
+/** Shows a view, on the way to others. @param {View} view */
+function place(view) {
+  if (!scene) return;
+  see(view);
+  camera.place = { at: toWorld(scene.frame, view.at), look: view.look };
+}
+
+/** @param {{yfov: number, near?: number}} lens */
+function see({ yfov, near = 0 }) {
+  viewport.yfov = yfov;
+  viewport.near = near;
+  navigation.halfHeight = Math.tan(viewport.fov / 2);
 }
 
 const home = () => stand();
@@ -227,12 +267,14 @@ function enter(entered) {
   const stays = scene?.id === entered.id && scene.frame.up === entered.frame.up;
   const view = stays ? here() : address.takeView(entered.id);
   const moved = JSON.stringify(scene?.frame) !== JSON.stringify(entered.frame);
+  if (!stays || moved) flight.stop();
   scene = entered;
   sceneSelect.value = entered.id;
   document.title = `${entered.name} – lumenwalk`;
   panel.scene(entered, builtin.has(entered.id));
   views.scene(entered.id);
   mixer.scene(entered);
+  film.scene(entered);
   if (!stays) {
     offer(cameraSelect, entered.cameras.map(({ name }, index) => ({ value: String(index), label: name || `Camera ${index + 1}` })));
     cameraSelect.value = "0";
@@ -307,6 +349,8 @@ async function openUploaded(id) {
   change({ scene: id });
 }
 
+canvas.addEventListener("pointerdown", () => flight.stop());
+canvas.addEventListener("wheel", () => flight.stop(), { passive: true });
 navigation.onSpeed = (speed) => notice.say(`Speed ${Number(speed.toPrecision(2))} m/s`);
 navigation.onHome = home;
 navigation.onMode = () => move(navigation.mode === "fly" ? "orbit" : "fly");

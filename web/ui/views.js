@@ -1,6 +1,7 @@
 /** The sheet of bookmarks, with what shares a view: its link and its picture. */
 
 import { addBookmark, bookmarksOf, removeBookmark } from "../bookmarks.js";
+import { icon } from "./icon.js";
 import { button, byId, element, text } from "./page.js";
 import { Sheet } from "./sheet.js";
 
@@ -68,15 +69,4 @@ export class Views {
       }),
     );
   }
-}
-
-/** @param {string} id of a symbol of index.html */
-function icon(id) {
-  const space = "http://www.w3.org/2000/svg";
-  const svg = document.createElementNS(space, "svg");
-  const use = document.createElementNS(space, "use");
-  svg.ariaHidden = "true";
-  use.setAttribute("href", `#${id}`);
-  svg.append(use);
-  return svg;
 }

@@ -1,0 +1,45 @@
+/** Has the server render films: asks for one, hears how far it is, and where it can be fetched. */
+
+/** @typedef {{state: "queued" | "running" | "done" | "failed" | "cancelled", progress: number, pictures: number, error: string, url: string}} JobInfo */
+
+export class FilmError extends Error {}
+
+/** @param {URL} api @param {Readonly<Record<string, unknown>>} wanted @returns {Promise<JobInfo>} rejects with FilmError and words for the user */
+export async function orderFilm(api, wanted) {
+  let answer;
+  try {
+    const headers = { "Content-Type": "application/json" };
+    answer = await fetch(new URL("films", api), { method: "POST", headers, body: JSON.stringify(wanted) });
+  } catch {
+    throw new FilmError("The server does not answer; try again.");
+  }
+  const body = await answer.json().catch(() => ({}));
+  if (!answer.ok) throw new FilmError(body.message ?? `The server renders no films (status ${answer.status}).`);
+  return body;
+}
+
+/**
+ * Tells of a job until it has ended; a function that stops telling.
+ * @param {JobInfo} job @param {(job: JobInfo) => void} told @param {(words: string) => void} lost
+ */
+export function watchFilm(job, told, lost) {
+  const events = new EventSource(new URL(`${job.url}/events`, document.baseURI));
+  const hear = (/** @type {MessageEvent<string>} */ { data }) => told(JSON.parse(data));
+  events.addEventListener("progress", hear);
+  events.addEventListener("end", (event) => {
+    events.close();
+    hear(event);
+  });
+  events.addEventListener("error", () => {
+    if (events.readyState === EventSource.CLOSED) lost("The server tells no more of this film; it may be over.");
+  });
+  return () => events.close();
+}
+
+/** @param {JobInfo} job */
+export async function cancelFilm({ url }) {
+  await fetch(new URL(url, document.baseURI), { method: "DELETE" }).catch(() => null); // then it ends by itself
+}
+
+/** Where the film is, once it is done. @param {JobInfo} job */
+export const resultOf = ({ url }) => new URL(`${url}/result`, document.baseURI).href;

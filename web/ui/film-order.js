@@ -1,0 +1,101 @@
+/** The part of the film's section that has it rendered: size and quality, progress, the file. */
+
+import { cancelFilm, FilmError, orderFilm, resultOf, watchFilm } from "../film-job.js";
+import { button, byId, text } from "./page.js";
+
+/** @typedef {import("../film-job.js").JobInfo} JobInfo */
+/** @typedef {{name: string, wanted: Readonly<Record<string, unknown>>, settings: Readonly<Record<string, unknown>>}} Order  name: of the file */
+
+export class FilmOrder {
+  #api;
+  #order;
+  #form = byId("film-render", HTMLFormElement);
+  #size = byId("film-size", HTMLSelectElement);
+  #fps = byId("film-fps", HTMLSelectElement);
+  #frames = byId("film-frames", HTMLInputElement);
+  #problem = text("film-problem");
+  #box = text("film-job");
+  #state = text("film-state");
+  #progress = byId("film-progress", HTMLProgressElement);
+  #cancel = button("film-cancel");
+  #result = byId("film-result", HTMLAnchorElement);
+  /** What goes on. @type {{job: JobInfo, name: string, ignore: () => void} | null} */
+  #current = null;
+
+  /** @param {URL} api @param {() => Order | null} order  what of the scene is to be rendered now, if there is a film */
+  constructor(api, order) {
+    this.#api = api;
+    this.#order = order;
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#start();
+    });
+    this.#cancel.addEventListener("click", () => this.#stop());
+  }
+
+  /** Says that something is wrong; nothing when all is well. @param {string} words */
+  problem(words) {
+    this.#problem.hidden = words === "";
+    this.#problem.textContent = words;
+  }
+
+  async #start() {
+    const order = this.#order();
+    if (!order || this.#current) return;
+    this.problem("");
+    const wanted = {
+      ...order.wanted,
+      size: this.#size.value.split("x").map(Number),
+      film: { fps: Number(this.#fps.value) },
+      settings: { ...order.settings, frames: this.#frames.valueAsNumber },
+    };
+    this.#submit.disabled = true;
+    try {
+      const job = await orderFilm(this.#api, wanted);
+      const lost = (/** @type {string} */ words) => this.#end(words);
+      this.#current = { job, name: order.name, ignore: watchFilm(job, (now) => this.#told(now), lost) };
+      this.#box.hidden = this.#progress.hidden = this.#cancel.hidden = false;
+      this.#result.hidden = true;
+      this.#told(job);
+    } catch (error) {
+      this.#end(error instanceof FilmError ? error.message : String(error));
+    }
+  }
+
+  /** @param {JobInfo} job */
+  #told(job) {
+    const { state, progress, pictures, error } = job;
+    if (!this.#current) return;
+    this.#progress.value = progress;
+    const picture = Math.min(Math.floor(progress * pictures) + 1, pictures);
+    this.#state.textContent = state === "queued" ? "Waits for its turn" : `Picture ${picture} of ${pictures}`;
+    if (state === "failed") return this.#end(error);
+    if (state === "cancelled") return this.#end("");
+    if (state !== "done") return;
+    Object.assign(this.#result, { href: resultOf(job), download: `${this.#current.name}.mp4`, hidden: false });
+    this.#current = null;
+    this.#state.textContent = "The film is ready";
+    this.#progress.hidden = this.#cancel.hidden = true;
+    this.#submit.disabled = false;
+  }
+
+  #stop() {
+    if (!this.#current) return;
+    this.#current.ignore();
+    cancelFilm(this.#current.job);
+    this.#end("");
+    this.#submit.focus();
+  }
+
+  /** There is no film. @param {string} words why */
+  #end(words) {
+    this.#current = null;
+    this.#box.hidden = true;
+    this.#submit.disabled = false;
+    this.problem(words);
+  }
+
+  get #submit() {
+    return button("film-start");
+  }
+}
