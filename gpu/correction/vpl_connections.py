@@ -8,12 +8,14 @@ out, so that both together are what path tracing finds (T. Kollig and A. Keller,
 Singularities, 2004).
 """
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import warp as wp
 
 from gpu.core.color import brightness
+from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.correction.vpl_sampling import ClusterSample, VplSampleParameters, far_sample_of
@@ -33,10 +35,18 @@ from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, cluster_of
 
 CONNECTION_KEY = wp.constant(wp.uint32(0x7F4A7C15))
-# VPLs drawn from all, of which one gets a ray, in proportion to their light.
-STRAYS = wp.constant(16)
 # A ray counts for all that it stands for: a bound would take light away.
-UNBOUNDED = parameters(VplSampleParameters, most_share=1e30)
+UNBOUNDED = parameters(VplSampleParameters, most_share=float(FAR_AWAY))
+
+
+@dataclass(frozen=True)
+class ConnectionParameters:
+    """strays: VPLs drawn from all, of which one gets a ray, in proportion to their light."""
+
+    strays: int = 16
+
+
+CONNECTION_PARAMETERS = ConnectionParameters()
 
 
 @wp.struct
@@ -141,7 +151,7 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
     ) -> None:
         """One thread a ray of a pass: draws to which VPL it goes, and what that sends if nothing hides it.
 
-        The first ray goes to one of STRAYS that are drawn from all VPLs, and has the weight of one; all others of an SP
+        The first ray goes to one of some that are drawn from all VPLs, and has the weight of one; all others of an SP
         take equal shares of what its clusters know.
         """
         index = first + wp.tid()
@@ -166,13 +176,13 @@ def connection_ray_kernel(fuzziness: int) -> wp.Kernel:
         guided_rays = float(CHECKS * this_pass.passes - 1)
         if ray == 0:
             stray = reservoir(hashed(state))
-            for number in range(STRAYS):
+            for number in range(wp.static(CONNECTION_PARAMETERS.strays)):
                 any_vpl = int(hashed(state + wp.uint32(number)) % wp.uint32(vpls.members.count))
                 light = brightness(member_irradiance(position, normal, vpls, any_vpl, this_pass.areas[any_vpl]))
                 if light > 0.0:
                     stray = offered(stray, any_vpl, light)
             vpl = stray.item
-            counted = stray.total / float(STRAYS)
+            counted = stray.total / float(wp.static(CONNECTION_PARAMETERS.strays))
         elif whole > 0.0:
             u = (float(ray - 1) + float(hashed(state)) * TO_UNIT) / guided_rays * whole - near_importance
             drawn = ClusterSample()

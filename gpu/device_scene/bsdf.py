@@ -5,18 +5,31 @@ and that the sum of both lobes gains up to 5 % on white dielectrics. The specula
 masking of Smith and Schlick's Fresnel term between f0 and f90 (KHR_materials_ior, KHR_materials_specular).
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.core.constants import PI, TWO_PI
 from gpu.device_scene.surface import Surface
 from gpu.sampling.warps import cosine_direction, orthonormal
 
-# Rougher lobes are wide enough for samples of the lights alone.
-GLOSSY_ROUGHNESS = wp.constant(0.5)
 # A view along the surface divides by zero.
 MIN_COSINE = wp.constant(1.0e-4)
-# Neither lobe of a surface that has both gets fewer of the samples than this.
-LEAST_SHARE = wp.constant(0.1)
+
+
+@dataclass(frozen=True)
+class BsdfParameters:
+    """How samples are shared out.
+
+    glossy_roughness: rougher lobes are wide enough for samples of the lights alone; least_share: neither lobe of a
+    surface that has both gets fewer of the samples than this.
+    """
+
+    glossy_roughness: float = 0.5
+    least_share: float = 0.1
+
+
+BSDF_PARAMETERS = BsdfParameters()
 
 
 @wp.struct
@@ -36,6 +49,12 @@ class BsdfSample:
     direction: wp.vec3
     weight: wp.vec3
     density: float
+
+
+@wp.func
+def is_glossy(surface: Surface) -> bool:
+    """Whether the specular lobe needs samples of its own beside those of the lights."""
+    return surface.f90 > 0.0 and surface.roughness < wp.static(BSDF_PARAMETERS.glossy_roughness)
 
 
 @wp.func
@@ -132,7 +151,8 @@ def specular_share(surface: Surface, view: wp.vec3) -> float:
         return 1.0
     shown = fresnel(surface, wp.dot(surface.normal, view))
     glossy = shown[0] + shown[1] + shown[2]
-    return wp.clamp(glossy / (glossy + matt * (1.0 - glossy / 3.0)), LEAST_SHARE, 1.0 - LEAST_SHARE)
+    least = wp.static(BSDF_PARAMETERS.least_share)
+    return wp.clamp(glossy / (glossy + matt * (1.0 - glossy / 3.0)), least, 1.0 - least)
 
 
 @wp.func

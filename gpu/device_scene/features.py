@@ -6,8 +6,8 @@ asks with a constant, which the compiler follows into all that the kernel calls.
 
 from dataclasses import dataclass
 
-from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS
-from gpu.device_scene.surface import MIRROR_ROUGHNESS
+from gpu.device_scene.bsdf import BSDF_PARAMETERS
+from gpu.device_scene.surface import SURFACE_PARAMETERS
 from gpu.scene.types import CLEAR_ROUGHNESS, AlphaMode, Environment, Material, Scene
 
 # So many punctual lights are cheaper to visit one by one than the noise of a choice among them.
@@ -46,7 +46,9 @@ EVERYTHING = SceneFeatures()
 
 def _glossy(material: Material) -> bool:
     reflects = not material.unlit and (material.specular > 0.0 or material.metallic > 0.0)
-    return reflects and (material.roughness < GLOSSY_ROUGHNESS or material.metallic_roughness_slot is not None)
+    return reflects and (
+        material.roughness < BSDF_PARAMETERS.glossy_roughness or material.metallic_roughness_slot is not None
+    )
 
 
 def _specular(material: Material) -> bool:
@@ -54,7 +56,7 @@ def _specular(material: Material) -> bool:
         return False
     textured = material.metallic_roughness_slot is not None
     clear = material.transmission > 0.0 and (textured or material.roughness <= CLEAR_ROUGHNESS)
-    return clear or (material.metallic == 1.0 and (textured or material.roughness < MIRROR_ROUGHNESS))
+    return clear or (material.metallic == 1.0 and (textured or material.roughness < SURFACE_PARAMETERS.mirror))
 
 
 def has_specular(scene: Scene) -> bool:

@@ -4,7 +4,7 @@ reflects. A path takes one of these.
 
 import warp as wp
 
-from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS, BsdfSample, brdf_density, reflected, sample_brdf
+from gpu.device_scene.bsdf import BsdfSample, brdf_density, is_glossy, reflected, sample_brdf
 from gpu.device_scene.glass import glass_density, glass_value, sample_glass
 from gpu.device_scene.surface import Surface
 
@@ -74,8 +74,7 @@ def is_perfect(surface: Surface) -> bool:
 @wp.func
 def is_narrow(surface: Surface) -> bool:
     """Whether the chosen part has a lobe so narrow, or none, that samples of the lights are not enough."""
-    glossy = surface.f90 > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
-    return surface.glass > 0.0 or surface.mirror or glossy
+    return surface.glass > 0.0 or surface.mirror or is_glossy(surface)
 
 
 @wp.func

@@ -1,5 +1,7 @@
 """A scene's surface at a ray's hit: position, normals and what it reflects and emits."""
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.device_scene.data import NO_TEXTURE, Hit, SceneData
@@ -7,13 +9,23 @@ from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
 from gpu.device_scene.textures import sample_slot
 from gpu.scene.types import CLEAR_ROUGHNESS
 
-# Smoother metals are perfect mirrors to paths, smoother glass perfectly clear: nothing else would ever hit their lobes.
-MIRROR_ROUGHNESS = wp.constant(0.03)
-GLASS_ROUGHNESS = wp.constant(CLEAR_ROUGHNESS)
 # Glass of a lower index refracts nothing, which the formulas of rough glass divide by.
 MIN_IOR = wp.constant(1.0001)
-# Lower roughness makes highlights of punctual lights too small to be seen; α = roughness².
-MIN_ROUGHNESS = wp.constant(0.05)
+
+
+@dataclass(frozen=True)
+class SurfaceParameters:
+    """How smooth surfaces are taken to be; all roughness is perceptual, √α.
+
+    mirror: smoother metals are perfect mirrors to paths, as glass of CLEAR_ROUGHNESS is perfectly clear: nothing else
+    would ever hit their lobes. least: lobes of less would make highlights of punctual lights too small to be seen.
+    """
+
+    mirror: float = 0.03
+    least: float = 0.05
+
+
+SURFACE_PARAMETERS = SurfaceParameters()
 
 
 @wp.struct
@@ -141,8 +153,8 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     texture = sample_slot(scene, material.metallic_roughness_slot, hit.face, hit.u, hit.v)
     metallic = material.metallic * texture[2]
     roughness = material.roughness * texture[1]
-    surface.roughness = wp.max(roughness, MIN_ROUGHNESS)
-    surface.mirror = metallic == 1.0 and roughness < MIRROR_ROUGHNESS
+    surface.roughness = wp.max(roughness, wp.static(SURFACE_PARAMETERS.least))
+    surface.mirror = metallic == 1.0 and roughness < wp.static(SURFACE_PARAMETERS.mirror)
     reflectance = (material.ior - 1.0) / (material.ior + 1.0)
     dielectric = (
         wp.min(material.specular_color * (reflectance * reflectance), wp.vec3(1.0, 1.0, 1.0)) * material.specular
@@ -154,11 +166,11 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     if material.coat > 0.0:
         surface.coat = material.coat * sample_slot(scene, material.coat_slot, hit.face, hit.u, hit.v)[0]
         coat_texture = sample_slot(scene, material.coat_roughness_slot, hit.face, hit.u, hit.v)
-        surface.coat_roughness = wp.max(material.coat_roughness * coat_texture[1], MIN_ROUGHNESS)
+        surface.coat_roughness = wp.max(material.coat_roughness * coat_texture[1], wp.static(SURFACE_PARAMETERS.least))
     if scene.transmissive and material.transmission > 0.0:
         share = sample_slot(scene, material.transmission_slot, hit.face, hit.u, hit.v)[0]
         surface.glass = material.transmission * share * (1.0 - metallic)
-        surface.clear = roughness <= GLASS_ROUGHNESS
+        surface.clear = roughness <= wp.static(CLEAR_ROUGHNESS)
         surface.thin = material.thin
         index = wp.max(material.ior, MIN_IOR)
         surface.eta = wp.where(seen_front or material.thin, index, 1.0 / index)

@@ -13,7 +13,7 @@ from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
-from gpu.device_scene.bsdf import GLOSSY_ROUGHNESS, largest, reflected, sample_specular, specular_density
+from gpu.device_scene.bsdf import is_glossy, largest, reflected, sample_specular, specular_density
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance, transmitted
@@ -118,7 +118,7 @@ def area_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
     """
     light = wp.vec3(0.0, 0.0, 0.0)
     if table.sampled.count > 0 and (largest(surface.diffuse) > 0.0 or surface.f90 > 0.0):
-        glossy = scene.glossy and surface.f90 > 0.0 and surface.roughness < GLOSSY_ROUGHNESS
+        glossy = scene.glossy and is_glossy(surface)
         for number in range(moment, moment + samples):
             estimate = ris_light(scene, table, surface, view, place, number, seed, glossy)
             if glossy:

@@ -1,6 +1,6 @@
 """Sparse shading: pixels between shading points take their irradiance from those around them on the same surface.
 
-Indirect light changes little from pixel to pixel, so one pixel in STRIDE of each row and column, an anchor, is enough
+Indirect light changes little from pixel to pixel, so one pixel in two of each row and column, an anchor, is enough
 where a surface is continuous; elsewhere every pixel is shaded itself. What is interpolated is irradiance, which each
 pixel reflects by its own albedo.
 
@@ -20,9 +20,18 @@ from gpu.gbuffer.camera_rays import CameraData, image_point
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 
-# The anchors' distance, in pictures of so many pixels or more: smaller ones show too little between two pixels for it
-# to be even, and are quickly shaded whole.
-STRIDE, MIN_PIXELS = 2, 1 << 17
+
+@dataclass(frozen=True)
+class AnchorParameters:
+    """stride: distance of anchors [pixels] in pictures of min_pixels or more: smaller ones show too little between two
+    pixels for it to be even, and are quickly shaded whole.
+    """
+
+    stride: int = 2
+    min_pixels: int = 1 << 17
+
+
+ANCHOR_PARAMETERS = AnchorParameters()
 
 
 @wp.struct
@@ -37,7 +46,7 @@ class SparseShadingParameters:
     1.5 shades twice as many pixels and leaves no less error.
     """
 
-    stride: int = 1
+    stride: int
     min_weight: float = 0.75
     plane_tolerance: float = 0.1
     edge_ratio: float = 2.0
@@ -46,7 +55,7 @@ class SparseShadingParameters:
 
 def stride_of(pixels: int) -> int:
     """Of the anchors of a picture of so many pixels; 1 where each pixel is one."""
-    return STRIDE if pixels >= MIN_PIXELS else 1
+    return ANCHOR_PARAMETERS.stride if pixels >= ANCHOR_PARAMETERS.min_pixels else 1
 
 
 @wp.struct

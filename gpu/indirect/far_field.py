@@ -24,9 +24,18 @@ from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, is_behind, member_
 # Parts' sums are read so many at a time, before any is written: a thread would wait for each else.
 CHUNK = 8
 Chunk = wp.types.vector(length=CHUNK, dtype=float)
-# How wrong clusters may be that all agree that light is hidden, relative to such that all see it. Compiled in: the
-# innermost loop of shading has it.
-MIN_VISIBILITY_WEIGHT = wp.constant(0.25)
+
+
+@dataclass(frozen=True)
+class VisibilityWeightParameters:
+    """hidden: how wrong clusters may be that all agree that light is hidden, relative to such that all see it. Compiled
+    in: the innermost loop of shading has it.
+    """
+
+    hidden: float = 0.25
+
+
+VISIBILITY_WEIGHT_PARAMETERS = VisibilityWeightParameters()
 
 
 @wp.struct
@@ -48,7 +57,8 @@ FAR_FIELD_PARAMETERS: FarFieldParameters = parameters(FarFieldParameters)
 @wp.func
 def visibility_weight(share: float) -> float:
     """In what proportion to its light rays go to a VPL cluster, of which an SP's clusters see this share."""
-    return MIN_VISIBILITY_WEIGHT + (1.0 - MIN_VISIBILITY_WEIGHT) * share
+    least = wp.static(VISIBILITY_WEIGHT_PARAMETERS.hidden)
+    return least + (1.0 - least) * share
 
 
 @wp.struct

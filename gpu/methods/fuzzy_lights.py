@@ -10,16 +10,17 @@ from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import Convergence, FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
-from gpu.methods.passes import FrameKind, keeps_lights, light_set_choice
+from gpu.methods.passes import STILL_VIEW_PARAMETERS, FrameKind, keeps_lights, light_set_choice
 from gpu.settings import Clustering, Component
 from gpu.vpl.bound_area import areas_of, bound_areas
 from gpu.vpl.build import unclustered
 from gpu.vpl.light_sets import LightSetChoice
 from gpu.vpl.vpl_clusters import VplClusters
 
-# Frames of a still view that a light set of many VPLs serves: making it takes as long as such a frame, and sets differ
-# by little beside the noise of the SPs' own rays. Those of few VPLs differ much and are soon made.
-FRAMES_A_SET, MANY_VPLS = 4, 1 << 16
+
+def frames_a_set(vpls: int) -> int:
+    """How many frames of a still view a light set of so many VPLs serves."""
+    return STILL_VIEW_PARAMETERS.frames_a_set if vpls >= STILL_VIEW_PARAMETERS.many_vpls else 1
 
 
 class FuzzyLights(ClusteredLights):
@@ -62,8 +63,7 @@ class FuzzyLights(ClusteredLights):
 
     def _number_of(self, sample: int) -> int:
         """The number of the light set of frame `sample` of a still view."""
-        many = self._setup.sample_counts.vpls >= MANY_VPLS
-        return 0 if self._fixed else sample // (FRAMES_A_SET if many else 1)
+        return 0 if self._fixed else sample // frames_a_set(self._setup.sample_counts.vpls)
 
     def converges(self, kind: FrameKind) -> bool:
         """Whether a frame is one of those whose mean is what path tracing finds."""
@@ -81,12 +81,13 @@ class FuzzyLights(ClusteredLights):
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, and it sees much the same.
 
-        Of a still view's frames the smoothed ones and every FRAMES_A_SET-th begin from nothing.
+        Of a still view's frames the smoothed ones and the first of each light set of many VPLs begin from nothing.
         """
         sample, last = kind.sample, kept.last_sample
         if not (self.are_kept and self._setup.settings.skip.kept_clusters):
             return False
         if sample == 0:
             return last == 0 and view.reuses_history
-        follows = view.is_still and last == sample - 1 and kind.refines and sample % FRAMES_A_SET != 0
+        begins = not kind.refines or sample % STILL_VIEW_PARAMETERS.frames_a_set == 0
+        follows = view.is_still and last == sample - 1 and not begins
         return follows and self._number_of(sample - 1) == self._number_of(sample)

@@ -9,6 +9,7 @@ import warp as wp
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.indirect_history import IndirectHistory
 from gpu.denoise.reprojection import PreviousFrame
+from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.visibility import Visibility
 from gpu.methods.frame_arrays import FrameArrays
@@ -82,3 +83,9 @@ class FuzzyViewState(ViewState):
         wp.copy(self.points.before.camera, self.camera)
         super().set_camera(camera, sample, walks=walks)
         self.points.before.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
+
+    def keep(self, gbuffer: GBuffer, *, light: bool) -> None:
+        """Leave to the next frame what this one saw, and its indirect `light`."""
+        if light:
+            self.histories.indirect.keep(self.points)
+        self.histories.previous.keep(gbuffer, self.camera)

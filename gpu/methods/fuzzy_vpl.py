@@ -93,7 +93,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
         if kind.write_history:
-            stages.run("keep", partial(self._keep, view))
+            light = lights.has_indirect and self._options.keeps_light
+            stages.run("keep", partial(view.keep, self._frame.gbuffer, light=light))
             view.wrote_history = True
 
     def _find_indirect(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
@@ -141,11 +142,6 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             passes.share_near(points, lights.correction.clustered_irradiance, kind, stages, history)
         if lights.corrects:
             lights.correction.run(view, kept, vpls, kind, stages)
-
-    def _keep(self, view: FuzzyViewState) -> None:
-        if self.lights.has_indirect and self._options.keeps_light:
-            view.histories.indirect.keep(view.points)
-        view.histories.previous.keep(self._frame.gbuffer, view.camera)
 
     def count(self, view: FuzzyViewState) -> None:
         """Sum up what the stages left, and count the pixels that see nothing."""

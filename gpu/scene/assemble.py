@@ -102,11 +102,7 @@ def assemble(
     if not parts:
         raise SceneError(name, "", "; ".join(["no triangles; points and lines are not rendered", *found.ignored[:3]]))
 
-    starts = np.cumsum([0, *(len(part.positions) for part in parts)])
-    triangles = np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)])
-    material = np.repeat([part.material for part in parts], [len(part.triangles) for part in parts])
-    positions = np.concatenate([np.asarray(part.positions, np.float64) for part in parts])
-
+    positions, triangles, material = _merged(parts)
     sun = any(light.kind is LightKind.DIRECTIONAL for light in found.lights)
     materials = with_sky_dome(positions, triangles, material, found.materials, sun=sun)
     backdrop = np.array([made.backdrop for made in materials])[material]
@@ -120,14 +116,7 @@ def assemble(
     notes += _far_away(too_far, bulk.distances * frame.metres_per_unit)
     notes += file_precision(positions, bulk, frame.metres_per_unit)
 
-    kept = ~too_far
-    kept &= _sound(_recentred(world, triangles[kept & ~backdrop])[0], triangles)
-    _check_some(name, kept & ~backdrop)
-    unit, placement = _recentred(world, triangles[kept & ~backdrop])
-    with np.errstate(over="ignore"):  # of what is left out
-        vertices = unit.astype(np.float32)
-    kept &= _sound(vertices.astype(np.float64), triangles)
-    _check_some(name, kept & ~backdrop)  # those that have one beside others that are too far away are lost as well
+    kept, vertices, placement = _sound_parts(name, world, triangles, ~too_far, backdrop)
     dropped = int(np.count_nonzero(~too_far & ~kept))
     member = bulk.member if (bulk.member & kept).any() else kept
     low, high = box(world, triangles[member & kept])
@@ -215,12 +204,37 @@ def _flat(part: MeshPart) -> MeshPart:
     return replace(part, positions=positions, triangles=triangles, normals=normals, uvs=uvs, colors=colors)
 
 
+def _merged(parts: Sequence[MeshPart]) -> tuple[Doubles, Integers, Integers]:
+    """Positions (vertex, 3), triangles (triangle, 3) and their materials (triangle,) of all parts."""
+    starts = np.cumsum([0, *(len(part.positions) for part in parts)])
+    triangles = np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)])
+    material = np.repeat([part.material for part in parts], [len(part.triangles) for part in parts])
+    return np.concatenate([np.asarray(part.positions, np.float64) for part in parts]), triangles, material
+
+
 def _recentred(world: Doubles, triangles: Integers) -> tuple[Doubles, Placement]:
     """World positions (vertex, 3) in the unit space of the box around `triangles`, and that space."""
     low, high = box(world, triangles)
     centre, extent = low + (high - low) / 2.0, float((high - low).max())
     scale = 1.0 / extent if extent > 1.0 / validate.FARTHEST else 1.0
     return (world - centre) * scale, Placement((float(centre[0]), float(centre[1]), float(centre[2])), scale)
+
+
+def _sound_parts(
+    name: str, world: Doubles, triangles: Integers, seen: Mask, backdrop: Mask
+) -> tuple[Mask, Floats, Placement]:
+    """Which triangles are `seen` and have an area in single precision, and all vertices in the unit space around them.
+
+    Raises SceneError when none but a `backdrop` is left.
+    """
+    kept = seen & _sound(_recentred(world, triangles[seen & ~backdrop])[0], triangles)
+    _check_some(name, kept & ~backdrop)
+    unit, placement = _recentred(world, triangles[kept & ~backdrop])
+    with np.errstate(over="ignore"):  # of what is left out
+        vertices = unit.astype(np.float32)
+    kept &= _sound(vertices.astype(np.float64), triangles)
+    _check_some(name, kept & ~backdrop)  # those that have one beside others that are too far away are lost as well
+    return kept, vertices, placement
 
 
 def _check_some(name: str, kept: Mask) -> None:

@@ -24,7 +24,7 @@ REGISTERS = 112
 
 @wp.struct
 @dataclass
-class DeficitScale:
+class DeficitParameters:
     """The deficit of an SP that is `d` spacings from its nearest representative: steps · (d − accepted), 0 to `most`.
 
     accepted_distance: 0 for that of the walk's budget; unlike: at least, where none near has a like normal; unserved:
@@ -39,11 +39,11 @@ class DeficitScale:
 
 
 # How badly the SPs of a frame are served.
-DEFICIT_IN_FRAME: DeficitScale = parameters(DeficitScale)
+DEFICIT_IN_FRAME: DeficitParameters = parameters(DeficitParameters)
 # How much of its share of a cluster an SP lacks. Where few are free, they are for SPs that are far from all, and most
 # for those that none serves.
-DEFICIT_TO_FILL: DeficitScale = parameters(
-    DeficitScale,
+DEFICIT_TO_FILL: DeficitParameters = parameters(
+    DeficitParameters,
     steps=64.0,
     accepted_distance=0.0,
     most=2 * int(WHOLE_DEFICIT),
@@ -53,7 +53,7 @@ DEFICIT_TO_FILL: DeficitScale = parameters(
 
 
 @wp.func
-def deficit_of(scale: DeficitScale, budget: ClusterBudget, distance: float, alike: bool) -> int:
+def deficit_of(scale: DeficitParameters, budget: ClusterBudget, distance: float, alike: bool) -> int:
     """The deficit of an SP whose nearest representative is so many spacings away; alike: their normals are."""
     accepted = scale.accepted_distance
     if accepted == 0.0:
@@ -68,7 +68,7 @@ def fuzzy_assignment_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
 
     @wp.kernel(module="unique", module_options={"fast_math": True}, cuda_max_registers=REGISTERS)
     def fuzzy_assignment_kernel(first: int, gbuffer: GBuffer, points: PointList, representatives: Representatives,
-                                budget: ClusterBudget, chosen: SpClusterParameters, scale: DeficitScale,
+                                budget: ClusterBudget, chosen: SpClusterParameters, scale: DeficitParameters,
                                 least_deficit: int, out: SpClusters) -> None:  # fmt: skip
         """One thread an SP: its F nearest clusters, their weights, and its deficit on the `scale`.
 

@@ -17,7 +17,7 @@ from gpu.core.radix_sort import running_total
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT, ClusterBudget, SpClusterParameters, adapt_budget_kernel
-from gpu.sp.fuzzy_assignment import DEFICIT_IN_FRAME, DEFICIT_TO_FILL, DeficitScale, fuzzy_assignment_kernel
+from gpu.sp.fuzzy_assignment import DEFICIT_IN_FRAME, DEFICIT_TO_FILL, DeficitParameters, fuzzy_assignment_kernel
 from gpu.sp.reuse import keep_representatives
 from gpu.sp.samples import SampledPoints
 from gpu.sp.seeding import fill_unused_kernel, seed_extra_kernel
@@ -107,7 +107,7 @@ class SpClustering:
         self._assign(gbuffer, DEFICIT_IN_FRAME, least_deficit=int(WHOLE_DEFICIT))
         self._list_new(gbuffer, begins=False, relit=relit)
 
-    def _assign(self, gbuffer: GBuffer, scale: DeficitScale, least_deficit: int = 0) -> None:
+    def _assign(self, gbuffer: GBuffer, scale: DeficitParameters, least_deficit: int = 0) -> None:
         """Find the clusters of all SPs, or of those that have such a deficit by the clusters before."""
         kept, points = self._kept, self._sps.points
         kept.grid.build()

@@ -1,5 +1,7 @@
 """Light from disk lights and VPL clusters to a point, were nothing in between. Eq. 4 of the 2022 paper."""
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.core.color import brightness
@@ -8,10 +10,18 @@ from gpu.core.kahan import Sum, kahan_add
 from gpu.vpl.disk_light import Disk, disk_at
 from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, cluster_of, is_behind
 
-# A cluster's disk, or a subcluster's, whose squared reach is more than this times the squared distance gives way to
-# what it stands for. Compiled in: the innermost loop of shading compares with them.
-OPEN_SHARE = wp.constant(0.167)
-OPEN_SUBCLUSTER_SHARE = wp.constant(0.05)
+
+@dataclass(frozen=True)
+class OpeningParameters:
+    """A cluster's disk, or a subcluster's, whose squared reach is more than this times the squared distance gives way
+    to what it stands for. Compiled in: the innermost loop of shading compares with them.
+    """
+
+    cluster: float = 0.167
+    subcluster: float = 0.05
+
+
+OPENING_PARAMETERS = OpeningParameters()
 
 
 @wp.func
@@ -73,13 +83,14 @@ def disk_irradiance(position: wp.vec3, normal: wp.vec3, disk: Disk) -> wp.vec3:
 @wp.func
 def is_opened(position: wp.vec3, disk: Disk) -> bool:
     """Whether a cluster's disk is so near that its subclusters are shaded in its place: it would be too coarse."""
-    return disk.radius * disk.radius > OPEN_SHARE * wp.length_sq(disk.position - position)
+    return disk.radius * disk.radius > wp.static(OPENING_PARAMETERS.cluster) * wp.length_sq(disk.position - position)
 
 
 @wp.func
 def is_subcluster_opened(position: wp.vec3, subcluster: Disk) -> bool:
     """Whether a subcluster's disk is so near that its members are shaded in its place."""
-    return subcluster.radius * subcluster.radius > OPEN_SUBCLUSTER_SHARE * wp.length_sq(subcluster.position - position)
+    share = wp.static(OPENING_PARAMETERS.subcluster)
+    return subcluster.radius * subcluster.radius > share * wp.length_sq(subcluster.position - position)
 
 
 @wp.func

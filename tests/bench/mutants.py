@@ -2,9 +2,10 @@
 
     python -m tests.bench.mutants [PART …]
 
-Numbers are those in dataclasses that have a default for everything, and what instances at the top of a module have
-instead. PART: what `module.Class.field` of those that are tried contains; all, if none is named. A mutant meets the
-tests of its module, then others of gpu/ that import the module. Prints each, and exits with 1 where one survives.
+Numbers are the defaults of dataclasses called …Parameters, and what instances at the top of a module have instead; not
+zeros and names of other numbers. PART: what `module.Class.field` of those that are tried contains; all, if none is
+named. A mutant meets the tests of its module, then others that import it, then those of modules that do. Prints each,
+and exits with 1 where one survives.
 """
 
 import ast
@@ -42,15 +43,11 @@ class Number:
         return source[: self.begin] + b"((" + source[self.begin : self.end] + b") " + change + b")" + source[self.end :]
 
 
-def _fields(node: ast.ClassDef) -> dict[str, tuple[str, ast.expr]] | None:
-    """Type and default of each number, if `node` is a dataclass that has a default for everything."""
-    if not any("dataclass" in ast.unparse(decorator) for decorator in node.decorator_list):
-        return None
-    own = [item for item in node.body if isinstance(item, ast.AnnAssign) and isinstance(item.target, ast.Name)]
-    if not all(item.value for item in own):
-        return None
-    kinds = {ast.unparse(item.target): (ast.unparse(item.annotation), item.value) for item in own}
-    return {name: (kind, value) for name, (kind, value) in kinds.items() if value and kind in NUMBERS}
+def _fields(node: ast.ClassDef) -> dict[str, tuple[str, ast.expr]]:
+    """Type and default of each number in a class of parameters; none in others."""
+    own = [item for item in node.body if isinstance(item, ast.AnnAssign) and node.name.endswith("Parameters")]
+    typed = {ast.unparse(item.target): (ast.unparse(item.annotation), item.value) for item in own}
+    return {name: (kind, value) for name, (kind, value) in typed.items() if value and kind in NUMBERS}
 
 
 def _calls(tree: ast.Module) -> Iterator[ast.Call]:
@@ -60,13 +57,14 @@ def _calls(tree: ast.Module) -> Iterator[ast.Call]:
 
 
 def numbers(folder: Path, root: Path) -> list[Number]:
-    """Those that decide quality in the modules below `folder`, but for zeros, which are the same twice as large."""
+    """Those that decide quality in the modules below `folder`, but for zeros and names of others."""
     trees = {path: ast.parse(path.read_bytes()) for path in sorted(folder.rglob("*.py"))}
     known: dict[str, dict[str, str]] = {}
     found: list[Number] = []
 
     def add(path: Path, owner: str, field: str, kind: str, value: ast.expr) -> None:
-        if ast.unparse(value) in ("0", "0.0"):
+        literals = [node.value for node in ast.walk(value) if isinstance(node, ast.Constant)]
+        if not any(literals):
             return
         lines = path.read_bytes().splitlines(keepends=True)
         begin, end = (
@@ -97,29 +95,31 @@ def numbers(folder: Path, root: Path) -> list[Number]:
 
 def files_of(path: Path, root: Path) -> list[list[str]]:
     """Test files that a mutant of the module at `path` meets, in groups, one after another."""
-    module = ".".join(path.with_suffix("").parts)
-    own = root / "tests" / path.with_name(f"test_{path.name}")
-    others = [
-        test
-        for test in sorted((root / "tests/gpu").rglob("test_*.py"))
-        if test != own and f"from {module} import" in test.read_text()
-    ]
-    groups = [[own] if own.exists() else [], others]
-    return [[str(test.relative_to(root)) for test in group] for group in groups if group]
+    imported = f"from {'.'.join(path.with_suffix('').parts)} import"
+
+    def test_of(module: Path) -> Path:
+        return root / "tests" / module.with_name(f"test_{module.name}").relative_to(root)
+
+    own = test_of(root / path)
+    direct = [test for test in sorted((root / "tests/gpu").rglob("test_*.py")) if imported in test.read_text()]
+    users = [test_of(module) for module in sorted((root / "gpu").rglob("*.py")) if imported in module.read_text()]
+    groups, met = [], set[Path]()
+    for group in [own], direct, users:
+        tests = [test for test in dict.fromkeys(group) if test.exists() and test not in met]
+        met.update(tests)
+        groups.append([str(test.relative_to(root)) for test in tests])
+    return [group for group in groups if group]
 
 
-def survives(root: Path, path: Path) -> bool:
-    """Whether the tests of the module at `path` pass."""
+def passes(root: Path, files: list[str]) -> bool:
+    """Whether all tests in `files` pass, in time."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *files]
     environment = {**os.environ, "PYTHONPATH": str(root)}
-    for group in files_of(path, root):
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *group]
-        try:
-            done = subprocess.run(command, cwd=root, env=environment, capture_output=True, timeout=SECONDS, check=False)
-        except subprocess.TimeoutExpired:
-            return False
-        if done.returncode:
-            return False
-    return True
+    try:
+        done = subprocess.run(command, cwd=root, env=environment, capture_output=True, timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode == 0
 
 
 def main() -> int:
@@ -132,18 +132,20 @@ def main() -> int:
             shutil.copytree(ROOT / name, root / name, ignore=ignored)
         shutil.copy(ROOT / "pyproject.toml", root)
         tried = [each for each in numbers(root / "gpu", root) if not parts or any(part in each.name for part in parts)]
-        for path in {each.path for each in tried}:
-            if not survives(root, path):
-                print(f"{path}: tests fail without a mutant", flush=True)
+        sound = {path: passes(root, files_of(path, root)[0]) for path in dict.fromkeys(each.path for each in tried)}
         for number in tried:
+            if not sound[number.path]:
+                print(f"tests fail without a mutant: {number.name}", flush=True)
+                continue
             source = (root / number.path).read_bytes()
             for doubled in (True, False):
                 (root / number.path).write_bytes(number.mutated(source, doubled=doubled))
-                lives, change = survives(root, number.path), "×2" if doubled else "÷2"
-                print(f"{'SURVIVES' if lives else 'noticed '} {number.name} {change}", flush=True)
-                survivors += [number.name] if lives else []
+                survives = all(passes(root, files) for files in files_of(number.path, root))
+                change = "×2" if doubled else "÷2"
+                print(f"{'SURVIVES' if survives else 'noticed '} {number.name} {change}", flush=True)
+                survivors += [number.name] if survives else []
             (root / number.path).write_bytes(source)
-    return int(bool(survivors))
+    return int(bool(survivors) or not all(sound.values()))
 
 
 if __name__ == "__main__":

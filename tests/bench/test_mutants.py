@@ -7,6 +7,7 @@ CODE = """
 class Parameters:
     '''What é means.'''
 
+    width: int
     share: float = 0.5
     most: int = 3
     none: int = 0
@@ -14,7 +15,6 @@ class Parameters:
 
 @dataclass
 class Place:
-    x: int
     y: int = 2
 
 USUAL = Parameters()
@@ -37,9 +37,13 @@ def test_each_number_is_doubled_and_halved_where_it_stands(tmp_path: Path) -> No
             assert found[name].mutated(CODE.encode(), doubled=is_doubled).decode() == CODE.replace(text, mutant)
 
 
-def test_a_mutant_meets_the_tests_of_its_module_and_of_what_imports_it(tmp_path: Path) -> None:
-    for name, text in ("test_stage", ""), ("test_other", "from gpu.stage import run"), ("test_far", "import gpu"):
-        path = tmp_path / f"tests/gpu/{name}.py"
+def test_a_mutant_meets_the_tests_of_its_module_of_what_imports_it_and_of_modules_that_do(tmp_path: Path) -> None:
+    uses = "from gpu.stage import run"
+    files = {"gpu/stage": "", "gpu/user": uses, "gpu/far": "", "tests/gpu/test_far": "import gpu",
+             "tests/gpu/test_other": uses, "tests/gpu/test_stage": uses, "tests/gpu/test_user": ""}  # fmt: skip
+    for name, text in files.items():
+        path = tmp_path / f"{name}.py"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    assert files_of(Path("gpu/stage.py"), tmp_path) == [["tests/gpu/test_stage.py"], ["tests/gpu/test_other.py"]]
+    groups = [["tests/gpu/test_stage.py"], ["tests/gpu/test_other.py"], ["tests/gpu/test_user.py"]]
+    assert files_of(Path("gpu/stage.py"), tmp_path) == groups

@@ -26,7 +26,7 @@ def picture_of(radiance: np.ndarray, name: str, faces: np.ndarray | None = None)
     gbuffer.face = column(np.zeros(pixels) if faces is None else faces, int, name)
     picture = Picture()
     picture.gbuffer, picture.image = gbuffer, image_size((WIDTH, HEIGHT))
-    picture.sparse = parameters(SparseShadingParameters)
+    picture.sparse = parameters(SparseShadingParameters, stride=1)
     picture.listed = wp.full(pixels, 1, dtype=int, device=device)
     picture.irradiance = column(radiance, wp.vec3, name)
     return picture

@@ -4,7 +4,7 @@ import warp as wp
 from scenes import column, results
 
 from gpu.core.constants import PI
-from gpu.device_scene.bsdf import reflected, sample_brdf, sample_specular, specular_density
+from gpu.device_scene.bsdf import reflected, sample_brdf, sample_specular, specular_density, specular_share
 from gpu.device_scene.surface import Surface
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cone_direction
@@ -49,6 +49,11 @@ def mirror_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[wp.
     out[3 * index] = sample.direction
     out[3 * index + 1] = sample.weight
     out[3 * index + 2] = wp.vec3(sample.density, 0.0, 0.0)
+
+
+@wp.kernel
+def share_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[float]) -> None:
+    out[first + wp.tid()] = specular_share(surface, view)
 
 
 def surface_of(diffuse: float, f0: float, roughness: float, f90: float = 1.0) -> Surface:
@@ -134,3 +139,17 @@ def test_a_perfect_mirror_reflects_by_its_fresnel_term() -> None:
     assert np.allclose(direction, at_angle(60.0, (-1.0, 0.0, 0.0)), atol=1e-6)
     assert np.allclose(weight, 0.5 + 0.5 * 0.5**5, rtol=1e-5)
     assert density[0] == 0.0
+
+
+def test_each_of_two_lobes_has_a_tenth_of_the_samples_however_little_it_reflects() -> None:
+    view = wp.vec3(*NORMAL)
+    for diffuse, f0, share in (
+        (0.9, 1e-4, 0.1),
+        (1e-4, 0.9, 0.9),
+        (0.5, 0.5, 2.0 / 3.0),
+        (0.9, 0.0, 0.0),
+        (0.0, 0.5, 1.0),
+    ):
+        assert results(share_kernel, 1, [surface_of(diffuse, f0, 0.4), view], float)[0] == pytest.approx(
+            share, abs=0.03
+        )

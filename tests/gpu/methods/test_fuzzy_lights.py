@@ -10,7 +10,10 @@ from walking import SIZE, furnished, pose
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
+from gpu.methods.fuzzy_lights import frames_a_set
+from gpu.methods.passes import StillViewParameters
 from gpu.renderer import Renderer
+from gpu.sample_counts import ON_CUDA
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles
 from gpu.settings import Clustering, Component, Method, RenderSettings, Skips
@@ -89,12 +92,16 @@ def test_a_walk_begins_anew_after_frames_of_other_lights(room: DeviceScene) -> N
     assert renderer.render(pose(2), walks=True).stats.skips["kept_clusters"] > 0
 
 
+def test_light_sets_as_large_as_a_gpus_serve_four_frames_and_half_as_large_ones_one() -> None:
+    assert (frames_a_set(ON_CUDA.vpls), frames_a_set(ON_CUDA.vpls // 2)) == (4, 1)
+
+
 @pytest.mark.parametrize("clustering", [Clustering.BOTH, Clustering.SPS])
 def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
     room: DeviceScene, monkeypatch: pytest.MonkeyPatch, clustering: Clustering
 ) -> None:
     """The first four are smoothed, and a light set serves four; without VPL clusters there is one for all."""
-    monkeypatch.setattr("gpu.methods.fuzzy_lights.MANY_VPLS", 0)
+    monkeypatch.setattr("gpu.methods.fuzzy_lights.STILL_VIEW_PARAMETERS", StillViewParameters(many_vpls=0))
 
     def kept(choice: RenderSettings, *, interrupted: bool = False) -> list[bool]:
         renderer, accumulation = Renderer(room, SIZE, choice), Accumulation(SIZE[0] * SIZE[1], room.device)

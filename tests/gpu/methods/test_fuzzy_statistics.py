@@ -11,7 +11,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.gbuffer import sparse_shading as interpolate
-from gpu.methods.fuzzy_lights import FRAMES_A_SET
+from gpu.methods.passes import StillViewParameters
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Sky
@@ -109,7 +109,7 @@ def test_pixels_that_see_nothing_are_counted(terrace: DeviceScene, usual: Frame)
 @pytest.fixture
 def of_any_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures as small as these are interpolated, too."""
-    monkeypatch.setattr(interpolate, "MIN_PIXELS", 0)
+    monkeypatch.setattr(interpolate, "ANCHOR_PARAMETERS", interpolate.AnchorParameters(min_pixels=0))
 
 
 def test_indirect_light_of_most_pixels_is_interpolated(room: DeviceScene, of_any_size: None) -> None:
@@ -219,18 +219,20 @@ def test_a_set_that_a_renderer_holds_is_not_made_again(room: DeviceScene, monkey
 def test_light_sets_of_a_still_view_serve_several_frames_where_they_are_large_and_are_kept_for_the_next(
     room: DeviceScene, monkeypatch: pytest.MonkeyPatch, many: bool
 ) -> None:
-    monkeypatch.setattr("gpu.methods.fuzzy_lights.MANY_VPLS", QUALITY["vpls"] + (0 if many else 1))
+    chosen = StillViewParameters(many_vpls=QUALITY["vpls"] + (0 if many else 1))
+    monkeypatch.setattr("gpu.methods.fuzzy_lights.STILL_VIEW_PARAMETERS", chosen)
+    a_set = chosen.frames_a_set
 
     def lights(skip: Skips, seed: int) -> list[bool]:
         kept, light_sets = [], LightSets(room)
         for _ in range(2):
             renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, skip=skip, seed=seed), None, light_sets)
             accumulation = Accumulation(SIZE[0] * SIZE[1], room.device)
-            for _ in range(FRAMES_A_SET + 1):
+            for _ in range(a_set + 1):
                 stats = renderer.render(CAMERA, accumulation).stats
                 kept.append(stats.skips["unchanged_lights"] > 0)
         return kept
 
-    first = FRAMES_A_SET * [True] + [False] if many else [True] + FRAMES_A_SET * [False]
-    assert lights(EVERY_SKIP, 7 + many) == [*first, *(FRAMES_A_SET + 1) * [True]]
+    first = a_set * [True] + [False] if many else [True] + a_set * [False]
+    assert lights(EVERY_SKIP, 7 + many) == [*first, *(a_set + 1) * [True]]
     assert not any(lights(without("unchanged_lights"), 9 + many))

@@ -12,19 +12,25 @@ from gpu.core.device import allocate
 from gpu.gbuffer.point_list import PointList
 from gpu.scene.types import Doubles
 from gpu.sp.budget import SP_CLUSTER_PARAMETERS, WHOLE_DEFICIT, ClusterBudget
-from gpu.sp.fuzzy_assignment import DEFICIT_IN_FRAME, DEFICIT_TO_FILL, DeficitScale, deficit_of, fuzzy_assignment_kernel
+from gpu.sp.fuzzy_assignment import (
+    DEFICIT_IN_FRAME,
+    DEFICIT_TO_FILL,
+    DeficitParameters,
+    deficit_of,
+    fuzzy_assignment_kernel,
+)
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, UNSERVED_DEFICIT, SpClusters
 
 
 @wp.kernel
-def deficit_kernel(first: int, scale: DeficitScale, budget: ClusterBudget, alike: bool, distances: wp.array[float],
+def deficit_kernel(first: int, scale: DeficitParameters, budget: ClusterBudget, alike: bool, distances: wp.array[float],
                    out: wp.array[int]) -> None:  # fmt: skip
     """One thread a distance."""
     index = first + wp.tid()
     out[index] = deficit_of(scale, budget, distances[index], alike)
 
 
-def deficits(scale: DeficitScale, *, alike: bool = True) -> Doubles:
+def deficits(scale: DeficitParameters, *, alike: bool = True) -> Doubles:
     """Of SPs of a walk that accepts three quarters of a spacing."""
     distances = column([0.0, 0.74, 0.875, 1.0, 2.0, 100.0], float)
     return results(deficit_kernel, 6, [scale, budget_of(1, 0.75), alike, distances], wp.int32)

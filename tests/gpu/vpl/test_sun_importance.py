@@ -89,3 +89,37 @@ def test_what_is_lit_round_a_corner_matters_too(length: int, reaches: bool) -> N
     device_scene = room(cameras=[look_at((0.3, -0.1, 0.4), (0.4, 0.5, 0.4))])
     vpls = first_hits(device_scene, aimed=True, length=length)
     assert (in_patch(device_scene, vpls).mean() > 0.2) == reaches
+
+
+def map_of(device_scene: DeviceScene) -> np.ndarray:
+    """The sun's map, of the usual walks: how probable each cell is, (row, column)."""
+    suns = sun_maps_of(device_scene, build_light_table(device_scene))
+    side = suns.chosen.side
+    return np.diff(suns.cumulative.numpy()[0].astype(float), prepend=0.0).reshape(side, side)
+
+
+def test_what_a_view_shows_evenly_is_even_in_the_map() -> None:
+    """To a tenth from cell to cell: half the walks would leave twice as much noise, twice the walks half."""
+    ground = quad((-1.0, 0.0, 1.0), (2.0, 0.0, 0.0), (0.0, 0.0, -2.0))
+    above = look_at((0.0, 1.0, 0.001), (0.0, 0.0, 0.0), yfov_degrees=90.0)
+    scene = replace(scene_of([ground], [grey(ALBEDO)], [SUN]), cameras=(above,))
+    seen = map_of(DeviceScene(scene, "cpu"))[98:158, 98:158]
+    assert 0.08 < seen.std() / seen.mean() < 0.15
+
+
+def test_a_room_next_door_matters_but_far_less_than_the_one_that_is_seen() -> None:
+    """Two rooms with a window each in their roofs, and a door between them."""
+    walls = [quad((x, 0.0, -0.5), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)) for x in (-1.0, 1.0)]
+    walls += [quad((-1.0, 0.0, z), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0)) for z in (-0.5, 0.5)]
+    walls += [quad((0.0, 0.0, z), (0.0, 0.0, 0.35), (0.0, 1.0, 0.0)) for z in (-0.5, 0.15)]
+    walls.append(quad((0.0, 0.6, -0.15), (0.0, 0.0, 0.3), (0.0, 0.4, 0.0)))
+    flat = [(0.0, -1.0, 1.0, -0.5, 0.5)]
+    for middle in (-0.5, 0.5):
+        left, right, near, far = middle - 0.1, middle + 0.1, -0.1, 0.1
+        flat += [(1.0, middle - 0.5, left, -0.5, 0.5), (1.0, right, middle + 0.5, -0.5, 0.5)]
+        flat += [(1.0, left, right, -0.5, near), (1.0, left, right, far, 0.5)]
+    floors = [quad((x, y, front), (end - x, 0.0, 0.0), (0.0, 0.0, z - front)) for y, x, end, z, front in flat]
+    seen = look_at((-0.5, 0.5, 0.4), (-0.6, 0.4, -0.5))
+    scene = replace(scene_of([*walls, *floors], [grey(ALBEDO)], [SUN]), cameras=(seen,))
+    next_door = map_of(DeviceScene(scene, "cpu"))[:, 128:].sum()
+    assert 0.07 < next_door < 0.11
