@@ -21,13 +21,33 @@ class SampleCounts:
     sp_clusters: int
     vpls: int
     vpl_clusters: int
+    photons: int
+    gather_rays: int
     samples: int
     frames: int
     shadow_map: int
 
 
-ON_CUDA = SampleCounts(sp_clusters=8192, vpls=98_304, vpl_clusters=2048, samples=2, frames=512, shadow_map=128)
-ON_CPU = SampleCounts(sp_clusters=1536, vpls=8192, vpl_clusters=384, samples=1, frames=16, shadow_map=64)
+ON_CUDA = SampleCounts(
+    sp_clusters=8192,
+    vpls=98_304,
+    vpl_clusters=2048,
+    photons=262_144,
+    gather_rays=256,
+    samples=2,
+    frames=512,
+    shadow_map=128,
+)
+ON_CPU = SampleCounts(
+    sp_clusters=1536,
+    vpls=8192,
+    vpl_clusters=384,
+    photons=16_384,
+    gather_rays=64,
+    samples=1,
+    frames=16,
+    shadow_map=64,
+)
 PATHS = 64
 
 
@@ -39,6 +59,8 @@ def sample_counts_of(settings: RenderSettings, device: Device) -> SampleCounts:
         sp_clusters=settings.sp_clusters or usual.sp_clusters,
         vpls=settings.vpls or usual.vpls,
         vpl_clusters=settings.vpl_clusters or usual.vpl_clusters,
+        photons=settings.photons or usual.photons,
+        gather_rays=settings.gather_rays or usual.gather_rays,
         samples=settings.samples or samples,
         frames=settings.frames or usual.frames,
         shadow_map=settings.shadow_map or usual.shadow_map,

@@ -11,6 +11,7 @@ class Method(StrEnum):
 
     FUZZY_VPL = "fuzzy-vpl"
     EXACT_VPL = "exact-vpl"
+    PHOTON_GATHER = "photon-gather"
     PATH = "path"
     RSM_DISKS = "rsm-disks"
 
@@ -78,7 +79,8 @@ class RenderSettings(BaseModel):
 
     method: Method = Field(
         Method.FUZZY_VPL,
-        description="how light is computed; rsm-disks is for lights that move, and shows one indirect bounce",
+        description="how light is computed; rsm-disks is for lights that move, and shows one indirect bounce, "
+        "photon-gather makes all bounces anew in each frame",
     )
     component: Component = Field(Component.FULL, description="which part of the light is in the picture")
     sp_clusters: int | None = Field(None, ge=1, le=262_144, description="clusters of shading points (SPs)")
@@ -89,6 +91,10 @@ class RenderSettings(BaseModel):
     )
     indirect_shadows: bool = Field(
         True, description="rsm-disks: what stands in the way hides indirect light, which is left out in its paper"
+    )
+    photons: int | None = Field(None, ge=1, le=4_194_304, description="photon-gather: photons that are stored, about")
+    gather_rays: int | None = Field(
+        None, ge=1, le=4096, description="photon-gather: rays that gather light at each SP cluster"
     )
     clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
     target_ms: float | None = Field(

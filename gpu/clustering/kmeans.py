@@ -7,6 +7,7 @@ bits; a cluster that lost its members starts again at a random point; distances 
 """
 
 from copy import copy
+from functools import cache
 
 import warp as wp
 
@@ -19,8 +20,6 @@ from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.radix_sort import Groups
 from gpu.sampling.sobol import hashed
-
-nearest = nearest_search(1)
 
 
 @wp.kernel
@@ -41,17 +40,26 @@ def kmeans_seed_kernel(first: int, points: Points, wanted: wp.array[int], seed: 
     clusters.spacing[cluster] = points.spacing[point]
 
 
-@wp.kernel
-def kmeans_assign_kernel(first: int, points: Points, clusters: Representatives, none: int, keys: wp.array[int]) -> None:
-    """One thread a point: keys[point] becomes its nearest cluster, or `none` where none is near."""
-    point = first + wp.tid()
-    keys[point] = none
-    if point >= points.count[0]:
-        return
-    level = level_of(clusters.chosen, points.spacing[point])
-    found = nearest(clusters, points.position[point], points.normal[point], level)
-    if found.cluster[0] >= 0:
-        keys[point] = found.cluster[0]
+@cache
+def kmeans_assign_kernel(metric: wp.Function) -> wp.Kernel:
+    """The kernel for clusters that are near by `metric`."""
+    nearest = nearest_search(1, metric)
+
+    @wp.kernel(module="unique")
+    def kmeans_assign_kernel(
+        first: int, points: Points, clusters: Representatives, none: int, keys: wp.array[int]
+    ) -> None:
+        """One thread a point: keys[point] becomes its nearest cluster, or `none` where none is near."""
+        point = first + wp.tid()
+        keys[point] = none
+        if point >= points.count[0]:
+            return
+        level = level_of(clusters.chosen, points.spacing[point])
+        found = nearest(clusters, points.position[point], points.normal[point], level)
+        if found.cluster[0] >= 0:
+            keys[point] = found.cluster[0]
+
+    return kmeans_assign_kernel
 
 
 @wp.kernel
@@ -109,28 +117,36 @@ def kmeans_mean_kernel(first: int, points: Points, members: wp.array[int], start
     clusters.spacing[cluster] = points.spacing[point]
 
 
-@wp.kernel
-def kmeans_medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
-                         clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
-    """One thread a cluster: its representative becomes the member nearest its mean; without members it is dropped."""
-    cluster = first + wp.tid()
-    best = int(-1)
-    best_distance = float(FAR_AWAY)
-    for place in range(starts[cluster], starts[cluster + 1]):
-        point = members[place]
-        position = clusters.position[cluster]
-        normal = clusters.normal[cluster]
-        distance = separation(clusters.chosen, points.position[point], points.normal[point], position, normal)
-        if distance < best_distance:
-            best_distance = distance
-            best = point
-    medoids[cluster] = best
-    if best >= 0:
-        clusters.position[cluster] = points.position[best]
-        clusters.normal[cluster] = points.normal[best]
-        clusters.spacing[cluster] = points.spacing[best]
-    else:
-        clusters.spacing[cluster] = 0.0
+@cache
+def kmeans_medoid_kernel(metric: wp.Function) -> wp.Kernel:
+    """The kernel for members that are near by `metric`."""
+
+    @wp.kernel(module="unique")
+    def kmeans_medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
+                             clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
+        """One thread a cluster: its representative becomes the member nearest its mean; without members it is
+        dropped.
+        """
+        cluster = first + wp.tid()
+        best = int(-1)
+        best_distance = float(FAR_AWAY)
+        for place in range(starts[cluster], starts[cluster + 1]):
+            point = members[place]
+            position = clusters.position[cluster]
+            normal = clusters.normal[cluster]
+            distance = metric(clusters.chosen, points.position[point], points.normal[point], position, normal)
+            if distance < best_distance:
+                best_distance = distance
+                best = point
+        medoids[cluster] = best
+        if best >= 0:
+            clusters.position[cluster] = points.position[best]
+            clusters.normal[cluster] = points.normal[best]
+            clusters.spacing[cluster] = points.spacing[best]
+        else:
+            clusters.spacing[cluster] = 0.0
+
+    return kmeans_medoid_kernel
 
 
 class KMeans:
@@ -140,17 +156,26 @@ class KMeans:
     is, −1 for a dropped one and those beyond `wanted`, and `groups` the members that it is the medoid of. `exhaustive`
     finds every point the nearest of all clusters, so that none is left out, and once more after the last means: for
     VPLs, whose light would be lost and whose spacing is not known beforehand, and of which a cluster may have any
-    number. SPs are not searched again: they look for clusters by themselves.
+    number. SPs are not searched again: they look for clusters by themselves. `uneven`: clusters may have any number of
+    members, too; metric: by which they are near, unless `exhaustive`.
     """
 
     def __init__(
-        self, capacity: int, most: int, device: wp.Device, *, extra: int = 0, exhaustive: bool = False
+        self,
+        capacity: int,
+        most: int,
+        device: wp.Device,
+        *,
+        extra: int = 0,
+        exhaustive: bool = False,
+        uneven: bool = False,
+        metric: wp.Function = separation,
     ) -> None:
         self.most, self.device = most, device
         self.wanted = wp.full(1, most, dtype=int, device=device)
-        self._exhaustive = exhaustive
+        self._exhaustive, self._metric = exhaustive, metric
         self.grid = Grid(most + extra, device)
-        self.groups = (Groups if exhaustive else Buckets)(capacity, most, device)
+        self.groups = (Groups if exhaustive or uneven else Buckets)(capacity, most, device)
         self.medoids = wp.zeros(most + extra, dtype=int, device=device)
         if exhaustive:
             self._runs = allocate_runs(most, device)
@@ -164,8 +189,12 @@ class KMeans:
 
     def run(self, points: Points, iterations: int, seed: int) -> None:
         """Cluster `points`: `iterations` rounds, one at least, of assignment and update, then the medoids."""
+        launch(kmeans_seed_kernel, self.most, [points, self.wanted, seed, self.grid.data], self.device)
+        self.refine(points, iterations, seed)
+
+    def refine(self, points: Points, iterations: int, seed: int) -> None:
+        """As `run`, of clusters that are in `grid` already."""
         clusters, groups, wanted = self.grid.data, self.groups, self.wanted
-        launch(kmeans_seed_kernel, self.most, [points, wanted, seed, clusters], self.device)
         if self._exhaustive:
             launch(kmeans_guess_kernel, groups.capacity, [points, wanted, self._owner], self.device)
         for iteration in range(iterations):
@@ -175,7 +204,7 @@ class KMeans:
         if self._exhaustive:
             self._assign(points)
         inputs = [points, groups.items, groups.starts, clusters, self.medoids]
-        launch(kmeans_medoid_kernel, self.most, inputs, self.device)
+        launch(kmeans_medoid_kernel(self._metric), self.most, inputs, self.device)
 
     def _assign(self, points: Points) -> None:
         clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity
@@ -185,5 +214,5 @@ class KMeans:
             launch(kmeans_assign_to_any_kernel, capacity, inputs, self.device)
         else:
             self.grid.build()
-            launch(kmeans_assign_kernel, capacity, [points, clusters, self.most, keys], self.device)
+            launch(kmeans_assign_kernel(self._metric), capacity, [points, clusters, self.most, keys], self.device)
         self.groups.sort()

@@ -94,13 +94,14 @@ def light_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
 
 
 @wp.kernel
-def vpl_key_kernel(first: int, vpls: Vpls, keys: wp.array[int]) -> None:
-    """One thread a VPL: its place in the order of surface points, or EMPTY_KEY when it carries no flux."""
+def surface_key_kernel(first: int, position: wp.array[wp.vec3], normal: wp.array[wp.vec3], flux: wp.array[wp.vec3],
+                       keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a VPL or photon: its place in the order of surface points, or EMPTY_KEY when it carries no flux."""
     index = first + wp.tid()
-    flux = vpls.flux[index]
+    carried = flux[index]
     keys[index] = EMPTY_KEY
-    if flux[0] + flux[1] + flux[2] > 0.0:
-        keys[index] = morton_key(vpls.position[index], vpls.normal[index])
+    if carried[0] + carried[1] + carried[2] > 0.0:
+        keys[index] = morton_key(position[index], normal[index])
 
 
 @wp.kernel
@@ -135,7 +136,7 @@ def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightT
     launch(light_path_kernel(features.texels, features.environment), paths, inputs, device)
     keys = wp.zeros(2 * slots, dtype=int, device=device)
     order = wp.zeros(2 * slots, dtype=int, device=device)
-    launch(vpl_key_kernel, slots, [raw, keys], device)
+    launch(surface_key_kernel, slots, [raw.position, raw.normal, raw.flux, keys], device)
     launch(iota_kernel, slots, [order], device)
     radix_sort_pairs(keys, order, slots)
     filled = wp.full(1, slots, dtype=int, device=device)

@@ -6,6 +6,8 @@ from gpu.settings import Clustering, Method, RenderSettings
 
 # A pixel's own rays beside those to its lights: the camera's, near field, corrections. Less matters to no estimate.
 PIXEL_RAYS = 4
+# Of a photon: to the next one, and from around it to tell how much of its disk is surface.
+PHOTON_RAYS = 33
 # Of a path's vertex: to the next one, and to a light.
 VERTEX_RAYS = 2
 
@@ -19,6 +21,9 @@ def frame_rays(settings: RenderSettings, counts: SampleCounts, pixels: int) -> f
     lights = counts.vpls * VERTEX_RAYS
     if settings.method is Method.PATH:
         return float(pixels * counts.samples * VERTEX_RAYS * (1 + settings.bounces))
+    if settings.method is Method.PHOTON_GATHER:
+        gathered = min(counts.sp_clusters, pixels) * counts.gather_rays
+        return float(own + counts.photons * PHOTON_RAYS + gathered)
     if settings.method is Method.EXACT_VPL:
         return float(own + lights + pixels * counts.vpls)
     if settings.method is Method.RSM_DISKS:

@@ -6,6 +6,7 @@ from gpu.methods.exact_vpl import ExactVpl
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.method import RenderMethod, RenderSetup
 from gpu.methods.path import PathTracing
+from gpu.methods.photon_gather import PhotonGather
 from gpu.methods.rsm_disks import RsmDisks
 from gpu.methods.targeted_vpl import TargetedVpl
 from gpu.settings import Clustering, Method, RenderSettings
@@ -13,6 +14,7 @@ from gpu.settings import Clustering, Method, RenderSettings
 METHODS: dict[Method, type[RenderMethod[Any]]] = {
     Method.FUZZY_VPL: FuzzyVpl,
     Method.EXACT_VPL: ExactVpl,
+    Method.PHOTON_GATHER: PhotonGather,
     Method.PATH: PathTracing,
     Method.RSM_DISKS: RsmDisks,
 }

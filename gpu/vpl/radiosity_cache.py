@@ -24,12 +24,10 @@ from gpu.core.device import launch, launch_together
 from gpu.core.morton import dominant_axis
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
-from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.rays import closest_hit, occluded
-from gpu.device_scene.sides import triangle_normal
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.disk_coverage import surface_goes_on
 from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import TO_UNIT, hashed
-from gpu.sampling.warps import orthonormal
 from gpu.vpl.vpl_clusters import VplClusters
 
 # VPLs in one estimate, itself among them: the length of vectors. The last only bounds the disk: the mean over a surface
@@ -165,18 +163,11 @@ def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, cove
     index = first + wp.tid()
     vpl = index // PLACES
     covered[index] = 0
-    normal = lit.normal[vpl]
     disk = lit.radius[vpl]
     turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
-    frame = orthonormal(normal)
-    direction = frame * wp.vec3(wp.cos(turn), wp.sin(turn), 0.0)
     height = lit.chosen.plane_share * disk
-    origin = lit.position[vpl] + normal * height
-    way = MIDDLE * disk
-    if disk <= 0.0 or occluded(scene, origin, direction, way):
-        return
-    hit = closest_hit(scene, origin + direction * way, -normal, 2.0 * height)
-    if hit.face != NO_HIT and wp.abs(wp.dot(triangle_normal(scene, hit.face), normal)) > lit.alike.normal_threshold:
+    alike = lit.alike.normal_threshold
+    if surface_goes_on(scene, lit.position[vpl], lit.normal[vpl], turn, MIDDLE * disk, height, alike):
         covered[index] = 1
 
 

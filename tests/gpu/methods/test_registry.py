@@ -56,6 +56,7 @@ def test_stages_have_the_names_that_their_method_tells(room: DeviceScene, method
     [
         {"method": "path"},
         {"method": "exact-vpl", "vpls": 300, "vpl_clusters": 50},
+        {"method": "photon-gather", "photons": 20_000, "sp_clusters": 400, "gather_rays": 64},
         {"sp_clusters": 400, "vpl_clusters": 64},
         {"sp_clusters": 4000, "vpl_clusters": 64},
         {"sp_clusters": 400, "vpl_clusters": 512},

@@ -1,0 +1,99 @@
+"""Final gather: light that reaches the centres of shading clusters, by many rays each (2009 paper, section 3.3)."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from gpu.core.constants import PI, RAY_LENGTH
+from gpu.core.device import allocate, launch
+from gpu.core.intrinsics import float_sum, lanes_of, vector_sum
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.rays import closest_hit, offset_origin
+from gpu.device_scene.surface import surface_at
+from gpu.sampling.sobol import pixel_seed, sobol_pair
+from gpu.sampling.warps import cosine_direction
+from gpu.sp.shading_clusters import ShadingClusters
+
+
+@wp.struct
+class Gathered:
+    """What rays find. radiance (cluster · rays,) [W/m²/sr] and nearness (cluster · rays,): one over the distance, 0 for
+    a ray that meets nothing, of each ray; irradiance (cluster,) [W/m²]; harmonic_distance (cluster,): harmonic mean of
+    the rays' lengths, unit space.
+    """
+
+    radiance: wp.array[wp.vec3]
+    nearness: wp.array[float]
+    irradiance: wp.array[wp.vec3]
+    harmonic_distance: wp.array[float]
+
+
+@cache
+def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.Kernel:
+    """The kernel that reads illumination(data, position, normal), the irradiance of a surface point, where rays end."""
+
+    @wp.kernel(module="unique")
+    def gather_ray_kernel(first: int, scene: SceneData, clusters: ShadingClusters, lit: data, rays: int,
+                          seeds: wp.array[int], out: Gathered) -> None:  # fmt: skip
+        """One thread a ray, `rays` a cluster: the light that it finds. seeds: one element."""
+        index = first + wp.tid()
+        cluster = index // rays
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        out.radiance[index] = wp.vec3(0.0, 0.0, 0.0)
+        out.nearness[index] = 0.0
+        if clusters.spacing[cluster] <= 0.0:
+            return
+        normal = clusters.geometric_normal[cluster]
+        place = sobol_pair(index % rays, 0, pixel_seed(cluster, seeds[0]))
+        direction = cosine_direction(clusters.normal[cluster], place.x, place.y)
+        if wp.dot(direction, normal) <= 0.0:
+            return
+        hit = closest_hit(scene, offset_origin(clusters.position[cluster], normal, direction), direction, RAY_LENGTH)
+        if hit.face == NO_HIT:
+            return
+        surface = surface_at(scene, hit, direction)
+        found = illumination(lit, surface.position, surface.geometric_normal)
+        out.radiance[index] = wp.cw_mul(surface.albedo, found) / PI
+        out.nearness[index] = 1.0 / wp.max(hit.t, 1.0e-6)
+
+    return gather_ray_kernel
+
+
+@wp.kernel
+def gather_sum_kernel(first: int, rays: int, lanes: int, out: Gathered) -> None:
+    """`lanes` threads a cluster: the means of its rays."""
+    index = first + wp.tid()
+    cluster = index // lanes
+    total = wp.vec3(0.0, 0.0, 0.0)
+    nearness = float(0.0)
+    for ray in range(index % lanes, rays, lanes):
+        total += out.radiance[cluster * rays + ray]
+        nearness += out.nearness[cluster * rays + ray]
+    total = vector_sum(total, lanes)
+    nearness = float_sum(nearness, lanes)
+    if index % lanes == 0:
+        out.irradiance[cluster] = total * (PI / float(rays))
+        out.harmonic_distance[cluster] = float(rays) / wp.max(nearness, 1.0e-6)
+
+
+class FinalGather:
+    """`rays` rays from the centre of each of `clusters`, which read `illumination` of data of a Warp struct `data`."""
+
+    def __init__(self, clusters: ShadingClusters, rays: int, illumination: wp.Function, data: Any) -> None:
+        self._clusters, self._rays, self._illumination, self._data = clusters, rays, illumination, data
+        self.device, self._count = clusters.spacing.device, len(clusters.spacing)
+        self.gathered: Gathered = allocate(Gathered, self._count, self.device)
+        self.gathered.radiance = wp.zeros(rays * self._count, dtype=wp.vec3, device=self.device)
+        self.gathered.nearness = wp.zeros(rays * self._count, dtype=float, device=self.device)
+
+    def run(self, scene: SceneData, lit: object, seed: wp.array, features: SceneFeatures) -> None:
+        """Gather what the rays see of `lit`, an instance of the struct; seed (1,): of their directions."""
+        kernel = gather_ray_kernel(self._illumination, self._data, features.texels)
+        inputs = [scene, self._clusters, lit, self._rays, seed, self.gathered]
+        launch(kernel, self._count * self._rays, inputs, self.device)
+        lanes = lanes_of(self.device, few=True)
+        launch(gather_sum_kernel, self._count * lanes, [self._rays, lanes, self.gathered], self.device)

@@ -1,0 +1,98 @@
+"""Irradiance between the centres of shading clusters, interpolated as in irradiance caching (Ward et al., A Ray Tracing
+Solution for Diffuse Interreflection, 1988; 2009 paper, section 3.4).
+"""
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from gpu.clustering.grid import Representatives, level_of, separation
+from gpu.clustering.nearest import nearest_of_all, nearest_search
+from gpu.clustering.points import Points
+from gpu.core.device import launch
+from gpu.core.parameters import parameters
+from gpu.gbuffer.point_list import PointList
+from gpu.indirect.final_gather import Gathered
+
+# Centres that are looked for around an SP; the last only bounds the weights of the others.
+SAMPLES = 8
+
+nearest_centres = nearest_search(SAMPLES, widens=True)
+
+
+@wp.struct
+@dataclass
+class InterpolationParameters:
+    """least_distance, most_distance: that the harmonic mean distance of a centre counts as, in spacings of centres: one
+    in a crack must have a say where there is no other, and none may speak for all of a hall. search: of all centres,
+    about so many are looked at where none is near.
+    """
+
+    least_distance: float = 0.5
+    most_distance: float = 8.0
+    search: int = 256
+
+
+INTERPOLATION_PARAMETERS: InterpolationParameters = parameters(InterpolationParameters)
+
+
+@wp.kernel
+def interpolate_irradiance_kernel(first: int, points: Points, listed: PointList, centres: Representatives,
+                                  gathered: Gathered, chosen: InterpolationParameters,
+                                  irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread an SP: the mean of the centres around it by Ward's weights, less the weight of the farthest one, so
+    that no centre comes or goes with a step. irradiance (pixel,) [W/m²].
+    """
+    sp = first + wp.tid()
+    if sp >= points.count[0]:
+        return
+    position = points.position[sp]
+    normal = points.normal[sp]
+    found = nearest_centres(centres, position, normal, level_of(centres.chosen, points.spacing[sp]))
+    if found.cluster[0] < 0:
+        count = centres.spacing.shape[0]
+        threshold = centres.chosen.relaxed_threshold
+        every = 1 + count // chosen.search
+        found.cluster[0] = nearest_of_all(centres, count, position, normal, threshold, every)
+        if found.cluster[0] < 0:
+            found.cluster[0] = nearest_of_all(centres, count, position, normal, threshold, 1)
+    least = float(1.0e30)
+    for f in range(wp.static(SAMPLES)):
+        weight = float(0.0)
+        cluster = found.cluster[f]
+        if cluster >= 0:
+            spacing = centres.spacing[cluster]
+            mean = wp.clamp(
+                gathered.harmonic_distance[cluster], chosen.least_distance * spacing, chosen.most_distance * spacing
+            )
+            other = centres.normal[cluster]
+            distance = separation(centres.chosen, position, normal, centres.position[cluster], other)
+            change = distance / mean + wp.sqrt(wp.max(2.0 - 2.0 * wp.dot(normal, other), 0.0))
+            weight = 1.0 / wp.max(change, 1.0e-4)
+        found.distance[f] = weight
+        least = wp.min(least, weight)
+    total = float(0.0)
+    light = wp.vec3(0.0, 0.0, 0.0)
+    for f in range(wp.static(SAMPLES)):
+        weight = found.distance[f] - least
+        if weight > 0.0:
+            light += gathered.irradiance[found.cluster[f]] * weight
+            total += weight
+    if total > 0.0:
+        light = light / total
+    elif found.cluster[0] >= 0:
+        light = gathered.irradiance[found.cluster[0]]
+    irradiance[listed.pixels[sp]] = light
+
+
+def interpolate_irradiance(
+    points: Points,
+    listed: PointList,
+    centres: Representatives,
+    gathered: Gathered,
+    irradiance: wp.array,
+    chosen: InterpolationParameters = INTERPOLATION_PARAMETERS,
+) -> None:
+    """Fill in `irradiance` (pixel,) of all SPs, `points`, which are `listed`, by what their `centres` `gathered`."""
+    inputs = [points, listed, centres, gathered, chosen, irradiance]
+    launch(interpolate_irradiance_kernel, len(points.spacing), inputs, irradiance.device)

@@ -1,0 +1,119 @@
+"""Irradiance from how densely photons lie on a surface (H. W. Jensen, Global Illumination using Photon Maps, 1996).
+
+It is estimated at photons, and kept there (P. Christensen, Faster Photon Map Global Illumination, 1999): at all of
+them, or at those that stand for the nodes of an illumination cut.
+"""
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters
+from gpu.core.constants import PI, TWO_PI
+from gpu.core.device import allocate, launch
+from gpu.core.parameters import parameters
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.disk_coverage import surface_goes_on
+from gpu.lights.photon_tree import PhotonTree, photon_search
+from gpu.sampling.sobol import TO_UNIT, hashed
+
+# Photons in one estimate. The farthest only bounds the disk: the mean over a surface is unbiased with that.
+NEIGHBOURS = 32
+# Places of a disk where its surface is looked for: on a spiral, for small things closer to the middle.
+PLACES = wp.constant(16)
+GOLDEN_TURN = wp.constant(0.6180339887)
+
+neighbours = photon_search(NEIGHBOURS)
+
+
+@wp.struct
+@dataclass
+class DensityParameters:
+    """What decides the quality of estimates.
+
+    most_radius: of a disk, unit space: where photons are so few, the estimate is over this, with those there are.
+    own_share: what a site's own photon counts: were photons scattered at random, it would tell nothing, since wherever
+    there is a site there is one; were they a lattice, all of it would count, and half of the farthest one. They are in
+    between. least_covered: share of a disk; less that is surface is not believed.
+    """
+
+    most_radius: float = 0.1
+    own_share: float = 0.5
+    least_covered: float = 0.12
+
+
+DENSITY_PARAMETERS: DensityParameters = parameters(DensityParameters)
+
+
+@wp.struct
+class PhotonSites:
+    """Photons at which the irradiance is known.
+
+    alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; radius (site,): of
+    the estimate's disk, unit space; irradiance (site,) [W/m²].
+    """
+
+    alike: ClusteringParameters
+    photon: wp.array[int]
+    count: wp.array[int]
+    radius: wp.array[float]
+    irradiance: wp.array[wp.vec3]
+
+
+def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
+    """Room for so many sites."""
+    sites: PhotonSites = allocate(PhotonSites, capacity, device)
+    sites.count = wp.zeros(1, dtype=int, device=device)
+    sites.alike = CLUSTERING_PARAMETERS
+    return sites
+
+
+@wp.kernel
+def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameters, sites: PhotonSites) -> None:
+    """One thread a site: flux per area of the disk that the photons nearest to it fill."""
+    site = first + wp.tid()
+    if site >= sites.count[0]:
+        return
+    own = sites.photon[site]
+    photons = tree.photons
+    found = neighbours(tree, sites.alike, photons.position[own], photons.normal[own], chosen.most_radius, own)
+    radius = found.distance[wp.static(NEIGHBOURS - 1)]
+    total = photons.flux[own] * chosen.own_share
+    for place in range(wp.static(NEIGHBOURS)):
+        if found.photon[place] >= 0 and found.distance[place] < radius:
+            total += photons.flux[found.photon[place]]
+    sites.radius[site] = radius
+    sites.irradiance[site] = total / wp.max(PI * radius * radius, 1.0e-20)
+
+
+@wp.kernel
+def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+                           sites: PhotonSites) -> None:  # fmt: skip
+    """One thread a site: its irradiance becomes that of the part of its disk that is surface.
+
+    The surface ends at its edge, and where something stands on it.
+    """
+    site = first + wp.tid()
+    if site >= sites.count[0]:
+        return
+    position = tree.photons.position[sites.photon[site]]
+    normal = tree.photons.normal[sites.photon[site]]
+    radius = sites.radius[site]
+    turn = float(hashed(wp.uint32(site))) * TO_UNIT
+    share = float(0.0)
+    for place in range(PLACES):
+        angle = TWO_PI * (turn + GOLDEN_TURN * float(place))
+        out = (float(place) + 0.5) / float(PLACES)
+        # As far off the plane as a photon there would count.
+        height = radius * wp.sqrt(1.0 - out * out) / sites.alike.plane_weight
+        if surface_goes_on(scene, position, normal, angle, radius * out, height, sites.alike.normal_threshold):
+            share += 2.0 * out / float(PLACES)
+    sites.irradiance[site] = sites.irradiance[site] / wp.max(share, chosen.least_covered)
+
+
+def estimate_irradiance(scene: SceneData, tree: PhotonTree, sites: PhotonSites,
+                        chosen: DensityParameters = DENSITY_PARAMETERS) -> None:  # fmt: skip
+    """Fill in radius and irradiance of the `sites`, on the surfaces of `scene`."""
+    capacity, device = len(sites.photon), sites.photon.device
+    launch(photon_density_kernel, capacity, [tree, chosen, sites], device)
+    launch(covered_density_kernel, capacity, [scene, tree, chosen, sites], device)

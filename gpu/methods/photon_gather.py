@@ -1,0 +1,101 @@
+"""`photon-gather`: photon mapping with a final gather at the centres of shading clusters, by the 2009 paper.
+
+Everything is made anew in each frame, so light, camera and scene may change between two.
+"""
+
+from gpu.core.reduce import Counter
+from gpu.core.stages import Stages
+from gpu.device_scene.data import NO_HIT
+from gpu.indirect.final_gather import FinalGather
+from gpu.indirect.irradiance_interpolation import interpolate_irradiance
+from gpu.indirect.photon_lookup import FullMap, choose_every_photon, full_map, irradiance_in_full_map
+from gpu.lights.light_paths import paths_for
+from gpu.lights.photon_density import allocate_sites, estimate_irradiance
+from gpu.lights.photon_map import PhotonMap
+from gpu.lights.photon_tree import allocate_tree, build_tree
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
+from gpu.methods.passes import Passes, frame_kind
+from gpu.methods.view_state import ViewState
+from gpu.sample_counts import SampleCounts
+from gpu.settings import Component
+from gpu.sp.shading_clusters import ShadingClustering
+
+
+class PhotonGather(RenderMethod[ViewState]):
+    """The stages of the 2009 paper's Fig. 2, for diffuse surfaces."""
+
+    stage_names = ("gbuffer", "photons", "illumination", "cluster", "gather", "irradiance", "direct", "interpolate")
+    pixel_bytes, view_pixel_bytes = 436, 12
+
+    def __init__(self, setup: RenderSetup) -> None:
+        settings, counts = setup.settings, setup.sample_counts
+        self._setup, self._table = setup, setup.light_sets.table
+        self._frame = FrameArrays(setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip)
+        self._passes = Passes(setup, self._frame)
+        self._counter = Counter(1, setup.device)
+        frame, paths = self._frame, 0
+        if settings.component is not Component.DIRECT:
+            inputs = setup.device_scene, frame.scene, self._table, counts.photons, settings.bounces
+            paths = paths_for(*inputs, frame.features)
+        self._has_indirect = paths > 0
+        if self._has_indirect:
+            self._map = PhotonMap(paths, settings.bounces, setup.device)
+            self._tree = allocate_tree(self._map.photons)
+            self._sites = allocate_sites(self._map.capacity, setup.device)
+            self._clustering = ShadingClustering(frame.shading_points, counts.sp_clusters)
+            self._gather = FinalGather(self._clustering.clusters, counts.gather_rays, irradiance_in_full_map, FullMap)
+            self._lit = full_map(self._tree, self._sites)
+        setup.progress("photons are traced in each frame", 1.0)
+
+    @staticmethod
+    def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
+        """Of photons, about half as many places again as there are, and of clusters with their rays."""
+        rays = sample_counts.sp_clusters * sample_counts.gather_rays
+        return 232 * sample_counts.photons + 255 * sample_counts.sp_clusters + 16 * rays, 0
+
+    def new_view(self) -> ViewState:
+        """One whose frames leave nothing to the next."""
+        return ViewState(self._setup.device_scene, self._setup.size)
+
+    def render(self, view: ViewState, stages: Stages, sample: int) -> None:
+        """Direct light, beside photons, their illumination and what is gathered of it."""
+        frame, passes, points = self._frame, self._passes, self._frame.shading_points
+        kind = frame_kind(self._setup.settings, view, sample)
+        frame.seed.fill_(kind.seed)
+        passes.begin(view, points, kind, stages)
+        if self._has_indirect:
+            stages.run("photons", self._trace)
+            stages.run("illumination", self._estimate)
+            stages.run("cluster", lambda: self._clustering.run(frame.gbuffer, frame.seed))
+            stages.run("gather", lambda: self._gather.run(frame.scene, self._lit, frame.seed, frame.features))
+            stages.run("irradiance", self._interpolate)
+        passes.end_direct(view, kind, stages)
+        if self._has_indirect:
+            passes.end_indirect(view, points, kind, stages, near=False)
+
+    def _trace(self) -> None:
+        self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)
+        build_tree(self._tree)
+
+    def _estimate(self) -> None:
+        choose_every_photon(self._tree, self._sites)
+        estimate_irradiance(self._frame.scene, self._tree, self._sites)
+
+    def _interpolate(self) -> None:
+        clustering, frame = self._clustering, self._frame
+        inputs = clustering.points, frame.shading_points.points, clustering.grid.data, self._gather.gathered
+        interpolate_irradiance(*inputs, frame.indirect.irradiance)
+
+    def count(self, view: ViewState) -> None:
+        """Count pixels that see nothing."""
+        self._counter.run([], [(self._frame.gbuffer.face, int(NO_HIT))])
+
+    def statistics(self, view: ViewState) -> FrameStatistics:
+        """Photons at most, clusters, and rays of each."""
+        (empty,) = self._counter.totals()
+        counts = {"photons": 0, "sp_clusters": 0, "gather_rays": 0, "empty": empty}
+        if self._has_indirect:
+            rays = self._clustering.most * self._setup.sample_counts.gather_rays
+            counts |= {"photons": self._map.capacity, "sp_clusters": self._clustering.most, "gather_rays": rays}
+        return counts, self._passes.skips()

@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+import warp as wp
+from photons import photons_of
+from scenes import box, column, grey, resident_of
+
+from gpu.core.device import allocate
+from gpu.core.parameters import parameters
+from gpu.device_scene.features import scene_features
+from gpu.device_scene.upload import DeviceScene
+from gpu.indirect.final_gather import FinalGather, Gathered
+from gpu.indirect.photon_lookup import (
+    FullMap,
+    LookupParameters,
+    choose_every_photon,
+    full_map,
+    irradiance_in_full_map,
+)
+from gpu.lights.photon_density import allocate_sites
+from gpu.lights.photon_tree import allocate_tree, build_tree
+from gpu.scene.types import Floats
+from gpu.sp.shading_clusters import ShadingClusters
+
+CPU = wp.get_device("cpu")
+RAYS, ALBEDO, RADIUS = 256, 0.7, 0.09
+
+
+@pytest.fixture(scope="module")
+def room() -> DeviceScene:
+    return resident_of(box(), [grey(ALBEDO)])
+
+
+def floor_photons() -> Floats:
+    """A lattice, on the floor of the box alone."""
+    x, z = np.meshgrid(*2 * [np.linspace(-0.49, 0.49, 40)])
+    return np.stack([x.ravel(), np.full(x.size, -0.5), z.ravel()], axis=1)
+
+
+def gathered(room: DeviceScene, normal: tuple[float, float, float], **chosen: float) -> Gathered:
+    """What a centre in the middle of the box finds of a floor with an irradiance of 1, 2, 3; and one not in use."""
+    positions = floor_photons()
+    photons = photons_of(positions, np.tile((0.0, 1.0, 0.0), (len(positions), 1)), np.ones((len(positions), 3)))
+    tree = allocate_tree(photons)
+    build_tree(tree)
+    sites = allocate_sites(len(positions), CPU)
+    choose_every_photon(tree, sites)
+    sites.radius.fill_(RADIUS)
+    sites.irradiance.fill_(wp.vec3(1.0, 2.0, 3.0))
+    clusters = allocate(ShadingClusters, 2, CPU)
+    clusters.normal = clusters.geometric_normal = column([normal, normal], wp.vec3)
+    clusters.spacing = column([0.1, 0.0], float)
+    gather = FinalGather(clusters, RAYS, irradiance_in_full_map, FullMap)
+    lit = full_map(tree, sites, parameters(LookupParameters, **chosen))
+    seed = wp.zeros(1, dtype=int, device=CPU)
+    gather.run(room.view(lambertian=True), lit, seed, scene_features(room.scene, lambertian=True))
+    return gather.gathered
+
+
+def test_irradiance_is_the_form_factor_times_what_the_floor_reflects(room: DeviceScene) -> None:
+    found = gathered(room, (0.0, -1.0, 0.0))
+    # Of a unit square seen from half a unit above its middle (Siegel and Howell, configuration 4 of a corner).
+    a = 0.5 / np.hypot(0.5, 0.5)
+    form_factor = 4.0 / np.pi * a * np.arctan(a)
+    wanted = form_factor * ALBEDO * np.array([1.0, 2.0, 3.0])
+    assert found.irradiance.numpy()[0] == pytest.approx(wanted, rel=0.03)
+    assert found.irradiance.numpy()[1] == pytest.approx(0.0)
+    u, turn = np.random.default_rng(0).uniform(size=(2, 100_000))
+    sines = np.sqrt(u) * np.stack([np.cos(2.0 * np.pi * turn), np.sin(2.0 * np.pi * turn)])
+    nearness = 2.0 * np.maximum(np.abs(sines).max(axis=0), np.sqrt(1.0 - u))
+    assert found.harmonic_distance.numpy()[0] == pytest.approx(1.0 / nearness.mean(), rel=0.01)
+
+
+def test_what_faces_away_finds_nothing_and_far_photons_do_not_answer(room: DeviceScene) -> None:
+    assert gathered(room, (0.0, 1.0, 0.0)).irradiance.numpy()[0] == pytest.approx(0.0)
+    some = gathered(room, (0.0, -1.0, 0.0), reach=0.1).irradiance.numpy()[0, 0]
+    all_light = gathered(room, (0.0, -1.0, 0.0)).irradiance.numpy()[0, 0]
+    # Around each photon of the lattice, a disk of 0.1 radii answers.
+    assert some / all_light == pytest.approx(np.pi * (0.1 * RADIUS * 39.0 / 0.98) ** 2, rel=0.15)

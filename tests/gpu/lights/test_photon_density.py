@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from photons import photons_of, separations, two_sided_square
+from scenes import grey, quad, resident_of
+
+from gpu.core.parameters import parameters
+from gpu.device_scene.upload import DeviceScene
+from gpu.indirect.photon_lookup import choose_every_photon
+from gpu.lights.photon_density import NEIGHBOURS, DensityParameters, PhotonSites, allocate_sites, estimate_irradiance
+from gpu.lights.photon_map import Photons
+from gpu.lights.photon_tree import allocate_tree, build_tree
+from gpu.scene.types import Floats
+
+COUNT = 2000
+FLUX = np.array([1.0, 2.0, 3.0], np.float32) / COUNT
+
+
+@pytest.fixture(scope="module")
+def square() -> DeviceScene:
+    return resident_of([quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))], [grey(0.7)])
+
+
+def estimated(scene: DeviceScene, photons: Photons, **chosen: float) -> PhotonSites:
+    tree = allocate_tree(photons)
+    build_tree(tree)
+    sites = allocate_sites(len(photons.flux), scene.device)
+    choose_every_photon(tree, sites)
+    estimate_irradiance(scene.view(lambertian=True), tree, sites, parameters(DensityParameters, **chosen))
+    return sites
+
+
+def lit_square(count: int = COUNT) -> tuple[Floats, Floats, Photons]:
+    positions, normals = two_sided_square(count)
+    return positions, normals, photons_of(positions, normals, np.tile(FLUX, (count, 1)))
+
+
+def test_irradiance_is_flux_over_area_up_to_the_edges(square: DeviceScene) -> None:
+    positions, normals, photons = lit_square()
+    irradiance = estimated(square, photons).irradiance.numpy()
+    up = normals[:, 1] > 0.0
+    for side in (up, ~up):
+        assert irradiance[side].mean(axis=0) == pytest.approx(FLUX * side.sum(), rel=0.06)
+    rim = np.abs(positions[:, [0, 2]]).max(axis=1) > 0.45
+    assert irradiance[rim, 0].mean() == pytest.approx(irradiance[~rim, 0].mean(), rel=0.1)
+
+
+def test_inside_it_is_the_estimate_of_the_nearest(square: DeviceScene) -> None:
+    positions, normals, photons = lit_square()
+    sites = estimated(square, photons, own_share=0.25, most_radius=0.2)
+    radius, irradiance = sites.radius.numpy(), sites.irradiance.numpy()
+    inner = np.flatnonzero(np.abs(positions[:, [0, 2]]).max(axis=1) < 0.3)
+    for photon in inner[::40]:
+        away = separations(positions[photon], normals[photon], positions, normals)
+        away[photon] = np.inf
+        wanted = np.sort(away)[NEIGHBOURS - 1]
+        assert radius[photon] == pytest.approx(wanted, rel=1e-4)
+        assert irradiance[photon] == pytest.approx(FLUX * (NEIGHBOURS - 0.75) / (np.pi * wanted**2), rel=1e-3)
+
+
+def test_few_photons_are_spread_over_the_widest_disk(square: DeviceScene) -> None:
+    *_, photons = lit_square(3)
+    sites = estimated(square, photons, most_radius=0.01)
+    assert sites.radius.numpy() == pytest.approx(0.01)
+    assert sites.irradiance.numpy() == pytest.approx(np.tile(0.5 * FLUX / (np.pi * 0.01**2), (3, 1)), rel=1e-3)
+
+
+def test_a_disk_off_its_surface_is_believed_to_be_the_least(square: DeviceScene) -> None:
+    positions, normals, _ = lit_square(3)
+    photons = photons_of(positions + np.float32([0.0, 0.3, 0.0]), normals, np.tile(FLUX, (3, 1)))
+    sites = estimated(square, photons, most_radius=0.01, least_covered=0.2)
+    assert sites.irradiance.numpy() == pytest.approx(np.tile(2.5 * FLUX / (np.pi * 0.01**2), (3, 1)), rel=1e-3)

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+import warp as wp
+from photons import photons_of, separations, two_sided_square
+
+from gpu.lights.photon_density import DENSITY_PARAMETERS, NEIGHBOURS, allocate_sites
+from gpu.lights.photon_density import photon_density_kernel as search_kernel
+from gpu.lights.photon_tree import allocate_tree, build_tree
+
+CPU = wp.get_device("cpu")
+
+
+@pytest.mark.parametrize("count", [3, 700])
+def test_nodes_hold_what_their_runs_do(count: int) -> None:
+    positions, normals = two_sided_square(count)
+    fluxes = np.random.default_rng(1).uniform(size=(count, 3)).astype(np.float32)
+    tree = allocate_tree(photons_of(positions, normals, fluxes))
+    build_tree(tree)
+    lower, upper, flow = tree.lower.numpy(), tree.upper.numpy(), tree.flow.numpy()
+    for level in range(tree.levels + 1):
+        for number in range(1 << level):
+            run = slice(number * count >> level, (number + 1) * count >> level)
+            node = (1 << level) + number
+            if run.stop > run.start:
+                assert np.array_equal(lower[node], positions[run].min(axis=0))
+                assert np.array_equal(upper[node], positions[run].max(axis=0))
+            assert flow[node] == pytest.approx((normals[run] * fluxes[run].mean(axis=1)[:, None]).sum(axis=0), abs=1e-4)
+
+
+def test_the_search_finds_the_nearest_on_its_side() -> None:
+    count = 700
+    positions, normals = two_sided_square(count)
+    tree = allocate_tree(photons_of(positions, normals, np.ones((count, 3), np.float32)))
+    build_tree(tree)
+    sites = allocate_sites(count, CPU)
+    sites.photon.assign(np.arange(count, dtype=np.int32))
+    sites.count.fill_(count)
+    wp.launch(search_kernel, count, inputs=[0, tree, DENSITY_PARAMETERS, sites], device=CPU)
+    radius = sites.radius.numpy()
+    for photon in range(0, count, 29):
+        away = separations(positions[photon], normals[photon], positions, normals)
+        away[photon] = np.inf
+        wanted = min(np.sort(away)[NEIGHBOURS - 1], DENSITY_PARAMETERS.most_radius)
+        assert radius[photon] == pytest.approx(wanted, rel=1e-4)

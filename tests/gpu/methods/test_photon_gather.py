@@ -1,0 +1,43 @@
+import numpy as np
+import pytest
+from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
+
+from gpu.device_scene.upload import DeviceScene
+from gpu.renderer import Renderer
+from gpu.scene.types import Floats
+from gpu.settings import Component, Method, RenderSettings
+
+INDIRECT = {"component": Component.INDIRECT, "lambertian": True}
+COUNTS = {"photons": 16_000, "gather_rays": 64}
+
+
+@pytest.fixture(scope="module")
+def room() -> DeviceScene:
+    return lamp_room()
+
+
+@pytest.fixture(scope="module")
+def paths(room: DeviceScene) -> Floats:
+    return picture(room, method=Method.PATH, samples=256, **INDIRECT)
+
+
+def test_it_agrees_with_path_tracing(room: DeviceScene, paths: Floats) -> None:
+    gathered = picture(room, method=Method.PHOTON_GATHER, **INDIRECT, **COUNTS)
+    assert gathered.mean() == pytest.approx(paths.mean(), rel=0.03)
+    assert relative_error(gathered, paths) < 0.005
+
+
+def test_each_frame_makes_everything_anew(room: DeviceScene) -> None:
+    settings = RenderSettings(method=Method.PHOTON_GATHER, **INDIRECT, **COUNTS, sp_clusters=200)
+    renderer = Renderer(room, SIZE, settings)
+    first, again = (renderer.render(CAMERA, walks=True) for _ in range(2))
+    assert {"photons", "illumination", "cluster", "gather", "irradiance"} < set(first.stats.stage_ms)
+    assert first.stats.counts["gather_rays"] == 200 * 64
+    assert np.array_equal(first.radiance(), again.radiance())
+
+
+def test_direct_light_needs_no_photons(room: DeviceScene) -> None:
+    settings = RenderSettings(method=Method.PHOTON_GATHER, component=Component.DIRECT, lambertian=True, samples=4)
+    frame = Renderer(room, SIZE, settings).render(CAMERA)
+    assert frame.stats.counts["photons"] == 0
+    assert frame.radiance().mean() > 0.0
