@@ -6,7 +6,6 @@ maps of which lie in Morton's order, too, and what lies beyond the last is empty
 as it is now.
 """
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -23,27 +22,11 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
 from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import DIRECTIONAL, LightTable, choose_emitter, is_light, is_triangle
+from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS, ShadowMapParameters
 from gpu.sampling.sobol import TO_UNIT, Pair, sobol_pair
 from gpu.scene.types import Doubles, Ints
 
 WHOLE = 1 << 32
-
-
-@dataclass(frozen=True)
-class ShadowMapParameters:
-    """Which lights share a map.
-
-    most_maps: of a scene; where there are more lights, those that follow each other in the table share one.
-    least_cosine: between the normals of triangles of one patch; widest: farther apart their centres are not, unit
-    space: of a map whose pixels' lights stand far apart or face other ways, neighbours see other surfaces.
-    """
-
-    most_maps: int = 16
-    least_cosine: float = 0.9
-    widest: float = 0.25
-
-
-SHADOW_MAP_PARAMETERS = ShadowMapParameters()
 
 
 @wp.struct

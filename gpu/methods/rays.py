@@ -1,6 +1,6 @@
 """About how many rays a frame takes, for those who have to tell beforehand how long it will: no part of any frame."""
 
-from gpu.lights.reflective_shadow_map import SHADOW_MAP_PARAMETERS
+from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS
 from gpu.sample_counts import SampleCounts
 from gpu.settings import Clustering, Method, RenderSettings
 

@@ -5,7 +5,7 @@ One bounce, of lights as they are in the frame. Its future work is here: visibil
 """
 
 from gpu.core.reduce import Counter
-from gpu.lights.reflective_shadow_map import SHADOW_MAP_PARAMETERS
+from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.fuzzy_vpl import FuzzyVpl

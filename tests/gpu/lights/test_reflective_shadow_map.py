@@ -8,12 +8,12 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.lights.reflective_shadow_map import (
-    SHADOW_MAP_PARAMETERS,
     ShadowMaps,
     make_shadow_maps,
     map_of_emitters,
     trace_shadow_maps,
 )
+from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS
 from gpu.scene.types import Doubles
 
 SIDE = 64
