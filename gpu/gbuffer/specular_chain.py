@@ -20,7 +20,8 @@ from gpu.gbuffer.camera_rays import CameraRay
 from gpu.lights.background import background
 from gpu.sampling.sobol import sobol_pair_at
 
-# Specular surfaces of a chain at most: longer ones, which only reflections within glass are, carry next to no light.
+# Specular surfaces of a chain at most. One more is shown matt: what is reflected within glass again and again has lost
+# little light, so that black would be worse.
 CHAIN_VERTICES = wp.constant(8)
 # The sequences of `sobol_pair_at` that chains take, beside those of direct light.
 CHAIN_PAIR = wp.constant(16)
@@ -109,8 +110,6 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         end.throughput = wp.cw_mul(end.throughput, met.tint)
         if met.hit.face == NO_HIT:
             end.emitted += wp.cw_mul(end.throughput, background(scene, origin, direction))
-            if vertex == 0:
-                end.length = met.hit.t
             return end
         end.throughput = wp.cw_mul(end.throughput, attenuated(absorption, met.hit.t))
         end.length += met.hit.t
@@ -119,14 +118,16 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         surface.coat = 0.0
         chosen = choose_part(surface, -direction, chain_choice(samples, place, vertex))
         part = part_of(surface, chosen)
-        if not is_perfect(part):
+        if vertex == CHAIN_VERTICES or not is_perfect(part):
             end.face = met.hit.face
             end.surface = surface
             return end
         sample = sample_scattering(part, -direction, chosen.rest, 0.5, 0.5)
+        if largest(sample.weight) <= 0.0:
+            # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.
+            part.normal = part.geometric_normal
+            sample = sample_scattering(part, -direction, chosen.rest, 0.5, 0.5)
         end.throughput = wp.cw_mul(end.throughput, sample.weight)
-        if largest(end.throughput) <= 0.0:
-            return end
         if wp.dot(sample.direction, part.geometric_normal) < 0.0 and not part.thin:
             absorption = part.absorption
         origin = offset_origin(part.position, part.geometric_normal, sample.direction)
