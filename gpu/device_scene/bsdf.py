@@ -142,6 +142,26 @@ def reflected(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
 
 
 @wp.func
+def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
+    """The share of light that comes evenly from all around which `surface` reflects to unit `view`; also the share of
+    light from there that it reflects at all. Its base colour where it has no specular lobe.
+
+    For methods that take indirect light as even. The lobe's is a fit to integrals of `reflected`, within 0.03 of them
+    in the mean and 0.09 at most: what it reflects at f0 = f90 = 1, and the part of this that is by f90.
+    """
+    if surface.f90 == 0.0:
+        return surface.albedo
+    cosine = wp.clamp(wp.dot(surface.normal, view), 0.0, 1.0)
+    rough = surface.roughness
+    lost = 0.63 + 0.281 * cosine - 0.555 * rough + 1.066 * rough * cosine - 0.714 * cosine * cosine
+    whole = 1.0 - rough * rough * lost
+    rise = 0.988 * wp.pow(1.0 - cosine, 5.152 * wp.exp(-1.073 * rough)) / (1.0 + 27.28 * wp.pow(rough, 2.643))
+    grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
+    matt = wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.02
+    return wp.cw_mul(surface.diffuse, matt) + surface.f0 * (whole - rise) + grazing * rise
+
+
+@wp.func
 def specular_share(surface: Surface, view: wp.vec3) -> float:
     """Probability with which `sample_brdf` takes the specular lobe: its part of what is reflected to `view`, about."""
     if surface.f90 == 0.0:

@@ -32,8 +32,8 @@ SURFACE_PARAMETERS = SurfaceParameters()
 class Surface:
     """A point of a surface, both normals turned to the side it was hit from.
 
-    albedo: base colour, which is the reflectance where a method takes every surface as Lambertian; diffuse: reflectance
-    of the diffuse lobe; f0, f90: specular reflectance at normal and at grazing incidence; roughness: perceptual;
+    albedo: base colour, which also tints glass; diffuse: reflectance of the diffuse lobe; f0, f90: specular reflectance
+    at normal and at grazing incidence; roughness: perceptual;
     mirror: reflects perfectly, by f0, without a lobe; emission: radiance towards the ray's origin [W/m²/sr].
     glass: share of the surface that is glass, the rest reflects as above; clear: its rays stay sharp; thin: of a sheet;
     eta: refractive index behind the surface over that before it; absorption: in what is behind it [1/unit length];
@@ -161,7 +161,6 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     )
     surface.f0 = dielectric * (1.0 - metallic) + base * metallic
     surface.f90 = material.specular * (1.0 - metallic) + metallic
-    # Indirect light has no specular lobe, so a metal keeps its whole base colour as albedo there: it would be black.
     surface.diffuse = base * (1.0 - metallic)
     if material.coat > 0.0:
         surface.coat = material.coat * sample_slot(scene, material.coat_slot, hit.face, hit.u, hit.v)[0]

@@ -7,6 +7,7 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
+from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
@@ -19,10 +20,11 @@ class GBuffer:
 
     face: triangle of the SP, NO_HIT where there is none; position, geometric_normal, normal: of the SP in unit space,
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
-    pixel there; albedo, diffuse, f0, f90, roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's
-    light that reaches the camera; emitted: radiance that reaches the camera from emitters and the sky without the SP
-    [W/m²/sr]. chains: whether SPs are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent:
-    then the places where they seem to be, as far along the pixel's ray as light has come.
+    pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance; diffuse, f0, f90, roughness: as
+    gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera; emitted: radiance
+    that reaches the camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs are seen in mirrors
+    and through glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem to be, as far along
+    the pixel's ray as light has come.
     """
 
     chains: bool
@@ -112,7 +114,7 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
         out.normal[pixel] = surface.normal
         distance = wp.where(camera.orthographic, 1.0, ray.start + end.length)
         out.spacing[pixel] = distance * 2.0 * camera.half_height / float(image.height)
-        out.albedo[pixel] = surface.albedo
+        out.albedo[pixel] = even_reflectance(surface, end.to_viewer)
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0
         out.f90[pixel] = surface.f90

@@ -8,6 +8,7 @@ import warp as wp
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.core.intrinsics import float_sum, lanes_of, vector_sum
+from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
@@ -57,7 +58,7 @@ def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.
             return
         surface = surface_at(scene, hit, direction)
         found = illumination(lit, surface.position, surface.geometric_normal)
-        out.radiance[index] = wp.cw_mul(surface.albedo, found) / PI
+        out.radiance[index] = wp.cw_mul(even_reflectance(surface, -direction), found) / PI
         out.nearness[index] = 1.0 / wp.max(hit.t, 1.0e-6)
 
     return gather_ray_kernel

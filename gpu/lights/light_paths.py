@@ -12,6 +12,7 @@ from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.core.morton import EMPTY_KEY, morton_key
 from gpu.core.radix_sort import iota_kernel
+from gpu.device_scene.bsdf import even_reflectance, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
@@ -76,13 +77,14 @@ def light_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
             if hit.face == NO_HIT:
                 return
             surface = surface_at(scene, hit, direction)
-            flux = wp.cw_mul(flux, surface.albedo)
+            reflectance = even_reflectance(surface, -direction)
+            flux = wp.cw_mul(flux, reflectance)
             slot = path * bounces + bounce
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
             out.flux[slot] = flux
             out.bounce[slot] = bounce
-            survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
+            survival = largest(reflectance)
             if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
                 return
             flux = flux / survival

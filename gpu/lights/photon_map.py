@@ -12,6 +12,7 @@ from warp.utils import radix_sort_pairs
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.core.radix_sort import iota_kernel
+from gpu.device_scene.bsdf import even_reflectance, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
@@ -81,10 +82,11 @@ def photon_kernel(texels: bool, environment: bool) -> wp.Kernel:
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
             out.flux[slot] = flux
-            survival = wp.max(surface.albedo[0], wp.max(surface.albedo[1], surface.albedo[2]))
+            reflectance = even_reflectance(surface, -direction)
+            survival = largest(reflectance)
             if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
                 return
-            flux = wp.cw_mul(flux, surface.albedo) / survival
+            flux = wp.cw_mul(flux, reflectance) / survival
             place = sobol_pair(path, 3 + 2 * bounce, seed)
             direction = cosine_direction(surface.geometric_normal, place.x, place.y)
             origin = offset_origin(surface.position, surface.geometric_normal, direction)

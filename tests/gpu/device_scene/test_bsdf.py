@@ -4,7 +4,14 @@ import warp as wp
 from scenes import column, results
 
 from gpu.core.constants import PI
-from gpu.device_scene.bsdf import reflected, sample_brdf, sample_specular, specular_density, specular_share
+from gpu.device_scene.bsdf import (
+    even_reflectance,
+    reflected,
+    sample_brdf,
+    sample_specular,
+    specular_density,
+    specular_share,
+)
 from gpu.device_scene.surface import Surface
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cone_direction
@@ -54,6 +61,11 @@ def mirror_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[wp.
 @wp.kernel
 def share_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[float]) -> None:
     out[first + wp.tid()] = specular_share(surface, view)
+
+
+@wp.kernel
+def even_kernel(first: int, surface: Surface, view: wp.vec3, out: wp.array[wp.vec3]) -> None:
+    out[first + wp.tid()] = even_reflectance(surface, view)
 
 
 def surface_of(diffuse: float, f0: float, roughness: float, f90: float = 1.0) -> Surface:
@@ -153,3 +165,25 @@ def test_each_of_two_lobes_has_a_tenth_of_the_samples_however_little_it_reflects
         assert results(share_kernel, 1, [surface_of(diffuse, f0, 0.4), view], float)[0] == pytest.approx(
             share, abs=0.03
         )
+
+
+def test_even_light_is_reflected_as_its_fit_says() -> None:
+    """Of metals and of dielectrics, smooth and rough, seen from anywhere."""
+    missed = []
+    for diffuse, f0 in ((0.0, 1.0), (0.0, 0.5), (0.0, 0.04), (0.7, 0.04)):
+        for roughness in (0.1, 0.3, 0.6, 1.0):
+            for degrees in (0.0, 40.0, 70.0, 84.0):
+                surface, view = surface_of(diffuse, f0, roughness), wp.vec3(*at_angle(degrees))
+                kernel, args = (uniform_kernel, [surface, view]) if diffuse else (albedo_kernel, [surface, view])
+                exact = results(kernel, COUNT, args, wp.vec2 if diffuse else wp.vec3)[:, 0].mean()
+                if diffuse and roughness < 0.3:
+                    continue  # too narrow a lobe for directions from all around
+                missed.append(results(even_kernel, 1, args, wp.vec3)[0, 0] - exact)
+    assert np.abs(missed).mean() < 0.025
+    assert np.abs(missed).max() < 0.09
+
+
+def test_matt_surfaces_reflect_their_base_colour() -> None:
+    surface = surface_of(0.3, 0.0, 1.0)
+    surface.albedo = wp.vec3(0.3, 0.5, 0.7)
+    assert np.allclose(results(even_kernel, 1, [surface, wp.vec3(*at_angle(50.0))], wp.vec3), (0.3, 0.5, 0.7))

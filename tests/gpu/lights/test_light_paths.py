@@ -18,7 +18,7 @@ def paths_in(device_scene: DeviceScene, bounces: int, seed: int = 0, paths: int 
 @pytest.mark.parametrize("bounces", [1, 2, 4])
 def test_the_flux_in_a_closed_box_is_a_geometric_series(bounces: int) -> None:
     albedo = np.array([0.3, 0.6, 0.9])
-    walls = Material(base_color=(*albedo, 1.0), emission=(1.0, 1.0, 1.0))
+    walls = Material(base_color=(*albedo, 1.0), emission=(1.0, 1.0, 1.0), specular=0.0)
     vpls = paths_in(resident_of(box(), [walls]), bounces)
     emitted = np.pi * 6.0
     expected = emitted * np.sum([albedo**k for k in range(1, bounces + 1)], axis=0)
