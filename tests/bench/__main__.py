@@ -1,6 +1,6 @@
 """The benchmark suite: times, errors, growth and flicker, as rows in JSON files, and plots of them.
 
-    python -m tests.bench [PART …] --out DIR     all parts but `survey`, `gate` and `materials` if none is named
+    python -m tests.bench [PART …] --out DIR     all parts but those only run if named, if none is
 
 Each part writes OUT/PART.json and goes on where an earlier run of the same commit stopped. Scenes are the built-in
 ones, whose references are path-traced once, or `--scenes DIR` of NAME.glb with `--references DIR` of NAME.npz: arrays
@@ -23,6 +23,7 @@ PARTS = {
     "temporal": "flicker along a walk",
     "targets": "how well a wanted time or error is held along a walk",
     "skips": "gain and error of each switch",
+    "shadow_maps": "rsm-disks beside its paper, path tracing of one bounce and other methods; only if named",
     "still": "error over time of a view that rests",
     "peers": "error over time of path tracing, here and by Mitsuba 3",
     "materials": "errors with the files' own materials, beside `--references` of these; only if named",
@@ -30,10 +31,10 @@ PARTS = {
     "pictures": "pictures and error maps",
     "walk": "frames a second",
     "floors": "times of stages beside what bytes, operations and rays would take",
-    "survey": "all of those in about twenty minutes of an H100, the dear ones in fewer scenes",
+    "survey": "all of those in about twenty minutes of an H100, the dear ones in fewer scenes; only if named",
     "plots": "plots of the JSON files",
     "page": "the page of results, of the JSON files and plots",
-    "gate": "check the small renders that must not get worse; --update stores them anew",
+    "gate": "check the small renders that must not get worse; --update stores them anew; only if named",
 }
 
 
@@ -72,7 +73,7 @@ def main() -> int:
     """Run the parts that were asked for; returns the exit status."""
     command = parser()
     options = command.parse_args()
-    parts = options.parts or [name for name in PARTS if name not in ("survey", "gate", "materials")]
+    parts = options.parts or [name for name, what in PARTS.items() if not what.endswith("only if named")]
     if unknown := set(parts) - set(PARTS):
         command.error(f"no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
     try:
