@@ -16,7 +16,7 @@ export class EditHistory {
   #send;
   #changed;
   /** @type {SceneEdits} */
-  #known = { lights: {}, materials: {} };
+  #known = { lights: {}, materials: {}, objects: {} };
   /** Sent, and not answered yet. @type {{id: number, patch: ScenePatch}[]} */
   #sent = [];
   /** To be sent. @type {ScenePatch | null} */
@@ -42,7 +42,7 @@ export class EditHistory {
   get edits() {
     const patches = [...this.#sent.map(({ patch }) => patch), ...(this.#next ? [this.#next] : [])];
     const made = /** @type {Partial<SceneEdits>} */ (patches.reduce(merge, /** @type {unknown} */ (this.#known)));
-    return { lights: made.lights ?? {}, materials: made.materials ?? {} };
+    return { lights: made.lights ?? {}, materials: made.materials ?? {}, objects: made.objects ?? {} };
   }
 
   get canUndo() {
@@ -57,7 +57,7 @@ export class EditHistory {
   restart() {
     clearTimeout(this.#timer);
     this.#timer = undefined;
-    this.#known = { lights: {}, materials: {} };
+    this.#known = { lights: {}, materials: {}, objects: {} };
     this.#sent = [];
     this.#next = null;
     this.#id = 0;

@@ -80,6 +80,8 @@ export interface ScenePatch {
   lights?: Readonly<Record<string, LightEdit | null>> | null;
   /** by id */
   materials?: Readonly<Record<string, MaterialEdit | null>> | null;
+  /** by id */
+  objects?: Readonly<Record<string, ObjectEdit | null>> | null;
 }
 
 /** What differs of a light; None is as the file says. */
@@ -104,6 +106,14 @@ export interface MaterialEdit {
   metallic?: number | null;
   /** radiance [W/m²/sr], linear Rec. 709 */
   emission?: [number, number, number] | null;
+}
+
+/** What differs of an object; None is as the file says. */
+export interface ObjectEdit {
+  /** whether it is there */
+  visible?: boolean | null;
+  /** by which it is moved, in the world, within the box of the scene [m] */
+  offset?: [number, number, number] | null;
 }
 
 /** The viewer has dealt with this frame and all before it. */
@@ -167,6 +177,8 @@ export interface SceneInfo {
   lights: readonly LightInfo[];
   /** that can be edited */
   materials: readonly MaterialInfo[];
+  /** that can be edited */
+  objects: readonly ObjectInfo[];
   triangles: number;
   /** what was added, ignored or changed in loading, a sentence each */
   notes: readonly string[];
@@ -224,6 +236,12 @@ export interface MaterialInfo {
   emission: [number, number, number];
 }
 
+/** An object of a scene, all meshes of one name, and the box around it in world space, as its file has it. */
+export interface ObjectInfo {
+  id: string;
+  box: Bounds;
+}
+
 /** All that differs from a scene's file now. */
 export interface Edits {
   type: "edits";
@@ -233,12 +251,14 @@ export interface Edits {
   edit: number;
 }
 
-/** All that differs from a scene's file, by the ids that gpu.scene.parts gives. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */
+/** All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */
 export interface SceneEdits {
   /** by the light's id */
   lights: Readonly<Record<string, LightEdit>>;
   /** by the material's id */
   materials: Readonly<Record<string, MaterialEdit>>;
+  /** by the object's id */
+  objects: Readonly<Record<string, ObjectEdit>>;
 }
 
 /** What the server is doing for this viewer. */

@@ -158,12 +158,14 @@ class DeviceScene:
             begin += count
 
     def edited(self, scene: Scene) -> DeviceScene:
-        """`scene`, which differs from this one by lights and materials alone (gpu.scene.edits), as it would be if it
-        were put on the device anew; both share geometry and textures.
+        """`scene`, which is this one with edits (gpu.scene.edits), as it would be if it were put on the device anew.
 
-        Where rays meet a material otherwise than before, as glass that becomes rough, it is put there anew.
+        Both share geometry and textures, unless that has changed, or rays meet a material otherwise than before, as
+        glass that becomes rough: then it is put there anew.
         """
-        if [_kind(material) for material in scene.materials] != [_kind(known) for known in self.scene.materials]:
+        known = self.scene
+        same = scene.vertices is known.vertices and scene.triangles is known.triangles
+        if not same or [_kind(it) for it in scene.materials] != [_kind(it) for it in known.materials]:
             return DeviceScene(scene, str(self.device))
         other = copy(self)
         other.scene, other.data = scene, duplicate(SceneData, self.data)

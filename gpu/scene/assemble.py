@@ -17,6 +17,7 @@ from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.lengths import length_text
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.normals import area_vectors, repaired_normals
+from gpu.scene.objects import numbered
 from gpu.scene.precision import device_precision, file_precision
 from gpu.scene.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.to_world import as_vector, camera_in_world, light_in_unit_space
@@ -47,7 +48,8 @@ class MeshPart:
 
     positions (vertex, 3) float64; triangles (triangle, 3) indices, counter-clockwise seen from the front; normals
     (vertex, 3) or None for flat shading; uvs: one (vertex, 2) array a set; colors (vertex, 4) linear or None;
-    material: index into the scene's materials; name: what error messages call it.
+    material: index into the scene's materials; name: what error messages call it; object: what users do,
+    `name` where it is empty.
     """
 
     positions: Doubles
@@ -57,6 +59,7 @@ class MeshPart:
     colors: Doubles | Floats | None = None
     material: int = 0
     name: str = "mesh"
+    object: str = ""
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,8 @@ def assemble(
     triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
     vertices = np.ascontiguousarray(vertices[used])
     normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
+    names = (part.object or part.name for part in parts)
+    objects, vertex_object = numbered(names, (len(part.positions) for part in parts), used)
     notes += device_precision(vertices, triangles, 1.0 / placement.scale)
     cameras = [camera_in_world(camera, frame) for camera in found.cameras]
     if not cameras:
@@ -150,6 +155,8 @@ def assemble(
         bounds=(as_vector(low), as_vector(high)),
         frame=frame,
         choices=found.choices,
+        objects=objects,
+        vertex_object=vertex_object,
     )
     is_lit = bool(scene.lights) or scene.sky is not None or bool(emitted_power(scene).any())
     return scene if is_lit else with_default_light(scene)

@@ -4,14 +4,15 @@ What a scene's file says stays as it is; edits are said as what differs from it,
 of the same scene always are the same scene, whatever came before.
 """
 
-from collections.abc import Collection, Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
+from gpu.scene.objects import object_boxes, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene, Sky
@@ -19,6 +20,8 @@ from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene,
 MOST_SHOWN = 5  # ids in a sentence on one that there is not
 PLACED = (LightForm.POINT, LightForm.SPOT)
 AIMED = (LightForm.SPOT, LightForm.DIRECTIONAL)
+Box = tuple[Sequence[float], Sequence[float]]
+_BOX_TOLERANCE = 1e-4  # of the scene's largest extent, by which what is moved may leave its box
 _BLACK = Sky((0.0, 0.0, 0.0))
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
@@ -79,13 +82,25 @@ class MaterialEdit(_Edit):
     )
 
 
+class ObjectEdit(_Edit):
+    """What differs of an object; None is as the file says."""
+
+    visible: bool | None = Field(default=None, description="whether it is there")
+    offset: tuple[Metres, Metres, Metres] | None = Field(
+        default=None, description="by which it is moved, in the world, within the box of the scene [m]"
+    )
+
+
 class SceneEdits(_Edit):
-    """All that differs from a scene's file, by the ids that gpu.scene.parts gives. Materials come before lights: an
-    emissive surface shines as its material's emission says, times what its light's edit says.
+    """All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give.
+
+    Materials come before lights: an emissive surface shines as its material's emission says, times what its light's
+    edit says.
     """
 
     lights: dict[PartId, LightEdit] = Field(default={}, description="by the light's id")
     materials: dict[PartId, MaterialEdit] = Field(default={}, description="by the material's id")
+    objects: dict[PartId, ObjectEdit] = Field(default={}, description="by the object's id")
 
     def __hash__(self) -> int:
         return hash(self.model_dump_json())
@@ -94,11 +109,29 @@ class SceneEdits(_Edit):
 NO_EDITS = SceneEdits()
 
 
+@dataclass(frozen=True)
+class Editable:
+    """What of a scene can be edited: the forms of its lights, its materials, the boxes of its objects, all by id, and
+    the scene's own `bounds`, in world space.
+    """
+
+    lights: Mapping[str, LightForm]
+    materials: Collection[str]
+    objects: Mapping[str, Box]
+    bounds: Box
+
+
 def edited(scene: Scene, edits: SceneEdits) -> Scene:
-    """`scene` with other lights and materials, and the same geometry; UserError for an id that it has not."""
+    """`scene` with other lights, materials and objects; arrays of geometry that are as before are the same ones.
+
+    Raises UserError, which names the field, for what it has not or cannot be.
+    """
     materials = dict(zip(material_ids(scene), scene.materials, strict=True))
     lights = {part.id: part for part in lights_of(scene)}
-    check(edits, {part.id: part.form for part in lights.values()}, materials)
+    boxes = zip(*(corners.tolist() for corners in object_boxes(scene)), strict=True) if edits.objects else ()
+    objects = {one: (low, high) for one, (low, high) in zip(scene.objects, boxes, strict=False)}
+    check(edits, Editable({one: part.form for one, part in lights.items()}, materials, objects, scene.bounds))
+    scene = _edited_objects(scene, edits.objects)
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
     made, punctual, sky = list(materials.values()), list(scene.lights), scene.sky
@@ -114,20 +147,40 @@ def edited(scene: Scene, edits: SceneEdits) -> Scene:
     return replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky)
 
 
-def check(edits: SceneEdits, lights: Mapping[str, LightForm], materials: Collection[str]) -> None:
-    """Raise UserError, which names the field, where `edits` are of a light or a material that is not among these, or
-    turn or move a light that cannot be.
+def check(edits: SceneEdits, there: Editable) -> None:
+    """Raise UserError, which names the field, for what is not `there` or cannot be: a light of a kind that has no place
+    or direction, an object that would leave the scene's box, or nothing that is visible.
     """
-    for field, edit, there in (("lights", edits.lights, lights), ("materials", edits.materials, materials)):
-        unknown = next((one for one in edit if one not in there), None)
-        if unknown is not None:
-            known = ", ".join(list(there)[:MOST_SHOWN]) or "none"
-            more = f" and {len(there) - MOST_SHOWN} more" if len(there) > MOST_SHOWN else ""
-            raise UserError(f"{field}.{unknown}: the scene has no such {field[:-1]}; it has {known}{more}")
+    _check_ids("lights", edits.lights, there.lights)
+    _check_ids("materials", edits.materials, there.materials)
+    _check_ids("objects", edits.objects, there.objects)
     for one, light in edits.lights.items():
         for field, moved, movable in (("position", light.position, PLACED), ("direction", light.direction, AIMED)):
-            if moved is not None and lights[one] not in movable:
-                raise UserError(f"lights.{one}.{field}: a light of this kind ({lights[one]}) has none")
+            if moved is not None and there.lights[one] not in movable:
+                raise UserError(f"lights.{one}.{field}: a light of this kind ({there.lights[one]}) has none")
+    low, high = np.array(there.bounds)
+    for one, change in edits.objects.items():
+        corners = np.array(there.objects[one]) + (change.offset or 0.0)
+        beyond = max((low - corners).max(), (corners - high).max())
+        if change.offset is not None and beyond > _BOX_TOLERANCE * (high - low).max():
+            raise UserError(f"objects.{one}.offset: takes it {beyond:.3g} m beyond the box of the scene")
+    if edits.objects and sum(change.visible is False for change in edits.objects.values()) == len(there.objects):
+        raise UserError("objects: one at least must stay visible")
+
+
+def _check_ids(field: str, edits: Collection[str], there: Collection[str]) -> None:
+    unknown = next((one for one in edits if one not in there), None)
+    if unknown is not None:
+        known = ", ".join(list(there)[:MOST_SHOWN]) or "none"
+        more = f" and {len(there) - MOST_SHOWN} more" if len(there) > MOST_SHOWN else ""
+        raise UserError(f"{field}.{unknown}: the scene has no such {field[:-1]}; it has {known}{more}")
+
+
+def _edited_objects(scene: Scene, edits: Mapping[str, ObjectEdit]) -> Scene:
+    numbers = {one: number for number, one in enumerate(scene.objects)}
+    hidden = [numbers[one] for one, edit in edits.items() if edit.visible is False]
+    offsets = {numbers[one]: edit.offset for one, edit in edits.items() if edit.offset is not None}
+    return with_objects(scene, hidden, offsets) if hidden or offsets else scene
 
 
 def _edited_material(material: Material, edit: MaterialEdit) -> Material:

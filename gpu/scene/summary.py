@@ -37,6 +37,7 @@ def summarise(scene: Scene) -> dict[str, Any]:
                 material_ids(scene), scene.materials, triangles, _world_areas(scene), strict=True
             )
         ],
+        "objects": [{"id": one} for one in scene.objects],
         "textures": [_texture(texture) for texture in scene.textures],
         "lights": _lights(scene),
         "cameras": [_camera(camera, scene.frame) for camera in scene.cameras],
@@ -88,6 +89,7 @@ def summary_text(summary: dict[str, Any]) -> str:
     ]
     sections: dict[str, Callable[[Any], str]] = {
         "materials": lambda m: f"{m['id']}: {m['triangles']:,} triangles",
+        "objects": lambda o: o["id"],
         "textures": lambda t: f"{t['name']}: {t['width']}×{t['height']}, {'colour' if t['srgb'] else 'data'}",
         "lights": _light_text,
         "cameras": lambda c: f"{c['name']}: {c['projection']} at {_point(c['position'], step)}",

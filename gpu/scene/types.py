@@ -205,7 +205,8 @@ class Scene:
     triangles (triangle, 3) indices of vertices, triangle_material (triangle,). Light positions and intensities are in
     unit space; cameras are in world space, which `placement` maps to unit space, and `frame` the file's coordinates to.
     bounds: corners, in world space, of the box around all but what is small and far away; choices: what an import
-    option can be, by name ("variant", "storey").
+    option can be, by name ("variant", "storey"). objects: their ids; vertex_object (vertex,): whose each vertex is,
+    empty where there are none.
     """
 
     name: str
@@ -225,3 +226,5 @@ class Scene:
     report: LoadReport = field(default_factory=LoadReport)
     frame: FileFrame = field(default_factory=FileFrame)
     choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    objects: tuple[str, ...] = ()
+    vertex_object: Ints = field(default_factory=lambda: np.zeros(0, np.int32))

@@ -27,6 +27,7 @@ from gpu.scene.validate import (
     check_textures,
 )
 
+_ARRAYS = ("vertices", "normals", "uvs", "triangles", "triangle_material", "vertex_object")
 LENGTH_BYTES = 8  # before the JSON: how long that is
 ALIGNMENT = 64  # of arrays [bytes]
 
@@ -78,11 +79,12 @@ class _Header(BaseModel):
     report: LoadReport
     frame: FileFrame
     choices: dict[str, tuple[str, ...]]
+    objects: tuple[str, ...]
 
 
 def write_scene(scene: Scene, file: BinaryIO) -> None:
     """Write a scene."""
-    arrays = {name: getattr(scene, name) for name in ("vertices", "normals", "uvs", "triangles", "triangle_material")}
+    arrays = {name: getattr(scene, name) for name in _ARRAYS}
     if scene.colors is not None:
         arrays["colors"] = scene.colors
     pixels = list({id(texture.pixels): texture.pixels for texture in scene.textures}.values())
@@ -148,6 +150,8 @@ def _unpacked(memory: mmap.mmap) -> Scene:
         report=header.report,
         frame=header.frame,
         choices=header.choices,
+        objects=header.objects,
+        vertex_object=arrays["vertex_object"],
     )
 
 
@@ -163,18 +167,21 @@ def _check(scene: Scene, source: str, limits: SceneLimits) -> Iterator[None]:
         "colors": (vertices, 4),
         "triangles": (triangles, 3),
         "triangle_material": (triangles,),
+        "vertex_object": (vertices,),
     }
     for name, shape in shapes.items():
         values = getattr(scene, name)
         if name == "colors" and values is None:
             continue
-        if values.shape != shape or (values.dtype == np.int32) != name.startswith("triangle"):
+        if values.shape != shape or (values.dtype == np.int32) != name.startswith(("triangle", "vertex_")):
             raise SceneError(source, name, f"its reader left {values.dtype} of shape {values.shape}, not {shape}")
         check_finite(source, name, values)
         yield
     check_indices(source, "triangles", scene.triangles, vertices)
     yield
     check_indices(source, "triangle_material", scene.triangle_material, len(scene.materials))
+    yield
+    check_indices(source, "vertex_object", scene.vertex_object, len(scene.objects))
     yield
     check_textures(source, scene.textures, limits)
     check_materials(source, scene.materials, len(scene.textures), limits)

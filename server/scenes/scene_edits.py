@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from gpu.scene.edits import NO_EDITS, SceneEdits, check
+from gpu.scene.edits import NO_EDITS, Editable, SceneEdits, check
 from server.wire.browser import SceneInfo, ScenePatch
 from server.wire.scene_patch import patched
 from server.wire.worker import SceneRef
@@ -29,7 +29,10 @@ class EditedScenes:
         UserError, which names the field, for what it has not or cannot be: then nothing changes.
         """
         edits = patched(self.of(scene), patch)
-        check(edits, {light.id: light.form for light in info.lights}, [material.id for material in info.materials])
+        objects = {it.id: (it.box.min, it.box.max) for it in info.objects}
+        bounds = info.bounds.min, info.bounds.max
+        lights, materials = {light.id: light.form for light in info.lights}, [it.id for it in info.materials]
+        check(edits, Editable(lights, materials, objects, bounds))
         self._edits.pop(scene, None)
         if edits != NO_EDITS:
             self._edits[scene] = edits

@@ -8,10 +8,11 @@ import numpy as np
 
 from gpu.scene.edits import AIMED, PLACED
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
+from gpu.scene.objects import object_boxes
 from gpu.scene.parts import LightPart, lights_of, material_ids
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Camera, Doubles, Material, Scene
-from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, SceneFrame, SceneInfo
+from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, ObjectInfo, SceneFrame, SceneInfo
 
 MOST_CAMERAS = 256  # that are listed, more than anyone chooses from; the others can be named by their number
 
@@ -29,7 +30,7 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
     if len(scene.cameras) > MOST_CAMERAS:
         notes += (f"{len(scene.cameras)} cameras, of which the first {MOST_CAMERAS} are listed",)
     lights, ids = lights_of(scene), material_ids(scene)
-    for count, what in ((len(lights), "lights"), (len(ids), "materials")):
+    for count, what in ((len(lights), "lights"), (len(ids), "materials"), (len(scene.objects), "objects")):
         if count > MOST_PARTS:
             notes += (f"{count} {what}, of which the first {MOST_PARTS} can be edited",)
     low, high = scene.bounds
@@ -44,9 +45,16 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
         choices={name: tuple(offered) for name, offered in scene.choices.items()},
         lights=tuple(_describe_light(part, scene) for part in lights[:MOST_PARTS]),
         materials=tuple(map(_describe_material, ids[:MOST_PARTS], scene.materials)),
+        objects=_describe_objects(scene),
         triangles=len(scene.triangles),
         notes=notes,
     )
+
+
+def _describe_objects(scene: Scene) -> tuple[ObjectInfo, ...]:
+    boxes = zip(*object_boxes(scene), strict=True)
+    listed = zip(scene.objects[:MOST_PARTS], boxes, strict=False)
+    return tuple(ObjectInfo(id=one, box=Bounds(min=as_vector(low), max=as_vector(high))) for one, (low, high) in listed)
 
 
 def _describe_light(part: LightPart, scene: Scene) -> LightInfo:

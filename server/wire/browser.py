@@ -56,7 +56,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationError, field_validator
 
 from gpu.errors import UserError
-from gpu.scene.edits import Color, LightEdit, MaterialEdit, PartId, SceneEdits
+from gpu.scene.edits import Color, LightEdit, MaterialEdit, ObjectEdit, PartId, SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.parts import LightForm
 from gpu.settings import RenderSettings
@@ -148,6 +148,9 @@ class ScenePatch(Message):
         None, description="by id"
     )
     materials: Annotated[dict[PartId, MaterialEdit | None], Field(max_length=MOST_PATCHED)] | None = Field(
+        None, description="by id"
+    )
+    objects: Annotated[dict[PartId, ObjectEdit | None], Field(max_length=MOST_PATCHED)] | None = Field(
         None, description="by id"
     )
 
@@ -256,6 +259,13 @@ class MaterialInfo(Message):
     emission: tuple[float, float, float] = Field(description="radiance [W/m²/sr]")
 
 
+class ObjectInfo(Message):
+    """An object of a scene, all meshes of one name, and the box around it in world space, as its file has it."""
+
+    id: PartId
+    box: Bounds
+
+
 class SceneInfo(Message):
     """What is known of a scene once it has been read."""
 
@@ -269,6 +279,7 @@ class SceneInfo(Message):
     choices: dict[str, tuple[str, ...]] = Field({}, description='what of the file can be shown: "variant", "storey"')
     lights: tuple[LightInfo, ...] = Field((), description="that can be edited")
     materials: tuple[MaterialInfo, ...] = Field((), description="that can be edited")
+    objects: tuple[ObjectInfo, ...] = Field((), description="that can be edited")
     triangles: int
     notes: tuple[str, ...] = Field((), description="what was added, ignored or changed in loading, a sentence each")
 

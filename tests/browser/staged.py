@@ -84,7 +84,7 @@ class Stage:
     def scene(self, id_: str = "cornell-box", **more: Any) -> None:
         """Has the page enter a scene, of which there may be `more` to say; it answers with a pose."""
         bounds = {"min": [-1.0, -1.0, -1.0], "max": [1.0, 1.0, 1.0]}
-        parts = {"lights": [LAMP], "materials": [WALL]}
+        parts = {"lights": [LAMP], "materials": [WALL], "objects": [{"id": "chair", "box": bounds}]}
         info = {"id": id_, "name": id_, "cameras": [FRONT], "bounds": bounds, "triangles": 36, **parts, **more}
         words = SceneInfo.model_validate(info).model_dump(mode="json", exclude={"type"})
         self.say("scene", **words)

@@ -74,6 +74,17 @@ def test_materials_are_changed_by_their_fields(page: Page, stage: Stage) -> None
     expect(page.get_by_label("radiance")).to_have_value("4")
 
 
+def test_objects_go_and_move(page: Page, stage: Stage) -> None:
+    page.get_by_label("visible").focus()
+    page.keyboard.press("Space")
+    assert patches(stage, 1)[-1] == {"objects": {"chair": {"visible": False}}}
+    page.get_by_label("moved up").fill("0.5")
+    assert patches(stage, 2)[-1] == {"objects": {"chair": {"offset": [0, 0.5, 0]}}}
+    page.get_by_role("button", name="Undo").click()
+    assert patches(stage, 3)[-1] == {"objects": {"chair": {"offset": None}}}
+    expect(page.get_by_label("moved up")).to_have_value("0")
+
+
 def test_a_light_is_brought_to_the_camera(page: Page, gradients: Running) -> None:
     stage = Stage(page)
     page.goto(str(gradients.http.base_url))
@@ -97,7 +108,7 @@ def test_a_refused_edit_is_said_and_taken_back(page: Page, stage: Stage) -> None
     expect(page.get_by_label("lamp", exact=True)).not_to_be_checked()
     number = stage.hear("edit")["id"]
     stage.say("error", code="edit-refused", message="this server takes no edits of its scenes")
-    stage.say("edits", scene="cornell-box", edits={"lights": {}, "materials": {}}, edit=number)
+    stage.say("edits", scene="cornell-box", edits={"lights": {}, "materials": {}, "objects": {}}, edit=number)
     expect(page.get_by_label("lamp", exact=True)).to_be_checked()
     expect(page.locator("#toast")).to_contain_text("takes no edits")
 
@@ -108,6 +119,6 @@ def test_a_server_that_takes_no_edits_offers_none(page: Page, gradients: Running
     page.goto(str(gradients.http.base_url))
     stage.start()
     expect(page.locator("body[data-picture]")).to_be_attached()
-    expect(page.get_by_role("button", name="Lights and materials")).to_be_hidden()
+    expect(page.get_by_role("button", name="Lights, materials and objects")).to_be_hidden()
     page.keyboard.press("KeyG")
     expect(page.locator("#mixer")).to_be_hidden()

@@ -1,5 +1,6 @@
 """After any edits a picture has the bits of one of the edited scene, put on the device anew."""
 
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -9,7 +10,7 @@ from pictures import picture
 from scenes import box, grey, quad, scene_of
 
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene.edits import LightEdit, MaterialEdit, SceneEdits, edited
+from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Light, LightKind, Sky
 from gpu.settings import Method
 
@@ -21,9 +22,15 @@ LIGHTS = st.builds(LightEdit, on=st.sampled_from([None, True, False]), color=st.
 MOVING = st.builds(LightEdit.model_copy, LIGHTS, update=st.fixed_dictionaries({"position": st.none() | PLACES}))
 MATERIALS = st.builds(MaterialEdit, color=st.none() | COLORS, roughness=st.none() | SHARES, metallic=st.none() | SHARES,
                       emission=st.none() | COLORS)  # fmt: skip
+OBJECTS = st.builds(
+    ObjectEdit,
+    visible=st.sampled_from([None, False]),
+    offset=st.sampled_from([None, (0.1, 0.0, -0.1), (0.0, -0.2, 0.0)]),
+)
 EDITS = st.builds(
     SceneEdits,
     lights=st.fixed_dictionaries({}, optional={"bulb": MOVING, "default": LIGHTS, "sky": LIGHTS}),
+    objects=st.fixed_dictionaries({}, optional={"lamp": OBJECTS, "block": OBJECTS}),
     materials=st.dictionaries(st.sampled_from(["default", "default (2)", "default (3)"]), MATERIALS),
 )
 
@@ -33,8 +40,8 @@ def room() -> DeviceScene:
     """A box with a hole in its ceiling, a lamp, a bulb and a sky."""
     walls = box()
     del walls[3]
-    lamp = quad((-0.2, 0.4, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
-    block = quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2)
+    lamp = replace(quad((-0.2, 0.4, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1), name="lamp")
+    block = replace(quad((-0.3, -0.2, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0), 2), name="block")
     bulb = Light("bulb", LightKind.POINT, (0.1, 0.2, 0.1), (0.3, 0.3, 0.0))
     materials = [grey(0.7), grey(0.0, 5.0), grey(0.4)]
     return DeviceScene(scene_of([*walls, lamp, block], materials, lights=[bulb], sky=Sky((0.5, 0.6, 0.7))), "cpu")

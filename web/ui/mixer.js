@@ -1,9 +1,10 @@
-/** The sheet of the scene's lights and materials: a row for each light, and the finish of the material that is chosen. */
+/** The sheet of the scene's lights, materials and objects: a row for each light, fields of the others that are chosen. */
 
 import { fromHex, toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
 import { offer } from "./choice.js";
 import { MaterialFields } from "./material-fields.js";
+import { ObjectFields } from "./object-fields.js";
 import { button, byId, element, text } from "./page.js";
 import { Sheet } from "./sheet.js";
 
@@ -21,6 +22,8 @@ export class Mixer {
   #lights = text("lights");
   #material = byId("material", HTMLSelectElement);
   #materials;
+  #object = byId("object", HTMLSelectElement);
+  #objects;
   #undo = button("undo");
   #redo = button("redo");
   #reset = button("edits-reset");
@@ -40,6 +43,10 @@ export class Mixer {
     this.#materials = new MaterialFields((id, edit, what) => {
       this.#history.edit({ materials: { [id]: edit } }, `${id}/${what}`);
     });
+    this.#objects = new ObjectFields((id, edit, what) => {
+      this.#history.edit({ objects: { [id]: edit } }, `${id}/${what}`);
+    });
+    this.#object.addEventListener("change", () => this.#show());
     this.#material.addEventListener("change", () => this.#show());
     this.#undo.addEventListener("click", () => this.#history.undo());
     this.#redo.addEventListener("click", () => this.#history.redo());
@@ -63,8 +70,10 @@ export class Mixer {
     this.#lights.replaceChildren();
     this.#rows = scene.lights.map((light, number) => this.#row(light, number));
     text("no-lights").hidden = this.#rows.length > 0;
-    offer(this.#material, scene.materials.map(({ id }) => ({ value: id, label: id })));
-    if (!this.#material.value) this.#material.selectedIndex = 0;
+    for (const [select, parts] of /** @type {const} */ ([[this.#material, scene.materials], [this.#object, scene.objects]])) {
+      offer(select, parts.map(({ id }) => ({ value: id, label: id })));
+      if (!select.value) select.selectedIndex = 0;
+    }
     this.#materials.materials = scene.materials;
     this.#history.restart();
   }
@@ -118,7 +127,7 @@ export class Mixer {
   }
 
   #show() {
-    const { lights, materials } = this.#history.edits;
+    const { lights, materials, objects } = this.#history.edits;
     for (const { light, on, intensity, color } of this.#rows) {
       const edit = lights[light.id];
       const factor = edit?.intensity ?? 1;
@@ -128,8 +137,9 @@ export class Mixer {
       color.value = toHex(edit?.color ?? light.color);
     }
     this.#materials.show(this.#material.value, materials[this.#material.value]);
+    this.#objects.show(this.#object.value, objects[this.#object.value]);
     this.#undo.disabled = !this.#history.canUndo;
     this.#redo.disabled = !this.#history.canRedo;
-    this.#reset.disabled = Object.keys(lights).length + Object.keys(materials).length === 0;
+    this.#reset.disabled = [lights, materials, objects].every((parts) => Object.keys(parts).length === 0);
   }
 }

@@ -1,7 +1,7 @@
 """Meshes of a glTF scene as mesh parts in world space, one a primitive and node."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -37,7 +37,9 @@ class Geometry:
             if node.visible and node.entry.has("mesh"):
                 mesh = document.attempt(partial(document.referred, node.entry, "mesh", "meshes"), "the mesh")
                 if mesh is not None:
-                    yield from self._node_parts(node, mesh, self._joints(node, placed))
+                    name = node.entry.name(mesh.name(mesh.path))
+                    for part in self._node_parts(node, mesh, self._joints(node, placed)):
+                        yield replace(part, object=name)
 
     def _joints(self, node: PlacedNode, placed: dict[str, PlacedNode]) -> Doubles | None:
         """The matrices of the node's skin; None where it has none that can be used."""

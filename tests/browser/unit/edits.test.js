@@ -27,11 +27,11 @@ test("what is on its way stays over what the server says", (context) => {
   history.edit(lamp(1), "drag");
   history.edit(lamp(2), "drag");
   assert.deepEqual(sent, [{ id: 1, patch: lamp(1) }]);
-  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 1 } }, materials: {} }), 1);
+  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} }), 1);
   assert.equal(shown(), 2);
   context.mock.timers.tick(50);
   assert.deepEqual(sent.at(-1), { id: 2, patch: lamp(2) });
-  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 7 } }, materials: {} }), 2);
+  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 7 } }, materials: {}, objects: {} }), 2);
   assert.equal(shown(), 7);
 });
 
@@ -56,7 +56,7 @@ test("a gesture is undone as one, and done again", () => {
 
 test("an undo leaves what others did elsewhere", () => {
   history.edit(lamp(2));
-  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 2, on: false }, sky: { on: false } }, materials: {} }), 1);
+  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 2, on: false }, sky: { on: false } }, materials: {}, objects: {} }), 1);
   history.undo();
   assert.deepEqual(JSON.parse(JSON.stringify(history.edits.lights)), { lamp: { on: false }, sky: { on: false } });
 });

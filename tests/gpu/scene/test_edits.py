@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from scenes import box, scene_of
+from scenes import box, quad, scene_of
 
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, SceneEdits, edited
@@ -16,7 +16,8 @@ WALL = Material("wall", base_color=(0.5, 0.5, 0.5, 0.25), roughness=0.9)
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     lights = [Light("bulb", LightKind.POINT, (2.0, 1.0, 0.5)), Light("sun", LightKind.DIRECTIONAL, (3.0, 3.0, 3.0))]
-    return scene_of(box(), [WALL, LAMP], lights=lights, sky=Sky((0.5, 0.5, 1.0)))
+    block = replace(quad([-0.2, -0.2, -0.2], [0.0, 0.0, 0.3], [0.3, 0.0, 0.0]), name="block")
+    return scene_of([block, *box()], [WALL, LAMP], lights=lights, sky=Sky((0.5, 0.5, 1.0)))
 
 
 def edits_of(**parts: dict[str, dict[str, object]]) -> SceneEdits:
@@ -80,6 +81,30 @@ def test_what_cannot_be_moved_or_turned_is_refused(
 ) -> None:
     with pytest.raises(UserError, match=f"^{words}"):
         edited(scene, edits_of(lights={one: change}))
+
+
+def test_objects_go_and_move_within_the_box_of_the_scene(scene: Scene) -> None:
+    assert scene.objects == ("block", "mesh")
+    moved = edited(scene, edits_of(objects={"block": {"offset": [0.1, 0.0, 0.0]}, "mesh": {"visible": True}}))
+    ours = scene.vertex_object == 0
+    assert np.allclose(moved.vertices[ours], scene.vertices[ours] + (0.1, 0.0, 0.0))
+    assert np.array_equal(moved.vertices[~ours], scene.vertices[~ours])
+    gone = edited(scene, edits_of(objects={"block": {"visible": False}}))
+    assert len(gone.triangles) == len(scene.triangles) - 2
+
+
+@pytest.mark.parametrize(
+    ("objects", "words"),
+    [
+        ({"block": {"offset": [0.0, 0.0, -9.0]}}, "objects.block.offset: takes it 8.7 m beyond the box of the scene"),
+        ({"mesh": {"offset": [0.01, 0.0, 0.0]}}, "objects.mesh.offset: takes it 0.01 m beyond the box of the scene"),
+        ({"block": {"visible": False}, "mesh": {"visible": False}}, "objects: one at least must stay visible"),
+        ({"chair": {}}, "objects.chair: the scene has no such object; it has block, mesh"),
+    ],
+)
+def test_what_cannot_be_done_with_objects_is_said(scene: Scene, objects: dict[str, object], words: str) -> None:
+    with pytest.raises(UserError, match=f"^{words}$"):
+        edited(scene, SceneEdits.model_validate({"objects": objects}))
 
 
 def test_no_edits_change_nothing(scene: Scene) -> None:

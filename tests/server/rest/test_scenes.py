@@ -15,6 +15,7 @@ from glb_file import TRIANGLE_GLB
 from gradient_worker import SLOW_SEED
 from harness import Running, Walker
 
+from gpu.scene.edits import LightEdit, SceneEdits
 from server.rate_limit import Buckets
 from server.scenes.uploads import MAX_AT_ONCE
 
@@ -280,9 +281,8 @@ def test_a_scene_is_edited_and_tells_what_differs(service: Running) -> None:
     assert edited.status_code == 200
     assert edited.json()["lights"]["lamp"]["intensity"] == 0.5
     service.http.patch(place, json={"materials": None})
-    assert service.http.get(place).json()["edits"] == {
-        "lights": {"lamp": {"on": None, "intensity": 0.5, "color": None}}, "materials": {},
-    }  # fmt: skip
+    told = service.http.get(place).json()["edits"]
+    assert SceneEdits.model_validate(told) == SceneEdits(lights={"lamp": LightEdit(intensity=0.5)})
     request = {"size": [32, 18], "scene": "hall.glb"}
     picture = service.http.post("/api/v1/render", json=request, headers={"Accept": "application/x-npy"})
     assert np.load(io.BytesIO(picture.content))[0, -1, 0] == 0.5
@@ -304,7 +304,11 @@ def test_a_wrong_edit_is_refused_with_its_field(running: Running, patch: object,
     answer = running.http.patch(f"{SCENES}/rooms/hall.glb", json=patch)
     assert answer.status_code == 422
     assert words in answer.json()["message"]
-    assert running.http.get(f"{SCENES}/rooms/hall.glb").json()["edits"] == {"lights": {}, "materials": {}}
+    assert running.http.get(f"{SCENES}/rooms/hall.glb").json()["edits"] == {
+        "lights": {},
+        "materials": {},
+        "objects": {},
+    }
 
 
 def test_who_edits_too_often_is_told_to_wait(service: Running, monkeypatch: pytest.MonkeyPatch) -> None:

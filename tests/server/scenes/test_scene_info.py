@@ -9,6 +9,7 @@ from gpu.scene.parts import LightForm
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Material, Placement, Scene
 from gpu.scene.wording import MOST_CHOICE, MOST_CHOICES, MOST_NAME, MOST_SENTENCE, MOST_SENTENCES
 from server.scenes.scene_info import MOST_CAMERAS, MOST_PARTS, describe_scene
+from server.wire.browser import Bounds
 from server.wire.worker import MAX_TEXT_BYTES, Opened, pack
 
 
@@ -31,6 +32,8 @@ def scene() -> Scene:
         name="test",
         vertices=vertices,
         triangles=triangles,
+        objects=("block",),
+        vertex_object=np.zeros(3, np.int32),
         placement=placement,
         bounds=bounds,
         cameras=cameras,
@@ -94,6 +97,8 @@ def test_lights_and_materials_are_told_as_the_file_has_them(scene: Scene) -> Non
     assert [(light.id, light.form) for light in info.lights] == [("light", LightForm.SURFACE)]
     assert [material.id for material in info.materials] == ["white", "red", "green", "light"]
     assert info.materials[3].emission == scene.materials[3].emission
+    assert [thing.id for thing in info.objects] == ["block"]
+    assert info.objects[0].box == Bounds(min=(95.0, -5.0, -5.0), max=(105.0, 5.0, 5.0))
     assert info.materials[1].color == scene.materials[1].base_color[:3]
 
 

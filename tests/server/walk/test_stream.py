@@ -444,7 +444,7 @@ def test_an_edit_shows_in_the_next_frame_of_all_who_look(serve: Callable[..., Ru
     for walker in walkers:
         walker.hello()
         assert walker.word("edits") == {
-            "type": "edits", "scene": "cornell-box", "edits": {"lights": {}, "materials": {}}, "edit": 0,
+            "type": "edits", "scene": "cornell-box", "edits": {"lights": {}, "materials": {}, "objects": {}}, "edit": 0,
         }  # fmt: skip
         walker.pose(1)
         assert moving(walker) > 200

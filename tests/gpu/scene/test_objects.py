@@ -1,0 +1,52 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gltf_file import GltfFile
+from scenes import grey, quad, scene_of
+
+from gpu.scene.objects import numbered, object_boxes, with_objects
+from gpu.scene.types import Placement, Scene
+
+CHAIR, TABLE = (replace(quad([x, 0, 0], [1, 0, 0], [0, 0, 1]), name=name) for x, name in ((0, "chair"), (3, "table")))
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Two chairs around a table, 4 m wide."""
+    other = replace(CHAIR, positions=np.add(CHAIR.positions, (1.5, 0.0, 0.0)))
+    return scene_of([CHAIR, TABLE, other], [grey(0.5)])
+
+
+def test_meshes_of_one_name_are_one_object_and_those_without_vertices_none() -> None:
+    used = np.array([True, True, False, False, True, True, True])
+    ids, numbers = numbered(["a", "gone", "b", "", "a"], [2, 2, 1, 1, 1], used)
+    assert ids == ("a", "b", "object")
+    assert numbers.tolist() == [0, 0, 1, 2, 0]
+
+
+def test_boxes_are_in_the_world(scene: Scene) -> None:
+    assert scene.objects == ("chair", "table")
+    low, high = object_boxes(scene)
+    assert np.allclose(low, [[0, 0, 0], [3, 0, 0]])
+    assert np.allclose(high, [[2.5, 0, 1], [4, 0, 1]])
+    assert scene.placement == Placement((2.0, 0.0, 0.5), 0.25)
+    assert len(object_boxes(replace(scene, objects=(), vertex_object=np.zeros(0, np.int32)))[0]) == 0
+
+
+def test_an_object_is_moved_or_gone_and_the_others_stay(scene: Scene) -> None:
+    moved = with_objects(scene, [], {1: (-1.0, 0.0, 0.5)})
+    assert np.allclose(object_boxes(moved)[0], [[0, 0, 0], [2, 0, 0.5]])
+    assert moved.triangles is scene.triangles
+    gone = with_objects(scene, [0], {})
+    assert gone.vertices is scene.vertices
+    assert (gone.vertex_object[gone.triangles] == 1).all()
+    assert len(gone.triangles) == len(gone.triangle_material) == 2
+
+
+def test_nodes_of_a_gltf_file_name_objects(tmp_path: object) -> None:
+    file = GltfFile(tmp_path)
+    primitive = file.primitive(CHAIR.positions, CHAIR.triangles.ravel())
+    nodes = [file.mesh_node(primitive, name=name, translation=[x, 0, 0]) for x, name in enumerate(("left", "right"))]
+    file.add("scenes", nodes=nodes)
+    assert file.load().objects == ("left", "right")
