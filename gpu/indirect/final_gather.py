@@ -7,7 +7,6 @@ import warp as wp
 
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import allocate, launch
-from gpu.core.intrinsics import float_sum, lanes_of, vector_sum
 from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
@@ -22,18 +21,19 @@ from gpu.sp.shading_clusters import ShadingClusters
 class Gathered:
     """What rays find. radiance (cluster · rays,) [W/m²/sr] and nearness (cluster · rays,): one over the distance, 0 for
     a ray that meets nothing, of each ray; irradiance (cluster,) [W/m²]; harmonic_distance (cluster,): harmonic mean of
-    the rays' lengths, unit space.
+    the rays' lengths, least_distance (cluster,): the shortest of these, unit space.
     """
 
     radiance: wp.array[wp.vec3]
     nearness: wp.array[float]
     irradiance: wp.array[wp.vec3]
     harmonic_distance: wp.array[float]
+    least_distance: wp.array[float]
 
 
 @cache
 def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.Kernel:
-    """The kernel that reads illumination(data, position, normal), the irradiance of a surface point, where rays end."""
+    """The kernel that reads illumination(scene, data, position, normal), irradiance, where rays end."""
 
     @wp.kernel(module="unique")
     def gather_ray_kernel(first: int, scene: SceneData, clusters: ShadingClusters, lit: data, rays: int,
@@ -57,7 +57,7 @@ def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.
         if hit.face == NO_HIT:
             return
         surface = surface_at(scene, hit, direction)
-        found = illumination(lit, surface.position, surface.geometric_normal)
+        found = illumination(scene, lit, surface.position, surface.geometric_normal)
         out.radiance[index] = wp.cw_mul(even_reflectance(surface, -direction), found) / PI
         out.nearness[index] = 1.0 / wp.max(hit.t, 1.0e-6)
 
@@ -65,20 +65,19 @@ def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.
 
 
 @wp.kernel
-def gather_sum_kernel(first: int, rays: int, lanes: int, out: Gathered) -> None:
-    """`lanes` threads a cluster: the means of its rays."""
-    index = first + wp.tid()
-    cluster = index // lanes
+def gather_sum_kernel(first: int, rays: int, out: Gathered) -> None:
+    """One thread a cluster: the means of its rays, and the shortest."""
+    cluster = first + wp.tid()
     total = wp.vec3(0.0, 0.0, 0.0)
     nearness = float(0.0)
-    for ray in range(index % lanes, rays, lanes):
-        total += out.radiance[cluster * rays + ray]
-        nearness += out.nearness[cluster * rays + ray]
-    total = vector_sum(total, lanes)
-    nearness = float_sum(nearness, lanes)
-    if index % lanes == 0:
-        out.irradiance[cluster] = total * (PI / float(rays))
-        out.harmonic_distance[cluster] = float(rays) / wp.max(nearness, 1.0e-6)
+    nearest = float(1.0e-6)
+    for ray in range(cluster * rays, (cluster + 1) * rays):
+        total += out.radiance[ray]
+        nearness += out.nearness[ray]
+        nearest = wp.max(nearest, out.nearness[ray])
+    out.irradiance[cluster] = total * (PI / float(rays))
+    out.harmonic_distance[cluster] = float(rays) / wp.max(nearness, 1.0e-6)
+    out.least_distance[cluster] = 1.0 / nearest
 
 
 class FinalGather:
@@ -96,5 +95,4 @@ class FinalGather:
         kernel = gather_ray_kernel(self._illumination, self._data, features.texels)
         inputs = [scene, self._clusters, lit, self._rays, seed, self.gathered]
         launch(kernel, self._count * self._rays, inputs, self.device)
-        lanes = lanes_of(self.device, few=True)
-        launch(gather_sum_kernel, self._count * lanes, [self._rays, lanes, self.gathered], self.device)
+        launch(gather_sum_kernel, self._count, [self._rays, self.gathered], self.device)

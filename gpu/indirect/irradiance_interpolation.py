@@ -11,6 +11,8 @@ from gpu.clustering.nearest import nearest_of_all, nearest_search
 from gpu.clustering.points import Points
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.rays import unblocked
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.final_gather import Gathered
 
@@ -25,23 +27,32 @@ nearest_centres = nearest_search(SAMPLES, widens=True)
 class InterpolationParameters:
     """least_distance, most_distance: that the harmonic mean distance of a centre counts as, in spacings of centres: one
     in a crack must have a say where there is no other, and none may speak for all of a hall. search: of all centres,
-    about so many are looked at where none is near.
+    about so many are looked at where none is near. free_share: of the shortest ray of a centre; what is nearer to it
+    is not hidden from it.
     """
 
     least_distance: float = 0.5
     most_distance: float = 8.0
     search: int = 256
+    free_share: float = 0.5
 
 
 INTERPOLATION_PARAMETERS: InterpolationParameters = parameters(InterpolationParameters)
 
 
 @wp.kernel
-def interpolate_irradiance_kernel(first: int, points: Points, listed: PointList, centres: Representatives,
-                                  gathered: Gathered, chosen: InterpolationParameters,
-                                  irradiance: wp.array[wp.vec3]) -> None:  # fmt: skip
+def interpolate_irradiance_kernel(
+    first: int,
+    scene: SceneData,
+    points: Points,
+    listed: PointList,
+    centres: Representatives,
+    gathered: Gathered,
+    chosen: InterpolationParameters,
+    irradiance: wp.array[wp.vec3],
+) -> None:
     """One thread an SP: the mean of the centres around it by Ward's weights, less the weight of the farthest one, so
-    that no centre comes or goes with a step. irradiance (pixel,) [W/m²].
+    that no centre comes or goes with a step; of those that it sees, if there are any. irradiance (pixel,) [W/m²].
     """
     sp = first + wp.tid()
     if sp >= points.count[0]:
@@ -76,8 +87,14 @@ def interpolate_irradiance_kernel(first: int, points: Points, listed: PointList,
     for f in range(wp.static(SAMPLES)):
         weight = found.distance[f] - least
         if weight > 0.0:
-            light += gathered.irradiance[found.cluster[f]] * weight
-            total += weight
+            cluster = found.cluster[f]
+            centre = centres.position[cluster]
+            free = wp.length(centre - position) < chosen.free_share * gathered.least_distance[cluster]
+            if not free:
+                free = unblocked(scene, position, normal, centre, centres.normal[cluster])
+            if free:
+                light += gathered.irradiance[cluster] * weight
+                total += weight
     if total > 0.0:
         light = light / total
     elif found.cluster[0] >= 0:
@@ -86,6 +103,7 @@ def interpolate_irradiance_kernel(first: int, points: Points, listed: PointList,
 
 
 def interpolate_irradiance(
+    scene: SceneData,
     points: Points,
     listed: PointList,
     centres: Representatives,
@@ -93,6 +111,6 @@ def interpolate_irradiance(
     irradiance: wp.array,
     chosen: InterpolationParameters = INTERPOLATION_PARAMETERS,
 ) -> None:
-    """Fill in `irradiance` (pixel,) of all SPs, `points`, which are `listed`, by what their `centres` `gathered`."""
-    inputs = [points, listed, centres, gathered, chosen, irradiance]
+    """Fill in `irradiance` (pixel,) of all SPs of `scene`, which are `listed`, by what their `centres` `gathered`."""
+    inputs = [scene, points, listed, centres, gathered, chosen, irradiance]
     launch(interpolate_irradiance_kernel, len(points.spacing), inputs, irradiance.device)

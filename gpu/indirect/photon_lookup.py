@@ -9,7 +9,8 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
-from gpu.lights.photon_density import DENSITY_PARAMETERS, PhotonSites
+from gpu.device_scene.data import SceneData
+from gpu.lights.photon_density import DENSITY_PARAMETERS, PhotonSites, answers
 from gpu.lights.photon_tree import PhotonTree, photon_search
 
 nearest_photon = photon_search(1)
@@ -61,12 +62,14 @@ def full_map(tree: PhotonTree, sites: PhotonSites, chosen: LookupParameters = LO
 
 
 @wp.func
-def irradiance_in_full_map(lit: FullMap, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
+def irradiance_in_full_map(scene: SceneData, lit: FullMap, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
     """Irradiance of a surface point [W/m²]."""
     found = nearest_photon(lit.tree, lit.sites.alike, position, normal, lit.chosen.reach * lit.most_radius, -1)
     photon = found.photon[0]
     if photon < 0:
         return wp.vec3(0.0, 0.0, 0.0)
     if found.distance[0] > lit.chosen.reach * lit.sites.radius[photon]:
+        return wp.vec3(0.0, 0.0, 0.0)
+    if not answers(scene, lit.tree, lit.sites, photon, position, normal):
         return wp.vec3(0.0, 0.0, 0.0)
     return lit.sites.irradiance[photon]

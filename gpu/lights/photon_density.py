@@ -8,12 +8,14 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters
+from gpu.clustering.grid import CLUSTERING_PARAMETERS, ClusteringParameters, separation
 from gpu.core.constants import PI, TWO_PI
 from gpu.core.device import allocate, launch
 from gpu.core.parameters import parameters
-from gpu.device_scene.data import SceneData
-from gpu.device_scene.disk_coverage import surface_goes_on
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.disk_coverage import surface_beside
+from gpu.device_scene.rays import unblocked
+from gpu.device_scene.sides import triangle_normal
 from gpu.lights.photon_tree import PhotonTree, photon_search
 from gpu.sampling.sobol import TO_UNIT, hashed
 
@@ -50,13 +52,14 @@ class PhotonSites:
     """Photons at which the irradiance is known.
 
     alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; radius (site,): of
-    the estimate's disk, unit space; irradiance (site,) [W/m²].
+    the estimate's disk, unit space; whole (site,): 1 where all of that is surface; irradiance (site,) [W/m²].
     """
 
     alike: ClusteringParameters
     photon: wp.array[int]
     count: wp.array[int]
     radius: wp.array[float]
+    whole: wp.array[int]
     irradiance: wp.array[wp.vec3]
 
 
@@ -66,6 +69,16 @@ def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
     sites.count = wp.zeros(1, dtype=int, device=device)
     sites.alike = CLUSTERING_PARAMETERS
     return sites
+
+
+@wp.func
+def answers(scene: SceneData, tree: PhotonTree, sites: PhotonSites, site: int, position: wp.vec3,
+            normal: wp.vec3) -> bool:  # fmt: skip
+    """Whether no wall stands between a site and a surface point near it: none does where the disk is whole."""
+    if sites.whole[site] == 1:
+        return True
+    photon = sites.photon[site]
+    return unblocked(scene, tree.photons.position[photon], tree.photons.normal[photon], position, normal)
 
 
 @wp.kernel
@@ -100,20 +113,38 @@ def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chose
     normal = tree.photons.normal[sites.photon[site]]
     radius = sites.radius[site]
     turn = float(hashed(wp.uint32(site))) * TO_UNIT
-    share = float(0.0)
+    shift = float(hashed(wp.uint32(site) ^ wp.uint32(tree.leaves))) * TO_UNIT
+    height = radius / sites.alike.plane_weight
+    covered = float(0.0)
+    whole = float(0.0)
     for place in range(PLACES):
         angle = TWO_PI * (turn + GOLDEN_TURN * float(place))
-        out = (float(place) + 0.5) / float(PLACES)
-        # As far off the plane as a photon there would count.
-        height = radius * wp.sqrt(1.0 - out * out) / sites.alike.plane_weight
-        if surface_goes_on(scene, position, normal, angle, radius * out, height, sites.alike.normal_threshold):
-            share += 2.0 * out / float(PLACES)
-    sites.irradiance[site] = sites.irradiance[site] / wp.max(share, chosen.least_covered)
+        out = (float(place) + shift) / float(PLACES)
+        hit = surface_beside(scene, position, normal, angle, radius * out, height)
+        if hit.face != NO_HIT:
+            # As near as a photon there would count.
+            beside = triangle_normal(scene, hit.face)
+            beside = wp.where(wp.dot(beside, normal) < 0.0, -beside, beside)
+            corner = scene.triangles[hit.face]
+            there = (
+                scene.vertices[corner[0]] * hit.u
+                + scene.vertices[corner[1]] * hit.v
+                + scene.vertices[corner[2]] * (1.0 - hit.u - hit.v)
+            )
+            if wp.dot(beside, normal) > sites.alike.normal_threshold:
+                covered += wp.where(separation(sites.alike, position, normal, there, beside) < radius, out, 0.0)
+        whole += out
+    sites.irradiance[site] = sites.irradiance[site] / wp.max(covered / whole, chosen.least_covered)
+    sites.whole[site] = int(covered == whole)
+
+
+def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParameters = DENSITY_PARAMETERS) -> None:
+    """Fill in radius and irradiance of the `sites` as if their disks were surface all over."""
+    launch(photon_density_kernel, len(sites.photon), [tree, chosen, sites], sites.photon.device)
 
 
 def estimate_irradiance(scene: SceneData, tree: PhotonTree, sites: PhotonSites,
                         chosen: DensityParameters = DENSITY_PARAMETERS) -> None:  # fmt: skip
     """Fill in radius and irradiance of the `sites`, on the surfaces of `scene`."""
-    capacity, device = len(sites.photon), sites.photon.device
-    launch(photon_density_kernel, capacity, [tree, chosen, sites], device)
-    launch(covered_density_kernel, capacity, [scene, tree, chosen, sites], device)
+    estimate_density(tree, sites, chosen)
+    launch(covered_density_kernel, len(sites.photon), [scene, tree, chosen, sites], sites.photon.device)

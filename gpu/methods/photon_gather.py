@@ -85,7 +85,7 @@ class PhotonGather(RenderMethod[ViewState]):
     def _interpolate(self) -> None:
         clustering, frame = self._clustering, self._frame
         inputs = clustering.points, frame.shading_points.points, clustering.grid.data, self._gather.gathered
-        interpolate_irradiance(*inputs, frame.indirect.irradiance)
+        interpolate_irradiance(frame.scene, *inputs, frame.indirect.irradiance)
 
     def count(self, view: ViewState) -> None:
         """Count pixels that see nothing."""

@@ -24,8 +24,9 @@ from gpu.core.device import launch, launch_together
 from gpu.core.morton import dominant_axis
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
-from gpu.device_scene.data import SceneData
-from gpu.device_scene.disk_coverage import surface_goes_on
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.disk_coverage import surface_beside
+from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.vpl_clusters import VplClusters
@@ -166,8 +167,10 @@ def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, cove
     disk = lit.radius[vpl]
     turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
     height = lit.chosen.plane_share * disk
-    alike = lit.alike.normal_threshold
-    if surface_goes_on(scene, lit.position[vpl], lit.normal[vpl], turn, MIDDLE * disk, height, alike):
+    hit = surface_beside(scene, lit.position[vpl], lit.normal[vpl], turn, MIDDLE * disk, height)
+    if hit.face == NO_HIT:
+        return
+    if wp.abs(wp.dot(triangle_normal(scene, hit.face), lit.normal[vpl])) > lit.alike.normal_threshold:
         covered[index] = 1
 
 

@@ -2,15 +2,15 @@ import numpy as np
 import warp as wp
 from scenes import grey, quad, resident_of
 
-from gpu.device_scene.data import SceneData
-from gpu.device_scene.disk_coverage import surface_goes_on
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.disk_coverage import surface_beside
 from gpu.scene.types import Doubles
 
 
 @wp.kernel
 def places_kernel(scene: SceneData, position: wp.vec3, way: float, height: float, found: wp.array[int]) -> None:
     turn = 6.2831853 * float(wp.tid()) / float(found.shape[0])
-    found[wp.tid()] = int(surface_goes_on(scene, position, wp.vec3(0.0, 1.0, 0.0), turn, way, height, 0.866))
+    found[wp.tid()] = int(surface_beside(scene, position, wp.vec3(0.0, 1.0, 0.0), turn, way, height).face != NO_HIT)
 
 
 def share(scene: SceneData, position: Doubles, way: float) -> float:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import warp as wp
-from scenes import column
+from scenes import column, grey, quad, resident_of
 
 from gpu.clustering.grid import Grid
 from gpu.clustering.points import Points
@@ -37,7 +37,9 @@ def interpolated(centres: Floats, points: Floats, irradiance: Floats, distance: 
     sps.spacing, sps.count = wp.full(len(points), SPACING, device=CPU), column([len(points)], wp.int32)
     listed.pixels, listed.count = column(np.arange(len(points))[::-1], wp.int32), sps.count
     out = wp.zeros(len(points), dtype=wp.vec3, device=CPU)
-    interpolate_irradiance(sps, listed, grid.data, gathered, out, parameters(InterpolationParameters, **chosen))
+    floor = quad((-0.5, -0.01, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    room = resident_of([floor], [grey(0.7)]).view(lambertian=True)
+    interpolate_irradiance(room, sps, listed, grid.data, gathered, out, parameters(InterpolationParameters, **chosen))
     return np.asarray(out.numpy())[::-1]
 
 
