@@ -3,6 +3,7 @@
 Each is compared with path tracing through its own places in a pixel: the centre here, all of it in Mitsuba.
 """
 
+from collections.abc import Callable
 from functools import partial
 from time import perf_counter
 
@@ -65,8 +66,9 @@ def run(suite: Suite) -> None:
     suite.run("peers", tasks)
 
 
-def measure_here(suite: Suite, name: str, settings: RenderSettings) -> Row:
-    """Full light of one choice of settings."""
+def measure_here(suite: Suite, name: str, settings: RenderSettings,
+                 apart: Callable[[Floats], Row] = lambda _: {}) -> Row:  # fmt: skip
+    """Full light of one choice of settings. apart: errors of parts of the picture, by name."""
     subject = suite.subject(name)
     reference = subject.reference(Component.FULL)
     load_kernels(subject.device_scene, settings)
@@ -79,7 +81,7 @@ def measure_here(suite: Suite, name: str, settings: RenderSettings) -> Row:
         "settings": settings.model_dump(mode="json"),
         "reference_noise": reference.noise,
         **measured.row(),
-        "errors": {"total": suite.errors(measured.radiance, reference.image)},
+        "errors": {"total": suite.errors(measured.radiance, reference.image), **apart(measured.radiance)},
     }
 
 
