@@ -148,8 +148,8 @@ class Session:
     def sent(self, header: FrameHeader, size: int) -> None:
         """A frame of `size` bytes is on its way."""
         self.window.sent(header.frame)
-        is_moving_jpeg = header.phase is Phase.MOVING and header.codec is Codec.JPEG
-        self._video_choice.sent(header.frame, size, is_moving_jpeg=is_moving_jpeg)
+        if header.phase is Phase.MOVING:
+            self._video_choice.sent(header.frame, size, is_video=header.codec is not Codec.JPEG)
 
     def acknowledge(self, frame: int, *, broken: bool = False) -> None:
         """The viewer is done with this frame and all before it; UserError when it cannot have it.

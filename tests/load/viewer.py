@@ -32,6 +32,7 @@ class Plan:
     scene: str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     stream: Mapping[str, Any] = field(default_factory=dict)
+    codecs: tuple[str, ...] = ("jpeg",)
     path: PathMaker = Walk
     seed: int = 0
     decode: bool = False
@@ -120,9 +121,8 @@ class Viewer:
     async def _listen(self) -> None:
         plan = self._plan
         scene = {} if plan.scene is None else {"scene": plan.scene}
-        await self._send(
-            "hello", protocol=PROTOCOL, size=plan.size, settings=plan.settings, stream=plan.stream, **scene
-        )
+        wishes = {"settings": plan.settings, "stream": plan.stream, "codecs": plan.codecs}
+        await self._send("hello", protocol=PROTOCOL, size=plan.size, **wishes, **scene)
         while True:
             message = await self._socket.recv()
             now = self._now()

@@ -1,36 +1,37 @@
-import random
+from itertools import pairwise
 
 import pytest
 
 from server.walk.video_choice import (
-    EARLY_SECONDS,
+    FIRST_FRAMES,
+    GAIN_SECONDS,
     JUDGED_FRAMES,
-    LATE_SECONDS,
-    LEAST_SPREAD,
-    REMEMBERED_FRAMES,
+    MOST_FRAMES,
+    PASSED_FRAMES,
     SMALL_BYTES,
     STAYS_FRAMES,
     VideoChoice,
 )
 
 JPEG, VIDEO = 40_000, 4_000
+TRIED = PASSED_FRAMES + JUDGED_FRAMES
 
 
 class Line:
-    """A viewer on a line: a round trip without bytes [s], and so many bytes a second; JPEGs vary by a share."""
+    """A viewer on a line: a round trip without bytes [s], and so many bytes a second."""
 
-    def __init__(self, trip: float, rate: float, jpeg: int = JPEG, varies: float = 0.2) -> None:
-        self.trip, self.rate, self.jpeg, self.varies = trip, rate, jpeg, varies
+    def __init__(self, trip: float, rate: float, jpeg: int = JPEG) -> None:
+        self.trip, self.rate, self.jpeg = trip, rate, jpeg
         self.now, self.frame = 0.0, 0
         self.choice = VideoChoice(lambda: self.now)
 
-    def send(self) -> bool:
+    def send(self, extra: float = 0.0) -> bool:
         """One more frame, of the kind that was chosen, and its acknowledgement; whether it was video."""
         self.frame += 1
-        is_video, side = self.choice.is_video, 1.0 if self.frame % 2 else -1.0
-        size = round((VIDEO if is_video else self.jpeg) * (1.0 + side * self.varies))
-        self.choice.sent(self.frame, size, is_moving_jpeg=not is_video)
-        self.now += self.trip + size / self.rate
+        is_video = self.choice.is_video
+        size = VIDEO if is_video else self.jpeg
+        self.choice.sent(self.frame, size, is_video=is_video)
+        self.now += self.trip + extra + size / self.rate
         self.choice.acknowledged(self.frame)
         return is_video
 
@@ -38,66 +39,74 @@ class Line:
         return [self.send() for _ in range(frames)]
 
 
-def test_a_fast_line_has_jpegs_however_long_it_is() -> None:
-    assert not any(Line(0.3, 12.5e6).walk(1000))
+def rate(gain: float) -> float:
+    """Bytes a second of a line on which video comes so much sooner than a JPEG [s]."""
+    return (JPEG - VIDEO) / gain
 
 
-def test_a_slow_line_has_video_soon_and_keeps_it() -> None:
-    kinds = Line(0.06, 5e6 / 8).walk(1000)
-    assert kinds.index(True) == JUDGED_FRAMES
-    assert all(kinds[kinds.index(True) :])
+def test_a_slow_line_has_video_soon() -> None:
+    kinds = Line(0.06, 5e6 / 8).walk(FIRST_FRAMES + STAYS_FRAMES)
+    assert kinds == [False] * FIRST_FRAMES + [True] * STAYS_FRAMES
 
 
-@pytest.mark.parametrize(("share", "is_video"), [(1.1, True), (0.9, False)])
-def test_jpegs_are_late_when_they_take_so_long(share: float, is_video: bool) -> None:
-    line = Line(0.02, JPEG / (share * LATE_SECONDS))
-    line.walk(4 * JUDGED_FRAMES)
-    assert line.choice.is_video is is_video
+def test_jpegs_are_tried_again_ever_less_often() -> None:
+    kinds = Line(0.06, 5e6 / 8).walk(20_000)[FIRST_FRAMES:]
+    tries = [frame for frame, kind in enumerate(kinds[1:]) if kinds[frame] and not kind]
+    gaps = [later - sooner - TRIED for sooner, later in pairwise(tries)]
+    assert gaps[:3] == [2 * STAYS_FRAMES, 4 * STAYS_FRAMES, 8 * STAYS_FRAMES]
+    assert max(gaps) == MOST_FRAMES
+    assert sum(kinds) > 0.98 * len(kinds)
+
+
+def test_a_long_fast_line_tries_video_for_a_moment_and_has_jpegs() -> None:
+    kinds = Line(0.3, 12.5e6).walk(2000)
+    assert kinds[FIRST_FRAMES : FIRST_FRAMES + TRIED] == [True] * TRIED
+    assert not any(kinds[FIRST_FRAMES + TRIED : FIRST_FRAMES + TRIED + 2 * FIRST_FRAMES])
+    assert sum(kinds) < 0.1 * len(kinds)
+
+
+def test_a_short_line_tries_nothing() -> None:
+    assert not any(Line(0.5 * GAIN_SECONDS, 1e9).walk(1000))
+
+
+@pytest.mark.parametrize(("share", "is_video"), [(1.05, True), (0.95, False)])
+def test_video_is_kept_where_it_comes_so_much_sooner(share: float, is_video: bool) -> None:
+    kinds = Line(0.05, rate(share * GAIN_SECONDS)).walk(FIRST_FRAMES + TRIED + 1)
+    assert kinds[-1] is is_video
+
+
+def test_a_line_that_got_faster_has_jpegs_again() -> None:
+    line = Line(0.06, 5e6 / 8)
+    line.walk(FIRST_FRAMES + TRIED)
+    line.rate = rate(0.1 * GAIN_SECONDS)
+    kinds = line.walk(STAYS_FRAMES + TRIED + STAYS_FRAMES)
+    assert kinds[:STAYS_FRAMES] == [True] * STAYS_FRAMES
+    assert not any(kinds[STAYS_FRAMES:])
 
 
 def test_small_pictures_are_not_what_makes_a_line_slow() -> None:
-    for size, is_video in ((int(0.9 * SMALL_BYTES), False), (int(1.1 * SMALL_BYTES), True)):
-        line = Line(0.02, size / (2.0 * LATE_SECONDS), jpeg=size)
-        line.walk(4 * JUDGED_FRAMES)
-        assert line.choice.is_video is is_video
+    for size, is_video in ((SMALL_BYTES, False), (SMALL_BYTES + 1, True)):
+        kinds = Line(0.05, size / 0.1, jpeg=size).walk(FIRST_FRAMES + 1)
+        assert kinds[-1] is is_video
 
 
-@pytest.mark.parametrize(("share", "is_video"), [(1.3, True), (0.7, False)])
-def test_a_line_that_got_faster_has_jpegs_again_after_a_while(share: float, is_video: bool) -> None:
-    line = Line(0.02, 5e6 / 8)
-    line.walk(2 * JUDGED_FRAMES)
+def test_the_first_frames_of_a_kind_are_not_judged() -> None:
+    line = Line(0.06, rate(2.0 * GAIN_SECONDS))
+    line.walk(FIRST_FRAMES)
+    for _ in range(PASSED_FRAMES):
+        line.send(extra=1.0)
+    line.walk(JUDGED_FRAMES)
     assert line.choice.is_video
-    line.rate = JPEG / (share * EARLY_SECONDS)
-    kinds = line.walk(STAYS_FRAMES + 2 * JUDGED_FRAMES)
-    assert kinds[-1] is is_video
-    assert all(kinds[: STAYS_FRAMES - 2 * JUDGED_FRAMES])
 
 
-def test_a_viewer_who_is_slow_at_random_is_no_slow_line() -> None:
-    random.seed(4)
-    line = Line(0.02, 12.5e6)
-    for _ in range(200):
-        line.trip = random.uniform(0.02, 0.04)
-        line.send()
-    assert not line.choice.is_video
-
-
-def test_what_was_long_ago_is_forgotten() -> None:
-    line = Line(0.06, 12.5e6)
-    line.walk(500)
-    line.rate = 5e6 / 8
-    assert line.walk(REMEMBERED_FRAMES)[-1]
-
-
-@pytest.mark.parametrize(("varies", "is_video"), [(0.8 * LEAST_SPREAD, False), (1.2 * LEAST_SPREAD, True)])
-def test_frames_of_one_size_tell_nothing(varies: float, is_video: bool) -> None:
-    assert Line(0.06, 5e6 / 8, varies=varies).walk(100)[-1] is is_video
-
-
-def test_frames_that_were_passed_over_tell_nothing() -> None:
+def test_frames_of_the_other_kind_and_those_passed_over_tell_nothing() -> None:
     choice = VideoChoice(lambda: 0.0)
-    for frame in (1, 2):
-        choice.sent(frame, JPEG, is_moving_jpeg=True)
-    choice.acknowledged(2)
-    choice.acknowledged(1)
+    for frame in range(1, 100):
+        choice.sent(frame, JPEG, is_video=True)
+        choice.acknowledged(frame)
+    choice.sent(100, JPEG, is_video=False)
+    choice.sent(101, JPEG, is_video=False)
+    choice.acknowledged(101)
+    choice.acknowledged(100)
     assert not choice.is_video
+    assert choice._frames == 1
