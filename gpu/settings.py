@@ -37,6 +37,13 @@ class Clustering(StrEnum):
     VPLS = "vpls"
 
 
+class LightShape(StrEnum):
+    """What stands for clusters of reflective shadow maps: 2012 paper, section 5."""
+
+    DISKS = "disks"
+    POLYGONS = "polygons"
+
+
 class Weighting(StrEnum):
     """How the F clusters of a shading point are averaged: 2022 paper, Eq. 8 (average) or Eq. 9 and 10 (distance)."""
 
@@ -95,6 +102,9 @@ class RenderSettings(BaseModel):
     photons: int | None = Field(None, ge=1, le=4_194_304, description="photon-gather: photons that are stored, about")
     gather_rays: int | None = Field(
         None, ge=1, le=4096, description="photon-gather: rays that gather light at each SP cluster"
+    )
+    light_shape: LightShape = Field(
+        LightShape.DISKS, description="rsm-disks: what clusters light as; polygons are slower, and without corrections"
     )
     clustering: Clustering = Field(Clustering.BOTH, description="what is clustered")
     target_ms: float | None = Field(

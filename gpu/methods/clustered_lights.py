@@ -4,7 +4,9 @@ from abc import ABC, abstractmethod
 from typing import Any
 
 from gpu.core.stages import Stages, new_number
+from gpu.indirect.clustered_light import clustered_light
 from gpu.indirect.far_field import FarSums
+from gpu.indirect.fuzzy_shading import shade
 from gpu.indirect.visibility import Visibility
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import Convergence, FuzzyCorrection
@@ -56,6 +58,13 @@ class ClusteredLights(ABC):
     def trace(self, view: FuzzyViewState) -> None:
         """Find which of the lights the new SP clusters of a view see."""
         self.known_to(view).visibility.trace(self._frame.scene, view.clustering.clusters, self.vpls)
+
+    def shade(self, view: FuzzyViewState, *, few: bool) -> None:
+        """Shade the SPs of a view by what its SP clusters see; few: whether most of these are kept."""
+        frame, kept, clusters = self._frame, self.known_to(view), view.clustering.clusters
+        kept.far.run(clusters, kept.visibility.words, self.vpls, few=few)
+        known = clustered_light(clusters, kept.visibility.words, self.vpls, kept.far.data)
+        shade(self._setup.settings.fuzziness, frame.gbuffer, view.points, known, frame.seed, frame.indirect)
 
     def known_to(self, view: FuzzyViewState) -> KeptLight:
         """What a view's representatives know of these lights."""

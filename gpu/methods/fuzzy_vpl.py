@@ -8,8 +8,6 @@ from weakref import WeakSet
 
 from gpu.core.stages import Stages
 from gpu.gbuffer.sparse_shading import stride_of
-from gpu.indirect.clustered_light import clustered_light
-from gpu.indirect.fuzzy_shading import shade
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_lights import FuzzyLights
@@ -124,9 +122,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
                 clustering.run(frame.gbuffer, frame_seed(settings.seed, kind.sample))
 
         def shade_points() -> None:
-            kept.far.run(clustering.clusters, kept.visibility.words, vpls, few=reuses and not lights.relights)
-            known = clustered_light(clustering.clusters, kept.visibility.words, vpls, kept.far.data)
-            shade(settings.fuzziness, frame.gbuffer, points, known, frame.seed, frame.indirect)
+            lights.shade(view, few=reuses and not lights.relights)
             if kind.denoise:
                 lights.correction.remember(view)
 

@@ -5,6 +5,8 @@ from weakref import WeakKeyDictionary
 import warp as wp
 
 from gpu.core.stages import Stages
+from gpu.indirect.clustered_light import clustered_light
+from gpu.indirect.polygon_shading import shade_by_polygons
 from gpu.lights.importance_warp import ImportanceWarp
 from gpu.lights.light_paths import allocate_vpls
 from gpu.lights.reflective_shadow_map import make_shadow_maps, trace_shadow_maps
@@ -14,10 +16,11 @@ from gpu.methods.fuzzy_correction import FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
 from gpu.methods.passes import FrameKind, frame_seed
-from gpu.settings import Component
+from gpu.settings import Component, LightShape
 from gpu.vpl.bidirectional_importance import BidirectionalImportance
 from gpu.vpl.build import no_clusters
 from gpu.vpl.map_lights import MapLights
+from gpu.vpl.polygon_light import Polygons, allocate_polygons, fit_polygons
 from gpu.vpl.radiosity_cache import RadiosityBuilder
 from gpu.vpl.shadow_map_clusters import MapClusters, ShadowMapClustering
 
@@ -35,8 +38,11 @@ class RsmLights(ClusteredLights):
         self.vpls, self.cache = no_clusters(), None
         self._kept_clusters: WeakKeyDictionary[FuzzyViewState, MapClusters] = WeakKeyDictionary()
         self.has_indirect = settings.component is not Component.DIRECT and table.count > 0
-        self.has_near = self.has_indirect and settings.near_field and settings.indirect_shadows
-        self.corrects = settings.correct and settings.indirect_shadows
+        self._polygons: Polygons | None = None
+        # Near field and corrections are of disks, and by rays, which the paper does without.
+        by_rays = settings.indirect_shadows and settings.light_shape is LightShape.DISKS
+        self.has_near = self.has_indirect and settings.near_field and by_rays
+        self.corrects = settings.correct and by_rays
         if self.has_indirect:
             self._allocate(counts.shadow_map, counts.vpl_clusters)
         self.room = min(counts.sp_clusters, most, setup.pixels), self.vpls.count
@@ -52,6 +58,8 @@ class RsmLights(ClusteredLights):
         self.clustering = ShadowMapClustering(self._maps, min(clusters, pixels), device)
         self._lights = MapLights(self.clustering)
         self.vpls = self._lights.vpls
+        if setup.settings.light_shape is LightShape.POLYGONS:
+            self._polygons = allocate_polygons(self.vpls, device)
         self._radiosity = RadiosityBuilder(self.vpls, device) if self.has_near else None
         self.cache = self._radiosity.cache if self._radiosity else None
 
@@ -86,6 +94,8 @@ class RsmLights(ClusteredLights):
             self._lights.run(pixels)
             if self._radiosity:
                 self._radiosity.run(frame.scene)
+            if self._polygons:
+                fit_polygons(self.vpls, self._polygons)
 
         stages.run("shadow-maps", trace, repeats=kind.captured)
         stages.run("map-clusters", cluster, repeats=kind.captured, branch=begins)
@@ -102,3 +112,12 @@ class RsmLights(ClusteredLights):
             super().trace(view)
         else:
             self.known_to(view).visibility.see_all()
+
+    def shade(self, view: FuzzyViewState, *, few: bool) -> None:
+        """As others, or by polygons."""
+        if self._polygons is None:
+            super().shade(view, few=few)
+            return
+        frame, kept, fuzziness = self._frame, self.known_to(view), self._setup.settings.fuzziness
+        known = clustered_light(view.clustering.clusters, kept.visibility.words, self.vpls, kept.far.data)
+        shade_by_polygons(fuzziness, frame.gbuffer, view.points, known, self._polygons, frame.indirect)
