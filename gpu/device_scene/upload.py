@@ -122,7 +122,10 @@ class DeviceScene:
     SceneError where so many triangles overlap that rays would take too long.
     """
 
-    def __init__(self, scene: Scene, device: str | None = None) -> None:
+    data: SceneData
+
+    def __init__(self, scene: Scene, device: str | None = None, lender: DeviceScene | None = None) -> None:
+        """lender: one on the same device and with the same textures, which both share then."""
         self.scene = scene
         self.device = choose_device(device)
         kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
@@ -140,10 +143,10 @@ class DeviceScene:
         data.triangles = self._upload(ordered.triangles, wp.vec3i)
         data.triangle_material = self._upload(ordered.materials, wp.int32)
         self._set_materials(data)
-        entries, texels = DEVICE_SHARING.beside(lambda: _textures(scene.textures))
-        data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
-        data.texels = self._upload(texels, wp.uint32)
-        data.decode = self._upload(_srgb_decode(), wp.float32)
+        if lender is None:
+            self._upload_textures(data)
+        else:
+            data.textures, data.texels, data.decode = lender.data.textures, lender.data.texels, lender.data.decode
         self._set_sky(data)
         data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
@@ -160,18 +163,24 @@ class DeviceScene:
     def edited(self, scene: Scene) -> DeviceScene:
         """`scene`, which is this one with edits (gpu.scene.edits), as it would be if it were put on the device anew.
 
-        Both share geometry and textures, unless that has changed, or rays meet a material otherwise than before, as
-        glass that becomes rough: then it is put there anew.
+        Both share textures, and geometry unless that has changed, or rays meet a material otherwise than before, as
+        glass that becomes rough.
         """
         known = self.scene
         same = scene.vertices is known.vertices and scene.triangles is known.triangles
         if not same or [_kind(it) for it in scene.materials] != [_kind(it) for it in known.materials]:
-            return DeviceScene(scene, str(self.device))
+            return DeviceScene(scene, str(self.device), self)
         other = copy(self)
         other.scene, other.data = scene, duplicate(SceneData, self.data)
         other._set_materials(other.data)
         other._set_sky(other.data)
         return other
+
+    def _upload_textures(self, data: SceneData) -> None:
+        entries, texels = DEVICE_SHARING.beside(lambda: _textures(self.scene.textures))
+        data.textures = wp.array(entries or [TextureData()], dtype=TextureData, device=self.device)
+        data.texels = self._upload(texels, wp.uint32)
+        data.decode = self._upload(_srgb_decode(), wp.float32)
 
     def _set_materials(self, data: SceneData) -> None:
         units = self.scene.frame.metres_per_unit * self.scene.placement.scale

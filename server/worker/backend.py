@@ -9,7 +9,8 @@ loaded, the least recently used first.
 import ctypes
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from time import monotonic, perf_counter
 from typing import TypeVar
@@ -17,6 +18,7 @@ from typing import TypeVar
 import warp as wp
 
 from gpu.core.device import choose_device
+from gpu.device_scene.features import SceneFeatures, scene_features
 from gpu.errors import OutOfMemoryError, SceneError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -67,6 +69,7 @@ class GpuBackend:
         self._device: wp.Device = None
         self._scenes: dict[SceneRef, LoadedScene] = {}  # in the order of their last use
         self._states: dict[SceneRef, dict[SceneEdits, LoadedScene]] = {}  # with edits, in the order of last use
+        self._warm: set[SceneFeatures] = set()  # whose kernels were loaded for scenes with edits
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
@@ -151,10 +154,8 @@ class GpuBackend:
             scene = load_scene(ref.source, options=ref.options) if built_in else read_beside(ref, self._start)
             scene = with_environment(scene, self._start.environment)
             report(f"building {ref.id}", 0.5)
-            try:
+            with _named(ref):
                 loaded = build(ref, scene, self._device)
-            except SceneError as error:  # viewers know ids, not what a scene calls itself
-                raise SceneError(ref.id, error.field, error.problem) from None
             report("compiling kernels, which the first time takes a minute", 0.8)
             warm_up(loaded.device_scene, RenderSettings())
         self._scenes[ref] = loaded
@@ -167,13 +168,23 @@ class GpuBackend:
             if edits == NO_EDITS:
                 return loaded
             states = self._states.setdefault(ref, {})
-            state = states.pop(edits, None) or edit(loaded, edits)
+            state = states.pop(edits, None) or self._edited(loaded, edits, report)
             while len(states) >= MOST_STATES:
                 oldest = next(iter(states))
                 del states[oldest]
                 self._renderers.drop_state(ref, oldest)
             states[edits] = state
             return state
+
+    def _edited(self, loaded: LoadedScene, edits: SceneEdits, report: Report) -> LoadedScene:
+        with _named(loaded.ref):
+            state = edit(loaded, edits)
+        features = scene_features(state.scene, lambertian=False)
+        if features not in self._warm | {scene_features(loaded.scene, lambertian=False)}:
+            self._warm.add(features)
+            report("compiling kernels, which the first time takes a minute", 0.8)
+            warm_up(state.device_scene, RenderSettings())
+        return state
 
     def _make_room(self) -> None:
         while len(self._scenes) >= self._start.max_scenes:
@@ -249,6 +260,15 @@ class GpuBackend:
         samples, target = frame.stats.counts["frames"], sample_counts_of(job.settings, self._device).frames
         stats = (frame.stats.stage_ms, frame.stats.counts, frame.stats.skips, frame.stats.estimates)
         return Picture(samples, target, image, encode_ms, pixels, radiance, *stats)
+
+
+@contextmanager
+def _named(ref: SceneRef) -> Iterator[None]:
+    """Viewers know ids, not what a scene calls itself."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(ref.id, error.field, error.problem) from None
 
 
 if __name__ == "__main__":

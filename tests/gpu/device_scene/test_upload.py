@@ -6,6 +6,7 @@ from scenes import box, grey, quad, resident_of, scene_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import DeviceError
+from gpu.scene.edits import MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import AlphaMode, Material, Texture, TextureSlot
 
 MASKED = Material(alpha_mode=AlphaMode.MASK)
@@ -83,3 +84,21 @@ def test_edits_make_mirrors() -> None:
     polished = plain.edited(replace(plain.scene, materials=(Material(metallic=1.0, roughness=0.0),)))
     assert (plain.data.specular, polished.data.specular) == (False, True)
     assert not polished.view(lambertian=True).specular
+
+
+def test_what_edits_leave_as_it_was_is_shared() -> None:
+    pixels = Texture("grain", np.zeros((4, 4, 4), np.uint8), srgb=True)
+    block = replace(WALL, name="block")
+    base = resident_of([FLOOR, block], [grey(0.5), grey(0.2)], textures=[pixels])
+    rough = base.edited(edited(base.scene, SceneEdits(materials={"default": MaterialEdit(roughness=0.3)})))
+    assert rough.data.vertices is base.data.vertices
+    assert rough.data.opaque.faces.ptr == base.data.opaque.faces.ptr
+    roughness = [scene.data.materials.numpy()["roughness"].tolist() for scene in (base, rough)]
+    assert roughness == [[1.0, 1.0], [pytest.approx(0.3), 1.0]]
+    moved = base.edited(edited(base.scene, SceneEdits(objects={"block": ObjectEdit(offset=(0.0, 0.0, 0.1))})))
+    assert moved.data.texels is base.data.texels
+    ours = base.scene.vertex_object == base.scene.objects.index("block")
+    found, before = (scene.data.vertices.numpy()[:, 2] for scene in (moved, base))
+    assert np.allclose(found - before, np.where(ours, 0.1, 0.0), atol=1e-6)
+    clear = base.edited(replace(base.scene, materials=(Material(transmission=1.0, roughness=0.0), grey(0.2))))
+    assert (clear.data.opaque_count, clear.data.pane_count) == (2, 2)

@@ -18,7 +18,7 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
-from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
+from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, SceneEdits
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.types import Floats
 from gpu.settings import Method, RenderSettings
@@ -351,6 +351,21 @@ def test_a_mean_begins_anew_with_an_edit(backend: GpuBackend) -> None:
         edited(backend, NO_EDITS, sample=sample)
     assert not edited(backend, off, sample=2).any()
     assert backend.render(replace(job(), edits=off, sample=1), silent).samples == 2
+
+
+def test_kernels_that_only_edits_need_are_loaded_side_by_side_once(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[str] = []
+    backend.open(BOX, silent)
+    monkeypatch.setattr("server.worker.backend.warm_up", lambda scene, settings: heard.append("warm"))
+    for edits in (
+        SceneEdits(lights={"light": LightEdit(intensity=0.25)}),
+        SceneEdits(materials={"red": MaterialEdit(metallic=1.0, roughness=0.1)}),
+        SceneEdits(materials={"red": MaterialEdit(metallic=1.0, roughness=0.11)}),
+    ):
+        backend._state(BOX, edits, silent)
+    assert heard == ["warm"]
 
 
 def test_a_scene_that_is_closed_leaves_no_state(backend: GpuBackend) -> None:
