@@ -1,7 +1,7 @@
 """What frames of a scene launch, compiled and loaded before the first of them is wanted."""
 
 from gpu.core.device import BLOCK
-from gpu.core.kernel_loading import load_imported, load_kernels, noted_kernels
+from gpu.core.kernel_loading import imported_kernels, load_kernels, noted_kernels
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
@@ -21,7 +21,7 @@ def warm_up(device_scene: DeviceScene, settings: RenderSettings) -> None:
     """
     device = device_scene.device
     block = BLOCK if device.is_cuda else 1
-    load_imported(device, block)
+    load_kernels(imported_kernels(), device, block)
     renderer = Renderer(device_scene, SIZE, settings.model_copy(update=FEW))
     camera, mean = device_scene.scene.cameras[0], Accumulation(SIZE[0] * SIZE[1], device)
     with DEVICE_SHARING.keep(), noted_kernels() as kernels:  # else what others launch would be noted, not run

@@ -1,5 +1,6 @@
 """Kernels compiled and loaded side by side, before the frames that launch them; else each waits for the one before."""
 
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from os import cpu_count
@@ -7,6 +8,7 @@ from os import cpu_count
 import warp as wp
 
 WORKERS = cpu_count() or 1
+PACKAGE = __name__.partition(".")[0]
 
 _noted: set[wp.Kernel] | None = None
 
@@ -33,13 +35,14 @@ def is_noted(kernel: wp.Kernel) -> bool:
     return True
 
 
-def load_imported(device: wp.Device, block: int) -> None:
-    """Compile, or take from Warp's cache, every kernel that has been imported, for blocks of so many threads."""
-    wp.force_load(device, block_dim=block, max_workers=WORKERS)
+def imported_kernels(package: str = PACKAGE) -> list[wp.Kernel]:
+    """Those at the top of the modules of a package that have been imported."""
+    modules = [module for name, module in sys.modules.items() if name.startswith(f"{package}.")]
+    return [value for module in modules for value in vars(module).values() if isinstance(value, wp.Kernel)]
 
 
 def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) -> None:
-    """As `load_imported`, of these kernels."""
+    """Compile these kernels, or take them from Warp's cache, for blocks of so many threads."""
     modules = list(dict.fromkeys(kernel.module for kernel in kernels))
     if modules:
         wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)

@@ -3,7 +3,7 @@ import warp as wp
 
 from gpu.core import kernel_loading
 from gpu.core.device import launch, launch_together
-from gpu.core.kernel_loading import load_imported, load_kernels, noted_kernels
+from gpu.core.kernel_loading import imported_kernels, load_kernels, noted_kernels
 from gpu.core.radix_sort import iota_kernel
 
 
@@ -34,5 +34,12 @@ def test_modules_are_loaded_once_each_side_by_side(monkeypatch: pytest.MonkeyPat
     device = wp.get_device(cpu)
     load_kernels([iota_kernel, iota_kernel], device, 1)
     load_kernels([], device, 1)
-    load_imported(device, 128)
-    assert asked == [([iota_kernel.module], 1, kernel_loading.WORKERS), (None, 128, kernel_loading.WORKERS)]
+    load_kernels([iota_kernel], device, 128)
+    assert asked == [([iota_kernel.module], block, kernel_loading.WORKERS) for block in (1, 128)]
+
+
+def test_imported_kernels_are_the_packages_own() -> None:
+    kernels = imported_kernels()
+    assert iota_kernel in kernels
+    assert all(kernel.func.__module__.startswith("gpu.") for kernel in kernels)
+    assert imported_kernels("server") == []
