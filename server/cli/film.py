@@ -90,7 +90,7 @@ def render_film(
     scene = chosen.read()
     way = camera_path(scene, views[0], options.size)
     load_seconds = perf_counter() - started
-    studio, faults = Studio(scene, options), Counter[str]()
+    studio, faults, writing = Studio(scene, options), Counter[str](), 0.0
     video: AbstractContextManager[FilmFile | None] = (
         FilmFile(output, options.size, film) if is_film(output) else nullcontext()
     )
@@ -98,12 +98,16 @@ def render_film(
         for index, view in enumerate(views):
             frame = studio.picture(way.at(view.time), (index, len(views)))
             faults.update({what: frame.stats.counts.get(what, 0) for what in FAULTS})
+            began = perf_counter()
             if stream is not None:
                 stream.add(frame.pixels())
             else:
                 write_picture(files.file(index + 1), frame)
+            writing += perf_counter() - began
     studio.progress.end()
     warn_of_faults(faults)
     if as_json:
+        report = studio.report(output, load_seconds)
+        report["seconds"]["write"] = writing
         told = {"pictures": len(views), "fps": film.fps, "frames": options.frames, "counts": dict(faults)}
-        print(json.dumps(studio.report(output, load_seconds) | told, indent=2))
+        print(json.dumps(report | told, indent=2))

@@ -19,26 +19,31 @@ SECONDS_A_KEY_FRAME = 2  # to which a player can jump
 
 @dataclass(frozen=True)
 class _Encoder:
-    """One of libavcodec's encoders, and its options: of a quality at which films show no loss to the eye."""
+    """One of libavcodec's encoders, its options, of a quality at which the eye sees no loss, and the sides it takes."""
 
     name: str
     options: dict[str, str]
+    sides: range
 
 
 _ENCODERS = {
-    FilmCodec.H264: _Encoder("libx264", {"crf": "18", "preset": "medium"}),
-    FilmCodec.AV1: _Encoder("libsvtav1", {"crf": "24", "preset": "8"}),
+    FilmCodec.H264: _Encoder("libx264", {"crf": "18", "preset": "medium"}, range(2, 16_385)),
+    # With smaller sides it may wait for ever (SVT-AV1 4.1).
+    FilmCodec.AV1: _Encoder("libsvtav1", {"crf": "24", "preset": "8"}, range(64, 8193)),
 }
 
 
 def check_film(size: tuple[int, int], codec: FilmCodec) -> None:
     """VideoError where films of this size (width, height) or codec cannot be made here."""
-    av = av_library()
+    av, encoder = av_library(), _ENCODERS[codec]
     try:
-        av.codec.Codec(_ENCODERS[codec].name, "w")
+        av.codec.Codec(encoder.name, "w")
     except av.codec.codec.UnknownCodecError:
-        raise VideoError(f"codec: this PyAV has no encoder {_ENCODERS[codec].name} for {codec}; use h264") from None
+        raise VideoError(f"codec: this PyAV has no encoder {encoder.name} for {codec}; use h264") from None
     check_size(size)
+    if not all(side in encoder.sides for side in size):
+        least, most = encoder.sides[0], encoder.sides[-1]
+        raise VideoError(f"size: {codec} needs sides of {least} to {most} pixels, not {size[0]}x{size[1]}")
 
 
 class FilmFile:
@@ -61,6 +66,7 @@ class FilmFile:
             self._container = av.open(str(self._partial), "w", format="mp4", options={"movflags": "+faststart"})
             self._stream = self._container.add_stream(encoder.name, rate=settings.fps, options=encoder.options)
         except self._errors as error:
+            self._partial.unlink(missing_ok=True)
             raise self._refusal(error) from None
         context: Any = self._stream.codec_context
         context.width, context.height = size
@@ -114,4 +120,4 @@ class FilmFile:
             raise self._refusal(error) from None
 
     def _refusal(self, error: Exception) -> VideoError:
-        return VideoError(f"{self._path}: cannot be written: {getattr(error, 'strerror', None) or error}")
+        return VideoError(f"{self._path.name}: cannot be written: {getattr(error, 'strerror', None) or error}")

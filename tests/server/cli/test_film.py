@@ -31,6 +31,7 @@ def test_a_film_shows_its_way(path: Path, tmp_path: Path, capsys: pytest.Capture
     report = json.loads(capsys.readouterr().out)
     assert (report["pictures"], report["fps"], report["frames"]) == (4, 8, 1)
     assert report["counts"] == {"nonfinite": 0, "unassigned": 0}
+    assert 0.0 < report["seconds"]["write"] < report["seconds"]["render"]
     with av.open(str(film)) as container:
         frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(video=0)]
     assert (len(frames), frames[0].shape) == (4, (32, 48, 3))

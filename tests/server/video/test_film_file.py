@@ -9,7 +9,7 @@ from server.video.film_settings import FilmCodec, FilmSettings
 from server.video.pictures import VideoError
 
 av = pytest.importorskip("av", reason="the extra video is not installed")
-SIZE, FPS, PICTURES = (64, 48), 24, 30
+SIZE, FPS, PICTURES = (96, 64), 24, 30
 COLOURS = np.array([[(230, 20, 40), (20, 200, 60)], [(30, 40, 220), (128, 128, 128)]], np.uint8)
 
 
@@ -17,7 +17,7 @@ def picture(number: int) -> NDArray[np.uint8]:
     """Four colours, which go around, and a grey that grows."""
     corners = np.roll(COLOURS, number // 10, axis=1)
     pixels: NDArray[np.uint8] = corners.repeat(SIZE[1] // 2, axis=0).repeat(SIZE[0] // 2, axis=1)
-    pixels[16:32, 16:48] = 8 * number
+    pixels[24:40, 32:64] = 8 * number
     return pixels
 
 
@@ -45,6 +45,23 @@ def test_a_film_is_what_was_put_in(codec: FilmCodec, tmp_path: Path, capfd: pyte
         assert errors.mean() < 4.0  # with the edges, where neighbours share a colour
 
 
+@pytest.mark.parametrize(("codec", "least", "most"), [(FilmCodec.H264, 35.0, 43.0), (FilmCodec.AV1, 40.5, 44.8)])
+def test_details_are_kept_in_no_more_bytes_than_that_takes(
+    codec: FilmCodec, least: float, most: float, tmp_path: Path
+) -> None:
+    """Half and double the number that decides quality are outside of these bounds."""
+    path, rows, columns = tmp_path / "film.mp4", *np.mgrid[0:64, 0:96]
+    waves = [np.sin((columns + 3 * n) / 5) * np.cos(rows / 7) + np.sin((columns - rows + n) / 3) for n in range(12)]
+    pictures = [np.repeat((128 + 50 * wave)[..., None], 3, axis=2).astype(np.uint8) for wave in waves]
+    with FilmFile(path, SIZE, FilmSettings(fps=FPS, codec=codec)) as film:
+        for pixels in pictures:
+            film.add(pixels)
+    with av.open(str(path)) as container:
+        shown = [frame.to_ndarray(format="rgb24").astype(float) for frame in container.decode(video=0)]
+    mse = np.mean([(one - other) ** 2 for one, other in zip(shown, pictures, strict=True)])
+    assert least < 10.0 * np.log10(255.0**2 / mse) < most
+
+
 def test_a_player_can_begin_before_it_has_all(tmp_path: Path) -> None:
     path = tmp_path / "film.mp4"
     with FilmFile(path, SIZE, FilmSettings(fps=FPS)) as film:
@@ -68,7 +85,7 @@ def test_a_film_that_fails_leaves_nothing_and_what_was_there(tmp_path: Path) -> 
 
 def test_where_it_cannot_be_written_is_said(tmp_path: Path) -> None:
     path = tmp_path / "none" / "film.mp4"
-    with pytest.raises(VideoError, match=r"none/film\.mp4: cannot be written: No such file"):
+    with pytest.raises(VideoError, match=r"^film\.mp4: cannot be written: No such file"):
         FilmFile(path, SIZE, FilmSettings(fps=FPS))
 
 
@@ -83,6 +100,10 @@ def test_its_bytes_are_counted(tmp_path: Path) -> None:
 def test_what_is_missing_is_said_before_it_begins(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(VideoError, match="even sides"):
         check_film((63, 48), FilmCodec.H264)
+    with pytest.raises(VideoError, match=r"^size: av1 needs sides of 64 to 8192 pixels, not 8192x62$"):
+        check_film((8192, 62), FilmCodec.AV1)
+    with pytest.raises(VideoError, match="h264 needs sides of 2 to 16384"):
+        check_film((16386, 2), FilmCodec.H264)
 
     def unknown(name: str, mode: str) -> None:
         raise av.codec.codec.UnknownCodecError(name)
