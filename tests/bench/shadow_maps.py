@@ -9,6 +9,7 @@ that begin anew in each frame, while the camera walks and while a bulb does.
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -116,14 +117,18 @@ def pictures(
         yield render(camera).copy()
 
 
-def measure_flicker(suite: Suite, name: str, *, moves: bool) -> Row:
-    """Flicker against all pixels, of kept clusters and of ones that begin anew."""
+def measure_flicker(suite: Suite, name: str, *, moves: bool, shadows: bool) -> Row:
+    """Flicker against all pixels, of kept clusters and of ones that begin anew.
+
+    Without shadows it is that of the maps' clusters alone; with them SP clusters, kept or anew, too, have theirs.
+    """
     light_sets, path, lit = frames_of(suite, suite.subject(name), moves=moves)
     clusters, side, _ = PAPER[1]
     skip = Skips(unchanged_camera=False)
-    settings = settings_of(suite, clusters, side, skip=skip)
+    settings = settings_of(suite, clusters, side, skip=skip, indirect_shadows=shadows, near_field=False)
     truth = np.stack([*pictures(light_sets, path, AllPixels(lit, settings, light_sets).render)])
-    row: Row = {"scene": name, "size": list(lit.size), "frames": len(path), "moves": "bulb" if moves else "camera"}
+    row: Row = {"scene": name, "size": list(lit.size), "frames": len(path)}
+    row |= {"moves": "bulb" if moves else "camera", "shadows": shadows}
     for what, kept in (("kept", True), ("anew", False)):
         choice = settings.model_copy(update={"skip": skip.model_copy(update={"kept_clusters": kept})})
         renderer = Renderer(lit.device_scene, lit.size, choice, light_sets=light_sets)
@@ -143,7 +148,8 @@ def run(suite: Suite) -> None:
         ]
         others = [method for method in Method if method not in (Method.RSM_DISKS, Method.PATH)]
         tasks += [Task(f"{label} {method}", partial(measure_other, suite, name, method)) for method in others]
-        for moves in (False, True):
-            what = "bulb" if moves else "camera"
-            tasks.append(Task(f"{label} flicker, {what}", partial(measure_flicker, suite, name, moves=moves)))
+        for moves, shadows in product((False, True), repeat=2):
+            what = f"{'bulb' if moves else 'camera'}{' with shadows' if shadows else ''}"
+            measure = partial(measure_flicker, suite, name, moves=moves, shadows=shadows)
+            tasks.append(Task(f"{label} flicker, {what}", measure))
     suite.run("shadow_maps", tasks)

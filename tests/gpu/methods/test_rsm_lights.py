@@ -2,16 +2,24 @@
 
 import numpy as np
 import pytest
+import warp as wp
 from pictures import QUALITY, SIZE
-from scenes import box, grey, resident_of
+from scenes import box, grey, resident_of, results
 from walking import pose
 
+from gpu.core.kahan import Sum, kahan_add
+from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData
+from gpu.methods.method import RenderSetup
+from gpu.methods.rsm_disks import RsmDisks
 from gpu.renderer import Renderer
+from gpu.sample_counts import sample_counts_of
 from gpu.scene.types import Floats, Light, LightKind
-from gpu.settings import Component, Method, RenderSettings
+from gpu.settings import Component, Method, RenderSettings, Skips
+from gpu.vpl.form_factor import unoccluded_irradiance
 from gpu.vpl.light_sets import LightSets
+from gpu.vpl.vpl_clusters import VplClusters
 
 SETTINGS = RenderSettings(
     **{**QUALITY, "component": Component.INDIRECT, "method": Method.RSM_DISKS, "near_field": False}
@@ -56,3 +64,36 @@ def test_a_table_without_power_lights_nothing() -> None:
     frame = Renderer(room_of(bulb(0.0, 0.0)), SIZE, SETTINGS).render(pose(0))
     assert (frame.radiance() == 0.0).all()
     assert frame.stats.counts["vpl_clusters"] == 0
+
+
+@wp.kernel
+def floor_light_kernel(first: int, vpls: VplClusters, out: wp.array[wp.vec3]) -> None:
+    """One thread a point of the floor: its light, were nothing hidden."""
+    point = first + wp.tid()
+    position = wp.vec3(0.04 * float(point % 20) - 0.4, -0.5, 0.04 * float(point // 20) - 0.4)
+    total = Sum()
+    for cluster in range(vpls.count):
+        total = kahan_add(total, unoccluded_irradiance(position, wp.vec3(0.0, 1.0, 0.0), vpls, cluster))
+    out[point] = total.total
+
+
+def test_clusters_that_are_kept_flicker_less_than_ones_that_begin_anew() -> None:
+    """What the view sees says where clusters begin, so their light changes with it; that of kept ones settles."""
+    device_scene = room_of(bulb(0.1))
+    counts = sample_counts_of(SETTINGS, device_scene.device)
+
+    def change(skip: Skips) -> float:
+        settings = SETTINGS.model_copy(update={"skip": skip, "indirect_shadows": False, "smooth": False})
+        light_sets = LightSets(device_scene)
+        setup = RenderSetup(device_scene, light_sets, SIZE, settings, counts, lambda what, share: None)
+        method, stages, floor = RsmDisks(setup), Stages(device_scene.device), []
+        view = method.new_view()
+        for step in range(8):
+            view.set_camera(pose(2.0 * step), walks=True)
+            stages.start_frame()
+            method.render(view, stages, 0)
+            floor.append(results(floor_light_kernel, 400, [method.lights.vpls], wp.vec3))
+        return float(np.abs(np.diff(floor[3:], axis=0)).mean() / np.mean(floor))
+
+    kept, anew = change(Skips()), change(Skips(kept_clusters=False))
+    assert 0.0 < kept < 0.7 * anew
