@@ -205,7 +205,7 @@ def test_everything_is_reached_by_keyboard_and_has_a_name(page: Page, gradients:
     )
     assert nameless == []
     reached = set()
-    for _ in range(40):
+    for _ in range(60):
         page.keyboard.press("Tab")
         reached.add(page.evaluate("() => document.activeElement.id || document.activeElement.name"))
     assert {"view", "scene", "mode", "home", "toggle-panel", "toggle-help", "setting-method", "defaults"} <= reached
