@@ -8,7 +8,7 @@ from gpu.scene.types import Camera, Floats
 from gpu.settings import RenderSettings
 
 # Enough for the small scenes here.
-COUNTS = {"sp_clusters": 200, "vpls": 1000, "vpl_clusters": 60}
+COUNTS = {"sp_clusters": 200, "vpls": 1000, "vpl_clusters": 60, "photons": 4000}
 
 
 def render(device_scene: DeviceScene, camera: Camera, size: tuple[int, int], **settings: object) -> Floats:

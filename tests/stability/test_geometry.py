@@ -149,5 +149,6 @@ def test_any_numbers_are_a_picture_or_an_error(
     except SceneError:
         return
     device_scene, few = DeviceScene(scene, device), {"samples": 2, "vpls": 200, "vpl_clusters": 20, "sp_clusters": 20}
+    few |= {"photons": 500, "gather_rays": 8}
     for method in Method:
         render(device_scene, scene.cameras[0], (12, 9), method=method, **few)
