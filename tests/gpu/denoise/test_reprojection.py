@@ -13,9 +13,12 @@ from gpu.denoise.reprojection import (
     ReprojectionParameters,
     bilinear_tap,
     blend,
+    previous_place,
 )
+from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.gbuffer.gbuffer import GBuffer
-from gpu.scene.types import Doubles
+from gpu.scene.camera import look_at
+from gpu.scene.types import Doubles, Placement
 
 
 @wp.kernel
@@ -26,9 +29,13 @@ def share_kernel(first: int, previous: PreviousFrameData, frames: wp.array[int],
     out[corner] = bilinear_tap(previous, frames, gbuffer, pixel, place, corner, step, chosen.plane_tolerance).share
 
 
-def shares(gbuffer: GBuffer, place: tuple[float, float], step: int = 1, known: int = 1) -> Doubles:
+def shares(
+    gbuffer: GBuffer, place: tuple[float, float], step: int = 1, known: int = 1, *, chains: bool = False
+) -> Doubles:
     """Of the four pixels around a place of a plane wall, for the last frame's pixels of such depths."""
     pixel, flat = 20 * WIDTH + 20, wall()
+    flat.chains = chains
+    flat.to_camera.fill_(wp.vec3(0.0, 0.0, 1.0))
     previous = PreviousFrameData()
     previous.image, previous.position, previous.normal = image_size((WIDTH, HEIGHT)), gbuffer.position, gbuffer.normal
     frames = wp.full(WIDTH * HEIGHT, known, dtype=int, device=CPU)
@@ -45,6 +52,35 @@ def test_what_is_off_the_plane_by_half_a_spacing_a_step_counts_less_by_e() -> No
     for step in (1, 2):
         off = shares(wall(depth=np.full((HEIGHT, WIDTH), 0.5 * step)), (20.5, 20.5), step)
         assert off == pytest.approx(shares(wall(), (20.5, 20.5), step) / np.e, rel=1e-5)
+
+
+def test_what_chains_saw_elsewhere_on_the_plane_tells_nothing() -> None:
+    for away in ((25.5, 20.5), (20.5, 12.5)):
+        assert shares(wall(), away).any()
+        assert not shares(wall(), away, chains=True).any()
+    assert shares(wall(), (20.25, 20.5), chains=True) == pytest.approx(shares(wall(), (20.25, 20.5)))
+
+
+@wp.kernel
+def place_kernel(first: int, previous: PreviousFrameData, gbuffer: GBuffer, out: wp.array[wp.vec2]) -> None:
+    pixel = first + wp.tid()
+    out[pixel] = previous_place(previous, gbuffer, pixel)
+
+
+@pytest.mark.parametrize("chains", [False, True])
+def test_points_in_mirrors_are_looked_for_where_they_seem_to_be(chains: bool) -> None:
+    """There, not where they are, the last frame saw them, too."""
+    camera = look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), yfov_degrees=90.0, aspect=WIDTH / HEIGHT)
+    previous = PreviousFrameData()
+    data = camera_data(camera, Placement((0.0, 0.0, 0.0), 1.0), WIDTH / HEIGHT)
+    previous.camera, previous.image = wp.array([data], dtype=CameraData, device=CPU), image_size((WIDTH, HEIGHT))
+    gbuffer = wall()
+    gbuffer.chains = chains
+    gbuffer.position.fill_(wp.vec3(0.5, 0.0, -1.0))
+    gbuffer.apparent.fill_(wp.vec3(-0.5, 0.0, -2.0))
+    across = -0.25 if chains else 0.5  # of half the height
+    expected = (0.5 * WIDTH + across * 0.5 * HEIGHT - 0.5, 0.5 * HEIGHT - 0.5)
+    assert results(place_kernel, 1, [previous, gbuffer], wp.vec2)[0] == pytest.approx(expected, abs=1e-3)
 
 
 def test_nothing_is_beyond_the_image_or_where_nothing_is_known() -> None:
