@@ -21,13 +21,13 @@ from gpu.gbuffer.point_list import PointList
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, light_of, member_irradiance
-from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, trace_shadow_rays
+from gpu.vpl.group_sampling import PARTS, GroupTable, sum_parts
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, shadow_rays, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, is_behind
 
-# Rays of an estimate at a probe, and threads that look at all VPLs for it; arrays have room for so many. These rays
-# leave less noise than the choice of pixels does; half as many leave more in a Cornell box (of 16,384 probes 4.6
-# percent of the error, not 3.0).
-RAYS, PARTS = wp.constant(64), wp.constant(64)
+# Rays of an estimate at a probe: arrays have room for so many. They leave less noise than the choice of pixels does;
+# half as many leave more in a Cornell box (of 16,384 probes 4.6 percent of the error, not 3.0).
+RAYS = wp.constant(64)
 NOT, AS_ONE, BY_MEMBERS = wp.constant(0), wp.constant(1), wp.constant(2)
 
 
@@ -97,21 +97,6 @@ def probe_part_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: Vpl
                 for vpl in range(begin, end):
                     total += light_at(position, normal, vpls, vpl)
     parts[part, probe] = total
-
-
-@wp.kernel
-def probe_step_kernel(first: int, parts: wp.array2d[float], rays: ShadowRays) -> None:
-    """One thread a probe: makes of its parts' light the light of each part and those before it; no ray goes anywhere.
-
-    What all threads of a probe compare with is computed once: sums that round otherwise would lose rays.
-    """
-    probe = first + wp.tid()
-    total = float(0.0)
-    for part in range(PARTS):
-        total += parts[part, probe]
-        parts[part, probe] = total
-    for ray in range(2 * RAYS):
-        rays.vpl[ray_index(rays, probe, ray)] = NO_RAY
 
 
 @wp.func
@@ -210,16 +195,20 @@ class ProbeLight:
 
     def __init__(self, count: int, device: wp.Device, chosen: ProbeLightParameters = PROBE_LIGHT_PARAMETERS) -> None:
         self.device, self.capacity, self._chosen = device, count, chosen
-        self._parts = wp.zeros((int(PARTS), count), dtype=float, device=device)
+        # A part's light, and then that of the parts before it too: what all threads of a probe compare with is computed
+        # once, since sums that round otherwise would lose rays.
+        self._parts = GroupTable()
+        self._parts.cdf = wp.zeros((PARTS, count), dtype=float, device=device)
         self._rays = shadow_rays(count, 2 * int(RAYS), device, side_by_side=True, control_variate=False)
         self.light = wp.zeros(2 * count, dtype=wp.vec3, device=device)
 
     def gather(self, scene: SceneData, gbuffer: GBuffer, points: PointList, frame: wp.array, vpls: VplClusters) -> None:
         """Two estimates of the light of `vpls` at `points`; other rays in each `frame` (1,)."""
         count, device, parts, rays = self.capacity, self.device, self._parts, self._rays
-        looks = [vpls, self._chosen, parts]
-        launch(probe_part_kernel, count * int(PARTS), [gbuffer, points, *looks], device)
-        launch(probe_step_kernel, count, [parts, rays], device)
-        launch(probe_ray_kernel, count * 2 * int(PARTS), [gbuffer, points, frame, *looks, rays], device)
+        looks = [vpls, self._chosen, parts.cdf]
+        launch(probe_part_kernel, count * PARTS, [gbuffer, points, *looks], device)
+        sum_parts(parts, count, points.count)
+        rays.vpl.fill_(int(NO_RAY))
+        launch(probe_ray_kernel, count * 2 * PARTS, [gbuffer, points, frame, *looks, rays], device)
         trace_shadow_rays(scene, gbuffer, points, vpls, rays)
         launch(probe_light_kernel, 2 * count, [vpls, rays, self.light], device)

@@ -13,6 +13,7 @@ from gpu.core.color import brightness
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
+from gpu.correction.vpl_connections import CONNECTION_PARAMETERS
 from gpu.device_scene.bsdf import even_reflectance, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.rays import closest_hit, connected, offset_origin
@@ -39,17 +40,14 @@ VPL_KEY = wp.constant(wp.uint32(0x1B56C4E9))
 class NearPathParameters:
     """How many paths go on and what they look at.
 
-    survival: a path goes on from where it arrived with so many times the share that a bound takes away; fewer would
-    count for so much that single ones were seen. candidates: VPLs that are looked at there, of which one gets a ray.
-    later_area: their bounds have so many times the area, since they are drawn whatever their distance, so that near
-    ones would be rare and bright. first_most, more_most: what all rays of an SP find in frame n of a still view counts
-    at most first_most + n·more_most times what its VPLs would send, were none hidden. So no pixel sparkles; what that
-    takes away fades from the mean.
+    wider: a path goes on from where it arrived with so many times the share that a bound takes away; fewer would count
+    for so much that single ones were seen. VPLs there, drawn as strays are (gpu.correction.vpl_connections), have
+    bounds of so many times the area: those near by would be rare and bright. first_most, more_most: what all rays of an
+    SP find in frame n of a still view counts at most first_most + n·more_most times what its VPLs would send, were none
+    hidden. So no pixel sparkles; what that takes away fades from the mean.
     """
 
-    survival: float = 16.0
-    candidates: int = 32
-    later_area: float = 64.0
+    wider: float = 16.0
     first_most: float = 2.0
     more_most: float = 0.125
 
@@ -75,11 +73,12 @@ def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, pat
                       state: wp.uint32, chosen: NearPathParameters) -> wp.vec3:  # fmt: skip
     """An estimate of the irradiance at `surface` by bounded VPLs of at most `last_bounce`, with one shadow ray."""
     members = vpls.members
+    strays = wp.static(CONNECTION_PARAMETERS.strays)
     drawn = reservoir(state)
-    for candidate in range(chosen.candidates):
+    for candidate in range(strays):
         vpl = int(hashed(state + wp.uint32(candidate)) % wp.uint32(members.count))
         if members.bounce[vpl] <= last_bounce:
-            area = paths.areas[vpl] * chosen.later_area
+            area = paths.areas[vpl] * chosen.wider
             light = member_irradiance(surface.position, surface.geometric_normal, vpls, vpl, area)
             if brightness(light) > 0.0:
                 drawn = offered(drawn, vpl, brightness(light))
@@ -90,7 +89,9 @@ def sampled_vpl_light(scene: SceneData, surface: Surface, vpls: VplClusters, pat
     normal = members.normal[drawn.item]
     if not connected(scene, surface.position, surface.geometric_normal, position, normal):
         return nothing
-    return light_of(vpls, drawn.item, drawn.total * float(members.count) / float(chosen.candidates))
+    return light_of(
+        vpls, drawn.item, drawn.total * float(members.count) / float(wp.static(CONNECTION_PARAMETERS.strays))
+    )
 
 
 @wp.func
@@ -122,12 +123,12 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
         if table.sampled.count > 0 and largest(surface.diffuse) > 0.0:
             found = ris_light(scene, table, surface, -direction, paths.sample, 0, seed + bounce + 1, False)
             light += wp.cw_mul(throughput, found)
-        survival = wp.min(chosen.survival * share, 1.0)
+        survival = wp.min(chosen.wider * share, 1.0)
         if sobol_pair(paths.sample, pair + 3, seed).x >= survival:
             return light
         throughput = wp.cw_mul(throughput, surface.diffuse) / survival
         state = hashed(wp.uint32(seed) ^ hashed(VPL_KEY + wp.uint32(paths.sample * paths.bounces + bounce)))
-        wider = chosen.later_area
+        wider = chosen.wider
         vpl_light = sampled_vpl_light(scene, surface, vpls, paths, paths.bounces - 2 - bounce, state, chosen)
         light += wp.cw_mul(throughput, vpl_light) / PI
     return light

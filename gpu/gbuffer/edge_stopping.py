@@ -4,18 +4,28 @@ Such weights are those of SVGF (C. Schied et al., Spatiotemporal Variance-Guided
 distance from the plane in place of the gradient of depth.
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
 
-# One for all who ask whether points are of one surface, who differ in how far off its plane these may be. Compiled in,
-# since filters raise to it at every tap.
-NORMAL_POWER = wp.constant(16.0)
+
+@dataclass(frozen=True)
+class EdgeStoppingParameters:
+    """For all who ask whether points are of one surface, who differ in how far off its plane these may be. Compiled in,
+    since filters compute with them at every tap.
+
+    normal_power: of the cosine between normals; max_stretch: chains may spread pixels over a surface so many times more
+    than straight rays do, through curved glass.
+    """
+
+    normal_power: float = 16.0
+    max_stretch: float = 4.0
 
 
-# Chains may spread pixels over a surface more than straight rays do, through curved glass.
-MAX_STRETCH = wp.constant(4.0)
+EDGE_STOPPING_PARAMETERS = EdgeStoppingParameters()
 
 
 @wp.func
@@ -29,7 +39,8 @@ def is_beside(gbuffer: GBuffer, pixel: int, offset: wp.vec3, step: int) -> bool:
         return True
     # A surface that is seen at a slant has its pixels farther apart.
     facing = wp.abs(wp.dot(gbuffer.geometric_normal[pixel], gbuffer.to_camera[pixel]))
-    return wp.length(offset) * facing <= MAX_STRETCH * gbuffer.spacing[pixel] * float(step)
+    reach = wp.static(EDGE_STOPPING_PARAMETERS.max_stretch) * gbuffer.spacing[pixel] * float(step)
+    return wp.length(offset) * facing <= reach
 
 
 @wp.func
@@ -39,7 +50,7 @@ def surface_weight(normal: wp.vec3, geometric_normal: wp.vec3, offset: wp.vec3, 
     limit: distance from the plane at which the weight has fallen to 1/e.
     """
     distance = wp.dot(geometric_normal, offset)
-    alike = wp.pow(wp.max(wp.dot(normal, other), 0.0), NORMAL_POWER)
+    alike = wp.pow(wp.max(wp.dot(normal, other), 0.0), wp.static(EDGE_STOPPING_PARAMETERS.normal_power))
     return alike * wp.exp(-(distance * distance) / (limit * limit + 1.0e-30))
 
 

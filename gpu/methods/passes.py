@@ -91,6 +91,11 @@ def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameK
     )
 
 
+def light_samples(usual: int, kind: FrameKind) -> int:
+    """Samples of direct light that a pixel has in a frame of this kind, where it usually has so many."""
+    return max(usual, STILL_VIEW_PARAMETERS.refining_samples) if kind.refines else usual
+
+
 @dataclass(frozen=True)
 class Histories:
     """What a walk keeps of its frames: direct and indirect light by surface, and where the last one saw which.
@@ -150,8 +155,7 @@ class Passes:
         if not self._has_direct:
             view.radiance.zero_()
             return
-        counts = self._setup.sample_counts
-        samples = max(counts.samples, STILL_VIEW_PARAMETERS.refining_samples) if kind.refines else counts.samples
+        samples = light_samples(self._setup.sample_counts.samples, kind)
         frame.frame_index.fill_(kind.index)
         table, area = self._setup.light_sets.table, frame.features.soft
 

@@ -11,7 +11,7 @@ from gpu.correction.adaptive_ray_sampling import RAYS
 from gpu.correction.adaptive_rays import BINOMIAL, BrightPoints
 from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import ATROUS_PARAMETERS
-from gpu.gbuffer.edge_stopping import NORMAL_POWER
+from gpu.gbuffer.edge_stopping import EDGE_STOPPING_PARAMETERS
 from gpu.indirect.irradiance import CHECKS
 from gpu.scene.types import Doubles, Ints
 
@@ -65,9 +65,9 @@ class Bright:
                     continue
                 off = geometric_normal[pixel] @ (position[other] - position[pixel])
                 limit = ATROUS_PARAMETERS.plane_tolerance * gbuffer.spacing.numpy()[pixel] * 2
-                edge_stopping_weight = max(normal[pixel] @ normal[other], 0.0) ** float(NORMAL_POWER) * np.exp(
-                    -((off / limit) ** 2)
-                )
+                edge_stopping_weight = max(
+                    normal[pixel] @ normal[other], 0.0
+                ) ** EDGE_STOPPING_PARAMETERS.normal_power * np.exp(-((off / limit) ** 2))
                 unlike = abs(brightness[other] - brightness[pixel]) / (
                     ATROUS_PARAMETERS.guide_tolerance * brightness[pixel]
                 )

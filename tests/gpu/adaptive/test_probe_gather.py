@@ -71,5 +71,5 @@ def test_rays_find_the_light_of_all_vpls_and_each_has_a_step() -> None:
     assert abs(np.nanmean(together)) < 0.02, "the two estimates are independent"
     assert np.all(light._rays.vpl.numpy() != int(NO_RAY))
     steps = np.array(light._rays.share.numpy()).reshape(len(pixels), -1)
-    alone = np.isclose(steps, light._parts.numpy()[-1][:, None] / int(RAYS))
+    alone = np.isclose(steps, light._parts.cdf.numpy()[-1][:, None] / int(RAYS))
     assert 0.1 < alone.mean() < 0.9, "some clusters are one share of the light, some are not"

@@ -17,15 +17,17 @@ from gpu.gbuffer.sparse_shading import SparseShadingParameters
 WIDTH, HEIGHT = 200, 100
 
 
-def picture_of(radiance: np.ndarray, name: str, faces: np.ndarray | None = None) -> Picture:
+def picture_of(
+    radiance: np.ndarray, name: str, faces: np.ndarray | None = None, size: tuple[int, int] = (WIDTH, HEIGHT)
+) -> Picture:
     """A picture (pixel, 3) of white surfaces; faces (pixel,): what each pixel sees."""
-    pixels, device = WIDTH * HEIGHT, choose_device(name)
+    pixels, device = len(radiance), choose_device(name)
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)
     gbuffer.albedo.fill_(wp.vec3(np.pi, np.pi, np.pi))
     gbuffer.throughput.fill_(1.0)
     gbuffer.face = column(np.zeros(pixels) if faces is None else faces, int, name)
     picture = Picture()
-    picture.gbuffer, picture.image = gbuffer, image_size((WIDTH, HEIGHT))
+    picture.gbuffer, picture.image = gbuffer, image_size(size)
     picture.sparse = parameters(SparseShadingParameters, stride=1)
     picture.listed = wp.full(pixels, 1, dtype=int, device=device)
     picture.irradiance = column(radiance, wp.vec3, name)
@@ -114,3 +116,16 @@ def test_other_pixels_tell_in_other_frames() -> None:
     seen = [found(picture, probes, probes, probes, np.ones(1), frame, few).quantiles.numpy()[1] for frame in range(40)]
     assert len(set(seen)) > 20
     assert np.mean(seen) == pytest.approx(0.99, abs=0.003)
+
+
+def test_how_many_pixels_have_light_is_known_to_a_fifth_of_a_percent() -> None:
+    """As 65,000 pixels tell it, of which half have light."""
+    size = 640, 512
+    light = np.random.default_rng(7).integers(0, 2, (size[0] * size[1], 1)) * np.ones(3)
+    picture, white = picture_of(light, "cpu", size=size), White(len(light), 1, choose_device("cpu"))
+    radiance, counts, lit = allocate(ProbeRadiance, 1, choose_device("cpu")), column([1.0], float), []
+    for frame in range(24):
+        white.find(column([frame], int), picture, counts, radiance)
+        lit.append(int(white.lit.numpy()[0]) / white.even)
+    assert np.mean(lit) == pytest.approx(0.5, abs=0.002)
+    assert 0.0012 < np.std(lit) < 0.002

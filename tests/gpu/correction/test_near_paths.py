@@ -5,7 +5,7 @@ from pipeline import Pipeline
 from scenes import box, camera_of, grey, quad, resident_of
 
 from gpu.core.parameters import parameters
-from gpu.correction.near_paths import NEAR_PATH_PARAMETERS, NearPaths, trace_near_paths
+from gpu.correction.near_paths import NearPaths, trace_near_paths
 from gpu.correction.vpl_connections import Connections, connect
 from gpu.direct.path_tracing import PathSamples, trace_paths
 from gpu.indirect.irradiance import CHECKS
@@ -69,10 +69,24 @@ def test_bounded_vpls_and_paths_are_together_what_path_tracing_finds(
     assert {2.0: 0.0 < share < 0.2, 60.0: 0.1 < share < 0.8, 1e9: share > 0.95}[vpl_areas]
 
 
-def test_the_numbers_are_those_that_left_the_least_noise() -> None:
-    chosen = NEAR_PATH_PARAMETERS
-    assert (chosen.survival, chosen.candidates, chosen.later_area) == (16.0, 32, 64.0)
-    assert (chosen.first_most, chosen.more_most) == (2.0, 0.125)
+def test_paths_go_on_where_a_wide_bound_takes_much_away(room: Pipeline) -> None:
+    """So of nine in ten SPs a path finds some light; single paths stay below what is seen as a spark."""
+    view, table, scene = room.view, build_light_table(room.device_scene), room.device_scene
+    lit = radiosity_cache(scene, scene.data, room.lights)
+    bounds = bound_areas(lit, parameters(BoundAreaParameters, vpl_areas=60.0, unlit=60e-4))
+    paths, found = NearPaths(), []
+    paths.bounds, paths.areas, paths.bounces = bounds, areas_of(room.lights, bounds), BOUNCES
+    room.shade()
+    view.indirect.unoccluded_near.fill_(1e20)
+    for sample in range(SAMPLES):
+        paths.sample = sample
+        view.indirect.irradiance.zero_()
+        inputs = view.gbuffer, view.shading_points, room.lights, paths, view.indirect
+        trace_near_paths(view.scene, table, *inputs)
+        found.append(view.indirect.irradiance.numpy().mean(axis=1)[room.pixels])
+    light = np.array(found, np.float64)
+    assert 0.89 < np.mean(light > 0.0) < 0.925
+    assert light.max() < 20.0 * light.mean()
 
 
 def test_what_is_far_too_bright_is_bounded_the_less_the_later(room: Pipeline) -> None:

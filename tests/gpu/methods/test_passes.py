@@ -4,7 +4,7 @@ import warp as wp
 from frame_view import FrameView
 from scenes import box, column, grey, resident_of
 
-from gpu.methods.passes import frame_kind, frame_seed
+from gpu.methods.passes import frame_kind, frame_seed, light_samples
 from gpu.scene.camera import look_at
 from gpu.settings import RenderSettings
 
@@ -43,6 +43,13 @@ def test_a_frames_number_tells_what_is_done_in_it(
     assert {name: getattr(kind, name) for name in expected} == expected
     assert kind.seed == frame_seed(7, kind.index)
     assert kind.captured == (sample == 0)
+
+
+def test_later_frames_of_a_still_view_have_four_light_samples_or_more() -> None:
+    view = FrameView(resident_of(box(), [grey(0.5)]), SIZE, lambertian=True)
+    first, later = (frame_kind(RenderSettings(), view, sample) for sample in (0, 4))
+    assert [light_samples(usual, first) for usual in (1, 2, 16)] == [1, 2, 16]
+    assert [light_samples(usual, later) for usual in (1, 2, 16)] == [4, 4, 16]
 
 
 def test_frames_have_seeds_of_their_own_and_the_first_has_that_of_the_settings() -> None:
