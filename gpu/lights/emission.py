@@ -11,6 +11,7 @@ from gpu.lights.light_table import (
     DIRECTIONAL,
     FAR,
     SPOT,
+    LightData,
     LightTable,
     choose_emitter,
     is_light,
@@ -19,7 +20,7 @@ from gpu.lights.light_table import (
     sky_radiance,
     spot_falloff,
 )
-from gpu.lights.sun_map import sun_place
+from gpu.lights.sun_map import SunPlace, sun_place
 from gpu.sampling.sobol import Pair
 from gpu.sampling.warps import (
     cone_direction,
@@ -39,6 +40,17 @@ class Particle:
     normal: wp.vec3
     direction: wp.vec3
     flux: wp.vec3
+
+
+@wp.func
+def sun_particle(table: LightTable, light: LightData, place: SunPlace, probability: float) -> Particle:
+    """The particle of a directional light that begins at a place and whose light is chosen with this probability."""
+    particle = Particle()
+    disk = place.point * table.radius
+    particle.origin = orthonormal(light.direction) * wp.vec3(disk[0], disk[1], -FAR)
+    particle.direction = light.direction
+    particle.flux = light.intensity * (PI * table.radius * table.radius / (probability * place.density))
+    return particle
 
 
 @wp.func
@@ -79,13 +91,7 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
     number = choice.index - table.triangle_count - table.sky_count
     light = table.lights[number]
     if light.kind == DIRECTIONAL:
-        place = sun_place(table.suns, number, outgoing, on_emitter)
-        disk = place.point * table.radius
-        particle.origin = orthonormal(light.direction) * wp.vec3(disk[0], disk[1], -FAR)
-        particle.direction = light.direction
-        power = PI * table.radius * table.radius / (choice.probability * place.density)
-        particle.flux = light.intensity * power
-        return particle
+        return sun_particle(table, light, sun_place(table.suns, number, outgoing, on_emitter), choice.probability)
     cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
     particle.origin = light.position
     particle.direction = cone_direction(light.direction, cos_angle, outgoing.x, outgoing.y)

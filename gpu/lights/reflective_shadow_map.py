@@ -20,10 +20,11 @@ from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.emission import emit
+from gpu.lights.emission import Particle, emit, sun_particle
 from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import DIRECTIONAL, LightTable, choose_emitter, is_light, is_triangle
 from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS, ShadowMapParameters
+from gpu.lights.sun_map import image_place
 from gpu.sampling.sobol import TO_UNIT, Pair, sobol_pair
 from gpu.scene.types import Doubles, Ints
 
@@ -73,27 +74,30 @@ def shadow_map_kernel(texels: bool, environment: bool) -> wp.Kernel:
             scene.has_environment = False
         out.flux[pixel] = wp.vec3(0.0, 0.0, 0.0)
         pixels = maps.side * maps.side
-        number = pixel // pixels
-        width = maps.width[number]
+        number_of_map = pixel // pixels
+        width = maps.width[number_of_map]
         drawn = sobol_pair(pixel, 0, seed)
-        pick = maps.first[number] + wp.uint32((wp.uint64(drawn.a) * wp.uint64(width)) >> wp.uint64(32))
+        pick = maps.first[number_of_map] + wp.uint32((wp.uint64(drawn.a) * wp.uint64(width)) >> wp.uint64(32))
         place = pixel_of_morton_2d(pixel % pixels)
         jitter = sobol_pair(pixel, 1, seed)
         within = Pair()
         within.x = (float(place[0]) + jitter.x) / float(maps.side)
         within.y = (float(place[1]) + jitter.y) / float(maps.side)
         other = sobol_pair(pixel, 2, seed)
-        emitter = choose_emitter(table.all_emitters, pick).index
-        has_place = is_triangle(table, emitter)
-        if is_light(table, emitter):
-            light = table.lights[emitter - table.triangle_count - table.sky_count]
-            has_place = light.kind != DIRECTIONAL
-        on_emitter = within
-        outgoing = other
-        if has_place:
-            on_emitter = other
-            outgoing = within
-        particle = emit(scene, table, pick, on_emitter, outgoing)
+        choice = choose_emitter(table.all_emitters, pick)
+        number = choice.index - table.triangle_count - table.sky_count
+        particle = Particle()
+        if is_light(table, choice.index):
+            light = table.lights[number]
+            if light.kind == DIRECTIONAL:
+                place_of_ray = image_place(table.suns, number, within)
+                particle = sun_particle(table, light, place_of_ray, choice.probability)
+            else:
+                particle = emit(scene, table, pick, other, within)
+        elif is_triangle(table, choice.index):
+            particle = emit(scene, table, pick, other, within)
+        else:
+            particle = emit(scene, table, pick, within, other)
         direction = particle.direction
         hit = closest_hit(scene, offset_origin(particle.origin, particle.normal, direction), direction, RAY_LENGTH)
         if hit.face == NO_HIT:

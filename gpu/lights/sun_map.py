@@ -96,6 +96,60 @@ def sun_place(maps: SunMaps, light: int, pick: Pair, within: Pair) -> SunPlace:
     return place
 
 
+@wp.func
+def mapped_share(maps: SunMaps, light: int, cells: int) -> float:
+    """The chance that a ray of `image_place` lies in one of the first `cells` cells, row by row."""
+    share = maps.chosen.uniform_share
+    seen = float(0.0)
+    if cells > 0:
+        seen = maps.cumulative[light, cells - 1]
+    return share * float(cells) / float(maps.cumulative.shape[1]) + (1.0 - share) * seen
+
+
+@wp.func
+def image_place(maps: SunMaps, light: int, within: Pair) -> SunPlace:
+    """As `sun_place` for a pixel of an image: neighbours stay neighbours, row by row and then along each row.
+
+    Rays that are to begin anywhere do so all over the square around the disk, beyond which there is no light to lose.
+    """
+    place = SunPlace()
+    place.density = 1.0
+    place.point = on_disk(within.x, within.y)
+    side = maps.chosen.side
+    # Two questions: `or` would read beyond the rows.
+    if light >= maps.cumulative.shape[0]:
+        return place
+    if maps.cumulative[light, maps.cumulative.shape[1] - 1] <= 0.0:
+        return place
+    row = int(0)
+    beyond = int(side)
+    while beyond - row > 1:
+        middle = (row + beyond) // 2
+        if mapped_share(maps, light, middle * side) > within.y:
+            beyond = middle
+        else:
+            row = middle
+    first = row * side
+    begin = mapped_share(maps, light, first)
+    in_row = mapped_share(maps, light, first + side) - begin
+    value = begin + within.x * in_row
+    column = int(0)
+    beyond = int(side)
+    while beyond - column > 1:
+        middle = (column + beyond) // 2
+        if mapped_share(maps, light, first + middle) > value:
+            beyond = middle
+        else:
+            column = middle
+    before = mapped_share(maps, light, first + column)
+    in_cell = mapped_share(maps, light, first + column + 1) - before
+    x = (float(column) + wp.clamp((value - before) / in_cell, 0.0, 1.0)) / float(side)
+    y = (float(row) + wp.clamp((within.y - begin) / in_row, 0.0, 1.0)) / float(side)
+    place.point = wp.vec2(2.0 * x - 1.0, 2.0 * y - 1.0)
+    place.density = in_cell * float(maps.cumulative.shape[1]) * (PI / 4.0)
+    return place
+
+
 def sun_maps(seen: Ints, device: wp.Device, chosen: SunMapParameters = SUN_MAP_PARAMETERS) -> SunMaps:
     """Maps in proportion to what was `seen`, (light, row, column), each side `chosen.side`, and next to it."""
     side = chosen.side

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from emitters import POINT, SPOT, SUN, lamp_room
@@ -14,15 +16,17 @@ from gpu.lights.reflective_shadow_map import (
     trace_shadow_maps,
 )
 from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS
+from gpu.lights.sun_map import sun_maps
 from gpu.scene.types import Doubles
 
 SIDE = 64
 MOST = SHADOW_MAP_PARAMETERS.most_maps
 
 
-def mapped(device_scene: DeviceScene, seed: int = 0) -> tuple[ShadowMaps, Vpls]:
+def mapped(device_scene: DeviceScene, seed: int = 0, suns: Any = None) -> tuple[ShadowMaps, Vpls]:
     """The maps of a scene's lights."""
     table = build_light_table(device_scene)
+    table.suns = suns or table.suns
     maps = make_shadow_maps(device_scene, table, SIDE)
     vpls = allocate_vpls(maps.count * SIDE**2, device_scene.device)
     features = scene_features(device_scene.scene, lambertian=False)
@@ -91,3 +95,18 @@ def test_sky_and_lights_have_maps_of_their_own_while_there_are_enough() -> None:
     many = map_of_emitters(ends, faces((0.0, 0.0, 0.0)))
     # The last has half of the power; the others share maps two by two.
     assert many.tolist() == [*np.repeat(np.arange(MOST // 2), 2), MOST // 2]
+
+
+def test_a_sun_s_map_looks_closer_where_its_light_matters_and_loses_none() -> None:
+    device_scene = resident_of(box(), [grey(0.5)], lights=[SUN])
+    seen = np.zeros((1, 256, 256), np.int32)
+    seen[0, 100:140, 90:130] = 1
+    _, plain = mapped(device_scene)
+    _, closer = mapped(device_scene, suns=sun_maps(seen, device_scene.device))
+    flux = [vpls.flux.numpy().astype(np.float64).sum(axis=0) for vpls in (plain, closer)]
+    assert flux[1] == pytest.approx(flux[0], rel=0.03)
+    apart = [
+        np.linalg.norm(np.diff(vpls.position.numpy().reshape(-1, 4, 3), axis=1), axis=2) for vpls in (plain, closer)
+    ]
+    # Neighbours are a quarter as far apart, still as neighbours are.
+    assert np.median(apart[1]) < 0.5 * np.median(apart[0])
