@@ -1,7 +1,7 @@
 """Final gather: light that reaches the centres of shading clusters, by many rays each (2009 paper, section 3.3)."""
 
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 import warp as wp
 
@@ -80,19 +80,29 @@ def gather_sum_kernel(first: int, rays: int, out: Gathered) -> None:
     out.least_distance[cluster] = 1.0 / nearest
 
 
-class FinalGather:
-    """`rays` rays from the centre of each of `clusters`, which read `illumination` of data of a Warp struct `data`."""
+class Illumination(Protocol):
+    """What rays read where they end: lookup(scene, lit, position, normal), irradiance [W/m²]; lit: of Warp struct
+    `data`.
+    """
 
-    def __init__(self, clusters: ShadingClusters, rays: int, illumination: wp.Function, data: Any) -> None:
-        self._clusters, self._rays, self._illumination, self._data = clusters, rays, illumination, data
+    lookup: wp.Function
+    data: Any
+    lit: Any
+
+
+class FinalGather:
+    """`rays` rays from the centre of each of `clusters`, which read `light`; `gathered` after `run`."""
+
+    def __init__(self, clusters: ShadingClusters, rays: int, light: Illumination) -> None:
+        self._clusters, self._rays, self._light = clusters, rays, light
         self.device, self._count = clusters.spacing.device, len(clusters.spacing)
         self.gathered: Gathered = allocate(Gathered, self._count, self.device)
         self.gathered.radiance = wp.zeros(rays * self._count, dtype=wp.vec3, device=self.device)
         self.gathered.nearness = wp.zeros(rays * self._count, dtype=float, device=self.device)
 
-    def run(self, scene: SceneData, lit: object, seed: wp.array, features: SceneFeatures) -> None:
-        """Gather what the rays see of `lit`, an instance of the struct; seed (1,): of their directions."""
-        kernel = gather_ray_kernel(self._illumination, self._data, features.texels)
-        inputs = [scene, self._clusters, lit, self._rays, seed, self.gathered]
+    def run(self, scene: SceneData, seed: wp.array, features: SceneFeatures) -> None:
+        """Gather what the rays see; seed (1,): of their directions."""
+        kernel = gather_ray_kernel(self._light.lookup, self._light.data, features.texels)
+        inputs = [scene, self._clusters, self._light.lit, self._rays, seed, self.gathered]
         launch(kernel, self._count * self._rays, inputs, self.device)
         launch(gather_sum_kernel, self._count, [self._rays, self.gathered], self.device)

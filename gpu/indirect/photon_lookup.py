@@ -10,7 +10,13 @@ import warp as wp
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
-from gpu.lights.photon_density import DENSITY_PARAMETERS, PhotonSites, answers
+from gpu.lights.photon_density import (
+    DENSITY_PARAMETERS,
+    PhotonSites,
+    allocate_sites,
+    answers,
+    estimate_irradiance,
+)
 from gpu.lights.photon_tree import PhotonTree, photon_search
 
 nearest_photon = photon_search(1)
@@ -73,3 +79,19 @@ def irradiance_in_full_map(scene: SceneData, lit: FullMap, position: wp.vec3, no
     if not answers(scene, lit.tree, lit.sites, photon, position, normal):
         return wp.vec3(0.0, 0.0, 0.0)
     return lit.sites.irradiance[photon]
+
+
+class FullMapLight:
+    """What rays read of all photons of `tree`: `lookup` of `lit`, of struct `data`, after `estimate`."""
+
+    data, lookup = FullMap, irradiance_in_full_map
+
+    def __init__(self, tree: PhotonTree) -> None:
+        self._tree = tree
+        self._sites = allocate_sites(len(tree.photons.flux), tree.lower.device)
+        self.lit = full_map(tree, self._sites)
+
+    def estimate(self, scene: SceneData) -> None:
+        """Tell the irradiance at the photons that there are now."""
+        choose_every_photon(self._tree, self._sites)
+        estimate_irradiance(scene, self._tree, self._sites)

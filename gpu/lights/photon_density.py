@@ -74,10 +74,10 @@ def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
 @wp.func
 def answers(scene: SceneData, tree: PhotonTree, sites: PhotonSites, site: int, position: wp.vec3,
             normal: wp.vec3) -> bool:  # fmt: skip
-    """Whether no wall stands between a site and a surface point near it: none does where the disk is whole."""
-    if sites.whole[site] == 1:
-        return True
+    """Whether no wall stands between a site and a surface point near it: none does within a disk that is whole."""
     photon = sites.photon[site]
+    if sites.whole[site] == 1 and wp.length(position - tree.photons.position[photon]) <= sites.radius[site]:
+        return True
     return unblocked(scene, tree.photons.position[photon], tree.photons.normal[photon], position, normal)
 
 

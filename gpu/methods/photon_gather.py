@@ -6,11 +6,11 @@ Everything is made anew in each frame, so light, camera and scene may change bet
 from gpu.core.reduce import Counter
 from gpu.core.stages import Stages
 from gpu.device_scene.data import NO_HIT
+from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
 from gpu.indirect.irradiance_interpolation import interpolate_irradiance
-from gpu.indirect.photon_lookup import FullMap, choose_every_photon, full_map, irradiance_in_full_map
+from gpu.indirect.photon_lookup import FullMapLight
 from gpu.lights.light_paths import paths_for
-from gpu.lights.photon_density import allocate_sites, estimate_irradiance
 from gpu.lights.photon_map import PhotonMap
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.methods.frame_arrays import FrameArrays
@@ -18,7 +18,7 @@ from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import Passes, frame_kind
 from gpu.methods.view_state import ViewState
 from gpu.sample_counts import SampleCounts
-from gpu.settings import Component
+from gpu.settings import Clustering, Component
 from gpu.sp.shading_clusters import ShadingClustering
 
 
@@ -42,17 +42,20 @@ class PhotonGather(RenderMethod[ViewState]):
         if self._has_indirect:
             self._map = PhotonMap(paths, settings.bounces, setup.device)
             self._tree = allocate_tree(self._map.photons)
-            self._sites = allocate_sites(self._map.capacity, setup.device)
             self._clustering = ShadingClustering(frame.shading_points, counts.sp_clusters)
-            self._gather = FinalGather(self._clustering.clusters, counts.gather_rays, irradiance_in_full_map, FullMap)
-            self._lit = full_map(self._tree, self._sites)
+            cuts = settings.clustering is Clustering.BOTH
+            self._light = CutLight(self._tree, counts.cut_nodes) if cuts else FullMapLight(self._tree)
+            self._gather = FinalGather(self._clustering.clusters, counts.gather_rays, self._light)
         setup.progress("photons are traced in each frame", 1.0)
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
-        """Of photons, about half as many places again as there are, and of clusters with their rays."""
+        """Of photons, about half as many places again as there are, of a cut, and of clusters with their rays."""
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
-        return 232 * sample_counts.photons + 255 * sample_counts.sp_clusters + 16 * rays, 0
+        return (
+            212 * sample_counts.photons + 150 * sample_counts.cut_nodes + 255 * sample_counts.sp_clusters + 16 * rays,
+            0,
+        )
 
     def new_view(self) -> ViewState:
         """One whose frames leave nothing to the next."""
@@ -66,9 +69,9 @@ class PhotonGather(RenderMethod[ViewState]):
         passes.begin(view, points, kind, stages)
         if self._has_indirect:
             stages.run("photons", self._trace)
-            stages.run("illumination", self._estimate)
+            stages.run("illumination", lambda: self._light.estimate(frame.scene))
             stages.run("cluster", lambda: self._clustering.run(frame.gbuffer, frame.seed))
-            stages.run("gather", lambda: self._gather.run(frame.scene, self._lit, frame.seed, frame.features))
+            stages.run("gather", lambda: self._gather.run(frame.scene, frame.seed, frame.features))
             stages.run("irradiance", self._interpolate)
         passes.end_direct(view, kind, stages)
         if self._has_indirect:
@@ -77,10 +80,6 @@ class PhotonGather(RenderMethod[ViewState]):
     def _trace(self) -> None:
         self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)
         build_tree(self._tree)
-
-    def _estimate(self) -> None:
-        choose_every_photon(self._tree, self._sites)
-        estimate_irradiance(self._frame.scene, self._tree, self._sites)
 
     def _interpolate(self) -> None:
         clustering, frame = self._clustering, self._frame

@@ -6,8 +6,8 @@ from gpu.settings import Clustering, Method, RenderSettings
 
 # A pixel's own rays beside those to its lights: the camera's, near field, corrections. Less matters to no estimate.
 PIXEL_RAYS = 4
-# Of a photon: to the next one, and from around it to tell how much of its disk is surface.
-PHOTON_RAYS = 33
+# Of a photon whose irradiance is known: from around it to tell how much of its disk is surface.
+SITE_RAYS = 32
 # Of a path's vertex: to the next one, and to a light.
 VERTEX_RAYS = 2
 
@@ -23,7 +23,8 @@ def frame_rays(settings: RenderSettings, counts: SampleCounts, pixels: int) -> f
         return float(pixels * counts.samples * VERTEX_RAYS * (1 + settings.bounces))
     if settings.method is Method.PHOTON_GATHER:
         gathered = min(counts.sp_clusters, pixels) * counts.gather_rays
-        return float(own + counts.photons * PHOTON_RAYS + gathered)
+        sites = counts.cut_nodes if settings.clustering is Clustering.BOTH else counts.photons
+        return float(own + counts.photons + sites * SITE_RAYS + gathered)
     if settings.method is Method.EXACT_VPL:
         return float(own + lights + pixels * counts.vpls)
     if settings.method is Method.RSM_DISKS:

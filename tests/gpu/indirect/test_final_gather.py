@@ -10,13 +10,10 @@ from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.final_gather import FinalGather, Gathered
 from gpu.indirect.photon_lookup import (
-    FullMap,
+    FullMapLight,
     LookupParameters,
     choose_every_photon,
-    full_map,
-    irradiance_in_full_map,
 )
-from gpu.lights.photon_density import allocate_sites
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.scene.types import Floats
 from gpu.sp.shading_clusters import ShadingClusters
@@ -42,17 +39,17 @@ def gathered(room: DeviceScene, normal: tuple[float, float, float], **chosen: fl
     photons = photons_of(positions, np.tile((0.0, 1.0, 0.0), (len(positions), 1)), np.ones((len(positions), 3)))
     tree = allocate_tree(photons)
     build_tree(tree)
-    sites = allocate_sites(len(positions), CPU)
-    choose_every_photon(tree, sites)
-    sites.radius.fill_(RADIUS)
-    sites.irradiance.fill_(wp.vec3(1.0, 2.0, 3.0))
+    light = FullMapLight(tree)
+    light.lit.chosen = parameters(LookupParameters, **chosen)
+    choose_every_photon(tree, light.lit.sites)
+    light.lit.sites.radius.fill_(RADIUS)
+    light.lit.sites.irradiance.fill_(wp.vec3(1.0, 2.0, 3.0))
     clusters = allocate(ShadingClusters, 2, CPU)
     clusters.normal = clusters.geometric_normal = column([normal, normal], wp.vec3)
     clusters.spacing = column([0.1, 0.0], float)
-    gather = FinalGather(clusters, RAYS, irradiance_in_full_map, FullMap)
-    lit = full_map(tree, sites, parameters(LookupParameters, **chosen))
+    gather = FinalGather(clusters, RAYS, light)
     seed = wp.zeros(1, dtype=int, device=CPU)
-    gather.run(room.view(lambertian=True), lit, seed, scene_features(room.scene, lambertian=True))
+    gather.run(room.view(lambertian=True), seed, scene_features(room.scene, lambertian=True))
     return gather.gathered
 
 

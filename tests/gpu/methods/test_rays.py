@@ -2,12 +2,20 @@ from typing import Any
 
 import pytest
 
-from gpu.methods.rays import PHOTON_RAYS, PIXEL_RAYS, VERTEX_RAYS, frame_rays
+from gpu.methods.rays import PIXEL_RAYS, SITE_RAYS, VERTEX_RAYS, frame_rays
 from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings
 
 COUNTS = SampleCounts(
-    sp_clusters=100, vpls=1000, vpl_clusters=50, photons=500, gather_rays=20, samples=2, frames=1, shadow_map=64
+    sp_clusters=100,
+    vpls=1000,
+    vpl_clusters=50,
+    photons=500,
+    cut_nodes=60,
+    gather_rays=20,
+    samples=2,
+    frames=1,
+    shadow_map=64,
 )
 OWN = 10_000 * (PIXEL_RAYS + 2) + 1000 * VERTEX_RAYS
 
@@ -17,7 +25,11 @@ OWN = 10_000 * (PIXEL_RAYS + 2) + 1000 * VERTEX_RAYS
     [
         ({"method": "path", "bounces": 3}, 10_000 * 2 * VERTEX_RAYS * 4),
         ({"method": "exact-vpl"}, OWN + 10_000 * 1000),
-        ({"method": "photon-gather"}, 10_000 * (PIXEL_RAYS + 2) + 500 * PHOTON_RAYS + 100 * 20),
+        ({"method": "photon-gather"}, 10_000 * (PIXEL_RAYS + 2) + 500 + 60 * SITE_RAYS + 100 * 20),
+        (
+            {"method": "photon-gather", "clustering": "sps"},
+            10_000 * (PIXEL_RAYS + 2) + 500 + 500 * SITE_RAYS + 100 * 20,
+        ),
         ({"clustering": "vpls"}, OWN + 10_000 * 50),
         ({"clustering": "sps"}, OWN + 100 * 1000),
         ({"method": "rsm-disks"}, 10_000 * (PIXEL_RAYS + 2) + 16 * 64 * 64 + 100 * 50),
