@@ -21,12 +21,14 @@ from gpu.lights.photon_tree import PhotonTree, box_distance
 @wp.struct
 @dataclass
 class CutLookupParameters:
-    """reach: r of Eq. 4, in longest sides of a node's box, or in radii of the estimate where these are longer: a node's
-    photon is not in the middle of its box. tail_reach, tail_weight: a second function, so much wider and lower: it
-    answers where no node reaches, which would be dark, and is nothing beside one that does.
+    """reach: r of Eq. 4, in longest sides of a node's box, which count as one radius of the estimate at least, and as
+    most_radii: boxes that the Morton order has run through two places are wide, and tell of neither. tail_reach,
+    tail_weight: a second function, so much wider and lower: it answers where no node reaches, which would be dark, and
+    is nothing beside one that does.
     """
 
     reach: float = 1.0
+    most_radii: float = 2.0
     tail_reach: float = 2.0
     tail_weight: float = 1.0e-3
 
@@ -65,7 +67,8 @@ def cut_reach_kernel(first: int, cut: CutNodes, lit: CutMap) -> None:
     if entry >= cut.count[0]:
         return
     node = cut.node[entry]
-    reach = lit.chosen.reach * wp.max(node_size(lit.tree, node), lit.sites.radius[entry])
+    radius = lit.sites.radius[entry]
+    reach = lit.chosen.reach * wp.clamp(node_size(lit.tree, node), radius, lit.chosen.most_radii * radius)
     position = lit.tree.photons.position[lit.sites.photon[entry]]
     lit.reach[entry] = reach
     lit.site[node] = entry

@@ -24,6 +24,7 @@ PARTS = {
     "targets": "how well a wanted time or error is held along a walk",
     "skips": "gain and error of each switch",
     "shadow_maps": "rsm-disks beside its paper, path tracing of one bounce and other methods; only if named",
+    "photons": "photon-gather beside its paper and other methods, and its growth; only if named",
     "still": "error over time of a view that rests",
     "peers": "error over time of path tracing, here and by Mitsuba 3",
     "materials": "errors with the files' own materials, beside `--references` of these; only if named",

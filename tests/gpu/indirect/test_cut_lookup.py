@@ -22,7 +22,8 @@ def weighted(light: CutLight, position: Floats, normal: Floats) -> Floats:
     count = light.cut.nodes.count.numpy()[0]
     photon, node = lit.sites.photon.numpy()[:count], light.cut.nodes.node.numpy()[:count]
     sides = (lit.tree.upper.numpy() - lit.tree.lower.numpy())[node].max(axis=1)
-    reach = lit.chosen.reach * np.maximum(sides, lit.sites.radius.numpy()[:count])
+    radius = lit.sites.radius.numpy()[:count]
+    reach = lit.chosen.reach * np.clip(sides, radius, lit.chosen.most_radii * radius)
     normals = photons.normal.numpy()[photon]
     way = photons.position.numpy()[photon] - position
     plane = np.maximum(np.abs(way @ normal), np.abs((way * normals).sum(axis=1)))
