@@ -111,6 +111,23 @@ def test_what_was_hidden_has_no_history(room: DeviceScene) -> None:
     assert (seen.frames() > 1).mean() > 0.8
 
 
+@pytest.mark.parametrize(("outside", "known"), [(0.2, True), (0.4, False)])
+def test_what_was_less_than_half_in_the_last_image_has_no_history(
+    room: DeviceScene, outside: float, known: bool
+) -> None:
+    """A pixel in the corner, which a camera lays outside by a part of a pixel both ways as it turns and nods."""
+    seen, camera = Seen(room), pose(0)
+    for number in range(6):
+        seen.frame(camera, np.ones((PIXELS, 3)), begins=number == 0)
+    x, y = camera.half_height * SIZE[0] / SIZE[1], camera.half_height
+    angle = outside * 2.0 * y / SIZE[1] / (1.0 + x * x + y * y)
+    turned = np.eye(4)
+    turned[:3, :3] += angle * np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
+    seen.frame(replace(camera, to_world=camera.to_world @ turned), np.ones((PIXELS, 3)))
+    corners = seen.frames().reshape(SIZE[1], SIZE[0])[[0, 0, -1, -1], [0, -1, 0, -1]]
+    assert (corners.min() > 1) == known
+
+
 def test_what_is_not_finite_is_not_handed_on(room: DeviceScene) -> None:
     seen, light = Seen(room), np.ones((PIXELS, 3))
     light[PIXELS // 2 + SIZE[0] // 2] = np.nan
