@@ -14,7 +14,7 @@ from gpu.core.parameters import parameters
 from gpu.core.range_tree import NodeStack
 from gpu.device_scene.data import SceneData
 from gpu.indirect.illumination_cut import CutNodes, IlluminationCut, node_size
-from gpu.lights.photon_density import PhotonSites, answers
+from gpu.lights.photon_density import NEIGHBOURS, PhotonSites, answers
 from gpu.lights.photon_tree import PhotonTree, box_distance
 
 
@@ -22,9 +22,9 @@ from gpu.lights.photon_tree import PhotonTree, box_distance
 @dataclass
 class CutLookupParameters:
     """reach: r of Eq. 4, in longest sides of a node's box, which count as one radius of the estimate at least, and as
-    most_radii: boxes that the Morton order has run through two places are wide, and tell of neither. tail_reach,
-    tail_weight: a second function, so much wider and lower: it answers where no node reaches, which would be dark, and
-    is nothing beside one that does.
+    most_radii of a disk of all their photons at most: boxes that the Morton order has run through two places are wide,
+    and tell of neither. tail_reach, tail_weight: a second function, so much wider and lower: it answers where no node
+    reaches, which would be dark, and is nothing beside one that does.
     """
 
     reach: float = 1.0
@@ -68,7 +68,9 @@ def cut_reach_kernel(first: int, cut: CutNodes, lit: CutMap) -> None:
         return
     node = cut.node[entry]
     radius = lit.sites.radius[entry]
-    reach = lit.chosen.reach * wp.clamp(node_size(lit.tree, node), radius, lit.chosen.most_radii * radius)
+    photons = float(lit.tree.photons.count[0]) / float(1 << cut.level[entry])
+    widest = lit.chosen.most_radii * radius * wp.sqrt(wp.max(photons / float(wp.static(NEIGHBOURS)), 1.0))
+    reach = lit.chosen.reach * wp.clamp(node_size(lit.tree, node), radius, widest)
     position = lit.tree.photons.position[lit.sites.photon[entry]]
     lit.reach[entry] = reach
     lit.site[node] = entry

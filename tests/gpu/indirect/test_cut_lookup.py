@@ -8,6 +8,7 @@ from gpu.core.device import allocate
 from gpu.device_scene.features import scene_features
 from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
+from gpu.lights.photon_density import NEIGHBOURS
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.scene.types import Floats
 from gpu.sp.shading_clusters import ShadingClusters
@@ -23,7 +24,9 @@ def weighted(light: CutLight, position: Floats, normal: Floats) -> Floats:
     photon, node = lit.sites.photon.numpy()[:count], light.cut.nodes.node.numpy()[:count]
     sides = (lit.tree.upper.numpy() - lit.tree.lower.numpy())[node].max(axis=1)
     radius = lit.sites.radius.numpy()[:count]
-    reach = lit.chosen.reach * np.clip(sides, radius, lit.chosen.most_radii * radius)
+    own = COUNT / 2.0 ** light.cut.nodes.level.numpy()[:count]
+    widest = lit.chosen.most_radii * radius * np.sqrt(np.maximum(own / NEIGHBOURS, 1.0))
+    reach = lit.chosen.reach * np.clip(sides, radius, widest)
     normals = photons.normal.numpy()[photon]
     way = photons.position.numpy()[photon] - position
     plane = np.maximum(np.abs(way @ normal), np.abs((way * normals).sum(axis=1)))
