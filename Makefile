@@ -53,8 +53,9 @@ clean: ## remove everything that these targets made
 LOCK := --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	--no-annotate --custom-compile-command "make lock"
 
-# A process for each core, as far as a GPU has memory for all; a file stays in one process, with its fixtures.
-PARALLEL := -n auto --maxprocesses 4 --dist loadfile
+# A process more than there are cores, since many tests wait for others, but no more than a GPU has memory for; a file
+# stays in one process, with its fixtures.
+PARALLEL := -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --maxprocesses 4 --dist loadfile
 
 .venv/.installed: requirements-dev.lock pyproject.toml .ci/setup
 	@.ci/setup
