@@ -22,7 +22,6 @@ class SampleCounts:
     vpls: int
     vpl_clusters: int
     photons: int
-    cut_nodes: int
     gather_rays: int
     samples: int
     frames: int
@@ -34,7 +33,6 @@ ON_CUDA = SampleCounts(
     vpls=98_304,
     vpl_clusters=2048,
     photons=262_144,
-    cut_nodes=8192,
     gather_rays=256,
     samples=2,
     frames=512,
@@ -45,7 +43,6 @@ ON_CPU = SampleCounts(
     vpls=8192,
     vpl_clusters=384,
     photons=16_384,
-    cut_nodes=4096,
     gather_rays=64,
     samples=1,
     frames=16,
@@ -63,7 +60,6 @@ def sample_counts_of(settings: RenderSettings, device: Device) -> SampleCounts:
         vpls=settings.vpls or usual.vpls,
         vpl_clusters=settings.vpl_clusters or usual.vpl_clusters,
         photons=settings.photons or usual.photons,
-        cut_nodes=settings.cut_nodes or usual.cut_nodes,
         gather_rays=settings.gather_rays or usual.gather_rays,
         samples=settings.samples or samples,
         frames=settings.frames or usual.frames,

@@ -100,8 +100,11 @@ class RenderSettings(BaseModel):
         True, description="rsm-disks: what stands in the way hides indirect light, which is left out in its paper"
     )
     photons: int | None = Field(None, ge=1, le=4_194_304, description="photon-gather: photons that are stored, about")
-    cut_nodes: int | None = Field(
-        None, ge=16, le=262_144, description="photon-gather: groups of photons that gather rays read, at most"
+    cut_nodes: int = Field(
+        0,
+        ge=0,
+        le=262_144,
+        description="photon-gather: groups of photons that gather rays read, at most, which lose some light; 0: all",
     )
     gather_rays: int | None = Field(
         None, ge=1, le=4096, description="photon-gather: rays that gather light at each SP cluster"
@@ -150,8 +153,8 @@ class RenderSettings(BaseModel):
     @classmethod
     def _is_of_the_method(cls, value: Clustering, info: ValidationInfo) -> Clustering:
         """Light of a final gather is always shared between SPs."""
-        if value is Clustering.VPLS and info.data.get("method") is Method.PHOTON_GATHER:
-            raise PydanticCustomError("clustering", "must be both or sps for photon-gather")
+        if value is not Clustering.BOTH and info.data.get("method") is Method.PHOTON_GATHER:
+            raise PydanticCustomError("clustering", "must be both for photon-gather")
         return value
 
     @field_validator("target_ms", "target_error")

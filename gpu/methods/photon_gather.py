@@ -18,7 +18,7 @@ from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import Passes, frame_kind
 from gpu.methods.view_state import ViewState
 from gpu.sample_counts import SampleCounts
-from gpu.settings import Clustering, Component
+from gpu.settings import Component
 from gpu.sp.shading_clusters import ShadingClustering
 
 
@@ -43,17 +43,19 @@ class PhotonGather(RenderMethod[ViewState]):
             self._map = PhotonMap(paths, settings.bounces, setup.device)
             self._tree = allocate_tree(self._map.photons)
             self._clustering = ShadingClustering(frame.shading_points, counts.sp_clusters)
-            cuts = settings.clustering is Clustering.BOTH
-            self._light = CutLight(self._tree, counts.cut_nodes) if cuts else FullMapLight(self._tree)
+            cut = settings.cut_nodes
+            self._light = CutLight(self._tree, cut) if cut else FullMapLight(self._tree)
             self._gather = FinalGather(self._clustering.clusters, counts.gather_rays, self._light)
         setup.progress("photons are traced in each frame", 1.0)
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
-        """Of photons, about half as many places again as there are, of a cut, and of clusters with their rays."""
+        """Of photons, about half as many places again as there are, and of clusters with their rays; of a cut next to
+        nothing.
+        """
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
         return (
-            212 * sample_counts.photons + 150 * sample_counts.cut_nodes + 255 * sample_counts.sp_clusters + 16 * rays,
+            212 * sample_counts.photons + 255 * sample_counts.sp_clusters + 16 * rays,
             0,
         )
 

@@ -23,7 +23,7 @@ def frame_rays(settings: RenderSettings, counts: SampleCounts, pixels: int) -> f
         return float(pixels * counts.samples * VERTEX_RAYS * (1 + settings.bounces))
     if settings.method is Method.PHOTON_GATHER:
         gathered = min(counts.sp_clusters, pixels) * counts.gather_rays
-        sites = counts.cut_nodes if settings.clustering is Clustering.BOTH else counts.photons
+        sites = settings.cut_nodes or counts.photons
         return float(own + counts.photons + sites * SITE_RAYS + gathered)
     if settings.method is Method.EXACT_VPL:
         return float(own + lights + pixels * counts.vpls)

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from gpu.renderer import Renderer
-from gpu.settings import Clustering, Component, Method, RenderSettings
+from gpu.settings import Component, Method, RenderSettings
 from tests.bench.store import Row, Task
 from tests.bench.suite import Suite
 from tests.bench.timing import load_kernels, measure_frames
@@ -27,7 +27,7 @@ def choices(suite: Suite) -> list[dict[str, Any]]:
     here = {"method": Method.PHOTON_GATHER, **{name: suite.count(count) for name, count in PAPER.items()}}
     grown = [{**here, name: suite.count(count)} for name, counts in GROWTH.items() for count in counts]
     others = [{"method": Method.FUZZY_VPL}, *({"method": Method.PATH, "samples": samples} for samples in (1, 4, 16))]
-    return [here, {**here, "clustering": Clustering.SPS}, *grown, *others]
+    return [here, {**here, "cut_nodes": 0}, *grown, *others]
 
 
 def measure(suite: Suite, name: str, settings: RenderSettings) -> Row:

@@ -5,7 +5,7 @@ from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.types import Floats
-from gpu.settings import Clustering, Component, Method, RenderSettings
+from gpu.settings import Component, Method, RenderSettings
 
 INDIRECT = {"component": Component.INDIRECT, "lambertian": True}
 COUNTS = {"photons": 16_000, "gather_rays": 64}
@@ -21,9 +21,9 @@ def paths(room: DeviceScene) -> Floats:
     return picture(room, method=Method.PATH, samples=256, **INDIRECT)
 
 
-@pytest.mark.parametrize("clustering", [Clustering.BOTH, Clustering.SPS])
-def test_it_agrees_with_path_tracing(room: DeviceScene, paths: Floats, clustering: Clustering) -> None:
-    gathered = picture(room, method=Method.PHOTON_GATHER, clustering=clustering, **INDIRECT, **COUNTS)
+@pytest.mark.parametrize("cut_nodes", [0, 4096])
+def test_it_agrees_with_path_tracing(room: DeviceScene, paths: Floats, cut_nodes: int) -> None:
+    gathered = picture(room, method=Method.PHOTON_GATHER, cut_nodes=cut_nodes, **INDIRECT, **COUNTS)
     assert gathered.mean() == pytest.approx(paths.mean(), rel=0.03)
     assert relative_error(gathered, paths) < 0.005
 

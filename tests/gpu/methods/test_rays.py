@@ -11,7 +11,6 @@ COUNTS = SampleCounts(
     vpls=1000,
     vpl_clusters=50,
     photons=500,
-    cut_nodes=60,
     gather_rays=20,
     samples=2,
     frames=1,
@@ -25,10 +24,10 @@ OWN = 10_000 * (PIXEL_RAYS + 2) + 1000 * VERTEX_RAYS
     [
         ({"method": "path", "bounces": 3}, 10_000 * 2 * VERTEX_RAYS * 4),
         ({"method": "exact-vpl"}, OWN + 10_000 * 1000),
-        ({"method": "photon-gather"}, 10_000 * (PIXEL_RAYS + 2) + 500 + 60 * SITE_RAYS + 100 * 20),
+        ({"method": "photon-gather"}, 10_000 * (PIXEL_RAYS + 2) + 500 + 500 * SITE_RAYS + 100 * 20),
         (
-            {"method": "photon-gather", "clustering": "sps"},
-            10_000 * (PIXEL_RAYS + 2) + 500 + 500 * SITE_RAYS + 100 * 20,
+            {"method": "photon-gather", "cut_nodes": 60},
+            10_000 * (PIXEL_RAYS + 2) + 500 + 60 * SITE_RAYS + 100 * 20,
         ),
         ({"clustering": "vpls"}, OWN + 10_000 * 50),
         ({"clustering": "sps"}, OWN + 100 * 1000),
