@@ -14,7 +14,8 @@ from gpu.errors import UserError
 from server.folders import TemporaryFolder
 from server.wire.worker import FromWorker, Progress, ToWorker, pack, receive
 
-STOP_SECONDS = 3.0
+STOP_SECONDS = 3.0  # that a worker has to end by itself
+KILLED_SECONDS = 3.0  # after which one that was killed is in the kernel for good
 BUFFER_BYTES = 2**20
 MAX_PROGRESS_A_SECOND = 200  # the one message that a worker may send as often as it likes
 log = logging.getLogger("lumenwalk.link")
@@ -122,7 +123,7 @@ class WorkerLink:
         """End the worker, kindly first; its exit status (negative: the signal that ended it), None if it lives on."""
         self._writer.close()
         try:
-            return await self._wait()
+            return await self._wait(STOP_SECONDS)
         except TimeoutError:
             self.kill()
             return await self._wait_killed()
@@ -134,12 +135,12 @@ class WorkerLink:
             if self._temporary is not None:
                 self._temporary.remove()
 
-    async def _wait(self) -> int:
-        return await asyncio.wait_for(self._process.wait(), STOP_SECONDS)
+    async def _wait(self, seconds: float) -> int:
+        return await asyncio.wait_for(self._process.wait(), seconds)
 
     async def _wait_killed(self) -> int | None:
         try:
-            return await self._wait()
+            return await self._wait(KILLED_SECONDS)
         except TimeoutError:
             log.error("worker %d does not die; it is left behind", self.pid)
             return None

@@ -99,7 +99,7 @@ def plan_of(options: argparse.Namespace) -> Plan:
     counts = {"sp_clusters": options.sp_clusters, "vpl_clusters": options.vpl_clusters}
     settings: dict[str, Any] = {name: count for name, count in counts.items() if count is not None}
     stream = {"motion_scale": options.motion_scale} if options.motion_scale else {}
-    return Plan(options.size, options.hz, None, settings, stream, path_maker(options.path), options.seed)
+    return Plan(options.size, options.hz, None, settings, stream, path=path_maker(options.path), seed=options.seed)
 
 
 def level_of(options: argparse.Namespace) -> Level:

@@ -188,7 +188,7 @@ def test_a_view_that_failed_is_rendered_again(room: DeviceScene, monkeypatch: py
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY))
     renderer.render(CAMERA)
     with monkeypatch.context() as patched:
-        patched.setattr("gpu.methods.fuzzy_vpl.shade", fail)
+        patched.setattr("gpu.methods.clustered_lights.shade", fail)
         with pytest.raises(RuntimeError, match="no memory"):
             renderer.render(OTHER_CAMERA)
     assert renderer.render(CAMERA).stats.skips["unchanged_camera"] == 0

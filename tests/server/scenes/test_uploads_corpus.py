@@ -96,7 +96,7 @@ def test_valid_files_load_if_there_is_anything_in_them(real: Running, shared: Pa
 
 
 def test_mutated_files_load_or_are_refused(real: Running, shared: Path) -> None:
-    statuses = check(real, list(mutated(shared, 1000 if ALL else 16)))
+    statuses = check(real, list(mutated(shared, 1000 if ALL else 10)))
     assert set(statuses) == {201, 422}
 
 
