@@ -1,4 +1,4 @@
-"""STEP files (ISO 10303, AP203, AP214, AP242), made triangles by Open CASCADE: https://pypi.org/project/cascadio."""
+"""STEP files (ISO 10303, AP203, AP214, AP242), made triangles by Open CASCADE (the package cascadio)."""
 
 import re
 from collections.abc import Sequence
