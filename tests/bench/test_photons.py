@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from gpu.settings import Clustering, Component, Method
+from gpu.settings import Component, Method
 from tests.bench.photons import GROWTH, PAPER, choices
 from tests.bench.suite import Suite
 
@@ -9,7 +9,7 @@ def test_choices_are_settings_that_change_one_count_at_a_time(tmp_path: Path, cp
     suite = Suite(out=tmp_path, cache=tmp_path, device=cpu, quick=True)
     all_settings = [suite.settings(component=Component.INDIRECT, **choice) for choice in choices(suite)]
     first, ablation, *others = all_settings
-    assert (first.clustering, ablation.clustering) == (Clustering.BOTH, Clustering.SPS)
+    assert (first.cut_nodes > 0, ablation.cut_nodes) == (True, 0)
     grown = [settings for settings in others if settings.method is Method.PHOTON_GATHER]
     assert len(grown) == sum(map(len, GROWTH.values()))
     for settings in grown:

@@ -133,6 +133,7 @@ def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dic
         ({"lights": {"bulb": {"color": [1, 2, 0]}}}, "lights.bulb.color.1"),
         ({"lights": {"bulb": {"flux": 1}}}, "lights.bulb.flux"),
         ({"lights": {"sun": {"direction": [0, 0, 0]}}}, "lights.sun.direction"),
+        ({"lights": {"sun": {"direction": [0, 1e200, 0]}}}, "lights.sun.direction"),
         ({"lights": {"bulb": {"position": [1e300, 0, 0]}}}, "lights.bulb.position.0"),
         ({"materials": {"wall": {"roughness": 1.5}}}, "materials.wall.roughness"),
         ({"materials": {"wall": {"emission": [1e9, 0, 0]}}}, "materials.wall.emission.0"),
