@@ -48,14 +48,17 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
 
 
 @cache
-def light_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not."""
+def light_path_kernel(texels: bool, environment: bool, arriving: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not;
+    arriving: flux is what arrives, as photons have it, else what is reflected.
+    """
 
     @wp.kernel(module="unique")
     def light_path_kernel(
-        first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seed: int, out: Vpls
+        first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seeds: wp.array[int], out: Vpls
     ) -> None:
         """One thread a light path: a VPL at each of its `bounces` first hits, at path · bounces + hit; flux 0 if none.
+        seeds: one element.
 
         Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
         """
@@ -67,6 +70,7 @@ def light_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
             scene.has_environment = False
         for bounce in range(bounces):
             out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
+        seed = seeds[0]
         pick = sobol_pair(path, 0, seed)
         particle = emit(scene, table, pick.a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
         flux = particle.flux / float(paths)
@@ -77,13 +81,16 @@ def light_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
             if hit.face == NO_HIT:
                 return
             surface = surface_at(scene, hit, direction)
-            reflectance = even_reflectance(surface, -direction)
-            flux = wp.cw_mul(flux, reflectance)
             slot = path * bounces + bounce
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
-            out.flux[slot] = flux
             out.bounce[slot] = bounce
+            if wp.static(arriving):
+                out.flux[slot] = flux
+            reflectance = even_reflectance(surface, -direction)
+            flux = wp.cw_mul(flux, reflectance)
+            if wp.static(not arriving):
+                out.flux[slot] = flux
             survival = largest(reflectance)
             if sobol_pair(path, 4 + 2 * bounce, seed).x >= survival:
                 return
@@ -128,24 +135,43 @@ def count_filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array
             filled[0] = index
 
 
+class PathEnds:
+    """Where `paths` light paths of at most `bounces` hits meet surfaces, found and put in order on the device.
+
+    raw: the places by path, flux 0 where there is none; order (2 · place,): the first `filled` (1,) are those with
+    flux, neighbours on a surface side by side. All is allocated once.
+    """
+
+    def __init__(self, paths: int, bounces: int, device: wp.Device, *, arriving: bool) -> None:
+        """arriving: whether flux is what arrives, as photons have it, else what is reflected."""
+        self._paths, self._bounces, self._arriving, self.device = paths, bounces, arriving, device
+        self.capacity = paths * bounces
+        self.raw = allocate_vpls(self.capacity, device)
+        self.order = wp.zeros(2 * self.capacity, dtype=int, device=device)
+        self.filled = wp.zeros(1, dtype=int, device=device)
+        self._keys = wp.zeros(2 * self.capacity, dtype=int, device=device)
+
+    def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
+        """Trace new paths by `seed` (1,)."""
+        raw, keys, order, capacity = self.raw, self._keys, self.order, self.capacity
+        kernel = light_path_kernel(features.texels, features.environment, self._arriving)
+        launch(kernel, self._paths, [scene, table, self._paths, self._bounces, seed, raw], self.device)
+        launch(surface_key_kernel, capacity, [raw.position, raw.normal, raw.flux, keys], self.device)
+        launch(iota_kernel, capacity, [order], self.device)
+        radix_sort_pairs(keys, order, capacity)
+        self.filled.fill_(capacity)
+        launch(count_filled_kernel, capacity, [keys, self.filled], self.device)
+
+
 def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
                       seed: int, features: SceneFeatures = EVERYTHING) -> Vpls:  # fmt: skip
     """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
     device = device_scene.device
-    slots = paths * bounces
-    raw = allocate_vpls(slots, device)
-    inputs = [scene, table, paths, bounces, seed, raw]
-    launch(light_path_kernel(features.texels, features.environment), paths, inputs, device)
-    keys = wp.zeros(2 * slots, dtype=int, device=device)
-    order = wp.zeros(2 * slots, dtype=int, device=device)
-    launch(surface_key_kernel, slots, [raw.position, raw.normal, raw.flux, keys], device)
-    launch(iota_kernel, slots, [order], device)
-    radix_sort_pairs(keys, order, slots)
-    filled = wp.full(1, slots, dtype=int, device=device)
-    launch(count_filled_kernel, slots, [keys, filled], device)
-    count = int(filled.numpy()[0])
+    ends = PathEnds(paths, bounces, device, arriving=False)
+    ends.trace(scene, table, wp.full(1, seed, dtype=int, device=device), features)
+    count = int(ends.filled.numpy()[0])
     vpls = allocate_vpls(count, device)
-    launch(gather_vpls_kernel, count, [order, raw, vpls], device)
+    launch(gather_vpls_kernel, count, [ends.order, ends.raw, vpls], device)
     return vpls
 
 

@@ -46,14 +46,9 @@ class ClusteredLights(ABC):
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the frame goes on with the SP clusters of the view's last one."""
 
-    def converges(self, kind: FrameKind) -> bool:
-        """Whether a frame is one of those whose mean is what path tracing finds."""
-        return False
-
-    @property
-    def convergence(self) -> Convergence:
-        """What such a frame is lit by."""
-        raise NotImplementedError
+    def convergence(self, kind: FrameKind) -> Convergence | None:
+        """What a frame is lit by that is one of those whose mean is what path tracing finds; None for others."""
+        return None
 
     def trace(self, view: FuzzyViewState) -> None:
         """Find which of the lights the new SP clusters of a view see."""

@@ -65,14 +65,12 @@ class FuzzyLights(ClusteredLights):
         """The number of the light set of frame `sample` of a still view."""
         return 0 if self._fixed else sample // frames_a_set(self._setup.sample_counts.vpls)
 
-    def converges(self, kind: FrameKind) -> bool:
-        """Whether a frame is one of those whose mean is what path tracing finds."""
-        return kind.refines and self.has_near and self._setup.settings.correct
-
-    @property
-    def convergence(self) -> Convergence:
-        """What such a frame is lit by: its bounds are read from the first set, which lights none of them."""
-        settings, bounds = self._setup.settings, bound_areas(self._first_cache)
+    def convergence(self, kind: FrameKind) -> Convergence | None:
+        """As for other lights; bounds are read from the first set, which lights none of these frames."""
+        settings = self._setup.settings
+        if not (kind.refines and self.has_near and self.corrects):
+            return None
+        bounds = bound_areas(self._first_cache)
         if self._bounded is not self.vpls:
             self._bounded, self._areas = self.vpls, areas_of(self.vpls, bounds)
         table = self._setup.light_sets.table

@@ -105,8 +105,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         lights.choose(view, kind, stages)
         vpls, kept = lights.vpls, lights.known_to(view)
         reuses, reads = lights.reuses_clusters(view, kept, kind), self._options.keeps_light and kind.read_history
-        converges = lights.converges(kind)
-        near = lights.has_near and not converges
+        convergence = lights.convergence(kind)
+        near = lights.has_near and convergence is None
         kept.begin(reads_history=reads, corrected=lights.corrects and kind.denoise, near=near)
         frame.seed.fill_(kind.seed)
         if kind.denoise:
@@ -131,8 +131,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         stages.run("visibility", partial(lights.trace, view), repeats=captured)
         kept.last_sample = kind.sample
         stages.run("shade", shade_points, repeats=captured, branch=reuses)
-        if converges:
-            lights.correction.converge(view, kept, lights.convergence, kind, stages)
+        if convergence is not None:
+            lights.correction.converge(view, kept, convergence, kind, stages)
             return
         if near:
             passes.share_near(points, lights.correction.clustered_irradiance, kind, stages, history)

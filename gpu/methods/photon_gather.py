@@ -54,10 +54,7 @@ class PhotonGather(RenderMethod[ViewState]):
         nothing.
         """
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
-        return (
-            212 * sample_counts.photons + 255 * sample_counts.sp_clusters + 16 * rays,
-            0,
-        )
+        return 212 * sample_counts.photons + 255 * sample_counts.sp_clusters + 16 * rays, 0
 
     def new_view(self) -> ViewState:
         """One whose frames leave nothing to the next."""

@@ -23,4 +23,4 @@ def test_what_is_known_of_lights_is_the_view_s_and_has_room_for_no_more_clusters
     lights.check_room(200)
     with pytest.raises(ValueError, match="201 SP clusters where there is room for 200"):
         lights.check_room(201)
-    assert not lights.converges(frame_kind(settings, one, 0))
+    assert lights.convergence(frame_kind(settings, one, 0)) is None

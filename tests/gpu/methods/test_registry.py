@@ -60,7 +60,8 @@ def test_stages_have_the_names_that_their_method_tells(room: DeviceScene, method
         {"sp_clusters": 400, "vpl_clusters": 64},
         {"sp_clusters": 4000, "vpl_clusters": 64},
         {"sp_clusters": 400, "vpl_clusters": 512},
-        {"method": "photon-gather", "sp_clusters": 400, "gather_rays": 16, "photons": 16_000},
+        {"method": "photon-gather", "sp_clusters": 400, "gather_rays": 16, "photons": 64_000},
+        {"method": "photon-gather", "sp_clusters": 400, "gather_rays": 16, "photons": 64_000, "cut_nodes": 8192},
     ],
 )
 def test_memory_is_told_before_it_is_taken(room: DeviceScene, choice: dict[str, Any]) -> None:
