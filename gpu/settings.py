@@ -152,9 +152,10 @@ class RenderSettings(BaseModel):
     @field_validator("clustering")
     @classmethod
     def _is_of_the_method(cls, value: Clustering, info: ValidationInfo) -> Clustering:
-        """Light of a final gather is always shared between SPs."""
-        if value is not Clustering.BOTH and info.data.get("method") is Method.PHOTON_GATHER:
-            raise PydanticCustomError("clustering", "must be both for photon-gather")
+        """A final gather and the clusters of shadow maps know no other."""
+        method = info.data.get("method")
+        if value is not Clustering.BOTH and method in (Method.PHOTON_GATHER, Method.RSM_DISKS):
+            raise PydanticCustomError("clustering", "must be both for {method}", {"method": method.value})
         return value
 
     @field_validator("target_ms", "target_error")

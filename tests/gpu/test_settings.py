@@ -64,9 +64,11 @@ def test_skips_are_all_on_and_each_can_be_off() -> None:
         RenderSettings.model_validate({"skip": {"strong_pairs": False}})
 
 
-def test_light_of_a_final_gather_is_shared_between_clusters() -> None:
-    with pytest.raises(ValidationError, match="clustering\n  must be both for photon-gather"):
-        RenderSettings(method="photon-gather", clustering="sps")
+@pytest.mark.parametrize("method", ["photon-gather", "rsm-disks"])
+@pytest.mark.parametrize("clustering", ["sps", "vpls"])
+def test_methods_without_other_clusterings_refuse_them(method: str, clustering: str) -> None:
+    with pytest.raises(ValidationError, match=f"clustering\n  must be both for {method}"):
+        RenderSettings(method=method, clustering=clustering)
 
 
 @pytest.mark.parametrize("target", [{"target_ms": 10.0}, {"target_error": 1e-3}])
