@@ -149,3 +149,15 @@ def nearest_of_all(clusters: Representatives, count: int, position: wp.vec3, nor
                 best_distance = distance
                 best = cluster
     return best
+
+
+@wp.func
+def nearest_of_some(clusters: Representatives, count: int, position: wp.vec3, normal: wp.vec3, search: int) -> int:
+    """About the nearest of the first `count` representatives in use: of about `search` of them, or of all if none of
+    these is in use. One with a normal that is not opposite comes first. −1 if none is in use.
+    """
+    threshold = clusters.chosen.relaxed_threshold
+    nearest = nearest_of_all(clusters, count, position, normal, threshold, 1 + count // search)
+    if nearest < 0:
+        nearest = nearest_of_all(clusters, count, position, normal, threshold, 1)
+    return nearest

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.clustering.grid import Representatives, level_of, separation
-from gpu.clustering.nearest import nearest_of_all, nearest_search
+from gpu.clustering.nearest import nearest_of_some, nearest_search
 from gpu.clustering.points import Points
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
@@ -62,11 +62,7 @@ def interpolate_irradiance_kernel(
     found = nearest_centres(centres, position, normal, level_of(centres.chosen, points.spacing[sp]))
     if found.cluster[0] < 0:
         count = centres.spacing.shape[0]
-        threshold = centres.chosen.relaxed_threshold
-        every = 1 + count // chosen.search
-        found.cluster[0] = nearest_of_all(centres, count, position, normal, threshold, every)
-        if found.cluster[0] < 0:
-            found.cluster[0] = nearest_of_all(centres, count, position, normal, threshold, 1)
+        found.cluster[0] = nearest_of_some(centres, count, position, normal, chosen.search)
     least = float(1.0e30)
     for f in range(wp.static(SAMPLES)):
         weight = float(0.0)

@@ -11,7 +11,7 @@ from functools import cache
 import warp as wp
 
 from gpu.clustering.grid import Representatives, level_of
-from gpu.clustering.nearest import nearest_of_all, nearest_search
+from gpu.clustering.nearest import nearest_of_some, nearest_search
 from gpu.core.parameters import parameters
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
@@ -90,12 +90,8 @@ def fuzzy_assignment_kernel(fuzziness: int, by_distance: bool) -> wp.Kernel:
         if nearest.cluster[0] < 0 and least_deficit > 0:
             # Few SPs come here; any cluster is better than none, and they are the first to be refined. One that looked
             # at all clusters would keep the others waiting.
-            count = budget.extent[0]
-            every = 1 + count // chosen.sparse_search
-            threshold = representatives.chosen.relaxed_threshold
-            nearest.cluster[0] = nearest_of_all(representatives, count, position, normal, threshold, every)
-            if nearest.cluster[0] < 0:
-                nearest.cluster[0] = nearest_of_all(representatives, count, position, normal, threshold, 1)
+            extent = budget.extent[0]
+            nearest.cluster[0] = nearest_of_some(representatives, extent, position, normal, chosen.sparse_search)
             nearest.distance[0] = spacing
             if nearest.cluster[0] < 0:
                 out.deficit[sp] = UNASSIGNED_DEFICIT

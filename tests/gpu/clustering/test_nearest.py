@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scenes import column, results
 
 from gpu.clustering.grid import ClusteringParameters, Grid, Representatives, level_of, separation
-from gpu.clustering.nearest import nearest_of_all, nearest_search
+from gpu.clustering.nearest import nearest_of_all, nearest_of_some, nearest_search
 from gpu.core.parameters import parameters
 
 # How much more a distance along the normal counts than one along the surface.
@@ -115,6 +115,21 @@ def test_of_all_a_like_normal_comes_first_but_none_is_left_out() -> None:
     assert (
         results(all_kernel, 200, [grid_of(clusters, used & False).data, *inputs, threshold, 1], wp.int32) == -1
     ).all()
+
+
+@wp.kernel
+def some_kernel(first: int, clusters: Representatives, search: int, found: wp.array[int]) -> None:
+    """One thread: about the nearest one to the origin."""
+    up = wp.vec3(0.0, 1.0, 0.0)
+    found[first + wp.tid()] = nearest_of_some(clusters, clusters.spacing.shape[0], wp.vec3(0.0, 0.0, 0.0), up, search)
+
+
+@pytest.mark.parametrize(("used", "nearest"), [([5, 6], 6), ([3, 5], 5), ([], -1)])
+def test_of_some_the_nearest_is_taken_and_of_all_if_none_of_these_is_in_use(used: list[int], nearest: int) -> None:
+    """Of ten the first and the seventh are looked at; farther ones come first."""
+    places = np.stack([np.linspace(0.5, 0.1, 10), np.zeros(10), np.zeros(10)], axis=1)
+    grid = grid_of((places, np.tile([0.0, 1.0, 0.0], (10, 1))), np.isin(np.arange(10), used))
+    assert results(some_kernel, 1, [grid.data, 2], wp.int32).tolist() == [nearest]
 
 
 @wp.kernel
