@@ -88,7 +88,9 @@ class SpClustering:
         inputs = [gbuffer, points, self._deficit_sums, budget, self._work, self.clusters]
         launch(seed_extra_kernel, self._extra, inputs, self.device)
         self._assign(gbuffer, DEFICIT_IN_FRAME, least_deficit=1)
-        self._list_new(gbuffer, begins=True)
+        inputs = [budget, self._kmeans.medoids, self._samples.pixels, self.clusters, self._work.pixels]
+        launch(medoid_pixel_kernel, self.most - self._extra, inputs, self.device)
+        self._list_new(gbuffer)
 
     def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int], *, relit: bool = False) -> None:
         """Keep the clusters of the frame before as far as they are good in this view, and add those that it lacks.
@@ -105,7 +107,7 @@ class SpClustering:
         inputs = [points, self._deficit_sums, work.unused_prefix, chosen, budget]
         launch(adapt_budget_kernel, 1, inputs, self.device)
         self._assign(gbuffer, DEFICIT_IN_FRAME, least_deficit=int(WHOLE_DEFICIT))
-        self._list_new(gbuffer, begins=False, relit=relit)
+        self._list_new(gbuffer, relit=relit)
 
     def _assign(self, gbuffer: GBuffer, scale: DeficitParameters, least_deficit: int = 0) -> None:
         """Find the clusters of all SPs, or of those that have such a deficit by the clusters before."""
@@ -114,22 +116,32 @@ class SpClustering:
         inputs = [gbuffer, points, kept.grid.data, kept.budget, kept.chosen, scale, least_deficit, self.clusters]
         launch(self._assignment_kernel, self._sps.capacity, inputs, self.device)
 
-    def _list_new(self, gbuffer: GBuffer, *, begins: bool, relit: bool = False) -> None:
-        inputs = [gbuffer, self._kept.budget, begins, self._kmeans.medoids, self._samples.pixels, self._work.pixels]
-        launch(representative_kernel, self.most, [*inputs, self._order.keys, self.clusters], self.device)
+    def _list_new(self, gbuffer: GBuffer, *, relit: bool = False) -> None:
+        inputs = [self._work.pixels, self._order.keys, self.clusters]
+        launch(representative_kernel, self.most, [gbuffer, *inputs], self.device)
         if relit:
-            launch(relist_kernel, self.most, [self._work.pixels, self._order.keys, self.clusters], self.device)
+            launch(relist_kernel, self.most, inputs, self.device)
         self._order.sort()
 
 
 @wp.kernel
-def representative_kernel(first: int, gbuffer: GBuffer, budget: ClusterBudget, begins: bool, medoids: wp.array[int],
-                          sampled: wp.array[int], pixels: wp.array[int], keys: wp.array[int],
+def medoid_pixel_kernel(first: int, budget: ClusterBudget, medoids: wp.array[int], sampled: wp.array[int],
+                        clusters: SpClusters, pixels: wp.array[int]) -> None:  # fmt: skip
+    """One thread a cluster of k-means: its pixel, of `pixels` (cluster,).
+
+    medoids (cluster,): which of the `sampled` (sample,) pixels represent them.
+    """
+    cluster = first + wp.tid()
+    if cluster < budget.base[0] and clusters.spacing[cluster] > 0.0:
+        pixels[cluster] = sampled[medoids[cluster]]
+
+
+@wp.kernel
+def representative_kernel(first: int, gbuffer: GBuffer, pixels: wp.array[int], keys: wp.array[int],
                           clusters: SpClusters) -> None:  # fmt: skip
     """One thread a cluster: what else rays need of the SP that represents it, and its place on the Morton curve.
 
-    begins: those of k-means are new, whose `medoids` (cluster,) are of the `sampled` (sample,) pixels; pixels
-    (cluster,): where the others are, −1 for one that is kept; keys (cluster,): EMPTY_KEY for those that are not new.
+    pixels (cluster,): where that is, −1 for one that is kept; keys (cluster,): EMPTY_KEY for those that are not new.
     """
     cluster = first + wp.tid()
     keys[cluster] = EMPTY_KEY
@@ -137,8 +149,6 @@ def representative_kernel(first: int, gbuffer: GBuffer, budget: ClusterBudget, b
     if clusters.used[cluster] == 0:
         return
     pixel = pixels[cluster]
-    if begins and cluster < budget.base[0]:
-        pixel = sampled[medoids[cluster]]
     if pixel < 0:
         return
     clusters.geometric_normal[cluster] = gbuffer.geometric_normal[pixel]
