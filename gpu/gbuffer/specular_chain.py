@@ -4,6 +4,8 @@ A camera ray that meets a perfect mirror or clear glass goes on to the first sur
 point is. At glass it is reflected or goes through by chance, as Fresnel's law says, or takes the likelier of both.
 """
 
+from dataclasses import dataclass
+
 import warp as wp
 
 from gpu.core.image_size import ImageSize
@@ -20,9 +22,18 @@ from gpu.gbuffer.camera_rays import CameraRay
 from gpu.lights.background import background
 from gpu.sampling.sobol import sobol_pair_at
 
-# Specular surfaces of a chain at most. One more is shown matt: what is reflected within glass again and again has lost
-# little light, so that black would be worse.
-CHAIN_VERTICES = wp.constant(8)
+
+@dataclass(frozen=True)
+class ChainParameters:
+    """vertices: specular surfaces of a chain at most. One more is shown matt: what is reflected within glass again and
+    again has lost little light, so that black would be worse. Compiled in.
+    """
+
+    vertices: int = 8
+
+
+CHAIN_PARAMETERS = ChainParameters()
+CHAIN_VERTICES = wp.constant(CHAIN_PARAMETERS.vertices)
 # The sequences of `sobol_pair_at` that chains take, beside those of direct light.
 CHAIN_PAIR = wp.constant(16)
 # The moment of frames whose chains are not drawn.
