@@ -5,11 +5,12 @@ import logging
 import secrets
 from collections import Counter
 from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
 from gpu.errors import UserError
+from gpu.scene.edits import NO_EDITS
 from gpu.settings import RenderSettings
 from server.refusals import TooBusyError, UnknownJobError
 from server.render.engine_pool import EnginePool
@@ -210,6 +211,8 @@ class Jobs:
             self._tell(job, JobState.FAILED)
         finally:
             self._dismiss(job.render.viewer)
+            # Ended jobs are remembered for long, and what only rendering took may be megabytes.
+            job.film, job.render = None, replace(job.render, edits=NO_EDITS)
         self._make_room(job)
         asyncio.get_running_loop().call_later(self._keep_seconds, self._forget, job.id)
 

@@ -2,14 +2,14 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TypeVar
 
 import numpy as np
 
+from server.folders import TemporaryFolder
 from server.render.engine_pool import EnginePool
 from server.render.schedule import Urgency
 from server.render.stills import render_frames
@@ -44,10 +44,11 @@ async def render_film(
     told: hears how many frames are in, of all pictures. Raises what `render_frames` does; VideoError where the film
     cannot be made, or becomes too large.
     """
-    with TemporaryDirectory(prefix="lumenwalk-film-") as folder:
-        path = Path(folder) / "film.mp4"
+    folder = TemporaryFolder()
+    try:
+        path = folder.path / "film.mp4"
         file = await _beside(partial(FilmFile, path, job.size, film.settings))
-        with file:
+        try:
             for index, view in enumerate(film.views):
                 order = replace(job, view=view, output="rgb")
                 _, image = await render_frames(
@@ -66,7 +67,11 @@ async def render_film(
                         f"{film.most_bytes} bytes that results may have here; make it smaller or shorter"
                     )
             await _beside(file.finish)
+        finally:
+            await _beside(file.abandon)  # which may have much to write and to delete
         return await _beside(path.read_bytes)
+    finally:
+        folder.remove()
 
 
 def _after(before: int, told: Callable[[int], None]) -> Callable[[int], None]:
@@ -80,5 +85,7 @@ async def _beside(work: Callable[[], Value]) -> Value:
     try:
         return await asyncio.shield(task)
     except asyncio.CancelledError:
-        await asyncio.wait([task])
+        while not task.done():  # who cancels may do so again
+            with suppress(asyncio.CancelledError):
+                await asyncio.wait([task])
         raise

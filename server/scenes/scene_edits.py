@@ -31,7 +31,7 @@ class EditedScenes:
         edits = patched(self.of(scene), patch)
         objects = {it.id: (it.box.min, it.box.max) for it in info.objects}
         bounds = info.bounds.min, info.bounds.max
-        lights, materials = {light.id: light.form for light in info.lights}, [it.id for it in info.materials]
+        lights, materials = {light.id: light.form for light in info.lights}, {it.id: it for it in info.materials}
         check(edits, Editable(lights, materials, objects, bounds))
         self._edits.pop(scene, None)
         if edits != NO_EDITS:

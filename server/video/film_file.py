@@ -92,7 +92,14 @@ class FilmFile:
         except self._errors as error:
             raise self._refusal(error) from None
         finally:
-            self._abandon()
+            self.abandon()
+
+    def abandon(self) -> None:
+        """End it as it is, with nothing of it left; nothing happens where it was finished."""
+        self._ended = True
+        with suppress(*self._errors):
+            self._container.close()
+        self._partial.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
         return self
@@ -103,13 +110,7 @@ class FilmFile:
         if kind is None:
             self.finish()
         else:
-            self._abandon()
-
-    def _abandon(self) -> None:
-        self._ended = True
-        with suppress(*self._errors):
-            self._container.close()
-        self._partial.unlink(missing_ok=True)
+            self.abandon()
 
     def _encode(self, frame: Any) -> None:
         try:

@@ -111,6 +111,8 @@ class Viewer:
         finally:
             self._service.engines.listeners.discard(self._news.set)
             self._service.edited.listeners.discard(self._edited)
+            while not self._rendering.empty():
+                self._rendering.get_nowait()[2].cancel()
             self._service.metrics.windows.pop(self._session.viewer, None)
 
     def _welcome(self) -> Welcome:

@@ -1,27 +1,31 @@
 """Changes of a scene's edits as JSON Merge Patch (RFC 7396): what is named changes, null takes an edit back."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TypeVar
 
-from gpu.scene.edits import SceneEdits
+from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from server.wire.browser import ScenePatch
+
+PartEdit = TypeVar("PartEdit", LightEdit, MaterialEdit, ObjectEdit)
 
 
 def patched(edits: SceneEdits, patch: ScenePatch) -> SceneEdits:
-    """`edits` after `patch`; what then says nothing of a light or a material is left out."""
-    merged = _merged(edits.model_dump(exclude_none=True), patch.model_dump(exclude_unset=True))
-    return SceneEdits.model_validate(
-        {kind: {one: it for one, it in parts.items() if it} for kind, parts in merged.items()}
+    """`edits` after `patch`; what then says nothing of a part is left out. What is not named is not looked at."""
+    named = patch.model_fields_set
+    return SceneEdits.model_construct(
+        lights=_patched(edits.lights, patch.lights) if "lights" in named else edits.lights,
+        materials=_patched(edits.materials, patch.materials) if "materials" in named else edits.materials,
+        objects=_patched(edits.objects, patch.objects) if "objects" in named else edits.objects,
     )
 
 
-def _merged(target: Any, patch: Any) -> Any:
-    """RFC 7396, section 2."""
-    if not isinstance(patch, dict):
-        return patch
-    made = dict(target) if isinstance(target, dict) else {}
-    for name, value in patch.items():
-        if value is None:
-            made.pop(name, None)
+def _patched(parts: Mapping[str, PartEdit], changes: Mapping[str, PartEdit | None] | None) -> dict[str, PartEdit]:
+    """RFC 7396, section 2; the fields of a part are replaced as a whole."""
+    made = {} if changes is None else dict(parts)
+    for one, change in (changes or {}).items():
+        said = change and (made.get(one) or type(change)()).model_copy(update=change.model_dump(exclude_unset=True))
+        if said is None or said == type(said)():
+            made.pop(one, None)
         else:
-            made[name] = _merged(made.get(name), value)
+            made[one] = said
     return made

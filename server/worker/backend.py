@@ -11,7 +11,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic, perf_counter
 from typing import TypeVar
 
@@ -214,6 +214,7 @@ class GpuBackend:
 
     def _picture(self, job: Render, report: Report) -> Picture:
         loaded = self._state(job.scene, job.edits, report)
+        job = replace(job, edits=loaded.edits)  # the same object from now on: no part of it is compared again
         # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
         who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
         renderer = job.scene, job.edits, job.size, lasting(job.settings)

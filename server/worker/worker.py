@@ -132,6 +132,8 @@ class Worker:
         self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
         self._tasks = Tasks()
         self._turn_began = 0.0
+        self._under_way: dict[int, Render] = {}  # what is rendered, by request
+        self._left_behind: set[int] = set()  # of these, those whose viewer has left
         cores = min(8, os.cpu_count() or 1)
         self._encoders = ThreadPoolExecutor(cores, thread_name_prefix="encode")
         self._videos = LiveVideo()
@@ -169,12 +171,16 @@ class Worker:
     def _handle(self, message: ToWorker) -> None:
         match message:
             case Leave(viewer):
-                self._backend.leave(viewer)
-                self._video_thread(viewer).submit(self._videos.forget, viewer)  # behind its last picture
+                self._leave(viewer)
+                self._left_behind.update(it.request for it in self._under_way.values() if it.viewer == viewer)
             case OpenScene() | CloseScene() | Render():
                 self._take_turn(message.request, lambda: self._tasks.start(message.request, partial(self._do, message)))
             case Resume(request):
                 self._take_turn(request, lambda: self._tasks.resume(request))
+
+    def _leave(self, viewer: int) -> None:
+        self._backend.leave(viewer)
+        self._video_thread(viewer).submit(self._videos.forget, viewer)  # behind its last picture
 
     def _take_turn(self, request: int, turn: Callable[[], bool]) -> None:
         """Have a job's turn, which is true if that ended it."""
@@ -213,6 +219,7 @@ class Worker:
                     self._backend.close(scene)
                     answer = Closed(job.request)
                 case Render():
+                    self._under_way[job.request] = job
                     picture = self._backend.render(job, report)
                     render_ms = 1e3 * (DEVICE_SHARING.own_time() - began) - picture.encode_ms
                     encoders = self._video_thread(job.viewer) if job.output == "h264" else self._encoders
@@ -224,6 +231,9 @@ class Worker:
         except CancelledError:
             self._fail(job.request, UserError("cancelled"))
         report.end()
+        if (rendered := self._under_way.pop(job.request, None)) and job.request in self._left_behind:
+            self._left_behind.remove(job.request)
+            self._leave(rendered.viewer)  # again: its last frame was still in the making
         self._send(Free(job.request, self._busy_ms(), self._holdings()))
         if answer is not None:
             self._answer(job.request, answer)

@@ -148,5 +148,6 @@ def test_a_value_that_cannot_be_is_refused_with_its_place(
 
 
 def test_equal_edits_are_one_key() -> None:
-    parts = {"lights": {"bulb": {"on": False}}}
-    assert len({edits_of(**parts), edits_of(**parts), NO_EDITS}) == 2
+    changes: list[tuple[str, dict[str, object]]] = [("bulb", {"on": False}), ("sun", {"direction": [0.0, -1.0, 0.0]})]
+    orders = [edits_of(lights=dict(order)) for order in (changes, reversed(changes))]
+    assert len({*orders, NO_EDITS}) == 2
