@@ -32,5 +32,12 @@ def test_null_takes_an_edit_back(patch: dict[str, object], lights: dict[str, Lig
     assert patched(OFF, patch_of(patch)) == SceneEdits(lights=lights, materials=OFF.materials)
 
 
+def test_what_is_not_named_is_neither_copied_nor_looked_at() -> None:
+    found = patched(OFF, patch_of({"lights": {"sun": {"on": False}}}))
+    assert list(found.lights) == ["bulb", "sun"]
+    assert found.lights["bulb"] is OFF.lights["bulb"]
+    assert found.materials is OFF.materials
+
+
 def test_without_edits_there_is_nothing() -> None:
     assert patched(OFF, patch_of({"lights": None, "materials": None})) == NO_EDITS
