@@ -1,6 +1,7 @@
 import asyncio
 import io
 from pathlib import Path
+from threading import Event, get_ident
 
 import pytest
 from engines import FakeEngine, order
@@ -8,6 +9,7 @@ from engines import FakeEngine, order
 from server.render.engine_pool import EnginePool
 from server.render.films import Film, render_film
 from server.render.schedule import Urgency
+from server.video.film_file import FilmFile
 from server.video.film_settings import FilmSettings
 from server.video.pictures import VideoError
 from server.wire.worker import AlongPath, Render, SceneCamera
@@ -62,9 +64,47 @@ def test_a_film_that_nobody_wants_leaves_nothing(temporary: Path) -> None:
         engine.gate.set()
         while len(engine.orders) < 2:
             await asyncio.sleep(0)
+        assert [found.name for found in temporary.glob("*/.lumenwalk.lock")] == [".lumenwalk.lock"]
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
             await task
         assert list(temporary.iterdir()) == []
 
     asyncio.run(cancelled())
+
+
+def test_a_picture_is_encoded_to_its_end_however_often_the_film_is_cancelled(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, go_on, threads = Event(), Event(), list[int]()
+
+    def add(_film: FilmFile, _pixels: object) -> None:
+        begun.set()
+        go_on.wait(10)
+
+    def abandon(film: FilmFile) -> None:
+        threads.append(get_ident())
+        real_abandon(film)
+
+    real_abandon = FilmFile.abandon
+    monkeypatch.setattr(FilmFile, "add", add)
+    monkeypatch.setattr(FilmFile, "abandon", abandon)
+
+    async def cancelled() -> None:
+        task = asyncio.create_task(render_film(EnginePool([FakeEngine()]), order(), 1, FILM))
+        while not begun.is_set():
+            await asyncio.sleep(0)
+        for _ in range(3):
+            task.cancel()
+            for _ in range(5):
+                await asyncio.sleep(0)
+        assert not task.done()
+        assert threads == []
+        go_on.set()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert get_ident() not in threads
+
+    asyncio.run(cancelled())
+    assert threads
+    assert list(temporary.iterdir()) == []
