@@ -2,6 +2,7 @@ import asyncio
 import gc
 import weakref
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +10,16 @@ import pytest
 from engines import FakeEngine, order
 
 from gpu.errors import UserError
+from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
 from server.jobs import Jobs, JobState, RenderJob
 from server.refusals import TooBusyError, UnknownJobError
 from server.render.engine_pool import EnginePool
+from server.render.films import Film
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
 from server.settings import ServerSettings
+from server.video.film_settings import FilmSettings
+from server.wire.worker import AlongPath
 
 
 def work(engine: FakeEngine, test: Callable[[Jobs], Awaitable[None]], **settings: Any) -> None:
@@ -93,6 +98,18 @@ def test_jobs_are_done_one_after_the_other() -> None:
         assert [client for client, _, _ in engine.orders if client] == [1, 1, 2, 2]
 
     work(engine, test)
+
+
+def test_what_rendering_took_goes_with_the_end_of_a_job() -> None:
+    async def test(jobs: Jobs) -> None:
+        edits = SceneEdits(lights={"lamp": LightEdit(on=False)})
+        job = jobs.add(replace(order(), edits=edits), 1, "video/mp4", Film([AlongPath((), 0.0)] * 9, FilmSettings(), 1))
+        await ended(jobs, job)
+        assert job.state is JobState.FAILED
+        await asyncio.sleep(0)
+        assert (job.film, job.render.edits, job.pictures) == (None, NO_EDITS, 9)
+
+    work(FakeEngine(failure=UserError("camera: there is none")), test)
 
 
 def test_a_failed_job_says_why() -> None:
