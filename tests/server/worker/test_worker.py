@@ -13,7 +13,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from gradient_worker import BUG_SEED, FAULT_SEED, LATE_FAULT_SEED, MEMORY, SLOW_SECONDS, SLOW_SEED, WRONG_SEED
+from gradient_worker import (
+    BUG_SEED,
+    ENOUGH,
+    FAULT_SEED,
+    LATE_FAULT_SEED,
+    MEMORY,
+    SLICED_SEED,
+    SLOW_SECONDS,
+    SLOW_SEED,
+    WRONG_SEED,
+)
 from harness import GRADIENT_WORKER
 
 from gpu.settings import RenderSettings
@@ -29,12 +39,15 @@ from server.wire.worker import (
     Opened,
     OpenScene,
     Output,
+    Paused,
     Ready,
     Render,
+    Resume,
     SceneCamera,
     SceneRef,
     Start,
     ToWorker,
+    Yield,
     pack,
     read,
 )
@@ -113,6 +126,21 @@ def test_a_viewers_video_goes_on_from_picture_to_picture_until_it_leaves(pipe: P
     done, _ = pipe.read(Done)
     assert isinstance(done, Done)
     assert [*keys, done.is_key] == [True, False, False, True, True]
+
+
+def test_a_viewer_that_leaves_in_the_middle_of_a_frame_leaves_nothing(pipe: Pipe) -> None:
+    pipe.send(replace(render(1, "h264", SLICED_SEED), video=1))
+    pipe.send(Yield(1))
+    pipe.read(Paused)
+    pipe.send(Leave(1))
+    for request in range(2, 2 + ENOUGH):
+        pipe.send(replace(render(request), viewer=2))
+    pipe.send(Resume(1))
+    for number in (1, 2):
+        pipe.send(replace(render(10 + number, "h264"), video=1 + number))
+    answers = [pipe.read(Done)[0] for _ in range(ENOUGH + 3)]
+    keys = {answer.request: answer.is_key for answer in answers if isinstance(answer, Done)}
+    assert (keys[1], keys[11], keys[12]) == (True, True, False)
 
 
 def test_the_device_is_free_once_a_job(pipe: Pipe) -> None:
