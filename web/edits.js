@@ -21,6 +21,7 @@ export class EditHistory {
   #sent = [];
   /** To be sent. @type {ScenePatch | null} */
   #next = null;
+  /** Of the newest patch; goes on from scene to scene, as what the server knows of does. */
   #id = 0;
   /** @type {Step[]} */
   #done = [];
@@ -60,7 +61,6 @@ export class EditHistory {
     this.#known = { lights: {}, materials: {}, objects: {} };
     this.#sent = [];
     this.#next = null;
-    this.#id = 0;
     this.#done = [];
     this.#undone = [];
     this.#changed();

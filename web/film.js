@@ -14,7 +14,7 @@ import { CameraPath } from "./viewer/camera-path.js";
 
 /** What the server takes (server/wire/camera_path.py). */
 export const MOST_STOPS = 200;
-export const SECONDS = { least: 0.1, most: 600, usual: 3 };
+export const SECONDS = { least: 0.1, most: 3600, usual: 3 };
 const LONGEST_NAME = 60;
 const DEGREE = Math.PI / 180;
 
@@ -76,6 +76,7 @@ export function stopsOf(text, scene) {
     const { time, camera, name } = keyframe ?? {};
     const seconds = index === 0 ? SECONDS.usual : time - before;
     if (!Number.isFinite(time) || !(seconds > 0)) throw new PathError(`keyframes[${index}].time: must be a number${index ? ` after ${before}` : ""}.`);
+    if (seconds > SECONDS.most) throw new PathError(`keyframes[${index}].time: must be at most ${SECONDS.most} s after ${before}.`);
     before = time;
     const view = viewOf(camera, scene);
     if (!view) throw new PathError(`keyframes[${index}].camera: is no camera of this scene, and none that the page can show.`);

@@ -93,14 +93,7 @@ const session = new Session(api, wanted, {
   frame: show,
 }, await decodesVideo());
 const poses = new PoseSender(session);
-const views = new Views({
-  view: here,
-  go(view, name) {
-    stand(view);
-    notice.say(name);
-  },
-  complain: (words) => notice.complain(words),
-});
+const views = new Views({ view: here, go: visit, complain: (words) => notice.complain(words) });
 const flight = new Flight({
   show(view, seconds) {
     place(view);
@@ -114,10 +107,7 @@ const flight = new Flight({
 });
 const film = new FilmSection(api, {
   view: here,
-  go(view, name) {
-    stand(view);
-    notice.say(name);
-  },
+  go: visit,
   fly: (way) => (way ? flight.start(way) : flight.stop()),
   wanted: () => session.wanted,
 });
@@ -206,6 +196,12 @@ function see({ yfov, near = 0 }) {
 }
 
 const home = () => stand();
+
+/** Takes a view that was kept. @param {View} view @param {string} name */
+function visit(view, name) {
+  stand(view);
+  notice.say(name);
+}
 
 /** @returns {View} */
 function here() {

@@ -19,6 +19,10 @@ export class FilmOrder {
   #progress = byId("film-progress", HTMLProgressElement);
   #cancel = button("film-cancel");
   #result = byId("film-result", HTMLAnchorElement);
+  #submit = button("film-start");
+  #enough = false;
+  /** From the order to its end. */
+  #busy = false;
   /** What goes on. @type {{job: JobInfo, name: string, ignore: () => void} | null} */
   #current = null;
 
@@ -33,6 +37,12 @@ export class FilmOrder {
     this.#cancel.addEventListener("click", () => this.#stop());
   }
 
+  /** Whether there are views enough for a film. @param {boolean} enough */
+  set enough(enough) {
+    this.#enough = enough;
+    this.#offer();
+  }
+
   /** Says that something is wrong; nothing when all is well. @param {string} words */
   problem(words) {
     this.#problem.hidden = words === "";
@@ -41,7 +51,7 @@ export class FilmOrder {
 
   async #start() {
     const order = this.#order();
-    if (!order || this.#current) return;
+    if (!order || this.#busy) return;
     this.problem("");
     const wanted = {
       ...order.wanted,
@@ -49,7 +59,7 @@ export class FilmOrder {
       film: { fps: Number(this.#fps.value) },
       settings: { ...order.settings, frames: this.#frames.valueAsNumber },
     };
-    this.#submit.disabled = true;
+    this.#work(true);
     try {
       const job = await orderFilm(this.#api, wanted);
       const lost = (/** @type {string} */ words) => this.#end(words);
@@ -76,7 +86,7 @@ export class FilmOrder {
     this.#current = null;
     this.#state.textContent = "The film is ready";
     this.#progress.hidden = this.#cancel.hidden = true;
-    this.#submit.disabled = false;
+    this.#work(false);
   }
 
   #stop() {
@@ -91,11 +101,17 @@ export class FilmOrder {
   #end(words) {
     this.#current = null;
     this.#box.hidden = true;
-    this.#submit.disabled = false;
+    this.#work(false);
     this.problem(words);
   }
 
-  get #submit() {
-    return button("film-start");
+  /** @param {boolean} goesOn */
+  #work(goesOn) {
+    this.#busy = goesOn;
+    this.#offer();
+  }
+
+  #offer() {
+    this.#submit.disabled = this.#busy || !this.#enough;
   }
 }

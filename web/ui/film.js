@@ -71,19 +71,25 @@ export class FilmSection {
 
   /** @param {Stop[]} stops */
   #change(stops) {
-    if (!this.#scene) return;
+    if (this.#keep(stops)) this.#show();
+  }
+
+  /** @param {Stop[]} stops @returns {boolean} whether these are the film now */
+  #keep(stops) {
+    if (!this.#scene) return false;
     this.#events.fly(null);
-    if (!keepFilm(this.#scene.id, stops)) return this.#order.problem("The browser keeps no more views of this film.");
-    this.#order.problem("");
-    this.#stops = stops;
-    this.#show();
+    const kept = keepFilm(this.#scene.id, stops);
+    if (kept) this.#stops = stops;
+    this.#order.problem(kept ? "" : "The browser keeps no more views of this film.");
+    return kept;
   }
 
   #show() {
     const enough = this.#stops.length > 1;
     this.#hint.hidden = enough;
     this.#list.hidden = this.#stops.length === 0;
-    for (const id of ["film-play", "film-save", "film-start"]) button(id).disabled = !enough;
+    this.#play.disabled = button("film-save").disabled = !enough;
+    this.#order.enough = enough;
     this.#list.replaceChildren(...this.#stops.map((stop, index) => this.#row(stop, index)));
     this.preview(null);
   }
@@ -98,9 +104,8 @@ export class FilmSection {
     const time = element("input", { type: "number", min: String(least), max: String(most), step: "any", value: String(seconds), ...words });
     time.addEventListener("change", () => {
       const valid = time.checkValidity() && time.value !== "";
-      this.#stops[index] = { name, view, seconds: valid ? time.valueAsNumber : seconds };
-      if (!valid) time.value = String(seconds);
-      if (this.#scene) keepFilm(this.#scene.id, this.#stops);
+      if (valid) this.#keep(this.#stops.with(index, { name, view, seconds: time.valueAsNumber }));
+      time.value = String(this.#stops[index]?.seconds); // the row stays: the keyboard is in it
       this.preview(null);
     });
     const earlier = element("button", { type: "button", className: "icon", ariaLabel: `Move ${name} before the view before`, title: "Earlier" });

@@ -30,7 +30,6 @@ export class Mixer {
   /** @type {Row[]} */
   #rows = [];
   #history;
-
   #place;
 
   /**

@@ -1,23 +1,12 @@
 import assert from "node:assert/strict";
-import { beforeEach, test } from "node:test";
+import { test } from "node:test";
 
 import { addBookmark, bookmarksOf, removeBookmark } from "../../../web/bookmarks.js";
+import { keepAnew } from "./kept.js";
 
 /** @type {import("../../../web/link.js").View} */
 const view = { at: [1, 2, 3], look: [0.1, 0.2], yfov: 1 };
-/** @type {Map<string, string>} */
-const kept = new Map();
-
-beforeEach(() => {
-  kept.clear();
-  Object.defineProperty(globalThis, "localStorage", {
-    configurable: true,
-    value: {
-      getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
-      setItem: (/** @type {string} */ name, /** @type {string} */ value) => void kept.set(name, value),
-    },
-  });
-});
+const kept = keepAnew();
 
 test("each scene has its own bookmarks, in the order in which they were made", () => {
   assert.ok(addBookmark("hall", " door ", view));

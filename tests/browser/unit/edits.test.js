@@ -65,6 +65,12 @@ test("after a new start nothing is left", () => {
   history.edit(lamp(2));
   history.restart();
   assert.deepEqual([history.canUndo, shown()], [false, undefined]);
+});
+
+test("what is on its way in another scene is not taken for what was sent in the one before", () => {
+  history.edit(lamp(2));
+  history.restart();
   history.edit(lamp(3));
-  assert.equal(sent.at(-1)?.id, 1);
+  history.told({ lights: {}, materials: {}, objects: {} }, 1);
+  assert.equal(shown(), 3);
 });

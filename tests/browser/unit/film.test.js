@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
-import { beforeEach, test } from "node:test";
+import { test } from "node:test";
 
 import { filmOf, keepFilm, pathOf, PathError, stopsOf, timesOf, wayOf } from "../../../web/film.js";
+import { keepAnew } from "./kept.js";
 
 /** @typedef {import("../../../web/film.js").Stop} Stop */
 /** @type {Stop} */
@@ -15,19 +16,7 @@ const scene = /** @type {import("../../../web/protocol.js").SceneInfo} */ (
     frame: { up: "z", metres_per_unit: 0.001, origin: [456_789_000, 5_432_100_000, 0] },
   })
 );
-/** @type {Map<string, string>} */
-const kept = new Map();
-
-beforeEach(() => {
-  kept.clear();
-  Object.defineProperty(globalThis, "localStorage", {
-    configurable: true,
-    value: {
-      getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
-      setItem: (/** @type {string} */ name, /** @type {string} */ value) => void kept.set(name, value),
-    },
-  });
-});
+const kept = keepAnew();
 
 /** @param {Stop} actual @param {Stop} expected */
 function close(actual, expected) {
