@@ -34,6 +34,7 @@ from server.rest import docs, health
 from server.rest import films as film_api
 from server.rest import jobs as job_api
 from server.rest import metrics as monitor
+from server.rest import picking as pick_api
 from server.rest import render as render_api
 from server.rest import scenes as scene_api
 from server.rest.openapi import describe
@@ -108,7 +109,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     )
     app.add_middleware(Delivery)
     errors.install(app)
-    for part in (docs, health, monitor, render_api, scene_api, job_api, film_api, stream):
+    for part in (docs, health, monitor, render_api, pick_api, scene_api, job_api, film_api, stream):
         app.include_router(part.router)
     app.mount("/api/docs/files", docs.swagger)
     app.router.default = Pages()

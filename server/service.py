@@ -26,6 +26,8 @@ from server.wire.worker import Render, SceneRef, Start
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
 # Edits of a client a second, and at once: a slider that is dragged is told thirty times a second.
 EDIT_RATE, EDIT_BURST = 40.0, 80.0
+# Picks of a client: a click each.
+PICK_RATE, PICK_BURST = 10.0, 40.0
 
 
 @dataclass
@@ -46,6 +48,7 @@ class Service:
     metrics: Metrics = field(default_factory=Metrics)
     edited: EditedScenes = field(default_factory=EditedScenes)
     edit_rates: Buckets = field(default_factory=lambda: Buckets(EDIT_RATE, EDIT_BURST))
+    pick_rates: Buckets = field(default_factory=lambda: Buckets(PICK_RATE, PICK_BURST))
     stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
 
     def __post_init__(self) -> None:
@@ -72,6 +75,12 @@ class Service:
         if self.edit_rates.empty(client):
             raise TooBusyError(f"more than {EDIT_RATE:.0f} edits a second came from you; send fewer")
         self.edit_rates.take(client)
+
+    def check_picks(self, client: Hashable) -> None:
+        """TooBusyError where a client picks too often."""
+        if self.pick_rates.empty(client):
+            raise TooBusyError(f"more than {PICK_RATE:.0f} picks a second came from you; send fewer")
+        self.pick_rates.take(client)
 
     def number(self) -> int:
         """A viewer number that was never used before; `dismiss` frees what the worker keeps for it."""

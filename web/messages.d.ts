@@ -282,6 +282,18 @@ export interface ServerError {
 /** What went wrong, for programs; the message says it for people. */
 export type ErrorCode = "bad-message" | "unknown-scene" | "limit" | "scene-failed" | "edit-refused" | "render-failed" | "memory";
 
+/** What a camera sees at one point of its picture, by the ids of the scene; None is what is not there, or not listed. */
+export interface PickedPart {
+  object: string | null;
+  material: string | null;
+  /** that shines from there: the surface, or the sky where nothing is */
+  light: string | null;
+  /** in the world [m] */
+  point: [number, number, number] | null;
+  /** of that from the camera [m] */
+  distance: number | null;
+}
+
 export type ViewerMessage = Hello | Pose | Settings | Edit | Ack;
 
 export type ServerMessage = Welcome | SceneInfo | Edits | Status | ServerError;

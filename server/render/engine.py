@@ -44,6 +44,7 @@ from server.wire.worker import (
     Opened,
     OpenScene,
     Paused,
+    Picked,
     Progress,
     Ready,
     Render,
@@ -323,7 +324,7 @@ class Engine:
                 if cause is Cause.PROGRAM and running and running.is_heartbeat and running.request == request:
                     raise link.refuse("word that it can render no more")
                 self._pending.pop(request).resolve(ERRORS[cause](text))
-            case Done(request) | Opened(request) | Closed(request) if self._answers(request, message):
+            case Done(request) | Opened(request) | Closed(request) | Picked(request) if self._answers(request, message):
                 pending = self._pending.pop(request)
                 if isinstance(pending.job, Render) and isinstance(message, Done):
                     self._last_rendered = pending.job

@@ -4,9 +4,9 @@ import asyncio
 from dataclasses import dataclass
 
 from gpu.errors import OutOfMemoryError, UserError
-from server.wire.worker import Cause, Closed, CloseScene, Done, Job, Opened, OpenScene, Render
+from server.wire.worker import Cause, Closed, CloseScene, Done, Job, Opened, OpenScene, Pick, Picked, Render
 
-Answer = Done | Opened | Closed
+Answer = Done | Opened | Closed | Picked
 Reply = tuple[Answer, bytes]
 
 # An image takes no more than that: 4 floats a pixel, and a header.
@@ -48,6 +48,8 @@ class PendingJob:
                 return isinstance(answer, Opened)
             case CloseScene():
                 return isinstance(answer, Closed)
+            case Pick():
+                return isinstance(answer, Picked)
 
     def resolve(self, result: Reply | Exception) -> None:
         """Give the reply, or the error that takes its place, to whoever still waits for it."""

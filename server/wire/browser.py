@@ -266,6 +266,18 @@ class ObjectInfo(Message):
     box: Bounds
 
 
+class PickedPart(Message):
+    """What a camera sees at one point of its picture, by the ids of the scene; None is what is not there, or not
+    listed.
+    """
+
+    object: PartId | None = None
+    material: PartId | None = None
+    light: PartId | None = Field(None, description="that shines from there: the surface, or the sky where nothing is")
+    point: tuple[float, float, float] | None = Field(None, description="in the world [m]")
+    distance: float | None = Field(None, description="of that from the camera [m]")
+
+
 class SceneInfo(Message):
     """What is known of a scene once it has been read."""
 

@@ -19,7 +19,7 @@ from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import RenderSettings
-from server.wire.browser import SceneInfo
+from server.wire.browser import PickedPart, SceneInfo
 from server.wire.log_format import LogFormat
 
 STILLS = 0  # the viewer number of renders that no viewer asked for; viewers count from 1
@@ -149,6 +149,21 @@ class Render:
 
 
 @dataclass(frozen=True)
+class Pick:
+    """Say what a camera sees at `place` in [0, 1]² of a picture of `size`, from its top left; answered by Free, then
+    Picked, or by Failed, then Free. edits: as of Render.
+    """
+
+    scene: SceneRef
+    view: CameraSpec
+    size: tuple[int, int]
+    place: tuple[float, float]
+    edits: SceneEdits = NO_EDITS
+    request: int = 0
+    kind: Literal["pick"] = "pick"
+
+
+@dataclass(frozen=True)
 class Leave:
     """A viewer is gone: free what is kept for it. Not answered."""
 
@@ -189,8 +204,8 @@ class Cancel:
     kind: Literal["cancel"] = "cancel"
 
 
-Job = OpenScene | CloseScene | Render
-ToWorker = Start | OpenScene | Render | Leave | CloseScene | Yield | Resume | Cancel
+Job = OpenScene | CloseScene | Render | Pick
+ToWorker = Start | OpenScene | Render | Pick | Leave | CloseScene | Yield | Resume | Cancel
 
 # --- from the worker -------------------------------------------------------------------------------------------------
 
@@ -285,6 +300,15 @@ class Done:
     kind: Literal["done"] = "done"
 
 
+@dataclass(frozen=True)
+class Picked:
+    """Answer to Pick."""
+
+    request: int
+    part: PickedPart
+    kind: Literal["picked"] = "picked"
+
+
 class Cause(StrEnum):
     """Whose fault a failure is: the user's, that of a device with too little memory, or the program's."""
 
@@ -303,7 +327,7 @@ class Failed:
     kind: Literal["failed"] = "failed"
 
 
-FromWorker = Ready | Progress | Free | Paused | Opened | Closed | Done | Failed
+FromWorker = Ready | Progress | Free | Paused | Opened | Closed | Done | Picked | Failed
 
 # --- the codec -------------------------------------------------------------------------------------------------------
 

@@ -31,12 +31,13 @@ from gpu.settings import RenderSettings
 from gpu.warm_up import warm_up
 from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
-from server.wire.browser import SceneInfo
-from server.wire.worker import STILLS, CameraSpec, Render, SceneCamera, SceneRef, Start
+from server.wire.browser import PickedPart, SceneInfo
+from server.wire.worker import STILLS, CameraSpec, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build, edit
 from server.worker.memory import free_host_bytes, own_bytes
+from server.worker.picking import picked_part
 from server.worker.renderer_pool import RendererPool, lasting
 from server.worker.scene_reading import read_beside
 from server.worker.tasks import Tasks
@@ -115,6 +116,11 @@ class GpuBackend:
             "ask for a smaller size, or for fewer clusters or VPLs"
         )
         return self._with_room(lambda: self._picture(job, report), what)
+
+    def pick(self, job: Pick, report: Report) -> PickedPart:
+        """Say what a camera sees at one point of its picture, of the scene as it is edited."""
+        what = f"{job.scene.id}: the device has too little memory for this scene; close others, or simplify it"
+        return self._with_room(lambda: self._picked(job, report), what)
 
     def leave(self, viewer: int) -> None:
         """Free what is kept for a viewer."""
@@ -211,6 +217,11 @@ class GpuBackend:
             self._states.clear()
             self._stills.clear()
         raise refusal
+
+    def _picked(self, job: Pick, report: Report) -> PickedPart:
+        state = self._state(job.scene, job.edits, report)
+        camera = view_camera(state.scene, job.view, job.size)
+        return picked_part(self._scenes[job.scene].scene, state.device_scene, camera, job.place)
 
     def _picture(self, job: Render, report: Report) -> Picture:
         loaded = self._state(job.scene, job.edits, report)

@@ -26,7 +26,7 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import OutOfMemoryError, UserError, brief
 from server.logs import configure
 from server.video.live_video import LiveVideo
-from server.wire.browser import SceneInfo
+from server.wire.browser import PickedPart, SceneInfo
 from server.wire.worker import (
     START_UP,
     Cancel,
@@ -43,6 +43,8 @@ from server.wire.worker import (
     Opened,
     OpenScene,
     Paused,
+    Pick,
+    Picked,
     Progress,
     Ready,
     Render,
@@ -105,6 +107,9 @@ class Backend(Protocol):
 
     def render(self, job: Render, report: Report) -> Picture:
         """Render one picture."""
+
+    def pick(self, job: Pick, report: Report) -> PickedPart:
+        """Say what a camera sees at one point of its picture."""
 
     def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it; nothing happens when it is not loaded."""
@@ -173,7 +178,7 @@ class Worker:
             case Leave(viewer):
                 self._leave(viewer)
                 self._left_behind.update(it.request for it in self._under_way.values() if it.viewer == viewer)
-            case OpenScene() | CloseScene() | Render():
+            case OpenScene() | CloseScene() | Render() | Pick():
                 self._take_turn(message.request, lambda: self._tasks.start(message.request, partial(self._do, message)))
             case Resume(request):
                 self._take_turn(request, lambda: self._tasks.resume(request))
@@ -218,6 +223,8 @@ class Worker:
                 case CloseScene(scene):
                     self._backend.close(scene)
                     answer = Closed(job.request)
+                case Pick():
+                    answer = Picked(job.request, self._backend.pick(job, report))
                 case Render():
                     self._under_way[job.request] = job
                     picture = self._backend.render(job, report)

@@ -8,11 +8,12 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from server.wire.browser import Ack, Edit, Edits, Error, Hello, Pose, SceneInfo, Settings, Status, Welcome
+from server.wire.browser import Ack, Edit, Edits, Error, Hello, PickedPart, Pose, SceneInfo, Settings, Status, Welcome
 
 FILE = Path(__file__).parents[2] / "web" / "messages.d.ts"
 TO_SERVER = (Hello, Pose, Settings, Edit, Ack)
 TO_VIEWER = (Welcome, SceneInfo, Edits, Status, Error)
+ANSWERS = (PickedPart,)  # to requests, over REST
 # Names that mean something else in a browser.
 RENAMED = {"Error": "ServerError"}
 # What the page reads or writes field by field, as the schema in the welcome says.
@@ -92,7 +93,7 @@ def text() -> str:
     """The whole file."""
     # The page may leave out what has a default; the server says all, also of what both may say.
     types = declarations(TO_SERVER, complete=False)
-    types |= {name: of for name, of in declarations(TO_VIEWER, complete=True).items() if name not in types}
+    types |= {name: of for name, of in declarations(TO_VIEWER + ANSWERS, complete=True).items() if name not in types}
     unions = union("ViewerMessage", TO_SERVER), union("ServerMessage", TO_VIEWER)
     return HEAD + "\n".join([*types.values(), *unions])
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import OutOfMemoryError, UserError
-from gpu.scene.edits import LightEdit
+from gpu.scene.edits import LightEdit, ObjectEdit
 from gpu.scene.parts import LightForm
-from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, SceneInfo
-from server.wire.worker import HEARTBEAT, MAX_TEXT_BYTES, CameraMatrix, Render, SceneCamera, SceneRef, Start
+from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, ObjectInfo, PickedPart, SceneInfo
+from server.wire.worker import HEARTBEAT, MAX_TEXT_BYTES, CameraMatrix, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
 
@@ -29,6 +29,7 @@ MEMORY = (1_000_000_000, 8_000_000_000)
 SLICES, SLICE_SECONDS = 2000, 0.005  # of what is SLICED, at most
 ENOUGH = 3  # others' pictures between its slices, after which it ends
 TARGET = 4  # frames that a still view is averaged of
+CHAIR = Bounds(min=(-0.1, -0.1, -0.9), max=(0.1, 0.1, -0.7))
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -71,6 +72,7 @@ class GradientBackend:
             options=options,
             lights=(LightInfo(id="lamp", form=LightForm.SURFACE, color=white),),
             materials=(MaterialInfo(id="wall", color=white, roughness=1.0, metallic=0.0, emission=(0.0, 0.0, 0.0)),),
+            objects=(ObjectInfo(id="chair", box=CHAIR), ObjectInfo(id="room", box=bounds)),
             triangles=12,
         )
 
@@ -131,6 +133,13 @@ class GradientBackend:
             self._averaged[job.viewer] = samples
         pixels = None if job.output == "none" else (255 * radiance).astype(np.uint8)
         return Picture(samples, job.settings.frames or TARGET, None, 0.0, pixels, radiance, *stats)
+
+    def pick(self, job: Pick, report: Report) -> PickedPart:
+        """The chair on the left of a picture, where it is visible; the lamp, of no object, on the right."""
+        if job.place[0] >= 0.75:
+            return PickedPart(material="wall", light="lamp", point=(1.0, 0.0, -1.0), distance=1.0)
+        chair = job.edits.objects.get("chair", ObjectEdit())
+        return PickedPart() if chair.visible is False else PickedPart(object="chair", material="wall", distance=0.7)
 
     def leave(self, viewer: int) -> None:
         self._averaged.pop(viewer, None)

@@ -5,24 +5,40 @@ import pytest
 from gpu.errors import UserError
 from gpu.settings import RenderSettings
 from server.render.pending import PIXEL_BYTES, Answer, PendingJob
-from server.wire.browser import Bounds, SceneInfo
-from server.wire.worker import Closed, CloseScene, Done, Job, Opened, OpenScene, Render, SceneCamera, SceneRef
+from server.wire.browser import Bounds, PickedPart, SceneInfo
+from server.wire.worker import (
+    Closed,
+    CloseScene,
+    Done,
+    Job,
+    Opened,
+    OpenScene,
+    Pick,
+    Picked,
+    Render,
+    SceneCamera,
+    SceneRef,
+)
 
 HALL = SceneRef("hall", "hall")
 RENDER = Render(1, HALL, SceneCamera(0), (8, 4), RenderSettings(), "jpeg")
 INFO = SceneInfo(id="hall", name="hall", cameras=(), bounds=Bounds(min=(0, 0, 0), max=(1, 1, 1)), triangles=1)
 DONE, OPENED, CLOSED = Done(1, (8, 4), 1.0, 1.0, 1, 1, {}, {}, {}), Opened(1, INFO), Closed(1)
+PICK, PICKED = Pick(HALL, SceneCamera(0), (8, 4), (0.5, 0.5)), Picked(1, PickedPart())
+JOBS = [(RENDER, DONE), (OpenScene(HALL), OPENED), (CloseScene(HALL), CLOSED), (PICK, PICKED)]
 
 
 def pending(job: Job) -> PendingJob:
     return PendingJob(job, asyncio.get_running_loop().create_future())
 
 
-@pytest.mark.parametrize(("job", "right"), [(RENDER, DONE), (OpenScene(HALL), OPENED), (CloseScene(HALL), CLOSED)])
+@pytest.mark.parametrize(("job", "right"), JOBS)
 def test_a_job_has_one_kind_of_answer(job: Job, right: Answer) -> None:
     async def main() -> None:
         other_size = Done(1, (4, 8), 1.0, 1.0, 1, 1, {}, {}, {})
-        assert [answer for answer in (DONE, other_size, OPENED, CLOSED) if pending(job).answered_by(answer)] == [right]
+        assert [
+            answer for answer in (DONE, other_size, OPENED, CLOSED, PICKED) if pending(job).answered_by(answer)
+        ] == [right]
 
     asyncio.run(main())
 

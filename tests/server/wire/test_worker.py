@@ -3,7 +3,9 @@ import io
 import pytest
 from pydantic import ValidationError
 
+from gpu.scene.edits import LightEdit, SceneEdits
 from gpu.settings import Method, RenderSettings
+from server.wire.browser import PickedPart
 from server.wire.worker import (
     MAX_TEXT_BYTES,
     AlongPath,
@@ -14,6 +16,8 @@ from server.wire.worker import (
     Failed,
     FromWorker,
     LookAt,
+    Pick,
+    Picked,
     Render,
     SceneCamera,
     SceneRef,
@@ -42,7 +46,14 @@ def test_a_render_crosses_the_border_as_it_is(view: CameraSpec) -> None:
 
 
 @pytest.mark.parametrize(
-    "message", [Start(SCENE), Failed(1, "bad", Cause.USER), Done(2, (1, 2), 3.0, 4.0, 1, 1, {"a": 1.0}, {}, {})]
+    "message",
+    [
+        Start(SCENE),
+        Failed(1, "bad", Cause.USER),
+        Done(2, (1, 2), 3.0, 4.0, 1, 1, {"a": 1.0}, {}, {}),
+        Pick(SCENE, SceneCamera(0), (64, 36), (0.25, 0.5), SceneEdits(lights={"lamp": LightEdit(on=False)})),
+        Picked(3, PickedPart(object="chair", point=(1.0, 2.0, 3.0), distance=4.0)),
+    ],
 )
 def test_messages_and_bytes_follow_each_other(message: ToWorker | FromWorker) -> None:
     pipe = io.BytesIO(pack(message, b"\x00\xff") + pack(message))

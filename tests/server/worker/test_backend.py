@@ -18,13 +18,13 @@ from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
-from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, SceneEdits
+from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.types import Floats
 from gpu.settings import Method, RenderSettings
 from server.render.engine import WORKER
 from server.settings import ServerSettings
-from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.backend import GpuBackend
 from server.worker.tasks import Tasks
 
@@ -351,6 +351,14 @@ def test_a_mean_begins_anew_with_an_edit(backend: GpuBackend) -> None:
         edited(backend, NO_EDITS, sample=sample)
     assert not edited(backend, off, sample=2).any()
     assert backend.render(replace(job(), edits=off, sample=1), silent).samples == 2
+
+
+def test_a_pick_sees_the_scene_as_it_is_edited(backend: GpuBackend) -> None:
+    there = Pick(BOX, SceneCamera(0), (40, 40), (0.5, 0.5))
+    picked = backend.pick(there, silent)
+    assert (picked.object, picked.material, picked.light) == ("white", "white", None)
+    hidden = SceneEdits(objects={"white": ObjectEdit(visible=False)})
+    assert backend.pick(replace(there, edits=hidden), silent).object is None
 
 
 def test_kernels_that_only_edits_need_are_loaded_side_by_side_once(

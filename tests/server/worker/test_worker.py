@@ -40,6 +40,8 @@ from server.wire.worker import (
     OpenScene,
     Output,
     Paused,
+    Pick,
+    Picked,
     Ready,
     Render,
     Resume,
@@ -250,3 +252,12 @@ def test_a_stopped_worker_ends_with_the_web_process() -> None:
     while stat.exists() and stat.read_text().rpartition(")")[2].split()[0] not in "ZX":
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+def test_a_pick_is_answered_in_its_turn(pipe: Pipe) -> None:
+    pipe.send(Pick(SCENE, SceneCamera(0), (8, 4), (0.25, 0.5), request=1))
+    free, _ = pipe.read(Free)
+    assert isinstance(free, Free)
+    picked, payload = pipe.read(Picked)
+    assert isinstance(picked, Picked)
+    assert (free.request, picked.request, picked.part.object, payload) == (1, 1, "chair", b"")

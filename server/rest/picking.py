@@ -1,0 +1,65 @@
+"""Picking: what is at a pixel of a view."""
+
+import asyncio
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+from pydantic import Field, FiniteFloat
+
+from gpu.errors import UserError
+from server.addresses import client_network
+from server.errors import WITH_BODY, refusals
+from server.render.schedule import Urgency
+from server.render.worker_link import WorkerLostError
+from server.rest.scenes import Reading
+from server.service import TheService
+from server.wire.browser import Message, PickedPart, SceneId, Size
+from server.wire.cameras import CameraChoice, view_of
+from server.wire.worker import STILLS, Pick, Picked
+
+router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 507, *WITH_BODY))
+
+
+class PickRequest(Message):
+    """A point of a picture."""
+
+    camera: CameraChoice = Field(default=0, description="one of the scene's by index or name, or one of your own")
+    size: Size = Field(default=(1280, 720), description="width and height of the picture [px]")
+    pixel: tuple[FiniteFloat, FiniteFloat] = Field(
+        description="from the picture's top left [px]; pixels' centres are at halves"
+    )
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """As shares of the picture's sides; UserError where it is beside the picture."""
+        x, y = (at / side for at, side in zip(self.pixel, self.size, strict=True))
+        if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
+            raise UserError(f"pixel: must be in the picture, from 0, 0 to {self.size[0]}, {self.size[1]}")
+        return x, y
+
+
+@router.post("/{scene_id:path}/pick", operation_id="pick")
+async def pick(
+    scene_id: SceneId, wanted: PickRequest, request: Request, service: TheService, reading: Annotated[Reading, Query()]
+) -> PickedPart:
+    """What a camera sees at a pixel of its picture: object, material, light, and where; as the scene is edited now.
+
+    It is loaded for that. The parameters say how its file is read, as for GET.
+    """
+    place = wanted.place
+    service.check_picks(client_network(request.client.host if request.client else ""))
+    ref = await service.catalogue.look_up(scene_id, reading.options)
+    if not service.engines.ready:
+        raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
+    await service.residency.open(ref)
+    job = Pick(ref, view_of(wanted.camera), wanted.size, place, service.edited.of(ref))
+    try:
+        async with asyncio.timeout(service.settings.max_wait_seconds):
+            reply = await service.engines.submit(STILLS, ref, Urgency.STILL, lambda: job)
+    except TimeoutError:
+        raise WorkerLostError("no turn came in time; try again later") from None
+    if reply is None:
+        raise WorkerLostError("the renderer was lost; it is being started again")
+    answer, _ = await reply
+    assert isinstance(answer, Picked)
+    return answer.part
