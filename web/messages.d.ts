@@ -289,7 +289,7 @@ export interface PickedPart {
   /** that shines from there: the surface, or the sky where nothing is */
   light: string | null;
   /** in the world [m] */
-  point: [number, number, number] | null;
+  point: readonly number[] | null;
   /** of that from the camera [m] */
   distance: number | null;
 }

@@ -1,28 +1,31 @@
-"""Picking: what is at a pixel of a view."""
+"""POST /pick: what is at a pixel of a view."""
 
 import asyncio
-from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Request
 from pydantic import Field, FiniteFloat
 
 from gpu.errors import UserError
+from gpu.scene.import_options import ImportOptions
 from server.addresses import client_network
 from server.errors import WITH_BODY, refusals
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
-from server.rest.scenes import Reading
 from server.service import TheService
 from server.wire.browser import Message, PickedPart, SceneId, Size
 from server.wire.cameras import CameraChoice, view_of
 from server.wire.worker import STILLS, Pick, Picked
 
-router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 507, *WITH_BODY))
+router = APIRouter(prefix="/api/v1", responses=refusals(404, 507, *WITH_BODY))
 
 
 class PickRequest(Message):
-    """A point of a picture."""
+    """A point of a picture; what is left out gets its default, as of a still."""
 
+    scene: SceneId | None = Field(default=None, description="scene id; the served scene when not given")
+    scene_options: ImportOptions | None = Field(
+        default=None, description="how its file is read; as the service does when not given"
+    )
     camera: CameraChoice = Field(default=0, description="one of the scene's by index or name, or one of your own")
     size: Size = Field(default=(1280, 720), description="width and height of the picture [px]")
     pixel: tuple[FiniteFloat, FiniteFloat] = Field(
@@ -38,17 +41,15 @@ class PickRequest(Message):
         return x, y
 
 
-@router.post("/{scene_id:path}/pick", operation_id="pick")
-async def pick(
-    scene_id: SceneId, wanted: PickRequest, request: Request, service: TheService, reading: Annotated[Reading, Query()]
-) -> PickedPart:
+@router.post("/pick", operation_id="pick")
+async def pick(wanted: PickRequest, request: Request, service: TheService) -> PickedPart:
     """What a camera sees at a pixel of its picture: object, material, light, and where; as the scene is edited now.
 
-    It is loaded for that. The parameters say how its file is read, as for GET.
+    The scene is loaded for that.
     """
     place = wanted.place
     service.check_picks(client_network(request.client.host if request.client else ""))
-    ref = await service.catalogue.look_up(scene_id, reading.options)
+    ref = await service.catalogue.look_up(wanted.scene, wanted.scene_options)
     if not service.engines.ready:
         raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
     await service.residency.open(ref)

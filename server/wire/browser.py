@@ -274,7 +274,9 @@ class PickedPart(Message):
     object: PartId | None = None
     material: PartId | None = None
     light: PartId | None = Field(None, description="that shines from there: the surface, or the sky where nothing is")
-    point: tuple[float, float, float] | None = Field(None, description="in the world [m]")
+    point: Annotated[tuple[float, ...], Field(min_length=3, max_length=3)] | None = Field(
+        None, description="in the world [m]"
+    )
     distance: float | None = Field(None, description="of that from the camera [m]")
 
 

@@ -7,11 +7,11 @@ from harness import Running
 from server.rate_limit import Buckets
 
 HALL = "/api/v1/scenes/rooms/hall.glb"
-LEFT = {"size": [80, 40], "pixel": [20.5, 20.5]}
+LEFT = {"scene": "rooms/hall.glb", "size": [80, 40], "pixel": [20.5, 20.5]}
 
 
-def pick(running: Running, body: dict[str, Any], scene: str = HALL) -> httpx.Response:
-    return running.http.post(f"{scene}/pick", json=body)
+def pick(running: Running, body: dict[str, Any]) -> httpx.Response:
+    return running.http.post("/api/v1/pick", json=body)
 
 
 def test_what_is_at_a_pixel_is_told(running: Running) -> None:
@@ -45,7 +45,7 @@ def test_a_wrong_pick_is_refused_with_its_field(running: Running, body: dict[str
 
 
 def test_nothing_is_picked_in_a_scene_that_there_is_not(running: Running) -> None:
-    assert pick(running, LEFT, "/api/v1/scenes/nowhere.glb").status_code == 404
+    assert pick(running, {**LEFT, "scene": "nowhere.glb"}).status_code == 404
 
 
 def test_who_picks_too_often_is_told_to_wait(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
