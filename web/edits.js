@@ -11,12 +11,14 @@ import { compose, inverse, merge, removal } from "./merge.js";
 
 /** Between two messages [ms]: fewer than the server takes. */
 const REST = 40;
+/** A scene as its file has it. @type {SceneEdits} */
+const NONE = { time: null, animation: null, lights: {}, materials: {}, objects: {} };
 
 export class EditHistory {
   #send;
   #changed;
   /** @type {SceneEdits} */
-  #known = { lights: {}, materials: {}, objects: {} };
+  #known = NONE;
   /** Sent, and not answered yet. @type {{id: number, patch: ScenePatch}[]} */
   #sent = [];
   /** To be sent. @type {ScenePatch | null} */
@@ -43,7 +45,7 @@ export class EditHistory {
   get edits() {
     const patches = [...this.#sent.map(({ patch }) => patch), ...(this.#next ? [this.#next] : [])];
     const made = /** @type {Partial<SceneEdits>} */ (patches.reduce(merge, /** @type {unknown} */ (this.#known)));
-    return { lights: made.lights ?? {}, materials: made.materials ?? {}, objects: made.objects ?? {} };
+    return { ...NONE, ...made };
   }
 
   get canUndo() {
@@ -58,7 +60,7 @@ export class EditHistory {
   restart() {
     clearTimeout(this.#timer);
     this.#timer = undefined;
-    this.#known = { lights: {}, materials: {}, objects: {} };
+    this.#known = NONE;
     this.#sent = [];
     this.#next = null;
     this.#done = [];

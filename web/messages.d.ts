@@ -76,6 +76,10 @@ export interface Edit {
 
 /** A change of what differs from a scene's file, as JSON Merge Patch: null takes an edit back. */
 export interface ScenePatch {
+  /** seconds into an animation of the scene, which stays at its end; without, as the file poses it */
+  time?: number | null;
+  /** the animation that the time is of, by its id; without, the first */
+  animation?: string | null;
   /** by id */
   lights?: Readonly<Record<string, LightEdit | null>> | null;
   /** by id */
@@ -179,6 +183,8 @@ export interface SceneInfo {
   materials: readonly MaterialInfo[];
   /** that can be edited */
   objects: readonly ObjectInfo[];
+  /** of which edits can choose a time */
+  animations: readonly AnimationInfo[];
   triangles: number;
   /** what was added, ignored or changed in loading, a sentence each */
   notes: readonly string[];
@@ -242,6 +248,12 @@ export interface ObjectInfo {
   box: Bounds;
 }
 
+/** An animation of a scene, and how long it lasts. */
+export interface AnimationInfo {
+  id: string;
+  seconds: number;
+}
+
 /** All that differs from a scene's file now. */
 export interface Edits {
   type: "edits";
@@ -251,8 +263,12 @@ export interface Edits {
   edit: number;
 }
 
-/** All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */
+/** All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give. What moves with time comes first: an edit of a light or an object is of what is there then. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */
 export interface SceneEdits {
+  /** seconds into an animation of the scene, which stays at its end; without, as the file poses it */
+  time: number | null;
+  /** the animation that the time is of, by its id; without, the first */
+  animation: string | null;
   /** by the light's id */
   lights: Readonly<Record<string, LightEdit>>;
   /** by the material's id */

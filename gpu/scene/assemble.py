@@ -16,6 +16,7 @@ from gpu.scene.guess import Shape, frame_of, said_metres
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.lengths import length_text
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
+from gpu.scene.motion import Body, Motion
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.objects import numbered
 from gpu.scene.precision import device_precision, file_precision
@@ -49,7 +50,7 @@ class MeshPart:
     positions (vertex, 3) float64; triangles (triangle, 3) indices, counter-clockwise seen from the front; normals
     (vertex, 3) or None for flat shading; uvs: one (vertex, 2) array a set; colors (vertex, 4) linear or None;
     material: index into the scene's materials; name: what error messages call it; object: what users do,
-    `name` where it is empty.
+    `name` where it is empty; body: what it was before it was placed, if it moves.
     """
 
     positions: Doubles
@@ -60,6 +61,7 @@ class MeshPart:
     material: int = 0
     name: str = "mesh"
     object: str = ""
+    body: Body | None = None
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class SceneParts:
 
     lights: intensity [W/sr], of directional ones irradiance [W/m²], whatever the unit; ignored: what it did not use, by
     name; notes: what is shown otherwise than the file says; up, metres_per_unit: what the file says, None where it says
-    nothing; choices: what the options "variant" and "storey" can be.
+    nothing; choices: what the options "variant" and "storey" can be; motion: what moves, without its bodies.
     """
 
     meshes: Sequence[MeshPart]
@@ -82,6 +84,7 @@ class SceneParts:
     up: Axis | None = None
     metres_per_unit: float | None = None
     choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    motion: Motion | None = None
 
 
 def assemble(
@@ -100,7 +103,8 @@ def assemble(
     _check(name, found, limits)
     _check_choices(name, found.choices, options)
     metres = said_metres(found.metres_per_unit, options)
-    parts = [_flat(part) if part.normals is None else part for part in found.meshes if len(part.triangles)]
+    meshes = [part for part in found.meshes if len(part.triangles)]
+    parts = [_with_normals(part) for part in meshes]
     validate.check_count(name, "vertices", sum(len(p.positions) for p in parts), limits.max_vertices, "max_vertices")
     if not parts:
         raise SceneError(name, "", "; ".join(["no triangles; points and lines are not rendered", *found.ignored[:3]]))
@@ -127,6 +131,7 @@ def assemble(
 
     used = np.zeros(len(world), bool)
     used[triangles] = True
+    motion = found.motion and replace(found.motion, bodies=_bodies(meshes, used))
     triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
     vertices = np.ascontiguousarray(vertices[used])
     normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])
@@ -157,6 +162,7 @@ def assemble(
         choices=found.choices,
         objects=objects,
         vertex_object=vertex_object,
+        motion=motion,
     )
     is_lit = bool(scene.lights) or scene.sky is not None or bool(emitted_power(scene).any())
     return scene if is_lit else with_default_light(scene)
@@ -200,8 +206,24 @@ def _check_choices(name: str, choices: Mapping[str, Sequence[str]], options: Imp
             raise SceneError(name, "", f"there is no {kind} {wrong[0]!r:.80} in it; {there}")
 
 
-def _flat(part: MeshPart) -> MeshPart:
-    """`part` with vertices of its own for each triangle, and that triangle's normal (glTF 2.0, 3.7.2.1)."""
+def _bodies(meshes: Sequence[MeshPart], used: Mask) -> tuple[Body, ...]:
+    """The parts that move, with the vertices of theirs that are `used`, (vertex,) of all parts `_with_normals`."""
+    bodies, start, first = list[Body](), 0, 0
+    for part in meshes:
+        own = np.arange(len(part.positions)) if part.normals is not None else part.triangles.reshape(-1)
+        kept = own[used[start : start + len(own)]].astype(np.int32)
+        if part.body is not None and len(kept):
+            bodies.append(replace(part.body, first_vertex=first, vertices=kept))
+        start, first = start + len(own), first + len(kept)
+    return tuple(bodies)
+
+
+def _with_normals(part: MeshPart) -> MeshPart:
+    """`part`; one that has no normals with vertices of its own for each triangle, and that triangle's normal (glTF 2.0,
+    3.7.2.1).
+    """
+    if part.normals is not None:
+        return part
     corner = part.triangles.reshape(-1)
     positions = part.positions[corner]
     triangles = np.arange(len(corner), dtype=np.int32).reshape(-1, 3)
@@ -234,12 +256,12 @@ def _sound_parts(
 
     Raises SceneError when none but a `backdrop` is left.
     """
-    kept = seen & _sound(_recentred(world, triangles[seen & ~backdrop])[0], triangles)
+    kept = seen & sound(_recentred(world, triangles[seen & ~backdrop])[0], triangles)
     _check_some(name, kept & ~backdrop)
     unit, placement = _recentred(world, triangles[kept & ~backdrop])
     with np.errstate(over="ignore"):  # of what is left out
         vertices = unit.astype(np.float32)
-    kept &= _sound(vertices.astype(np.float64), triangles)
+    kept &= sound(vertices.astype(np.float64), triangles)
     _check_some(name, kept & ~backdrop)  # those that have one beside others that are too far away are lost as well
     return kept, vertices, placement
 
@@ -250,7 +272,7 @@ def _check_some(name: str, kept: Mask) -> None:
         raise SceneError(name, "", f"none of its {len(kept)} triangles has an area")
 
 
-def _sound(unit: Doubles, triangles: Integers) -> Mask:
+def sound(unit: Doubles, triangles: Integers) -> Mask:
     """Which triangles, (triangle, 3) indices of unit-space positions, are more than a point or a line."""
     a, b, c = (unit.take(triangles[:, corner], axis=0) for corner in range(3))
     with np.errstate(over="ignore", invalid="ignore"):  # what is too far away for numbers is not sound

@@ -1,4 +1,5 @@
-"""Edits of a scene that is open: lights off, brighter, elsewhere or of another colour, materials of another finish.
+"""Edits of a scene that is open: another time; lights off, brighter, elsewhere or of another colour; materials of
+another finish.
 
 What a scene's file says stays as it is; edits are said as what differs from it, all of them together, so the same edits
 of the same scene always are the same scene, whatever came before.
@@ -13,8 +14,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
+from gpu.scene.moment import Moment
 from gpu.scene.objects import object_boxes, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
+from gpu.scene.posed import posed
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene, Sky
 
@@ -92,11 +95,11 @@ class ObjectEdit(_Edit):
     )
 
 
-class SceneEdits(_Edit):
+class SceneEdits(Moment):
     """All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give.
 
-    Materials come before lights: an emissive surface shines as its material's emission says, times what its light's
-    edit says.
+    What moves with time comes first: an edit of a light or an object is of what is there then. Materials come before
+    lights: an emissive surface shines as its material's emission says, times what its light's edit says.
     """
 
     lights: dict[PartId, LightEdit] = Field(default={}, description="by the light's id")
@@ -105,7 +108,8 @@ class SceneEdits(_Edit):
 
     def __hash__(self) -> int:
         # Of ids alone, which takes a tenth of a millisecond for a thousand: few states of a scene are kept at a time.
-        return hash((frozenset(self.lights), frozenset(self.materials), frozenset(self.objects)))
+        parts = frozenset(self.lights), frozenset(self.materials), frozenset(self.objects)
+        return hash((self.time, self.animation, *parts))
 
 
 NO_EDITS = SceneEdits()
@@ -114,17 +118,19 @@ NO_EDITS = SceneEdits()
 @dataclass(frozen=True)
 class Editable:
     """What of a scene can be edited: the forms of its lights, its materials, the boxes of its objects, all by id, and
-    the scene's own `bounds`, in world space.
+    the scene's own `bounds`, in world space; the ids of its animations.
     """
 
     lights: Mapping[str, LightForm]
     materials: Collection[str]
     objects: Mapping[str, Box]
     bounds: Box
+    animations: Sequence[str] = ()
 
 
 def edited(scene: Scene, edits: SceneEdits) -> Scene:
-    """`scene` with other lights, materials and objects; arrays of geometry that are as before are the same ones.
+    """`scene` at another time, with other lights, materials and objects; arrays of geometry that are as before are the
+    same ones.
 
     Raises UserError, which names the field, for what it has not or cannot be.
     """
@@ -132,7 +138,12 @@ def edited(scene: Scene, edits: SceneEdits) -> Scene:
     lights = {part.id: part for part in lights_of(scene)}
     boxes = zip(*(corners.tolist() for corners in object_boxes(scene)), strict=True) if edits.objects else ()
     objects = {one: (low, high) for one, (low, high) in zip(scene.objects, boxes, strict=False)}
-    check(edits, Editable({one: part.form for one, part in lights.items()}, materials, objects, scene.bounds))
+    animations = {} if scene.motion is None else {one.id: one for one in scene.motion.animations}
+    forms = {one: part.form for one, part in lights.items()}
+    check(edits, Editable(forms, materials, objects, scene.bounds, [*animations]))
+    if edits.time is not None and scene.motion is not None:
+        chosen = animations[edits.animation] if edits.animation else scene.motion.animations[0]
+        scene = posed(scene, scene.motion, chosen, edits.time)
     scene = _edited_objects(scene, edits.objects)
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
@@ -153,6 +164,11 @@ def check(edits: SceneEdits, there: Editable) -> None:
     """Raise UserError, which names the field, for what is not `there` or cannot be: a light of a kind that has no place
     or direction, an object that would leave the scene's box, or nothing that is visible.
     """
+    if edits.animation is not None and edits.animation not in there.animations:
+        known = ", ".join(there.animations[:MOST_SHOWN]) or "none"
+        raise UserError(f"animation: the scene has no {edits.animation!r:.80}; it has {known}")
+    if edits.time is not None and not there.animations:
+        raise UserError("time: the scene has no animations")
     _check_ids("lights", edits.lights, there.lights)
     _check_ids("materials", edits.materials, there.materials)
     _check_ids("objects", edits.objects, there.objects)

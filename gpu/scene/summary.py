@@ -41,6 +41,7 @@ def summarise(scene: Scene) -> dict[str, Any]:
         "textures": [_texture(texture) for texture in scene.textures],
         "lights": _lights(scene),
         "cameras": [_camera(camera, scene.frame) for camera in scene.cameras],
+        "animations": _animations(scene),
         "choices": {name: list(offered) for name, offered in scene.choices.items()},
         "memory_bytes": memory_bytes(scene),
         "dropped_triangles": scene.report.dropped_triangles,
@@ -58,6 +59,10 @@ def _lights(scene: Scene) -> list[dict[str, Any]]:
     for index, light in enumerate(scene.lights):
         found.append({"id": ids[False, False, index], **_light(light, scene.placement.scale)})
     return found + ([{"id": ids[False, True, 0], **_sky(scene.sky)}] if scene.sky else [])
+
+
+def _animations(scene: Scene) -> list[dict[str, Any]]:
+    return [] if scene.motion is None else [{"id": it.id, "seconds": it.seconds} for it in scene.motion.animations]
 
 
 def _sky(sky: Sky | Environment) -> dict[str, Any]:
@@ -93,6 +98,7 @@ def summary_text(summary: dict[str, Any]) -> str:
         "textures": lambda t: f"{t['name']}: {t['width']}×{t['height']}, {'colour' if t['srgb'] else 'data'}",
         "lights": _light_text,
         "cameras": lambda c: f"{c['name']}: {c['projection']} at {_point(c['position'], step)}",
+        "animations": lambda a: f"{a['id']}: {a['seconds']:.3g} s",
     }
     for key, text in sections.items():
         entries = summary[key]

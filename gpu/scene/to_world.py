@@ -10,11 +10,17 @@ from gpu.scene.types import Camera, Doubles, Light, LightKind, Placement
 
 def camera_in_world(camera: Camera, frame: FileFrame) -> Camera:
     """A camera of the file in the world."""
-    to_world = camera.to_world.copy()
-    to_world[:3, :3] = frame.turned(camera.to_world[:3, :3].T).T
-    to_world[:3, 3] = frame.to_world(camera.to_world[:3, 3])
     half_height = camera.half_height * (frame.metres_per_unit if camera.orthographic else 1.0)
-    return replace(camera, to_world=to_world, half_height=half_height, near=camera.near * frame.metres_per_unit)
+    near = camera.near * frame.metres_per_unit
+    return replace(camera, to_world=matrix_in_world(camera.to_world, frame), half_height=half_height, near=near)
+
+
+def matrix_in_world(matrix: Doubles, frame: FileFrame) -> Doubles:
+    """The matrix (4, 4) of a camera of the file in the world."""
+    to_world = matrix.copy()
+    to_world[:3, :3] = frame.turned(matrix[:3, :3].T).T
+    to_world[:3, 3] = frame.to_world(matrix[:3, 3])
+    return to_world
 
 
 def light_in_unit_space(light: Light, frame: FileFrame, placement: Placement, said_metres: float) -> Light:
@@ -22,12 +28,19 @@ def light_in_unit_space(light: Light, frame: FileFrame, placement: Placement, sa
 
     said_metres: the unit for which the light's intensity is meant, which a guess of the unit does not change.
     """
-    light = replace(light, direction=as_vector(frame.turned(np.array(light.direction))))
+    light = placed_light(light, np.array(light.position), np.array(light.direction), frame, placement)
     if light.kind is LightKind.DIRECTIONAL:
         return light
-    position = (frame.to_world(np.array(light.position)) - placement.centre) * placement.scale
     shrunk = placement.scale * frame.metres_per_unit / said_metres
-    return replace(light, position=as_vector(position), intensity=as_vector(np.array(light.intensity) * shrunk**2))
+    return replace(light, intensity=as_vector(np.array(light.intensity) * shrunk**2))
+
+
+def placed_light(light: Light, position: Doubles, direction: Doubles, frame: FileFrame, placement: Placement) -> Light:
+    """`light` in unit space at a position and in a direction of the file, (3,); a directional one has no place."""
+    light = replace(light, direction=as_vector(frame.turned(direction)))
+    if light.kind is LightKind.DIRECTIONAL:
+        return light
+    return replace(light, position=as_vector((frame.to_world(position) - placement.centre) * placement.scale))
 
 
 def as_vector(values: Doubles) -> tuple[float, float, float]:

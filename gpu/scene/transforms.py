@@ -7,6 +7,8 @@ import numpy as np
 from gpu.scene.assemble import MeshPart
 from gpu.scene.types import Doubles, Mask
 
+LEAST_QUATERNION = 1e-6  # its length; shorter ones have no direction
+
 
 def placed(part: MeshPart, matrices: Doubles) -> MeshPart:
     """`part` once for each of `matrices` (instance, 4, 4), its fronts outside under those that mirror."""
@@ -26,6 +28,24 @@ def placed(part: MeshPart, matrices: Doubles) -> MeshPart:
         uvs=tuple(np.tile(np.asarray(uv, np.float64), (count, 1)) for uv in part.uvs),
         colors=None if part.colors is None else np.tile(np.asarray(part.colors, np.float64), (count, 1)),
     )
+
+
+def compose(translation: Doubles, rotation: Doubles, scale: Doubles) -> Doubles:
+    """Matrices (row, 4, 4) = T·R·S from rows of translations, quaternions (x, y, z, w) of any length, and scales.
+
+    A quaternion without a direction turns nothing.
+    """
+    length = np.linalg.norm(rotation, axis=1)[:, None]
+    directed = length >= LEAST_QUATERNION
+    x, y, z, w = np.where(directed, rotation / np.where(directed, length, 1.0), (0.0, 0.0, 0.0, 1.0)).T
+    matrices = np.zeros((len(translation), 4, 4))
+    matrices[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
+    matrices[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
+    matrices[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    matrices[:, :3, :3] *= scale[:, None, :]
+    matrices[:, :3, 3] = translation
+    matrices[:, 3, 3] = 1.0
+    return matrices
 
 
 def rigid(matrix: Doubles) -> Doubles:

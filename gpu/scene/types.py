@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gpu.scene.file_frame import FileFrame
+from gpu.scene.motion import Motion
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -206,7 +207,7 @@ class Scene:
     unit space; cameras are in world space, which `placement` maps to unit space, and `frame` the file's coordinates to.
     bounds: corners, in world space, of the box around all but what is small and far away; choices: what an import
     option can be, by name ("variant", "storey"). objects: their ids; vertex_object (vertex,): whose each vertex is,
-    empty where there are none.
+    empty where there are none; motion: what time changes, in the file's coordinates.
     """
 
     name: str
@@ -228,3 +229,4 @@ class Scene:
     choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
     objects: tuple[str, ...] = ()
     vertex_object: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
+    motion: Motion | None = None

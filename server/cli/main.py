@@ -16,6 +16,7 @@ from gpu.errors import UserError
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.load import SUFFIXES
+from gpu.scene.moment import Moment
 from gpu.settings import Component, RenderSettings
 from server.cli.options import add_options, flag_of, given_options, model_from
 from server.settings import ServerSettings, load_settings
@@ -82,6 +83,7 @@ def _parser() -> ArgumentParser:
     )
     render.add_argument("--json", action="store_true", help="print stage times, counts, skips and estimates as JSON")
     add_options(render, RenderSettings, "light and quality")
+    add_options(render, Moment, "a moment of a scene that has animations")
     add_options(render, ImportOptions, READING)
     add_options(render, EnvironmentOptions, "what is around the scene")
     add_options(render, FilmSettings, "a film, with --path")
@@ -140,6 +142,7 @@ def _render(options: Namespace) -> int:
     settings, size, output = model_from(options, RenderSettings), parse_size(options.size), Path(options.output)
     reading, environment = model_from(options, ImportOptions), model_from(options, EnvironmentOptions)
     edits = NO_EDITS if options.edit is None else read_edits(options.edit)
+    edits = edits.model_copy(update=model_from(options, Moment).model_dump(exclude_unset=True))
     film = model_from(options, FilmSettings)
     if options.path is None:
         if output.suffix.lower() == FILM_SUFFIX:

@@ -14,6 +14,7 @@ from gpu.sample_counts import ON_CPU, ON_CUDA, PATHS
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import ImportOptions
 from gpu.scene.limits import SceneLimits
+from gpu.scene.moment import Moment
 from gpu.settings import RenderSettings, Skips
 from server.cli.options import flag_of, kind_of, limits_of
 from server.settings import ServerSettings
@@ -42,6 +43,11 @@ SKIPS = """### Skips
 
 Each of these saves work, and is on unless told otherwise. `--no-skip NAME,NAME` switches some off; in a request,
 `{"skip": {"NAME": false}}` does. [method.md](method.md#what-is-left-out) says what each one changes.
+"""
+MOMENT = """## A moment of an animation
+
+Options of `lumenwalk render`.
+[formats.md](formats.md#animations) says what moves.
 """
 READING = """## How a file is read
 
@@ -88,6 +94,8 @@ def reference() -> str:
             ("name", "meaning"),
             ((f"`{name}`", field.description) for name, field in Skips.model_fields.items()),
         ),
+        MOMENT,
+        _options(Moment),
         READING,
         _options(ImportOptions),
         ENVIRONMENT,

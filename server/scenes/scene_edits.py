@@ -32,7 +32,8 @@ class EditedScenes:
         objects = {it.id: (it.box.min, it.box.max) for it in info.objects}
         bounds = info.bounds.min, info.bounds.max
         lights, materials = {light.id: light.form for light in info.lights}, {it.id: it for it in info.materials}
-        check(edits, Editable(lights, materials, objects, bounds))
+        animations = [animation.id for animation in info.animations]
+        check(edits, Editable(lights, materials, objects, bounds, animations))
         self._edits.pop(scene, None)
         if edits != NO_EDITS:
             self._edits[scene] = edits

@@ -12,7 +12,16 @@ from gpu.scene.objects import object_boxes
 from gpu.scene.parts import LightPart, lights_of, material_ids
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Camera, Doubles, Material, Scene
-from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, ObjectInfo, SceneFrame, SceneInfo
+from server.wire.browser import (
+    AnimationInfo,
+    Bounds,
+    CameraInfo,
+    LightInfo,
+    MaterialInfo,
+    ObjectInfo,
+    SceneFrame,
+    SceneInfo,
+)
 
 MOST_CAMERAS = 256  # that are listed, more than anyone chooses from; the others can be named by their number
 
@@ -46,6 +55,7 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
         lights=tuple(_describe_light(part, scene) for part in lights[:MOST_PARTS]),
         materials=tuple(map(_describe_material, ids[:MOST_PARTS], scene.materials)),
         objects=_describe_objects(scene),
+        animations=_describe_animations(scene),
         triangles=len(scene.triangles),
         notes=notes,
     )
@@ -55,6 +65,11 @@ def _describe_objects(scene: Scene) -> tuple[ObjectInfo, ...]:
     boxes = zip(*object_boxes(scene), strict=True)
     listed = zip(scene.objects[:MOST_PARTS], boxes, strict=False)
     return tuple(ObjectInfo(id=one, box=Bounds(min=as_vector(low), max=as_vector(high))) for one, (low, high) in listed)
+
+
+def _describe_animations(scene: Scene) -> tuple[AnimationInfo, ...]:
+    listed = () if scene.motion is None else scene.motion.animations
+    return tuple(AnimationInfo(id=animation.id, seconds=animation.seconds) for animation in listed)
 
 
 def _describe_light(part: LightPart, scene: Scene) -> LightInfo:

@@ -58,6 +58,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, TypeAdapter, Val
 from gpu.errors import UserError
 from gpu.scene.edits import Color, LightEdit, MaterialEdit, ObjectEdit, PartId, SceneEdits
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
+from gpu.scene.moment import AnimationId, Moment
 from gpu.scene.parts import LightForm
 from gpu.settings import RenderSettings
 
@@ -141,7 +142,7 @@ class Settings(Message):
     stream: Stream | None = None
 
 
-class ScenePatch(Message):
+class ScenePatch(Moment):
     """A change of what differs from a scene's file, as JSON Merge Patch: null takes an edit back."""
 
     lights: Annotated[dict[PartId, LightEdit | None], Field(max_length=MOST_PATCHED)] | None = Field(
@@ -280,6 +281,13 @@ class PickedPart(Message):
     distance: float | None = Field(None, description="of that from the camera [m]")
 
 
+class AnimationInfo(Message):
+    """An animation of a scene, and how long it lasts."""
+
+    id: AnimationId
+    seconds: float
+
+
 class SceneInfo(Message):
     """What is known of a scene once it has been read."""
 
@@ -294,6 +302,7 @@ class SceneInfo(Message):
     lights: tuple[LightInfo, ...] = Field((), description="that can be edited")
     materials: tuple[MaterialInfo, ...] = Field((), description="that can be edited")
     objects: tuple[ObjectInfo, ...] = Field((), description="that can be edited")
+    animations: tuple[AnimationInfo, ...] = Field((), description="of which edits can choose a time")
     triangles: int
     notes: tuple[str, ...] = Field((), description="what was added, ignored or changed in loading, a sentence each")
 

@@ -13,6 +13,8 @@ def patched(edits: SceneEdits, patch: ScenePatch) -> SceneEdits:
     """`edits` after `patch`; what then says nothing of a part is left out. What is not named is not looked at."""
     named = patch.model_fields_set
     return SceneEdits.model_construct(
+        time=patch.time if "time" in named else edits.time,
+        animation=patch.animation if "animation" in named else edits.animation,
         lights=_patched(edits.lights, patch.lights) if "lights" in named else edits.lights,
         materials=_patched(edits.materials, patch.materials) if "materials" in named else edits.materials,
         objects=_patched(edits.objects, patch.objects) if "objects" in named else edits.objects,

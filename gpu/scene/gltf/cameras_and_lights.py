@@ -18,24 +18,24 @@ _MOST = 1e30  # W/sr: so that float32 holds what is computed with it
 _EXTENSION = "KHR_lights_punctual"
 
 
-def read_cameras(document: Document, nodes: Iterable[PlacedNode], bounds: Doubles) -> list[Camera]:
-    """The cameras of `nodes`; those that are broken are left out and said.
+def read_cameras(document: Document, nodes: Iterable[PlacedNode], bounds: Doubles) -> list[tuple[Camera, int]]:
+    """The cameras of `nodes`, with their nodes' numbers; those that are broken are left out and said.
 
     bounds: the corners (corner, 3) of a box around what they see; one that ends its view before that (zfar) is noted.
     """
     placed = (node for node in nodes if node.entry.has("camera"))
-    found = (document.attempt(partial(_camera, document, node, bounds), "the camera") for node in placed)
-    return [camera for camera in found if camera is not None]
+    found = ((document.attempt(partial(_camera, document, it, bounds), "the camera"), it.number) for it in placed)
+    return [(camera, number) for camera, number in found if camera is not None]
 
 
-def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[Light]:
-    """The KHR_lights_punctual lights of `nodes`; those that are broken are left out and said.
+def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[tuple[Light, int]]:
+    """The KHR_lights_punctual lights of `nodes`, with their nodes' numbers; broken ones are left out and said.
 
     Units are taken as radiometric: intensity [W/sr], of directional lights irradiance [W/m²].
     """
     placed = (node for node in nodes if node.visible and node.entry.part("extensions").has(_EXTENSION))
-    found = (document.attempt(partial(_light, document, node), "the light") for node in placed)
-    return [light for light in found if light is not None]
+    found = ((document.attempt(partial(_light, document, it), "the light"), it.number) for it in placed)
+    return [(light, number) for light, number in found if light is not None]
 
 
 def _camera(document: Document, node: PlacedNode, bounds: Doubles) -> Camera:

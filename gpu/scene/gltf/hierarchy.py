@@ -8,16 +8,24 @@ import numpy as np
 from gpu.scene.gltf.document import Document
 from gpu.scene.gltf.transforms import local_matrix
 from gpu.scene.gltf.values import Value
+from gpu.scene.motion import STILL
 from gpu.scene.types import Doubles
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedNode:
-    """A node and its matrix (4, 4) to world space; visible: neither it nor what it is in is hidden."""
+    """A node and its matrices (4, 4) to its parent and to world space.
+
+    number: its place among the nodes that are shown; parent: that one's, or STILL; visible: neither it nor what it is
+    in is hidden.
+    """
 
     entry: Value
+    number: int
+    local: Doubles
     to_world: Doubles
-    visible: bool = True
+    parent: int
+    visible: bool
 
 
 def placed_nodes(document: Document) -> dict[str, PlacedNode]:
@@ -34,15 +42,16 @@ def placed_nodes(document: Document) -> dict[str, PlacedNode]:
             raise entries[number].error("is the child of two nodes; glTF allows one parent")
     roots = _roots(document, entries, parents)
     placed: dict[str, PlacedNode] = {}
-    waiting = [(number, np.eye(4), True) for number in reversed(roots)]
+    waiting = [(number, STILL, np.eye(4), True) for number in reversed(roots)]
     while waiting:
-        number, above, visible = waiting.pop()
-        to_world = above @ local_matrix(entries[number])
+        number, parent, above, visible = waiting.pop()
+        local = local_matrix(entries[number])
+        to_world = above @ local
         if not np.isfinite(to_world).all():
             raise entries[number].error("its transform to the world is not finite")
         visible = visible and _visible(document, entries[number])
-        placed[entries[number].path] = PlacedNode(entries[number], to_world, visible)
-        waiting += [(child, to_world, visible) for child in reversed(children[number])]
+        waiting += [(child, len(placed), to_world, visible) for child in reversed(children[number])]
+        placed[entries[number].path] = PlacedNode(entries[number], len(placed), local, to_world, parent, visible)
     return placed
 
 

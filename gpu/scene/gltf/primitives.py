@@ -1,5 +1,6 @@
 """Mesh primitives of a glTF file: attributes and triangles, in the mesh's own space."""
 
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -10,6 +11,7 @@ from gpu.scene.gltf.accessors import check_finite, read_floats, read_indices
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.draco import read_draco
 from gpu.scene.gltf.values import Value, kind_of
+from gpu.scene.motion import MorphTarget
 from gpu.scene.types import Doubles
 
 _POINTS_AND_LINES = (0, 1, 2, 3)
@@ -26,10 +28,11 @@ class Primitive:
     path: str
     attributes: dict[str, Doubles]
     triangles: NDArray[np.int64]
+    targets: tuple[MorphTarget, ...]
 
 
-def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, weights: tuple[float, ...]) -> Primitive | None:
-    """The primitive at `entry` with its first `uv_sets` UV sets, bent by its morph targets' `weights`.
+def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, targets: Collection[int]) -> Primitive | None:
+    """The primitive at `entry` with its first `uv_sets` UV sets, and with those of its morph targets that are named.
 
     None, and said, where there is no surface: points, lines, no positions. Attributes other than positions are left
     out when they are broken. Raises SceneError when positions or indices are.
@@ -53,7 +56,7 @@ def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, weights: tuple[
         rows = buffers.document.attempt(read, name)
         if rows is not None:
             attributes[name] = rows
-    _morph(buffers, entry, weights, attributes)
+    morphs = tuple(_targets(buffers, entry, targets, attributes))
     if indices is None:
         indices = read_indices(buffers, entry, "indices") if entry.has("indices") else np.arange(len(positions))
     if len(indices) and int(indices.max()) >= len(positions):
@@ -69,7 +72,7 @@ def read_primitive(buffers: Buffers, entry: Value, uv_sets: int, weights: tuple[
     used[triangles] = True
     check_finite(buffers, listed, "POSITION", positions, used)
     attributes["POSITION"] = np.where(np.isfinite(attributes["POSITION"]), attributes["POSITION"], 0.0)
-    return Primitive(entry.path, attributes, triangles)
+    return Primitive(entry.path, attributes, triangles, morphs)
 
 
 def to_triangles(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
@@ -112,12 +115,14 @@ def _attribute(buffers: Buffers, listed: Value, name: str, decoded: Doubles | No
     return np.maximum(rows, 0.0) if base == "WEIGHTS" else rows
 
 
-def _morph(buffers: Buffers, entry: Value, weights: tuple[float, ...], attributes: dict[str, Doubles]) -> None:
-    """Add the morph targets of `entry`, weighted, to the positions and normals in `attributes`."""
-    for target, weight in zip(entry.parts("targets"), weights, strict=False):
-        for name in ("POSITION", "NORMAL"):
-            if weight != 0.0 and name in attributes and target.has(name):
+def _targets(
+    buffers: Buffers, entry: Value, wanted: Collection[int], attributes: dict[str, Doubles]
+) -> Iterator[MorphTarget]:
+    """The morph targets of `entry`; those that are not `wanted`, or broken, change nothing."""
+    for number, target in enumerate(entry.parts("targets")):
+        shifts: dict[str, Doubles | None] = {"POSITION": None, "NORMAL": None}
+        for name in shifts:
+            if number in wanted and name in attributes and target.has(name):
                 read = partial(_attribute, buffers, target, name, None, len(attributes[name]))
-                shift = buffers.document.attempt(read, "the morph target")
-                if shift is not None:
-                    attributes[name] = attributes[name] + weight * shift
+                shifts[name] = buffers.document.attempt(read, "the morph target")
+        yield MorphTarget(shifts["POSITION"], shifts["NORMAL"])

@@ -1,4 +1,6 @@
-"""Skinned meshes in the pose that their joints have in the file."""
+"""Skins of a glTF file, and what of them the vertices of a mesh follow."""
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -7,27 +9,28 @@ from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.hierarchy import PlacedNode
 from gpu.scene.gltf.primitives import Primitive
 from gpu.scene.gltf.values import Value
-from gpu.scene.types import Doubles
+from gpu.scene.motion import Skin
+from gpu.scene.types import Doubles, Ints
 
 
-def joint_matrices(buffers: Buffers, skin: Value, placed: dict[str, PlacedNode]) -> Doubles:
-    """Matrices (joint, 4, 4) from bind pose to world space (glTF 2.0, section 3.7.3.3). Raises SceneError."""
+def read_skin(buffers: Buffers, skin: Value, placed: Mapping[str, PlacedNode]) -> Skin:
+    """The skin at `skin`, whose joints are `placed` nodes. Raises SceneError."""
     nodes = len(buffers.document.root.items("nodes"))
     joints = [f"nodes[{item.as_index(nodes)}]" for item in skin.items("joints")]
     missing = [joint for joint in joints if joint not in placed]
     if missing or not joints:
         raise skin.error(f"its joint {missing[0]} is not in the scene" if missing else "has no joints")
-    to_world = np.stack([placed[joint].to_world for joint in joints])
+    own = np.array([placed[joint].number for joint in joints], np.int32)
     if not skin.has("inverseBindMatrices"):
-        return to_world
+        return Skin(own, np.tile(np.eye(4), (len(joints), 1, 1)))
     inverse = read_finite(buffers, skin, "inverseBindMatrices", (16,))
     if len(inverse) < len(joints):
         raise skin.error(f"{len(inverse)} inverse bind matrices for {len(joints)} joints")
-    return np.asarray(to_world @ inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1))
+    return Skin(own, np.ascontiguousarray(inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)))
 
 
-def blend(primitive: Primitive, matrices: Doubles, place: Value) -> Doubles:
-    """The matrix (vertex, 4, 4) of each vertex: those of its joints, weighted. Raises SceneError."""
+def bindings(primitive: Primitive, skin: Skin, place: Value) -> tuple[Ints, Doubles]:
+    """The joints (vertex, slot) that each vertex follows, and their shares (vertex, slot). Raises SceneError."""
     attributes = primitive.attributes
     sets = [name[7:] for name in attributes if name.startswith("JOINTS_") and f"WEIGHTS_{name[7:]}" in attributes]
     if not sets:
@@ -35,9 +38,9 @@ def blend(primitive: Primitive, matrices: Doubles, place: Value) -> Doubles:
     joints, weights = (
         np.concatenate([attributes[f"{name}_{number}"] for number in sets], axis=1) for name in ("JOINTS", "WEIGHTS")
     )
-    numbers = np.where(weights > 0.0, joints, 0.0).astype(np.int64)
-    if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < len(matrices):
-        raise place.error(f"its JOINTS name a joint that does not exist, there are {len(matrices)}")
+    numbers = np.where(weights > 0.0, joints, 0.0).astype(np.int32)
+    if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < len(skin.joints):
+        raise place.error(f"its JOINTS name a joint that does not exist, there are {len(skin.joints)}")
     total = weights.sum(axis=1, keepdims=True)
     share = np.where(total > 0.0, weights / np.where(total > 0.0, total, 1.0), np.eye(1, weights.shape[1]))
-    return np.asarray(sum(share[:, slot, None, None] * matrices[numbers[:, slot]] for slot in range(share.shape[1])))
+    return numbers, share

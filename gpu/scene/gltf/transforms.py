@@ -5,6 +5,7 @@ import numpy as np
 from gpu.scene.gltf.accessors import read_finite
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.values import Value
+from gpu.scene.transforms import LEAST_QUATERNION, compose
 from gpu.scene.types import Doubles
 
 _NEARLY = 1e-5  # what float32 arithmetic makes of a matrix's last row
@@ -22,12 +23,15 @@ def local_matrix(node: Value) -> Doubles:
         if {"translation", "rotation", "scale"} & node.raw.keys():
             node.mend("has both a matrix and translation, rotation or scale; the matrix was used")
         return matrix
-    return compose(
-        node,
-        np.array([node.numbers("translation", (0.0, 0.0, 0.0), -1e30, 1e30)]),
-        np.array([node.numbers("rotation", (0.0, 0.0, 0.0, 1.0), -1e30, 1e30)]),
-        np.array([node.numbers("scale", (1.0, 1.0, 1.0), -1e30, 1e30)]),
-    )[0]
+    parts = local_parts(node)[None]
+    return composed(node, parts[:, 0:3], parts[:, 3:7], parts[:, 7:10])[0]
+
+
+def local_parts(node: Value) -> Doubles:
+    """The node's translation, rotation (x, y, z, w) and scale, (10,). Raises SceneError."""
+    translation = node.numbers("translation", (0.0, 0.0, 0.0), -1e30, 1e30)
+    rotation = node.numbers("rotation", (0.0, 0.0, 0.0, 1.0), -1e30, 1e30)
+    return np.array([*translation, *rotation, *node.numbers("scale", (1.0, 1.0, 1.0), -1e30, 1e30)])
 
 
 def instance_matrices(buffers: Buffers, extension: Value) -> Doubles:
@@ -39,23 +43,14 @@ def instance_matrices(buffers: Buffers, extension: Value) -> Doubles:
     if len(counts) != 1:
         raise attributes.error("needs TRANSLATION, ROTATION or SCALE, each with as many elements as the others")
     count = counts.pop()
-    return compose(extension, *(rows.get(name, np.tile(value, (count, 1))) for name, value in defaults.items()))
+    return composed(extension, *(rows.get(name, np.tile(value, (count, 1))) for name, value in defaults.items()))
 
 
-def compose(place: Value, translation: Doubles, rotation: Doubles, scale: Doubles) -> Doubles:
-    """Matrices (row, 4, 4) = T·R·S from rows of translations, quaternions (x, y, z, w) and scales."""
+def composed(place: Value, translation: Doubles, rotation: Doubles, scale: Doubles) -> Doubles:
+    """`compose` of what is at `place`; said where a rotation is odd."""
     length = np.linalg.norm(rotation, axis=1)
-    if (length < 1e-6).any():
+    if (length < LEAST_QUATERNION).any():
         place.mend("a rotation is a quaternion without direction (0, 0, 0, 0): it turns nothing")
-        rotation = np.where(length[:, None] < 1e-6, _IDENTITY[12:], rotation)
     elif (np.abs(length - 1.0) > _ROUNDED).any():
         place.mend("a rotation is a quaternion whose length is not 1: it turns as the one of length 1 does")
-    x, y, z, w = (rotation / np.linalg.norm(rotation, axis=1)[:, None]).T
-    matrices = np.zeros((len(translation), 4, 4))
-    matrices[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
-    matrices[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
-    matrices[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
-    matrices[:, :3, :3] *= scale[:, None, :]
-    matrices[:, :3, 3] = translation
-    matrices[:, 3, 3] = 1.0
-    return matrices
+    return compose(translation, rotation, scale)

@@ -48,6 +48,10 @@ _KNOWN: dict[str, set[str]] = {
     "cameras[]": {"name", "type", "perspective", "orthographic"},
     "cameras[].perspective": {"yfov", "aspectRatio", "znear", "zfar"},
     "cameras[].orthographic": {"xmag", "ymag", "znear", "zfar"},
+    "animations[]": {"name", "channels", "samplers"},
+    "animations[].channels[]": {"sampler", "target"},
+    "animations[].channels[].target": {"node", "path"},
+    "animations[].samplers[]": {"input", "output", "interpolation"},
     "skins[]": {"name", "joints", "inverseBindMatrices", "skeleton"},
     "accessors[]": {
         *("name", "bufferView", "byteOffset", "componentType", "normalized", "count", "type", "min", "max", "sparse"),
@@ -81,8 +85,6 @@ def say_unused(document: Document, nodes: Iterable[PlacedNode], materials: Colle
     if found.extras:
         listed, more = list(found.extras)[:_LISTED], len(found.extras) - _LISTED
         document.notes.add(f"extras are not used: {', '.join(listed)}{f' and {more} more' if more > 0 else ''}")
-    if document.root.raw.get("animations"):
-        document.ignored.add("animations are not played; the scene is shown in its rest pose")
     _say_unplaced(document, [node.entry.raw for node in nodes])
 
 

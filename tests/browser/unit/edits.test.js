@@ -71,6 +71,6 @@ test("what is on its way in another scene is not taken for what was sent in the 
   history.edit(lamp(2));
   history.restart();
   history.edit(lamp(3));
-  history.told({ lights: {}, materials: {}, objects: {} }, 1);
+  history.told({ time: null, animation: null, lights: {}, materials: {}, objects: {} }, 1);
   assert.equal(shown(), 3);
 });

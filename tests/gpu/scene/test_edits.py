@@ -1,7 +1,9 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from gltf_motion import moving
 from pydantic import ValidationError
 from scenes import box, quad, scene_of
 
@@ -151,3 +153,27 @@ def test_equal_edits_are_one_key() -> None:
     changes: list[tuple[str, dict[str, object]]] = [("bulb", {"on": False}), ("sun", {"direction": [0.0, -1.0, 0.0]})]
     orders = [edits_of(lights=dict(order)) for order in (changes, reversed(changes))]
     assert len({*orders, NO_EDITS}) == 2
+
+
+def test_edits_are_of_what_is_there_at_a_time(tmp_path: Path) -> None:
+    scene = moving(tmp_path).load()
+    (lamp,) = scene.lights
+    edits = edits_of(lights={"lamp": {"intensity": 2.0}}, objects={"arm": {"visible": False}})
+    found = edited(scene, edits.model_copy(update={"time": 1.0}))
+    (there,) = edited(scene, SceneEdits(time=1.0, animation="wave")).lights
+    assert there.position != lamp.position
+    (brighter,) = found.lights
+    assert brighter == replace(there, intensity=tuple(2.0 * channel for channel in lamp.intensity))
+    assert len(found.triangles) == len(scene.triangles) - 1
+    assert len({hash(SceneEdits(time=1.0)), hash(SceneEdits(time=2.0)), hash(SceneEdits(animation="wave"))}) == 3
+
+
+def test_a_moment_that_a_scene_has_not_is_refused(tmp_path: Path, scene: Scene) -> None:
+    with pytest.raises(UserError, match=r"^time: the scene has no animations$"):
+        edited(scene, SceneEdits(time=1.0))
+    with pytest.raises(UserError, match=r"^animation: the scene has no 'run'; it has none$"):
+        edited(scene, SceneEdits(animation="run"))
+    with pytest.raises(UserError, match=r"^animation: the scene has no 'run'; it has wave$"):
+        edited(moving(tmp_path).load(), SceneEdits(time=1.0, animation="run"))
+    with pytest.raises(ValidationError, match="time"):
+        SceneEdits(time=-1.0)

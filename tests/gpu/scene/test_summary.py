@@ -1,8 +1,10 @@
 import json
 from math import cos, pi
+from pathlib import Path
 
 import numpy as np
 import pytest
+from gltf_motion import moving
 
 from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.import_options import ImportOptions
@@ -83,3 +85,9 @@ def test_coordinates_are_those_of_the_file_to_the_millimetre() -> None:
     for part in ("to 456793123 5432100456 122789 in the file", "+Z is up, a unit is 0.001 m",
                  "metres count from 456000000 5432000000 0", "storey: one of ground, first"):  # fmt: skip
         assert part in text
+
+
+def test_animations_are_listed_with_their_lengths(tmp_path: Path) -> None:
+    summary = summarise(moving(tmp_path).load())
+    assert summary["animations"] == [{"id": "wave", "seconds": 2.0}]
+    assert summary_text(summary).endswith("  1 animations\n    wave: 2 s")

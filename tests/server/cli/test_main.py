@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gpu.scene.edits import NO_EDITS, SceneEdits
 from server.cli.main import main
 
 
@@ -130,3 +131,16 @@ def test_an_interrupt_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
     monkeypatch.setattr("server.cli.reports.report_errors", interrupted)
     assert main(["compare", "a.npy", "b.npy"]) == 130
     assert capsys.readouterr().err == ""
+
+
+def test_a_moment_is_an_edit(monkeypatch: pytest.MonkeyPatch) -> None:
+    rendered = []
+    monkeypatch.setattr("server.cli.still.render_file", lambda chosen, *_, **__: rendered.append(chosen.edits))
+    assert main(["render", "house.glb", "out.png", "--time", "2.5", "--animation=walk"]) == 0
+    assert main(["render", "house.glb", "out.png"]) == 0
+    assert rendered == [SceneEdits(time=2.5, animation="walk"), NO_EDITS]
+
+
+def test_a_moment_that_a_scene_has_not_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "cornell-box", str(tmp_path / "out.png"), "--time=1"]) == 2
+    assert "time: the scene has no animations" in capsys.readouterr().err

@@ -4,7 +4,7 @@ from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
 from gpu.scene.parts import LightForm
 from server.scenes.scene_edits import MOST_EDITED, EditedScenes
-from server.wire.browser import Bounds, LightInfo, SceneInfo, ScenePatch
+from server.wire.browser import AnimationInfo, Bounds, LightInfo, SceneInfo, ScenePatch
 from server.wire.worker import SceneRef
 
 HALL = SceneRef("hall", "hall.glb", stamp=1)
@@ -45,3 +45,10 @@ def test_the_longest_unchanged_edits_are_forgotten_and_that_is_told() -> None:
     assert scenes.of(refs[0]) == NO_EDITS
     assert scenes.of(refs[1]) != NO_EDITS
     assert told == [*refs[:-1], refs[0], refs[-1]]
+
+
+def test_a_time_needs_an_animation() -> None:
+    scenes, walks = EditedScenes(), INFO.model_copy(update={"animations": (AnimationInfo(id="walk", seconds=2.0),)})
+    with pytest.raises(UserError, match=r"^time: the scene has no animations$"):
+        scenes.change(HALL, INFO, ScenePatch(time=1.0))
+    assert scenes.change(HALL, walks, ScenePatch(time=1.0)) == SceneEdits(time=1.0)

@@ -1,15 +1,17 @@
 from dataclasses import replace
 from math import atan
+from pathlib import Path
 
 import numpy as np
 import pytest
+from gltf_motion import moving
 
 from gpu.scene.load import load_scene
 from gpu.scene.parts import LightForm
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Material, Placement, Scene
 from gpu.scene.wording import MOST_CHOICE, MOST_CHOICES, MOST_NAME, MOST_SENTENCE, MOST_SENTENCES
 from server.scenes.scene_info import MOST_CAMERAS, MOST_PARTS, describe_scene
-from server.wire.browser import Bounds
+from server.wire.browser import AnimationInfo, Bounds
 from server.wire.worker import MAX_TEXT_BYTES, Opened, pack
 
 
@@ -115,3 +117,8 @@ def test_some_materials_are_listed_and_the_others_counted(scene: Scene) -> None:
     info = describe_scene("id", replace(scene, materials=scene.materials[:1] * (MOST_PARTS + 1)))
     assert len(info.materials) == MOST_PARTS
     assert info.notes[-1] == f"{MOST_PARTS + 1} materials, of which the first {MOST_PARTS} can be edited"
+
+
+def test_animations_are_told_with_their_lengths(tmp_path: Path) -> None:
+    info = describe_scene("arm.glb", moving(tmp_path).load())
+    assert info.animations == (AnimationInfo(id="wave", seconds=2.0),)

@@ -41,3 +41,10 @@ def test_what_is_not_named_is_neither_copied_nor_looked_at() -> None:
 
 def test_without_edits_there_is_nothing() -> None:
     assert patched(OFF, patch_of({"lights": None, "materials": None})) == NO_EDITS
+
+
+def test_a_moment_is_named_and_taken_back() -> None:
+    found = patched(OFF, patch_of({"time": 1.5, "animation": "walk"}))
+    assert (found.time, found.animation, found.lights) == (1.5, "walk", OFF.lights)
+    assert patched(found, patch_of({"time": 0})).animation == "walk"
+    assert patched(found, patch_of({"time": None, "animation": None})) == OFF

@@ -50,9 +50,3 @@ def test_a_used_extension_that_is_not_supported_is_said_once(gltf: GltfFile) -> 
     gltf.mesh_node()
     gltf.json["extensionsUsed"] = ["KHR_materials_sheen", "KHR_materials_unlit", "KHR_materials_sheen"]
     assert gltf.load().report.ignored == ("extension KHR_materials_sheen is not supported and was ignored",)
-
-
-def test_animations_are_said_once(gltf: GltfFile) -> None:
-    gltf.mesh_node()
-    gltf.json["animations"] = [{}, {}]
-    assert gltf.load().report.ignored == ("animations are not played; the scene is shown in its rest pose",)

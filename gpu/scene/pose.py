@@ -1,0 +1,81 @@
+"""Where nodes, and the meshes that hang on them, are at a time."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gpu.scene.assemble import MeshPart
+from gpu.scene.keyframes import value_at
+from gpu.scene.motion import STILL, Animation, Body, MorphTarget, Motion, Property, Skin
+from gpu.scene.transforms import cofactors, compose, placed
+from gpu.scene.types import Doubles, Ints
+
+_PARTS = {Property.TRANSLATION: slice(0, 3), Property.ROTATION: slice(3, 7), Property.SCALE: slice(7, 10)}
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Matrices (node, 4, 4) of nodes to the file's coordinates, and the weights of those that are not as at rest."""
+
+    to_world: Doubles
+    weights: Mapping[int, Sequence[float]] = field(default_factory=dict)
+
+
+def pose_at(motion: Motion, animation: Animation, time: float) -> Pose:
+    """The pose at `time` [s] of an animation of `motion`."""
+    rest, moved, weights = motion.rest.copy(), set[int](), dict[int, Sequence[float]]()
+    for channel in animation.channels:
+        value = value_at(channel, time)
+        if channel.changes is Property.WEIGHTS:
+            weights[channel.node] = value.tolist()
+        else:
+            rest[channel.node, _PARTS[channel.changes]] = value
+            moved.add(channel.node)
+    local = motion.local.copy()
+    for node in moved:
+        parts = (rest[node : node + 1, part] for part in _PARTS.values())
+        local[node] = compose(*parts)[0]
+    to_world = np.empty_like(local)
+    for node, parent in enumerate(motion.parents.tolist()):
+        above = np.eye(4) if parent == STILL else to_world[parent]
+        to_world[node] = above @ local[node]
+    return Pose(to_world, weights)
+
+
+def at_rest(motion: Motion) -> Pose:
+    """The pose without animation."""
+    return pose_at(motion, Animation("", 0.0, ()), 0.0)
+
+
+def in_world(part: MeshPart, body: Body, pose: Pose) -> MeshPart:
+    """`part`, whose geometry is that of `body`, in the file's coordinates in `pose`."""
+    part = _morphed(part, body.targets, pose.weights.get(body.node, body.weights))
+    if body.skin is None:
+        return placed(part, pose.to_world[body.node] @ body.instances)
+    matrices = _blended(_joint_matrices(body.skin, pose), body.joints, body.shares)
+    world = np.einsum("vij,vj->vi", matrices[:, :3, :3], part.positions) + matrices[:, :3, 3]
+    normals = part.normals
+    if normals is not None:
+        normals = np.einsum("vij,vj->vi", cofactors(matrices), normals)
+    return replace(part, positions=world, normals=normals)
+
+
+def _morphed(part: MeshPart, targets: Sequence[MorphTarget], weights: Sequence[float]) -> MeshPart:
+    positions, normals = part.positions, part.normals
+    for target, weight in zip(targets, weights, strict=False):
+        if weight != 0.0 and target.positions is not None:
+            positions = positions + weight * target.positions
+        if weight != 0.0 and target.normals is not None and normals is not None:
+            normals = normals + weight * target.normals
+    return replace(part, positions=positions, normals=normals)
+
+
+def _joint_matrices(skin: Skin, pose: Pose) -> Doubles:
+    """Matrices (joint, 4, 4) from bind pose to the file's coordinates (glTF 2.0, section 3.7.3.3)."""
+    return np.asarray(pose.to_world[skin.joints] @ skin.inverse)
+
+
+def _blended(matrices: Doubles, joints: Ints, shares: Doubles) -> Doubles:
+    """The matrix (vertex, 4, 4) of each vertex: those of its joints by their shares, both (vertex, slot)."""
+    return np.asarray(sum(shares[:, slot, None, None] * matrices[joints[:, slot]] for slot in range(shares.shape[1])))

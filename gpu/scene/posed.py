@@ -1,0 +1,102 @@
+"""A scene at a time of one of its animations.
+
+What a scene's box, its unit space, its chosen view and added light are is decided by the pose that its file has without
+animation: they do not change with time, and what moves may leave the box.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gpu.errors import UserError
+from gpu.scene.assemble import MeshPart, sound
+from gpu.scene.motion import STILL, Animation, Body, Motion
+from gpu.scene.normals import area_vectors, repaired_normals
+from gpu.scene.pose import Pose, at_rest, in_world, pose_at
+from gpu.scene.to_world import matrix_in_world, placed_light
+from gpu.scene.transforms import mirrored, rigid
+from gpu.scene.types import Camera, Doubles, Integers, Ints, Light, Scene
+
+_FARTHEST = 1e6  # times the size of the scene
+
+
+def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Scene:
+    """`scene`, whose `motion` has that animation, at a `time` [s] of it; after its end it stays as it is there.
+
+    Raises UserError, which names the field, where it takes something too far away or leaves nothing to see.
+    """
+    pose, rest = pose_at(motion, animation, time), at_rest(motion)
+    vertices, normals, triangles = scene.vertices.copy(), scene.normals.copy(), scene.triangles.copy()
+    moved = np.zeros(len(triangles), bool)
+    for body, faces in _owned(scene, motion):
+        own = slice(body.first_vertex, body.first_vertex + len(body.vertices))
+        local = _turned_over(triangles[faces] - body.first_vertex, body, rest, pose)
+        found = in_world(MeshPart(body.positions, body.triangles, body.normals), body, pose)
+        positions = found.positions[body.vertices]
+        turned = _flat(positions, local) if found.normals is None else found.normals[body.vertices]
+        unit = (scene.frame.to_world(positions) - scene.placement.centre) * scene.placement.scale
+        if not np.abs(unit).max() < _FARTHEST:  # nor where it is no number
+            raise UserError(f"time: at {time:g} s the animation takes things farther than can be shown")
+        vertices[own] = unit
+        normals[own] = repaired_normals(scene.frame.turned(turned), vertices[own], local)
+        triangles[faces], moved[faces] = local + body.first_vertex, True
+    kept = ~moved
+    kept[moved] = sound(vertices.astype(np.float64), triangles[moved])
+    if not kept.any():
+        raise UserError(f"time: at {time:g} s nothing of the scene has an area")
+    same = kept.all() and np.array_equal(triangles, scene.triangles)
+    return replace(
+        scene,
+        vertices=vertices,
+        normals=normals,
+        triangles=scene.triangles if same else triangles[kept],
+        triangle_material=scene.triangle_material if kept.all() else scene.triangle_material[kept],
+        lights=_lights(scene, motion, pose),
+        cameras=_cameras(scene, motion, pose),
+    )
+
+
+def _owned(scene: Scene, motion: Motion) -> Iterator[tuple[Body, slice]]:
+    """The bodies that the scene shows, and the triangles of each, which lie one behind the other."""
+    number = np.full(len(scene.vertices), len(motion.bodies))
+    for index, body in enumerate(motion.bodies):
+        number[body.first_vertex : body.first_vertex + len(body.vertices)] = index
+    owner = number[scene.triangles[:, 0]]
+    starts = np.flatnonzero(np.diff(owner, prepend=-1))
+    for begin, end in zip(starts, [*starts[1:], len(owner)], strict=True):
+        if owner[begin] < len(motion.bodies):
+            yield motion.bodies[owner[begin]], slice(begin, end)
+
+
+def _turned_over(triangles: Ints, body: Body, rest: Pose, pose: Pose) -> Ints:
+    """`triangles` (triangle, 3) of `body`, the other way round where it is mirrored now and was not, or was."""
+    if body.skin is not None:
+        return triangles
+    before, now = (mirrored(one.to_world[body.node] @ body.instances) for one in (rest, pose))
+    over = (before != now)[body.vertices[triangles[:, 0]] // len(body.positions)]
+    return np.where(over[:, None], triangles[:, ::-1], triangles)
+
+
+def _flat(positions: Doubles, triangles: Integers) -> Doubles:
+    """The normal (vertex, 3) of each vertex's only triangle."""
+    normals = np.zeros_like(positions)
+    normals[triangles] = area_vectors(positions, triangles)[:, None]
+    return normals
+
+
+def _lights(scene: Scene, motion: Motion, pose: Pose) -> tuple[Light, ...]:
+    lights = list(scene.lights)
+    for index, node in enumerate(motion.lights):
+        if node != STILL:
+            axes = rigid(pose.to_world[node])
+            lights[index] = placed_light(lights[index], axes[:3, 3], -axes[:3, 2], scene.frame, scene.placement)
+    return tuple(lights)
+
+
+def _cameras(scene: Scene, motion: Motion, pose: Pose) -> tuple[Camera, ...]:
+    cameras = list(scene.cameras)
+    for index, node in enumerate(motion.cameras):
+        if node != STILL:
+            cameras[index] = replace(cameras[index], to_world=matrix_in_world(rigid(pose.to_world[node]), scene.frame))
+    return tuple(cameras)
