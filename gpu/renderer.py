@@ -1,13 +1,14 @@
 """A renderer: one image size and one choice of settings of a scene, for any number of viewers in turn."""
 
-from contextlib import nullcontext
-from dataclasses import replace
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from weakref import finalize
 
 import warp as wp
 
+from gpu.core.lane import Lane
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.device_scene.upload import DeviceScene
@@ -29,6 +30,17 @@ LONG_FRAME_SECONDS = 0.03
 REMEMBERED = 0.8  # of a long frame's time, by the next one, which may be shorter than those to come
 
 
+@dataclass(frozen=True)
+class _Launched:
+    """A frame on its way: what it shows, as what; unchanged: it is the view's last one."""
+
+    radiance: wp.array
+    shown: Hashable
+    sample: int
+    walks: bool
+    unchanged: bool
+
+
 def _silent(what: str, fraction: float) -> None:
     """Report progress to nobody."""
 
@@ -36,7 +48,8 @@ def _silent(what: str, fraction: float) -> None:
 class Renderer:
     """Renders a scene at `size` (width, height) with `settings`; its arrays are allocated once.
 
-    light_sets: the scene's, where several renderers share them; else they are the renderer's own.
+    light_sets: the scene's, where several renderers share them; else they are the renderer's own. lane: where frames
+    run, beside those of renderers in other lanes (gpu.core.lane); None: one of its own.
     progress(what, fraction) is called during long work, the first time light is traced above all.
     Raises UserError when a side of `size` is not within 1 … 16384 pixels.
     """
@@ -48,12 +61,14 @@ class Renderer:
         settings: RenderSettings,
         progress: Progress | None = None,
         light_sets: LightSets | None = None,
+        lane: Lane | None = None,
     ) -> None:
         if not all(1 <= side <= MAX_SIDE for side in size):
             raise UserError(f"size: each side must be 1 to {MAX_SIDE} pixels, got {size[0]}x{size[1]}")
         self._size, self._settings, self._device = size, settings, device_scene.device
         self._pixels = size[0] * size[1]
-        self._stages = Stages(self._device)
+        self._lane = lane or Lane(self._device)
+        self._stages = Stages(self._device, self._lane)
         self._tonemap = Tonemap(self._pixels, self._device)
         lights, counts = light_sets or LightSets(device_scene), sample_counts_of(settings, self._device)
         self._method = make_method(RenderSetup(device_scene, lights, size, settings, counts, progress or _silent))
@@ -80,7 +95,8 @@ class Renderer:
         view: the viewer's, of `new_view`; without one, the renderer's own. walks: from where the view's last frame was,
         so that this one may build on it; else the same settings and camera give the same picture, whatever was rendered
         before. What other viewers render in between changes nothing. Where the device is shared (gpu.core.sharing) a
-        long frame gives it to others; this renderer must not be used by them until it is done.
+        long frame gives it to others, and others have the host while a short one is on the device; this renderer must
+        not be used by them until it is done. A frame for a wanted time is alone on the device, since it is timed.
         """
         if view is None:
             view = self._own_view = self._own_view or self.new_view()
@@ -91,16 +107,29 @@ class Renderer:
         stages, begun = self._stages, DEVICE_SHARING.own_time()
         if self._device.is_cuda:
             stages.stepwise = DEVICE_SHARING.active and self._long_seconds > LONG_FRAME_SECONDS
-        with nullcontext() if stages.stepwise else DEVICE_SHARING.keep():
-            frame = self._frame(view, walks, camera, accumulation)
+        if self._settings.target_ms is not None:
+            wp.synchronize_device(self._device)
+        if stages.stepwise:
+            launched = self._launch(view, walks, camera, accumulation)
+            wp.synchronize_device(self._device)
+        else:
+            with DEVICE_SHARING.keep(), self._lane.entered():
+                launched = self._launch(view, walks, camera, accumulation)
+        flight = self._lane.flight()
+        beside = 1 + DEVICE_SHARING.in_flight
+        if self._settings.target_ms is None:
+            DEVICE_SHARING.leave_until(flight.is_over)
+        flight.wait()
+        frame = self._finish(view, launched, begun)
         if stages.steady and not stages.captured:
             before = 0.0 if self._long_seconds == inf else REMEMBERED * self._long_seconds
-            self._long_seconds = max(DEVICE_SHARING.own_time() - begun, before)
+            # Frames that were on the device at once took about as long as one after the other.
+            beside = max(beside, 1 + DEVICE_SHARING.in_flight)
+            self._long_seconds = max((DEVICE_SHARING.own_time() - begun) / beside, before)
         return frame
 
-    def _frame(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> Frame:
-        stages, begun = self._stages, DEVICE_SHARING.own_time()
-        sample = accumulation.samples if accumulation else 0
+    def _launch(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> "_Launched":
+        stages, sample = self._stages, accumulation.samples if accumulation else 0
         shown = camera.view_key, sample
         # What a walk shows may depend on how it came there.
         unchanged = self._settings.skip.unchanged_camera and shown == view.shown and (walks or not view.walked)
@@ -118,10 +147,14 @@ class Renderer:
         stages.run("display", display, repeats=accumulation is None)
         if not unchanged:
             stages.run_untimed(partial(self._method.count, view))
-        wp.synchronize_device(self._device)
+        return _Launched(radiance, shown, sample, walks=walks, unchanged=unchanged)
+
+    def _finish(self, view: ViewState, launched: "_Launched", begun: float) -> Frame:
+        """The frame that was launched, once it is ready; begun: when it was, on the clock of its own time [s]."""
+        stages, unchanged, sample = self._stages, launched.unchanged, launched.sample
         if not unchanged:
             view.statistics = self._method.statistics(view)
-            view.shown, view.walked = shown, walks
+            view.shown, view.walked = launched.shown, launched.walks
         counts, skips = view.statistics
         if unchanged:
             skips = {"unchanged_camera": self._pixels}
@@ -136,4 +169,4 @@ class Renderer:
         if stages.steady and not stages.captured and not unchanged and sample == 0:
             host_ms = 1e3 * (DEVICE_SHARING.own_time() - begun) - sum(stats.stage_ms.values())
             stats = replace(stats, host_ms=max(host_ms, 0.0))
-        return Frame(self._size, radiance, self._tonemap.pixels, stats)
+        return Frame(self._size, launched.radiance, self._tonemap.pixels, stats)

@@ -22,13 +22,16 @@ class Turns(Protocol):
     def give(self) -> None:
         """Let others have it. Returns when the work is to go on; raises what is to end it."""
 
+    def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+        """Let others have the host until what was begun is over; idle: or until they are to have the turn, too."""
+
 
 class DeviceSharing:
     """Asks for turns."""
 
     def __init__(self) -> None:
         self._turns: Turns | None = None
-        self._kept = 0
+        self._kept = self._in_flight = 0
         self._away_seconds = 0.0  # that the work that runs now has spent in turns of others
 
     def begin(self, turns: Turns | None) -> None:
@@ -57,10 +60,37 @@ class DeviceSharing:
     def wait_for(self, done: Callable[[], bool]) -> None:
         """Let others have the device until something that does not need it is done."""
         while not done():
-            if self._turns is not None and self._kept == 0 and self._turns.due(idle=True):
-                self._give()
-            else:
+            if self._turns is None or not self.active:
                 sleep(WAIT_SECONDS)
+                continue
+            self._leave_until(done, idle=True)
+            if self._turns.due(idle=True):
+                self._give()
+
+    def leave_until(self, over: Callable[[], bool]) -> None:
+        """Let others have the host, and what the device has left, until what was launched is over.
+
+        Alone: return at once.
+        """
+        if self.active:
+            self._in_flight += 1
+            try:
+                self._leave_until(over)
+            finally:
+                self._in_flight -= 1
+
+    def _leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+        assert self._turns is not None
+        away = self._away_seconds
+        try:
+            self._turns.leave_until(over, idle=idle)
+        finally:
+            self._away_seconds = away  # that time is the work's own
+
+    @property
+    def in_flight(self) -> int:
+        """Of how many jobs something is on the device that they have left the host for."""
+        return self._in_flight
 
     def beside(self, work: Callable[[], Result]) -> Result:
         """What `work` returns, which is done in a thread while others have the device. It must not use a GPU."""

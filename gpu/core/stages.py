@@ -5,6 +5,7 @@ from itertools import count
 
 import warp as wp
 
+from gpu.core.lane import Lane
 from gpu.core.sharing import DEVICE_SHARING
 
 # Numbers for whatever owns arrays that captured graphs read; see `Stages.forget`.
@@ -19,10 +20,10 @@ class Stages:
     there, of the wall clock on the CPU. stepwise: frames are so long that others may have the device between the stages
     and within them: nothing is captured, nothing runs beside a stage, and times are of the wall clock, as always on a
     CPU. steady: whether the last frame's stages did nothing that only a first frame does; captured: whether the host
-    captured any of them in that frame.
+    captured any of them in that frame. lane: where they run, or None: on the device's current stream.
     """
 
-    def __init__(self, device: wp.Device) -> None:
+    def __init__(self, device: wp.Device, lane: Lane | None = None) -> None:
         self._device = device
         self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
         self._graphs: dict[tuple[str, Hashable, tuple[int, ...]], wp.Graph] = {}
@@ -30,7 +31,7 @@ class Stages:
         self._order: list[str] = []
         self._seconds: dict[str, float] = {}
         # What was forked runs on a stream of its own.
-        self._side: wp.Stream | None = None
+        self._lane = lane or Lane(device)
         self._forked: wp.Event | None = None
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
@@ -92,11 +93,11 @@ class Stages:
             self._forked_seconds[name] = self._forked_seconds.get(name, 0.0) + self._duration(work)
             self._note(key)
             return
-        if self._side is None:
-            self._side, self._forked = wp.Stream(self._device), wp.Event(self._device, enable_timing=True)
-        with wp.ScopedStream(self._side):
+        if self._forked is None:
+            self._forked = wp.Event(self._device, enable_timing=True)
+        with wp.ScopedStream(self._lane.side):
             self._launch(key, work)
-            self._side.record_event(self._forked)
+            self._lane.side.record_event(self._forked)
 
     def run_untimed(self, work: Callable[[], None]) -> None:
         """Run `work`, the same in every frame of one `graph_key`, after the stages and in no stage's time."""

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import warp as wp
+
 from gpu.core.device import overwrite
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
@@ -68,6 +70,7 @@ class LightSets:
         if kept.count:
             overwrite(VplClusters, kept, made)
             overwrite(Vpls, kept.members, made.members)
+            self._complete()
 
     def _make(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
         scene = self._device_scene.view(lambertian=choice.lambertian)
@@ -81,7 +84,12 @@ class LightSets:
         progress("clustering virtual point lights", 0.5)
         clusters = cluster_vpls(self._device_scene, vpls, choice.vpl_clusters, choice.seed)
         progress("clustering virtual point lights", 1.0)
+        self._complete()
         return clusters
+
+    def _complete(self) -> None:
+        """Whoever finds what was made may read it in another lane (gpu.core.lane)."""
+        wp.synchronize_device(self._device_scene.device)
 
     def radiosity(self, choice: LightSetChoice, progress: Progress) -> RadiosityCache:
         """The radiosity around the VPLs of `choice`, of which there must be one; kept as long as they are."""
@@ -90,4 +98,5 @@ class LightSets:
             self._radiosity[choice] = radiosity_cache(
                 self._device_scene, self._device_scene.view(lambertian=choice.lambertian), clusters
             )
+            self._complete()
         return self._radiosity[choice]

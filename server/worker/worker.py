@@ -1,8 +1,9 @@
-"""The worker process's loop: one job at a time from the web process, pictures encoded in threads meanwhile.
+"""The worker process's loop: jobs from the web process, as many as the device has lanes, pictures encoded in threads
+meanwhile.
 
-The web process sends the next job when it hears that the last one has left the device, or pauses, so the queue, its
-fairness and the newest pose stay there and nothing waits here. What renders is a `Backend`; server.worker.backend has
-the real one.
+The web process sends the next job when it hears that one has left the device, or pauses, so the queue, its fairness and
+the newest pose stay there and nothing waits here. One thread takes jobs and goes on with those whose frames are ready;
+what renders is a `Backend`; server.worker.backend has the real one.
 """
 
 import ctypes
@@ -14,7 +15,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from time import perf_counter
 from typing import Protocol
@@ -58,7 +59,8 @@ from server.wire.worker import (
 )
 from server.worker.encode import encode
 from server.worker.reporter import Reporter
-from server.worker.tasks import CancelledError, Tasks
+from server.worker.tasks import CancelledError, Tasks, Turn
+from server.worker.turn_clock import TurnClock
 
 PR_SET_PDEATHSIG = 1  # of <sys/prctl.h>
 FAULT = 70  # exit status after a fault that only a new process can mend
@@ -135,8 +137,8 @@ class Worker:
         self._backend = backend
         self._sending = Lock()
         self._inbox: SimpleQueue[ToWorker] = SimpleQueue()
-        self._tasks = Tasks()
-        self._turn_began = 0.0
+        self._tasks, self._clock = Tasks(), TurnClock()
+        self._tasks.others_wait = lambda: not self._inbox.empty()
         self._under_way: dict[int, Render] = {}  # what is rendered, by request
         self._left_behind: set[int] = set()  # of these, those whose viewer has left
         cores = min(8, os.cpu_count() or 1)
@@ -162,12 +164,23 @@ class Worker:
             self._fail(START_UP, error)
             return 0 if isinstance(error, UserError) else FAULT
         while True:
-            message = self._inbox.get()
             try:
-                self._handle(message)
+                self._step()
             except Exception:
                 log.critical("this worker cannot go on", exc_info=True)
                 os._exit(FAULT)
+
+    def _step(self) -> None:
+        """Go on with a job that can, and take the next message, if there are any."""
+        ready = self._tasks.ready()
+        if ready is not None:
+            self._take_turn(ready, partial(self._tasks.resume, ready))
+        waits = ready is None
+        try:
+            message = self._inbox.get(waits, self._tasks.poll_seconds)
+        except Empty:
+            return
+        self._handle(message)
 
     def _video_thread(self, viewer: int) -> ThreadPoolExecutor:
         """The one that encodes a viewer's video, whose pictures must stay in order."""
@@ -187,14 +200,14 @@ class Worker:
         self._backend.leave(viewer)
         self._video_thread(viewer).submit(self._videos.forget, viewer)  # behind its last picture
 
-    def _take_turn(self, request: int, turn: Callable[[], bool]) -> None:
-        """Have a job's turn, which is true if that ended it."""
-        self._turn_began = perf_counter()
-        if not turn():
-            self._send(Paused(request, self._busy_ms(), self._holdings()))
+    def _take_turn(self, request: int, turn: Callable[[], Turn]) -> None:
+        """Begin or go on with a job's turn."""
+        self._clock.begin(request)
+        if turn() is Turn.GIVEN_BACK:
+            self._send(Paused(request, self._busy_ms(request), self._holdings()))
 
-    def _busy_ms(self) -> float:
-        return 1e3 * (perf_counter() - self._turn_began)
+    def _busy_ms(self, request: int) -> float:
+        return 1e3 * self._clock.end(request)
 
     def _read(self) -> None:
         # The end of the pipe is the end of the web process: nothing is left to do, whatever the device is busy with.
@@ -241,7 +254,7 @@ class Worker:
         if (rendered := self._under_way.pop(job.request, None)) and job.request in self._left_behind:
             self._left_behind.remove(job.request)
             self._leave(rendered.viewer)  # again: its last frame was still in the making
-        self._send(Free(job.request, self._busy_ms(), self._holdings()))
+        self._send(Free(job.request, self._busy_ms(job.request), self._holdings()))
         if answer is not None:
             self._answer(job.request, answer)
 

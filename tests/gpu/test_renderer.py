@@ -1,12 +1,20 @@
+from collections.abc import Callable
+from functools import partial
+from typing import Any, ClassVar
+
 import numpy as np
 import pytest
+from greenlet import getcurrent, greenlet
 from pictures import CAMERA, QUALITY, SIZE, lamp_room, picture
 from scenes import box, grey, quad, resident_of
 
+from gpu.core.lane import Lane
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.renderer import Renderer
-from gpu.scene.types import Light, LightKind, Sky
+from gpu.scene.camera import rotated
+from gpu.scene.types import Camera, Light, LightKind, Sky
 from gpu.settings import Component, Method, RenderSettings, Skips
 from gpu.vpl.light_sets import LightSets
 
@@ -103,3 +111,87 @@ def test_renderers_of_a_scene_share_its_light_sets(room: DeviceScene) -> None:
     Renderer(room, (8, 8), settings, lambda what, fraction: reports.append(what), light_sets)
     assert first > 0
     assert len(reports) == first
+
+
+class SlowFlight:
+    """Over when it has been looked at some times."""
+
+    def __init__(self) -> None:
+        self.looks, self.waited = 0, False
+
+    def is_over(self) -> bool:
+        self.looks += 1
+        return self.looks > 3
+
+    def wait(self) -> None:
+        self.waited = True
+
+
+class SlowLane(Lane):
+    """Of a CPU, where frames seem to be on their way for a while."""
+
+    flights: ClassVar[list[SlowFlight]] = []
+
+    def flight(self) -> Any:
+        SlowLane.flights.append(SlowFlight())
+        return SlowLane.flights[-1]
+
+
+class Jobs:
+    """Frames of several renderers, each in a greenlet: the host leaves one for the next."""
+
+    def __init__(self) -> None:
+        self.most, self._left = 0, list[greenlet]()
+
+    def due(self, *, idle: bool = False) -> bool:
+        return False
+
+    def give(self) -> None:
+        raise AssertionError("nobody asked")
+
+    def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+        self.most = max(self.most, DEVICE_SHARING.in_flight)
+        while not over():
+            self._left.append(getcurrent())
+            getcurrent().parent.switch()
+
+    def run(self, works: list[Callable[[], None]]) -> None:
+        DEVICE_SHARING.begin(self)
+        try:
+            for work in works:
+                greenlet(work).switch()
+            while self._left:
+                self._left.pop(0).switch()
+        finally:
+            DEVICE_SHARING.begin(None)
+
+
+def test_frames_in_several_lanes_are_those_of_each_alone(room: DeviceScene) -> None:
+    device, settings, light_sets = room.device, RenderSettings(**QUALITY), LightSets(room)
+    walks = [[rotated(CAMERA, 40.0 * walker + 2.0 * step) for step in range(3)] for walker in range(3)]
+
+    def renderer() -> Renderer:
+        return Renderer(room, SIZE, settings, None, light_sets, SlowLane(device))
+
+    def walk(own: Renderer, cameras: list[Camera], pictures: list[bytes]) -> None:
+        view = own.new_view()
+        pictures += [own.render(camera, view=view, walks=True).radiance().tobytes() for camera in cameras]
+
+    alone, together = ([list[bytes]() for _ in walks] for _ in range(2))
+    for cameras, pictures in zip(walks, alone, strict=True):
+        walk(renderer(), cameras, pictures)
+    jobs = Jobs()
+    jobs.run([partial(walk, renderer(), *one) for one in zip(walks, together, strict=True)])
+    assert jobs.most == len(walks)
+    assert together == alone
+    assert all(flight.waited for flight in SlowLane.flights)
+
+
+def test_a_frame_for_a_wanted_time_leaves_the_host_to_nobody(room: DeviceScene) -> None:
+    renderer, jobs = Renderer(room, SIZE, RenderSettings(**QUALITY), None, None, SlowLane(room.device)), Jobs()
+    jobs.run([partial(renderer.render, CAMERA)])
+    assert jobs.most == 1
+    renderer._settings = RenderSettings(target_ms=1000.0)  # its method is not asked for it
+    jobs.most = 0
+    jobs.run([partial(renderer.render, CAMERA)])
+    assert jobs.most == 0

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from threading import Event, current_thread
 
 import pytest
@@ -10,7 +11,7 @@ class Count:
 
     def __init__(self, sharing: DeviceSharing) -> None:
         self._sharing = sharing
-        self.given = 0
+        self.given = self.in_flight = 0
 
     def due(self, *, idle: bool = False) -> bool:
         return True
@@ -19,6 +20,11 @@ class Count:
         self.given += 1
         if self.given == 1:  # somebody else's turn, who gives it away, too
             self._sharing.pause()
+
+    def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+        self.in_flight = self._sharing.in_flight
+        while not over():
+            pass
 
 
 def test_nobody_is_asked_alone() -> None:
@@ -53,6 +59,9 @@ def test_own_time_stands_still_in_turns_of_others(monkeypatch: pytest.MonkeyPatc
         def due(self, *, idle: bool = False) -> bool:
             return True
 
+        def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+            pass
+
         def give(self) -> None:
             begun = sharing.own_time()
             now[0] += 5.0
@@ -78,6 +87,9 @@ def test_work_beside_the_device_lets_others_have_it_until_it_is_done() -> None:
         def give(self) -> None:
             given.set()
 
+        def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+            pass
+
     assert sharing.beside(current_thread) is current_thread()  # nobody else wants it
     sharing.begin(Idle())
     assert sharing.beside(lambda: given.wait(10.0))
@@ -86,3 +98,34 @@ def test_work_beside_the_device_lets_others_have_it_until_it_is_done() -> None:
         assert sharing.beside(current_thread) is current_thread()
     with pytest.raises(ZeroDivisionError):
         sharing.beside(lambda: 1 // 0)
+
+
+def test_others_have_the_host_until_what_was_launched_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr("gpu.core.sharing.perf_counter", lambda: now[0])
+    sharing, looks = DeviceSharing(), list[int]()
+
+    def is_over() -> bool:
+        looks.append(len(looks))
+        now[0] += 1.0
+        if len(looks) == 1:
+            sharing.pause()  # another one's, which is away for a while
+        return len(looks) == 3
+
+    sharing.leave_until(is_over)  # alone, nobody looks
+    turns = Count(sharing)
+    sharing.begin(turns)
+    with sharing.keep():
+        sharing.leave_until(is_over)
+    assert turns.in_flight == len(looks) == 0
+    sharing.leave_until(is_over)
+    assert (len(looks), turns.in_flight, sharing.in_flight) == (3, 1, 0)
+    assert sharing.own_time() == 3.0
+
+
+def test_a_failure_on_the_device_leaves_nothing_in_flight() -> None:
+    sharing = DeviceSharing()
+    sharing.begin(Count(sharing))
+    with pytest.raises(ZeroDivisionError):
+        sharing.leave_until(lambda: bool(1 // 0))
+    assert sharing.in_flight == 0

@@ -26,7 +26,7 @@ from server.render.engine import WORKER
 from server.settings import ServerSettings
 from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.backend import GpuBackend
-from server.worker.tasks import Tasks
+from server.worker.tasks import Tasks, Turn
 
 BOX, TWIN, THIRD = (SceneRef(name, "cornell-box") for name in ("box", "twin", "third"))
 SETTINGS = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
@@ -158,10 +158,11 @@ def test_pictures_are_the_same_whoever_interrupts_them(
     monkeypatch.setattr(tasks, "due", lambda: tasks._current is not None and tasks._current.request == 1)
     DEVICE_SHARING.begin(tasks)
     try:
-        done = tasks.start(1, lambda: pictures.append(backend.render(heavy, silent).radiance))
-        while not done:
-            assert tasks.start(2, lambda: frames.append(backend.render(light, silent).radiance))
-            done = tasks.resume(1)
+        turn = tasks.start(1, lambda: pictures.append(backend.render(heavy, silent).radiance))
+        while turn is not Turn.ENDED:
+            request = 2 + len(frames)
+            tasks.start(request, lambda: frames.append(backend.render(light, silent).radiance))
+            turn = tasks.resume(1)
     finally:
         DEVICE_SHARING.begin(None)
     assert len(frames) >= LEAST_SLICES[method]

@@ -13,7 +13,7 @@ from gpu.scene.load import load_scene
 from server.wire.worker import SceneRef, Start
 from server.worker import scene_reading
 from server.worker.scene_reading import read_beside
-from server.worker.tasks import Tasks
+from server.worker.tasks import Tasks, Turn
 
 START = Start(SceneRef("", ""))
 
@@ -25,11 +25,11 @@ def test_a_scene_is_read_while_others_have_the_device(tmp_path: Path) -> None:
     DEVICE_SHARING.begin(tasks)
     try:
         tasks.ask_back(1)
-        done = tasks.start(1, lambda: scenes.append(read_beside(SceneRef("hall.glb", source), START)))
-        while not done:
-            turns += 1
+        turn = tasks.start(1, lambda: scenes.append(read_beside(SceneRef("hall.glb", source), START)))
+        while turn is not Turn.ENDED:
+            turns += turn is Turn.GIVEN_BACK
             tasks.ask_back(1)
-            done = tasks.resume(1)
+            turn = tasks.resume(1)
     finally:
         DEVICE_SHARING.begin(None)
     assert turns > 1  # though a turn is long: it has nothing to do with it

@@ -1,0 +1,79 @@
+from time import perf_counter
+
+import numpy as np
+import pytest
+import warp as wp
+
+from gpu.core import lane as module
+from gpu.core.device import choose_device, launch
+from gpu.core.lane import CUDA_LANES, Flight, Lane, lanes_of
+
+
+@wp.kernel
+def wait_kernel(first: int, rounds: int, values: wp.array[float]) -> None:
+    """One thread a number: a while of work."""
+    index = first + wp.tid()
+    x = float(1.0)
+    for _round in range(rounds):
+        x = wp.sin(x) + 1.0
+    values[index] += x
+
+
+def test_a_cpu_has_one_lane_where_all_is_over_at_once() -> None:
+    device = wp.get_device("cpu")
+    lane = Lane(device)
+    with lane.entered():
+        pass
+    assert lanes_of(device) == 1
+    assert lane.flight().is_over()
+    lane.flight().wait()
+
+
+class Never:
+    """An event that is never reached."""
+
+    is_complete = False
+
+
+class Stream:
+    def record_event(self, event: object) -> Never:
+        return Never()
+
+
+def test_what_is_late_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(module, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(wp, "Event", lambda device: None)
+    flight = Flight(wp.get_device("cpu"), Stream())
+    assert not flight.is_over()
+    now[0] += 1.01 * module.LATE_SECONDS
+    assert flight.is_over()
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
+def test_lanes_run_at_once_and_after_what_the_device_was_given_before() -> None:
+    device = choose_device("cuda:0")
+    assert lanes_of(device) == CUDA_LANES
+    lanes, values = [Lane(device) for _ in range(4)], wp.zeros(4, dtype=float, device=device)
+    parts = [values[index : index + 1] for index in range(4)]
+
+    def seconds(number: int) -> float:
+        begun = perf_counter()
+        for lane, part in zip(lanes[:number], parts, strict=False):
+            with lane.entered():
+                launch(wait_kernel, 1, [1 << 20, part], device)
+        flights = [lane.flight() for lane in lanes]
+        assert not flights[0].is_over()
+        for flight in flights:
+            flight.wait()
+        assert all(flight.is_over() for flight in flights)
+        return perf_counter() - begun
+
+    seconds(4)  # loads the kernel
+    alone = min(seconds(1) for _ in range(3))
+    assert min(seconds(4) for _ in range(3)) < 2.0 * alone
+    values.fill_(5.0)
+    with lanes[0].entered():
+        launch(wait_kernel, 1, [0, parts[0]], device)
+    lanes[0].flight().wait()
+    assert np.array_equal(values.numpy()[:1], [6.0])
