@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from gpu.errors import SceneError
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.limits import SceneLimits
+from gpu.scene.motion import Motion
 from gpu.scene.types import Camera, Light, LoadReport, Material, Placement, Rgb, Scene, Sky, Texture, Wrap
 from gpu.scene.validate import (
     check_cameras,
@@ -26,6 +27,7 @@ from gpu.scene.validate import (
     check_materials,
     check_textures,
 )
+from server.scenes.packed_motion import PackedMotion, pack_motion, unpack_motion
 
 _ARRAYS = ("vertices", "normals", "uvs", "triangles", "triangle_material", "vertex_object")
 LENGTH_BYTES = 8  # before the JSON: how long that is
@@ -35,7 +37,7 @@ ALIGNMENT = 64  # of arrays [bytes]
 class _Array(BaseModel):
     """An array as it lies in the file."""
 
-    dtype: Literal["<f4", "<i4", "|u1"]
+    dtype: Literal["<f4", "<i4", "|u1", "<f8", "<i8"]
     shape: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(min_length=1)]
 
 
@@ -62,13 +64,14 @@ class _Camera(BaseModel):
 
 
 class _Header(BaseModel):
-    """All of a scene but its arrays; arrays: the scene's by name, then pixels."""
+    """All of a scene but its arrays; arrays: the scene's by name, then pixels, then those of what moves."""
 
     model_config = ConfigDict(extra="forbid")
 
     name: str
     arrays: dict[str, _Array]
     pixels: tuple[_Array, ...]
+    moving: tuple[_Array, ...]
     materials: tuple[Material, ...]
     textures: tuple[_Texture, ...]
     lights: tuple[Light, ...]
@@ -80,6 +83,7 @@ class _Header(BaseModel):
     frame: FileFrame
     choices: dict[str, tuple[str, ...]]
     objects: tuple[str, ...]
+    motion: PackedMotion | None
 
 
 def write_scene(scene: Scene, file: BinaryIO) -> None:
@@ -89,16 +93,25 @@ def write_scene(scene: Scene, file: BinaryIO) -> None:
         arrays["colors"] = scene.colors
     pixels = list({id(texture.pixels): texture.pixels for texture in scene.textures}.values())
     places = {id(array): number for number, array in enumerate(pixels)}
-    header = {name: getattr(scene, name) for name in _Header.model_fields if name not in ("arrays", "pixels")} | {
+    moving: dict[int, NDArray[Any]] = {}
+    numbers: dict[int, int] = {}
+
+    def number_of(array: NDArray[Any]) -> int:
+        moving.setdefault(id(array), array)
+        return numbers.setdefault(id(array), len(numbers))
+
+    header = {name: getattr(scene, name) for name in _Header.model_fields if hasattr(scene, name)} | {
         "arrays": {name: _described(array) for name, array in arrays.items()},
         "pixels": [_described(array) for array in pixels],
         "textures": [_plain(texture) | {"pixels": places[id(texture.pixels)]} for texture in scene.textures],
         "cameras": [_plain(camera) | {"to_world": camera.to_world.ravel()} for camera in scene.cameras],
+        "motion": scene.motion and pack_motion(scene.motion, number_of),
+        "moving": [_described(array) for array in moving.values()],
     }
     text = json.dumps(header, default=_plain).encode()
     file.write(len(text).to_bytes(LENGTH_BYTES, "little") + text)
     place = LENGTH_BYTES + len(text)
-    for array in (*arrays.values(), *pixels):
+    for array in (*arrays.values(), *pixels, *moving.values()):
         file.write(bytes(-place % ALIGNMENT))
         file.write(np.ascontiguousarray(array).data)
         place += -place % ALIGNMENT + array.nbytes
@@ -123,13 +136,14 @@ def _unpacked(memory: mmap.mmap) -> Scene:
     end = LENGTH_BYTES + int.from_bytes(memory[:LENGTH_BYTES], "little")
     header = _Header.model_validate_json(memory[LENGTH_BYTES:end])
     found: list[NDArray[Any]] = []
-    for array in (*header.arrays.values(), *header.pixels):
+    for array in (*header.arrays.values(), *header.pixels, *header.moving):
         end += -end % ALIGNMENT
         count = int(np.prod(array.shape, dtype=np.int64))
         found.append(np.frombuffer(memory, array.dtype, count, end).reshape(array.shape))
         end += found[-1].nbytes
     arrays = dict(zip(header.arrays, found[: len(header.arrays)], strict=True))
-    pixels = found[len(header.arrays) :]
+    pixels = found[len(header.arrays) : len(header.arrays) + len(header.pixels)]
+    moving = found[len(header.arrays) + len(header.pixels) :]
     return Scene(
         name=header.name,
         vertices=arrays["vertices"],
@@ -152,6 +166,7 @@ def _unpacked(memory: mmap.mmap) -> Scene:
         choices=header.choices,
         objects=header.objects,
         vertex_object=arrays["vertex_object"],
+        motion=None if header.motion is None else unpack_motion(header.motion, moving),
     )
 
 
@@ -183,12 +198,26 @@ def _check(scene: Scene, source: str, limits: SceneLimits) -> Iterator[None]:
     yield
     check_indices(source, "vertex_object", scene.vertex_object, len(scene.objects))
     yield
+    if scene.motion is not None:
+        _check_motion(scene, scene.motion, source)
     check_textures(source, scene.textures, limits)
     check_materials(source, scene.materials, len(scene.textures), limits)
     check_lights(source, scene.lights, limits)
     check_cameras(source, scene.cameras, limits)
     placed = (*scene.placement.centre, scene.placement.scale, *scene.frame.origin, scene.frame.metres_per_unit)
     check_finite(source, "placement", np.array([placed]))
+
+
+def _check_motion(scene: Scene, motion: Motion, source: str) -> None:
+    """Raise SceneError where what moves is not of the scene, or two bodies have the same vertices."""
+    begin = 0
+    for body in motion.bodies:
+        if body.first_vertex < begin:
+            raise SceneError(source, "motion", "its reader left bodies that share vertices")
+        begin = body.first_vertex + len(body.vertices)
+    more = len(motion.lights) > len(scene.lights) or len(motion.cameras) > len(scene.cameras)
+    if begin > len(scene.vertices) or more:
+        raise SceneError(source, "motion", "its reader left more that moves than there is")
 
 
 def _described(array: NDArray[Any]) -> dict[str, Any]:

@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gltf_motion import moving
 
 from gpu.errors import SceneError
+from gpu.scene.edits import SceneEdits, edited
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.load import load_scene
+from gpu.scene.motion import STILL
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Scene, Sky, Texture, Wrap
 from server.scenes.packed_scene import LENGTH_BYTES, read_scene, write_scene
 
@@ -117,3 +120,19 @@ def test_what_is_no_scene_is_refused(change: Callable[[bytes], bytes], tmp_path:
     (tmp_path / "scene").write_bytes(changed)
     with pytest.raises(SceneError, match="its reader left no scene"):
         read(tmp_path / "scene")
+
+
+def test_what_moves_comes_along(tmp_path: Path) -> None:
+    scene, edits = moving(tmp_path).load(), SceneEdits(time=1.0)
+    back = edited(read(written(scene, tmp_path)), edits)
+    assert same(back.vertices, edited(scene, edits).vertices)
+    assert not same(back.vertices, scene.vertices)
+
+
+@pytest.mark.parametrize("change", [{"lights": (STILL,) * 9}, {"cameras": (STILL,) * 9}, {"bodies": "twice"}])
+def test_more_that_moves_than_there_is_is_refused(change: dict[str, Any], tmp_path: Path) -> None:
+    scene = moving(tmp_path).load()
+    assert scene.motion is not None
+    change = {"bodies": scene.motion.bodies * 2} if "bodies" in change else change
+    with pytest.raises(SceneError, match="hall: motion: its reader left"):
+        read(written(replace(scene, motion=replace(scene.motion, **change)), tmp_path))
