@@ -6,6 +6,7 @@ animation: they do not change with time, and what moves may leave the box.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,9 +17,10 @@ from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.pose import Pose, at_rest, in_world, pose_at
 from gpu.scene.to_world import matrix_in_world, placed_light
 from gpu.scene.transforms import mirrored, rigid
-from gpu.scene.types import Camera, Doubles, Integers, Ints, Light, Scene
+from gpu.scene.types import Camera, Doubles, Floats, Integers, Ints, Light, Scene
 
 _FARTHEST = 1e6  # times the size of the scene
+Values = TypeVar("Values", Floats, Ints)
 
 
 def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Scene:
@@ -45,16 +47,20 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
     kept[moved] = sound(vertices.astype(np.float64), triangles[moved])
     if not kept.any():
         raise UserError(f"time: at {time:g} s nothing of the scene has an area")
-    same = kept.all() and np.array_equal(triangles, scene.triangles)
     return replace(
         scene,
-        vertices=vertices,
-        normals=normals,
-        triangles=scene.triangles if same else triangles[kept],
-        triangle_material=scene.triangle_material if kept.all() else scene.triangle_material[kept],
+        vertices=_as_before(vertices, scene.vertices),
+        normals=_as_before(normals, scene.normals),
+        triangles=_as_before(triangles[kept], scene.triangles),
+        triangle_material=_as_before(scene.triangle_material[kept], scene.triangle_material),
         lights=_lights(scene, motion, pose),
         cameras=_cameras(scene, motion, pose),
     )
+
+
+def _as_before(now: Values, before: Values) -> Values:
+    """The array `before` where `now` has the same values, so that it is known to be the same."""
+    return before if np.array_equal(now, before) else now
 
 
 def _owned(scene: Scene, motion: Motion) -> Iterator[tuple[Body, slice]]:

@@ -11,11 +11,13 @@ from time import perf_counter
 from pydantic import ValidationError
 
 from gpu.errors import UserError
+from gpu.scene.edits import edited
 from server.cli.studio import FAULTS, ChosenScene, PictureOptions, Studio, warn_of_faults, write_picture
 from server.images import check_folder, check_output
 from server.scenes.view_camera import camera_path
 from server.video.film_file import FilmFile, check_film
 from server.video.film_settings import FILM_SUFFIX, FilmSettings
+from server.video.playing import played
 from server.wire.browser import describe
 from server.wire.camera_path import CameraPathSpec
 
@@ -87,15 +89,22 @@ def render_film(
     else:
         files.check()
     started = perf_counter()
-    scene = chosen.read()
-    way = camera_path(scene, views[0], options.size)
+    scene = chosen.read_file()
+    shown, edits = edited(scene, chosen.edits), chosen.edits
+    animations = {} if scene.motion is None else {it.id: it.seconds for it in scene.motion.animations}
+    way = camera_path(shown, views[0], options.size)
     load_seconds = perf_counter() - started
-    studio, faults, writing = Studio(scene, options), Counter[str](), 0.0
+    studio, faults, writing = Studio(shown, options), Counter[str](), 0.0
     video: AbstractContextManager[FilmFile | None] = (
         FilmFile(output, options.size, film) if is_film(output) else nullcontext()
     )
     with video as stream:
         for index, view in enumerate(views):
+            moment = played(chosen.edits, animations, film.play, view.time - views[0].time)
+            if moment != edits:
+                edits, shown = moment, edited(scene, moment)
+                studio.show(shown)
+                way = camera_path(shown, view, options.size)
             frame = studio.picture(way.at(view.time), (index, len(views)))
             faults.update({what: frame.stats.counts.get(what, 0) for what in FAULTS})
             began = perf_counter()

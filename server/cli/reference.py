@@ -46,7 +46,7 @@ Each of these saves work, and is on unless told otherwise. `--no-skip NAME,NAME`
 """
 MOMENT = """## A moment of an animation
 
-Options of `lumenwalk render`.
+Options of `lumenwalk render`. A film begins at that moment.
 [formats.md](formats.md#animations) says what moves.
 """
 READING = """## How a file is read

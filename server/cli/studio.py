@@ -32,11 +32,15 @@ class ChosenScene:
     edits: SceneEdits = NO_EDITS
 
     def read(self) -> Scene:
-        """The scene; notes on it go to stderr. Raises UserError for one that is not there or not sound, or an edit."""
+        """The scene with its edits, as `read_file`. Raises UserError for an edit that cannot be, too."""
+        return edited(self.read_file(), self.edits)
+
+    def read_file(self) -> Scene:
+        """The scene of the file; notes on it go to stderr. Raises UserError for one that is not there or not sound."""
         scene = with_environment(read_scene(self.source, self.reading), self.environment)
         for sentence in (*scene.report.ignored, *scene.report.notes):
             print(f"lumenwalk: note: {sentence}", file=sys.stderr)
-        return edited(scene, self.edits)
+        return scene
 
 
 @dataclass(frozen=True)
@@ -59,12 +63,19 @@ class Studio:
     def __init__(self, scene: Scene, options: PictureOptions) -> None:
         began = perf_counter()
         self._scene, self._options = scene, options
-        device_scene = DeviceScene(scene, options.device)
+        self._device_scene = DeviceScene(scene, options.device)
         self.progress = Progress()
-        self._renderer = Renderer(device_scene, options.size, options.settings, progress=self.progress)
-        self._accumulation = Accumulation(options.size[0] * options.size[1], device_scene.device)
-        self._device = str(device_scene.device)
+        self._renderer = Renderer(self._device_scene, options.size, options.settings, progress=self.progress)
+        self._accumulation = Accumulation(options.size[0] * options.size[1], self._device_scene.device)
         self._build_seconds, self._render_seconds = perf_counter() - began, 0.0
+
+    def show(self, scene: Scene) -> None:
+        """Have later pictures show `scene`, which is the one before with other edits."""
+        began = perf_counter()
+        self._scene, self._device_scene = scene, self._device_scene.edited(scene)
+        options = self._options
+        self._renderer = Renderer(self._device_scene, options.size, options.settings, progress=self.progress)
+        self._build_seconds += perf_counter() - began
 
     def picture(self, camera: Camera, part: tuple[int, int] = (0, 1)) -> Frame:
         """The mean of the frames from `camera`, valid until the next picture; nothing of earlier pictures is in it.
@@ -91,7 +102,7 @@ class Studio:
             "scene": self._scene.name,
             "output": str(output),
             "size": self._options.size,
-            "device": self._device,
+            "device": str(self._device_scene.device),
             "settings": self._options.settings.model_dump(mode="json"),
             "seconds": seconds,
         }

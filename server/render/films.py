@@ -1,9 +1,9 @@
 """A film, rendered one picture after the other, each as a still is, and encoded in a thread as they come."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
 
@@ -16,6 +16,7 @@ from server.render.stills import render_frames
 from server.video.film_file import FilmFile
 from server.video.film_settings import FilmSettings
 from server.video.pictures import VideoError
+from server.video.playing import played
 from server.wire.worker import AlongPath, Render
 
 Value = TypeVar("Value")
@@ -23,11 +24,14 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Film:
-    """What each picture shows, and how they become a film; most_bytes: that it may have."""
+    """What each picture shows, and how they become a film; most_bytes: that it may have; animations: how long those of
+    the scene last [s], by id.
+    """
 
     views: Sequence[AlongPath]
     settings: FilmSettings
     most_bytes: int
+    animations: Mapping[str, float] = field(default_factory=dict)
 
 
 async def render_film(
@@ -50,7 +54,8 @@ async def render_film(
         file = await _beside(partial(FilmFile, path, job.size, film.settings))
         try:
             for index, view in enumerate(film.views):
-                order = replace(job, view=view, output="rgb")
+                edits = played(job.edits, film.animations, film.settings.play, view.time - film.views[0].time)
+                order = replace(job, view=view, edits=edits, output="rgb")
                 _, image = await render_frames(
                     engines,
                     order,

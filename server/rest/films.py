@@ -5,15 +5,16 @@ import asyncio
 from fastapi import APIRouter, Request, Response
 from pydantic import ConfigDict, Field
 
+from gpu.scene.builtin import BUILTIN
 from server.errors import WITH_BODY, refusals
 from server.render.films import Film
 from server.rest.jobs import JobInfo, describe
 from server.rest.requests import PictureRequest
-from server.service import TheService
+from server.service import Service, TheService
 from server.video.film_file import check_film
 from server.video.film_settings import FILM_TYPE, FilmSettings
 from server.wire.camera_path import CameraPathSpec
-from server.wire.worker import Render
+from server.wire.worker import Render, SceneRef
 
 router = APIRouter(prefix="/api/v1/films", responses=refusals())
 
@@ -37,7 +38,7 @@ class FilmRequest(PictureRequest):
     film: FilmSettings = FilmSettings()
 
 
-@router.post("", operation_id="addFilm", status_code=202, responses=refusals(404, *WITH_BODY))
+@router.post("", operation_id="addFilm", status_code=202, responses=refusals(404, 408, *WITH_BODY))
 async def add(wanted: FilmRequest, service: TheService, request: Request, response: Response) -> JobInfo:
     """Queue a film, which is a job like others: /api/v1/jobs tells how far it is and has the MP4 when it is done."""
     await asyncio.to_thread(check_film, wanted.size, wanted.film.codec)
@@ -48,7 +49,15 @@ async def add(wanted: FilmRequest, service: TheService, request: Request, respon
     edits = service.edited.of(scene)
     render = Render(service.number(), scene, views[0], wanted.size, settings, "rgb", edits=edits)
     service.check_cost(render, frames, len(views))
-    film = Film(views, wanted.film, service.settings.job_results_bytes)
+    film = Film(views, wanted.film, service.settings.job_results_bytes, await _animations(service, scene))
     told = describe(service.jobs.add(render, frames, FILM_TYPE, film), request)
     response.headers["Location"] = told.url
     return told
+
+
+async def _animations(service: Service, scene: SceneRef) -> dict[str, float]:
+    """How long each animation of a scene lasts [s], by id; a file is read for that if nobody has asked for it yet."""
+    if scene.source in BUILTIN:
+        return {}
+    checked = await service.residency.inspect(scene)
+    return {animation.id: animation.seconds for animation in checked.info.animations}

@@ -14,12 +14,24 @@ class FilmCodec(StrEnum):
     AV1 = "av1"
 
 
+class Play(StrEnum):
+    """What the animation of a scene does."""
+
+    LOOP = "loop"
+    ONCE = "once"
+    NONE = "none"
+
+
 class FilmSettings(BaseModel):
-    """How a film shows the way of a camera."""
+    """How a film shows the way of a camera, and what moves meanwhile."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     fps: int = Field(30, ge=1, le=120, description="pictures a second")
     codec: FilmCodec = Field(
         FilmCodec.H264, description="how an .mp4 is compressed: h264 plays everywhere, av1 is smaller"
+    )
+    play: Play = Field(
+        Play.LOOP,
+        description="what the scene's animation does: it begins anew at its end, stays there, or does not go on at all",
     )

@@ -1,12 +1,15 @@
 import json
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gpu.errors import UserError
+from gpu.scene.builtin import BUILTIN
+from gpu.scene.motion import STILL, Animation, Channel, Interpolation, Motion, Property
 from server.cli.film import PictureFiles, read_path
 from server.cli.main import main
 from server.images import read_image
@@ -53,6 +56,27 @@ def test_a_film_may_be_numbered_pictures(path: Path, tmp_path: Path) -> None:
     assert main(["render", "cornell-box", str(still), *SMALL]) == 0
     assert np.array_equal(read_image(tmp_path / "frame-001.npy"), read_image(still))
     assert not np.array_equal(read_image(tmp_path / "frame-002.npy"), read_image(still))
+
+
+def test_a_film_follows_a_camera_that_an_animation_moves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    box = BUILTIN["cornell-box"]()
+    keys = np.array([[[0.0, 1.0, 3.0]], [[1.0, 1.0, 3.0]]])
+    channel = Channel(0, Property.TRANSLATION, Interpolation.LINEAR, np.array([0.0, 1.0]), keys)
+    rest = np.array([[0, 0, 0, 0, 0, 0, 1, 1, 1, 1]], np.float64)
+    slide = (Animation("slide", 1.0, (channel,)),)
+    motion = Motion(np.array([STILL], np.int32), np.eye(4)[None], rest, slide, cameras=(0,))
+    monkeypatch.setattr("server.cli.studio.read_scene", lambda *_: replace(box, motion=motion))
+    path = tmp_path / "path.json"
+    path.write_text(json.dumps({"keyframes": [{"time": time, "camera": 0} for time in (3, 3.5)]}))
+    pattern, still = tmp_path / "frame-%d.npy", tmp_path / "still.npy"
+    assert main(["render", "box.glb", str(pattern), *SMALL, f"--path={path}", "--fps=4", "--time=0.25"]) == 0
+    assert main(["render", "box.glb", str(still), *SMALL, "--time=0.5"]) == 0
+    assert np.array_equal(read_image(tmp_path / "frame-2.npy"), read_image(still))
+    assert not np.array_equal(read_image(tmp_path / "frame-1.npy"), read_image(still))
+    assert main(["render", "box.glb", str(pattern), *SMALL, f"--path={path}", "--animation=run"]) == 2
+    assert "animation: the scene has no 'run'; it has slide" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

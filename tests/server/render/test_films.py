@@ -42,6 +42,17 @@ def test_a_film_is_rendered_picture_by_picture(temporary: Path) -> None:
     assert list(temporary.iterdir()) == []
 
 
+def test_the_animation_runs_along(temporary: Path) -> None:
+    engine, views = (
+        FakeEngine(),
+        [AlongPath(((1.0, SceneCamera(0)), *KEYFRAMES[1:]), 1.0 + view.time) for view in VIEWS],
+    )
+    film = Film(views, FilmSettings(fps=4), 1 << 20, {"walk": 0.5})
+    asyncio.run(render_film(EnginePool([engine]), order(), 1, film))
+    jobs = [job for _, _, job in engine.orders if isinstance(job, Render)]
+    assert [job.edits.time for job in jobs] == [0.0, 0.25, 0.0, 0.25]
+
+
 def test_a_picture_that_is_lost_is_rendered_again() -> None:
     engine, told = FakeEngine(deaths=(5,)), list[int]()
     asyncio.run(render_film(EnginePool([engine]), order(), 3, FILM, max_losses=1, told=told.append))

@@ -1,11 +1,17 @@
+import asyncio
 import io
 import sys
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from gradient_worker import SLOW_SEED
 from harness import Running
+
+from server.rest.films import _animations
+from server.wire.browser import AnimationInfo
+from server.wire.worker import SceneRef
 
 pytest.importorskip("av", reason="the extra video is not installed")
 FILMS = "/api/v1/films"
@@ -78,3 +84,12 @@ def test_without_pyav_the_extra_is_named(running: Running, monkeypatch: pytest.M
     response = running.http.post(FILMS, json=film())
     assert response.status_code == 422
     assert response.json()["message"] == "video needs the extra video: pip install lumenwalk[video]"
+
+
+def test_how_long_animations_last_is_read_from_files() -> None:
+    async def inspect(scene: SceneRef) -> SimpleNamespace:
+        return SimpleNamespace(info=SimpleNamespace(animations=(AnimationInfo(id="walk", seconds=2.0),)))
+
+    service: Any = SimpleNamespace(residency=SimpleNamespace(inspect=inspect))
+    assert asyncio.run(_animations(service, SceneRef("hall.glb", "/scenes/hall.glb"))) == {"walk": 2.0}
+    assert asyncio.run(_animations(service, SceneRef("cornell-box", "cornell-box"))) == {}
