@@ -5,6 +5,7 @@ import { decimalsOf, toFile, toWorld } from "./frame.js";
 import { writeLink } from "./link.js";
 import { isVideo } from "./protocol.js";
 import { wordsOf } from "./reading.js";
+import { pick, PickError, wordsOf as partWords } from "./picking.js";
 import { Session } from "./session.js";
 import { offer } from "./ui/choice.js";
 import { ConnectionStatus } from "./ui/connection-status.js";
@@ -23,6 +24,7 @@ import { Camera } from "./viewer/camera.js";
 import { Flight } from "./viewer/flight.js";
 import { Navigation } from "./viewer/navigation.js";
 import { PoseSender } from "./viewer/poses.js";
+import { Projection } from "./viewer/projection.js";
 import { openScreen } from "./viewer/screen.js";
 import { decodesVideo } from "./viewer/video.js";
 import { Viewport } from "./viewer/viewport.js";
@@ -61,7 +63,7 @@ const panel = new Panel({
   stream: (stream) => change({ stream }),
   reading: (options) => change({ ...(scene && { scene: scene.id }), scene_options: options }),
 });
-const mixer = new Mixer((id, patch) => session.edit(id, patch), () => camera.matrix());
+const mixer = new Mixer({ send: (id, patch) => session.edit(id, patch), camera: () => camera.matrix(), redraw: wake });
 const wanted = {
   size: viewport.size,
   stream: panel.stream,
@@ -127,6 +129,7 @@ function wake() {
     if (walks) flight.stop();
     const moving = flight.advance(now) || walks;
     const waiting = poses.update(camera.matrix(), viewport.fov, viewport.near);
+    mixer.draw(projection());
     if (moving || waiting) wake();
     if (session.owesPicture) late ??= setTimeout(() => busy(true), LATE);
     address.tellSoon();
@@ -163,6 +166,32 @@ let resizeTimer;
 function askForSizeSoon() {
   clearTimeout(resizeTimer);
   resizeTimer = setTimeout(askForSize, RESIZE_REST);
+}
+
+// --- what is in the picture ------------------------------------------------------------------------------------------
+
+function projection() {
+  const { width, height } = canvas.getBoundingClientRect();
+  return new Projection(camera, { yfov: viewport.fov, near: viewport.near, width, height });
+}
+
+/** Chooses what is at a place of the picture, its middle unless told. @param {number} [x] [CSS px] @param {number} [y] */
+async function choose(x, y) {
+  if (!scene) return;
+  const { width, height } = canvas.getBoundingClientRect();
+  const [columns, rows] = viewport.size;
+  const size = /** @type {[number, number]} */ ([columns, rows]);
+  const pixel = /** @type {[number, number]} */ ([((x ?? width / 2) / width) * columns, ((y ?? height / 2) / height) * rows]);
+  const view = { scene, matrix: camera.matrix(), yfov: viewport.fov, near: viewport.near, size };
+  try {
+    const part = await pick(api, view, pixel);
+    if (scene !== view.scene) return;
+    if (mixer.allowed) mixer.pick(part);
+    notice.say(partWords(part));
+  } catch (error) {
+    if (!(error instanceof PickError)) throw error;
+    notice.complain(error.message);
+  }
 }
 
 // --- views and links -------------------------------------------------------------------------------------------------
@@ -349,6 +378,7 @@ canvas.addEventListener("pointerdown", () => flight.stop());
 canvas.addEventListener("wheel", () => flight.stop(), { passive: true });
 navigation.onSpeed = (speed) => notice.say(`Speed ${Number(speed.toPrecision(2))} m/s`);
 navigation.onHome = home;
+navigation.onClick = choose;
 navigation.onMode = () => move(navigation.mode === "fly" ? "orbit" : "fly");
 wireControls({
   move,
@@ -359,6 +389,7 @@ wireControls({
   openFile: () => uploader.choose(),
   settings: () => panel.sheet.toggle(),
   mixer: () => mixer.allowed && mixer.sheet.toggle(),
+  choose: () => choose(),
   bookmarks: () => views.sheet.toggle(),
   bookmark: (number) => views.go(number),
   scene: (id) => change({ scene: id }),

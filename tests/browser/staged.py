@@ -37,7 +37,7 @@ class Stage:
         self.away = False  # a server that takes nobody now
         self.takes_edits = True
         self.closes: list[int | None] = []
-        self._page = page
+        self.page = page
         self._frame = 0
         self._video = LiveVideo()
         self._socket: WebSocketRoute | None = None
@@ -62,7 +62,7 @@ class Stage:
         for _ in range(100):
             if len(found := self.all(type_)) >= count:
                 return found[-1]
-            self._page.wait_for_timeout(50)
+            self.page.wait_for_timeout(50)
         raise AssertionError(f"the page did not say {type_} {count} times: {self.heard}")
 
     def say(self, type_: str, **fields: Any) -> None:
@@ -100,11 +100,11 @@ class Stage:
     def reload(self) -> None:
         """Loads the page anew and starts it."""
         before = self.connections
-        self._page.reload()
+        self.page.reload()
         for _ in range(100):
             if self.connections > before:
                 return self.start()
-            self._page.wait_for_timeout(50)
+            self.page.wait_for_timeout(50)
         raise AssertionError("the page did not connect again")
 
     def frame(

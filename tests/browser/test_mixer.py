@@ -12,7 +12,7 @@ from staged import FRONT, Stage, visit
 
 @pytest.fixture
 def stage(page: Page, gradients: Running) -> Stage:
-    """A page with its first picture, whose sheet of lights and materials is open."""
+    """A page with its first picture, whose sheet of objects, materials and lights is open."""
     stage = visit(page, gradients)
     page.keyboard.press("KeyG")
     return stage
@@ -65,6 +65,8 @@ def test_a_slider_that_is_dragged_is_one_step(page: Page, stage: Stage) -> None:
 
 
 def test_materials_are_changed_by_their_fields(page: Page, stage: Stage) -> None:
+    expect(page.get_by_label("roughness")).to_be_hidden()
+    page.get_by_label("Material", exact=True).select_option("wall")
     page.get_by_label("roughness").fill("0.25")
     assert patches(stage, 1)[-1] == {"materials": {"wall": {"roughness": 0.25}}}
     page.locator("#material-color").fill("#0000ff")
@@ -75,14 +77,17 @@ def test_materials_are_changed_by_their_fields(page: Page, stage: Stage) -> None
 
 
 def test_objects_go_and_move(page: Page, stage: Stage) -> None:
+    page.get_by_label("Object", exact=True).select_option("chair")
     page.get_by_label("visible").focus()
     page.keyboard.press("Space")
     assert patches(stage, 1)[-1] == {"objects": {"chair": {"visible": False}}}
-    page.get_by_label("moved up").fill("0.5")
+    page.get_by_label("moved along Y").fill("0.5")
     assert patches(stage, 2)[-1] == {"objects": {"chair": {"offset": [0, 0.5, 0]}}}
     page.get_by_role("button", name="Undo").click()
     assert patches(stage, 3)[-1] == {"objects": {"chair": {"offset": None}}}
-    expect(page.get_by_label("moved up")).to_have_value("0")
+    expect(page.get_by_label("moved along Y")).to_have_value("0")
+    page.get_by_label("moved along Y").press("ArrowDown")
+    assert patches(stage, 4)[-1] == {"objects": {"chair": {"offset": [0, -0.02, 0]}}}
 
 
 def test_a_light_is_brought_to_the_camera(page: Page, gradients: Running) -> None:

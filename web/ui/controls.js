@@ -16,6 +16,7 @@ import { listenForShortcuts } from "./shortcuts.js";
  * @property {() => void} openFile
  * @property {() => void} settings  opens and closes
  * @property {() => void} mixer  opens and closes
+ * @property {() => void} choose  what is in the middle of the picture
  * @property {() => void} bookmarks  opens and closes
  * @property {(number: number) => void} bookmark  goes to it; from 1
  * @property {(id: string) => void} scene
@@ -69,6 +70,7 @@ export function wireControls(actions) {
     KeyM: toggleFullScreen,
     KeyP: actions.settings,
     KeyG: actions.mixer,
+    KeyV: actions.choose,
     KeyB: actions.bookmarks,
     KeyC: actions.copyLink,
     KeyX: actions.savePicture,

@@ -37,7 +37,7 @@ export class MaterialFields {
   show(id, edit) {
     const material = this.materials.find((one) => one.id === id);
     this.#shown = id;
-    this.#fields.disabled = !material;
+    this.#fields.hidden = !material;
     if (!material) return;
     const emission = edit?.emission ?? material.emission;
     const radiance = Math.max(...emission);

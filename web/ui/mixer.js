@@ -1,58 +1,87 @@
-/** The sheet of the scene's lights, materials and objects: a row for each light, fields of the others that are chosen. */
+/**
+ * The sheet of the scene's objects, materials and lights: fields of what is chosen here or picked in the picture, a row
+ * for each light. What can be moved has handles over the picture.
+ */
 
-import { fromHex, toHex } from "../colors.js";
+import { toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
+import { middleOf, movedBox, offsetWithin, rounded, stepIn, sum } from "../moving.js";
 import { offer } from "./choice.js";
+import { Gizmo } from "./gizmo.js";
+import { LightRow } from "./light-row.js";
+import { Marks } from "./marks.js";
 import { MaterialFields } from "./material-fields.js";
 import { ObjectFields } from "./object-fields.js";
-import { button, byId, element, text } from "./page.js";
+import { button, byId, text } from "./page.js";
 import { Sheet } from "./sheet.js";
 
-/** @typedef {import("../messages.js").LightEdit} LightEdit */
-/** @typedef {import("../messages.js").LightInfo} LightInfo */
-/** @typedef {import("../messages.js").ScenePatch} ScenePatch */
+/** @typedef {import("../messages.js").PickedPart} PickedPart */
 /** @typedef {import("../messages.js").SceneEdits} SceneEdits */
-/** @typedef {{light: LightInfo, on: HTMLInputElement, intensity: HTMLInputElement, color: HTMLInputElement}} Row */
+/** @typedef {import("../messages.js").ScenePatch} ScenePatch */
+/** @typedef {import("../protocol.js").SceneInfo} SceneInfo */
+/** @typedef {[number, number, number]} Vec3 */
+/** @typedef {{kind: "object" | "light", id: string}} Chosen  what handles move, and whose row is marked */
 
-/** Where a slider leaves a light as its file has it, of 100: its square is the factor, so that there is room for the dark. */
-const MIDDLE = 50;
+/**
+ * @typedef {object} MixerEvents
+ * @property {(id: number, patch: ScenePatch) => void} send
+ * @property {() => number[]} camera  its place, column-major, camera to world
+ * @property {() => void} redraw  asks for `draw`
+ */
 
 export class Mixer {
   sheet = new Sheet("mixer");
+  #overlay = byId("handles", SVGSVGElement);
   #lights = text("lights");
   #material = byId("material", HTMLSelectElement);
-  #materials;
   #object = byId("object", HTMLSelectElement);
-  #objects;
+  #step = byId("move-step", HTMLInputElement);
   #undo = button("undo");
   #redo = button("redo");
   #reset = button("edits-reset");
-  /** @type {Row[]} */
-  #rows = [];
+  #events;
   #history;
-  #place;
+  #materials;
+  #objects;
+  #marks;
+  #gizmo;
+  /** @type {LightRow[]} */
+  #rows = [];
+  /** @type {SceneInfo | null} */
+  #scene = null;
+  /** @type {Chosen | null} */
+  #chosen = null;
+  /** The light of what was picked, whose row is marked, too. @type {string | null} */
+  #shining = null;
 
-  /**
-   * @param {(id: number, patch: ScenePatch) => void} send
-   * @param {() => number[]} place  the camera's, column-major, camera to world
-   */
-  constructor(send, place) {
-    this.#place = place;
-    this.#history = new EditHistory(send, () => this.#show());
+  /** @param {MixerEvents} events */
+  constructor(events) {
+    this.#events = events;
+    const step = () => this.#step.valueAsNumber || 1;
+    this.#history = new EditHistory(events.send, () => this.#show());
     this.#materials = new MaterialFields((id, edit, what) => {
       this.#history.edit({ materials: { [id]: edit } }, `${id}/${what}`);
     });
     this.#objects = new ObjectFields((id, edit, what) => {
       this.#history.edit({ objects: { [id]: edit } }, `${id}/${what}`);
+    }, step);
+    this.#marks = new Marks(this.#overlay, (id) => this.#choose({ kind: "light", id }));
+    this.#gizmo = new Gizmo(this.#overlay, { move: (to) => this.#move(to), end: () => this.#history.end(), step });
+    this.#object.addEventListener("change", () => {
+      this.#choose(this.#object.value ? { kind: "object", id: this.#object.value } : null);
     });
-    this.#object.addEventListener("change", () => this.#show());
     this.#material.addEventListener("change", () => this.#show());
     this.#undo.addEventListener("click", () => this.#history.undo());
     this.#redo.addEventListener("click", () => this.#history.redo());
     this.#reset.addEventListener("click", () => this.#history.reset());
+    this.sheet.onShow = (open) => {
+      this.#overlay.toggleAttribute("hidden", !open);
+      events.redraw();
+    };
     const controls = text("mixer");
     controls.addEventListener("change", () => this.#history.end());
     controls.addEventListener("keydown", (event) => this.#key(event));
+    this.#overlay.addEventListener("keydown", (event) => (event.key === "Escape" ? this.sheet.toggle() : this.#key(event)));
   }
 
   /** Whether the server lets its viewers edit. @param {boolean} takes */
@@ -64,22 +93,40 @@ export class Mixer {
     return !button("toggle-mixer").hidden;
   }
 
-  /** A scene is there. @param {import("../protocol.js").SceneInfo} scene */
+  /** A scene is there. @param {SceneInfo} scene */
   scene(scene) {
-    this.#lights.replaceChildren();
+    this.#scene = scene;
+    this.#chosen = null;
     this.#rows = scene.lights.map((light, number) => this.#row(light, number));
+    this.#lights.replaceChildren(...this.#rows.map(({ row }) => row));
     text("no-lights").hidden = this.#rows.length > 0;
     for (const [select, parts] of /** @type {const} */ ([[this.#material, scene.materials], [this.#object, scene.objects]])) {
-      offer(select, parts.map(({ id }) => ({ value: id, label: id })));
-      if (!select.value) select.selectedIndex = 0;
+      offer(select, [{ value: "", label: "None chosen" }, ...parts.map(({ id }) => ({ value: id, label: id }))]);
+      select.value = "";
     }
     this.#materials.materials = scene.materials;
+    const { min, max } = scene.bounds;
+    this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
     this.#history.restart();
   }
 
   /** The server says what differs. @param {import("../messages.js").Edits} message */
   told({ edits, edit }) {
     this.#history.told(edits, edit);
+  }
+
+  /** What was pointed at is chosen. @param {PickedPart} part */
+  pick({ object, material, light }) {
+    this.#material.value = material ?? "";
+    this.#choose(object ? { kind: "object", id: object } : light ? { kind: "light", id: light } : null, light);
+    if (object || material || light) this.sheet.open();
+  }
+
+  /** What lies over the picture is drawn for a view of the scene. @param {import("../viewer/projection.js").Projection} projection */
+  draw(projection) {
+    if (this.#overlay.hasAttribute("hidden")) return;
+    this.#marks.draw(projection);
+    this.#gizmo.draw(projection);
   }
 
   /** @param {KeyboardEvent} event */
@@ -92,53 +139,78 @@ export class Mixer {
     else this.#history.undo();
   }
 
-  /** @param {LightInfo} light @param {number} number @returns {Row} */
-  #row(light, number) {
-    const id = `light-${number}`;
-    const label = element("label", { htmlFor: id, textContent: light.id, title: light.form });
-    const on = element("input", { type: "checkbox", id });
-    const intensity = element("input", { type: "range", min: "0", max: "100", ariaLabel: `Intensity of ${light.id}` });
-    const color = element("input", { type: "color", ariaLabel: `Colour of ${light.id}` });
-    const edit = (/** @type {LightEdit} */ change, /** @type {string} */ what) =>
-      this.#history.edit({ lights: { [light.id]: change } }, `${light.id}/${what}`);
-    on.addEventListener("change", () => edit({ on: on.checked }, "on"));
-    intensity.addEventListener("input", () => edit({ intensity: (intensity.valueAsNumber / MIDDLE) ** 2 }, "intensity"));
-    color.addEventListener("input", () => edit({ color: fromHex(color.value) }, "color"));
-    const row = element("li", { className: "light" });
-    row.append(label, on, intensity, color);
-    if (light.position || light.direction) {
-      const words = light.position ? "Bring here" : "Shine along the view";
-      const here = element("button", { type: "button", className: "button", textContent: words, ariaLabel: `${words}: ${light.id}` });
-      here.addEventListener("click", () => this.#history.edit({ lights: { [light.id]: this.#here(light) } }));
-      row.append(here);
-    }
-    this.#lights.append(row);
-    return { light, on, intensity, color };
+  /** @param {Chosen | null} chosen @param {string | null} [shining] */
+  #choose(chosen, shining = null) {
+    this.#chosen = chosen;
+    this.#shining = shining;
+    this.#object.value = chosen?.kind === "object" ? chosen.id : "";
+    this.#show();
+    if (chosen?.kind === "light") this.#rows.find(({ light }) => light.id === chosen.id)?.row.scrollIntoView({ block: "nearest" });
+    this.#events.redraw();
   }
 
-  /** A light where the camera is, as far as it can be moved and turned. @param {LightInfo} light @returns {LightEdit} */
-  #here(light) {
-    const place = this.#place();
-    const column = (/** @type {number} */ first, /** @type {number} */ sign) =>
-      /** @type {[number, number, number]} */ (place.slice(first, first + 3).map((value) => sign * value));
-    // It looks along −Z.
-    return { ...(light.position && { position: column(12, 1) }), ...(light.direction && { direction: column(8, -1) }) };
+  /** @param {import("../messages.js").LightInfo} light @param {number} number */
+  #row(light, number) {
+    return new LightRow(light, number, {
+      edit: (edit, what) => this.#history.edit({ lights: { [light.id]: edit } }, what && `${light.id}/${what}`),
+      camera: this.#events.camera,
+      step: () => this.#step.valueAsNumber || 1,
+      choose: () => this.#choose(this.#chosen?.kind === "light" && this.#chosen.id === light.id ? null : { kind: "light", id: light.id }),
+    });
+  }
+
+  /** What is chosen is to be there, in the world. @param {Vec3} to */
+  #move(to) {
+    if (!this.#chosen || !this.#scene) return;
+    const { kind, id } = this.#chosen;
+    const { bounds } = this.#scene;
+    if (kind === "light") {
+      const size = Math.max(...bounds.max.map((high, axis) => high - (bounds.min[axis] ?? high)));
+      const position = /** @type {Vec3} */ (to.map((value) => rounded(value, size)));
+      return this.#history.edit({ lights: { [id]: { position } } }, `${id}/move`);
+    }
+    const box = this.#scene.objects.find((object) => object.id === id)?.box;
+    if (!box) return;
+    const [x, y, z] = middleOf(box);
+    const offset = offsetWithin(box, bounds, [to[0] - x, to[1] - y, to[2] - z]);
+    this.#history.edit({ objects: { [id]: { offset } } }, `${id}/move`);
   }
 
   #show() {
     const { lights, materials, objects } = this.#history.edits;
-    for (const { light, on, intensity, color } of this.#rows) {
-      const edit = lights[light.id];
-      const factor = edit?.intensity ?? 1;
-      on.checked = edit?.on ?? true;
-      intensity.valueAsNumber = MIDDLE * Math.sqrt(factor);
-      intensity.ariaValueText = `${factor.toFixed(2)} times`;
-      color.value = toHex(edit?.color ?? light.color);
-    }
+    const light = this.#chosen?.kind === "light" ? this.#chosen.id : null;
+    for (const row of this.#rows) row.show(lights[row.light.id], row.light.id === light || row.light.id === this.#shining);
     this.#materials.show(this.#material.value, materials[this.#material.value]);
     this.#objects.show(this.#object.value, objects[this.#object.value]);
     this.#undo.disabled = !this.#history.canUndo;
     this.#redo.disabled = !this.#history.canRedo;
     this.#reset.disabled = [lights, materials, objects].every((parts) => Object.keys(parts).length === 0);
+    this.#marks.show(
+      this.#rows.flatMap((row) => {
+        const edit = lights[row.light.id];
+        const at = row.at(edit);
+        const color = toHex(edit?.color ?? row.light.color);
+        return at ? [{ id: row.light.id, at, color, on: edit?.on ?? true, chosen: row.light.id === light }] : [];
+      }),
+    );
+    const target = this.#target(lights, objects);
+    text("moving").hidden = !target;
+    text("pick-hint").hidden = target !== null;
+    this.#gizmo.show(target);
+    this.#events.redraw();
+  }
+
+  /** What handles move. @param {SceneEdits["lights"]} lights @param {SceneEdits["objects"]} objects @returns {import("./gizmo.js").Target | null} */
+  #target(lights, objects) {
+    if (!this.#chosen) return null;
+    const { kind, id } = this.#chosen;
+    if (kind === "light") {
+      const at = this.#rows.find((row) => row.light.id === id)?.at(lights[id]);
+      return at ? { name: id, at, box: null } : null;
+    }
+    const box = this.#scene?.objects.find((object) => object.id === id)?.box;
+    if (!box) return null;
+    const offset = objects[id]?.offset ?? [0, 0, 0];
+    return { name: id, at: sum(middleOf(box), offset), box: movedBox(box, offset) };
   }
 }

@@ -1,38 +1,28 @@
 /** The fields of one object: whether it is there, and by how much it is moved. */
 
 import { byId } from "./page.js";
+import { PlaceFields } from "./place-fields.js";
 
 /** @typedef {import("../messages.js").ObjectEdit} ObjectEdit */
 
 export class ObjectFields {
   #fields = byId("object-fields", HTMLFieldSetElement);
   #visible = byId("object-visible", HTMLInputElement);
-  #offsets = ["x", "y", "z"].map((axis) => byId(`object-${axis}`, HTMLInputElement));
+  #place;
   #shown = "";
 
-  /** @param {(id: string, edit: ObjectEdit, what: string) => void} edit */
-  constructor(edit) {
+  /** @param {(id: string, edit: ObjectEdit, what: string) => void} edit @param {() => number} step  of an arrow key [m] */
+  constructor(edit, step) {
     this.#visible.addEventListener("change", () => edit(this.#shown, { visible: this.#visible.checked }, "visible"));
-    for (const input of this.#offsets) {
-      input.addEventListener("input", () => {
-        if (input.checkValidity()) edit(this.#shown, { offset: this.#offset() }, input.id);
-      });
-    }
+    const inputs = ["x", "y", "z"].map((axis) => byId(`object-${axis}`, HTMLInputElement));
+    this.#place = new PlaceFields(inputs, (offset) => edit(this.#shown, { offset }, "offset"), step);
   }
 
   /** @param {string} id @param {ObjectEdit | undefined} edit  what differs of it */
   show(id, edit) {
     this.#shown = id;
-    this.#fields.disabled = !id;
+    this.#fields.hidden = !id;
     this.#visible.checked = edit?.visible ?? true;
-    this.#offsets.forEach((input, axis) => {
-      if (document.activeElement !== input) input.value = String(edit?.offset?.[axis] ?? 0);
-    });
-  }
-
-  /** @returns {[number, number, number]} */
-  #offset() {
-    const [x = 0, y = 0, z = 0] = this.#offsets.map((input) => input.valueAsNumber || 0);
-    return [x, y, z];
+    this.#place.show(edit?.offset ?? [0, 0, 0]);
   }
 }

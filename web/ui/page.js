@@ -1,7 +1,7 @@
 /** The page's elements, typed: those of index.html by id (a missing one is a mistake in it), and new ones. */
 
 /**
- * @template {HTMLElement} Type
+ * @template {Element} Type
  * @param {string} id
  * @param {new () => Type} type
  * @returns {Type}

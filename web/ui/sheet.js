@@ -6,6 +6,8 @@ import { button, text } from "./page.js";
 let shown = null;
 
 export class Sheet {
+  /** Called when it comes or goes. @type {(open: boolean) => void} */
+  onShow = () => {};
   #sheet;
   #toggle;
 
@@ -20,7 +22,12 @@ export class Sheet {
 
   /** The keyboard follows: into the sheet, and back to its button. */
   toggle() {
-    if (shown === this) return this.#close();
+    if (shown === this) this.#close();
+    else this.open();
+  }
+
+  open() {
+    if (shown === this) return;
     if (shown) shown.#show(false);
     shown = this;
     this.#show(true);
@@ -37,5 +44,6 @@ export class Sheet {
   #show(open) {
     this.#sheet.hidden = !open;
     this.#toggle.setAttribute("aria-expanded", String(open));
+    this.onShow(open);
   }
 }

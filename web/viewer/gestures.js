@@ -5,11 +5,14 @@
  * @typedef {object} GestureHandler
  * @property {(dx: number, dy: number, kind: DragKind, touch: boolean) => void} drag  in CSS pixels
  * @property {(ratio: number, dx: number, dy: number) => void} pinch  growth of the fingers' distance; their middle's way
+ * @property {(x: number, y: number) => void} click  the main button or one finger, without a drag; in CSS pixels of the page
  * @property {(steps: number) => void} wheel  notches, positive towards the user
  */
 
 const PIXELS_A_NOTCH = 100;
 const PIXELS_A_LINE = 33;
+/** Farther than this from where it went down, a pointer drags [CSS px]. */
+const CLICK_REACH = 5;
 
 /** @typedef {{x: number, y: number}} Point */
 
@@ -18,6 +21,8 @@ export class Gestures {
   #pointers = new Map();
   /** @type {DragKind} */
   #kind = "look";
+  /** Where the one pointer went down, as long as it may be a click. @type {Point | null} */
+  #start = null;
   #element;
   #handler;
 
@@ -27,6 +32,7 @@ export class Gestures {
     this.#handler = handler;
     element.addEventListener("pointerdown", (event) => this.#down(event));
     element.addEventListener("pointermove", (event) => this.#move(event));
+    element.addEventListener("pointerup", (event) => this.#up(event));
     for (const end of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) {
       element.addEventListener(end, (event) => this.#pointers.delete(event.pointerId));
     }
@@ -45,6 +51,13 @@ export class Gestures {
     this.#element.setPointerCapture(event.pointerId);
     this.#pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
     this.#kind = event.button === 0 && !event.shiftKey ? "look" : "pan";
+    this.#start = this.#kind === "look" && this.#pointers.size === 1 ? { x: event.clientX, y: event.clientY } : null;
+  }
+
+  /** @param {PointerEvent} event */
+  #up(event) {
+    if (this.#start && this.#pointers.has(event.pointerId)) this.#handler.click(event.clientX, event.clientY);
+    this.#start = null;
   }
 
   /** @param {PointerEvent} event */
@@ -56,6 +69,10 @@ export class Gestures {
     const last = this.#pointers.get(event.pointerId);
     if (!last) return;
     const now = { x: event.clientX, y: event.clientY };
+    if (this.#start) {
+      if (gap(this.#start, now) <= CLICK_REACH) return;
+      this.#start = null;
+    }
     this.#pointers.set(event.pointerId, now);
     const [dx, dy] = [now.x - last.x, now.y - last.y];
     if (this.#pointers.size === 1) {

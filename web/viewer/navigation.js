@@ -28,6 +28,8 @@ export class Navigation {
   /** Called when a gamepad asks for the start of the view, and for the other way to move. */
   onHome = () => {};
   onMode = () => {};
+  /** Called when something in the picture is clicked, in CSS pixels. @type {(x: number, y: number) => void} */
+  onClick = () => {};
 
   #canvas;
   #camera;
@@ -52,6 +54,7 @@ export class Navigation {
     new Gestures(canvas, {
       drag: (dx, dy, kind, touch) => this.#drag(dx, dy, kind, touch),
       pinch: (ratio, dx, dy) => this.#pinch(ratio, dx, dy),
+      click: (x, y) => this.onClick(x, y),
       wheel: (steps) => this.#wheel(steps),
     });
   }

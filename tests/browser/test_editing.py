@@ -1,0 +1,136 @@
+"""What is in the picture, in a real browser: clicked, dragged along an axis, moved by keys, undone, seen by others."""
+
+from contextlib import closing
+from typing import Any
+
+import pytest
+from harness import Running
+from looking import wait_for
+from playwright.sync_api import Browser, Page, expect
+from staged import LAMP, Stage
+
+CHAIR = {"id": "chair", "box": {"min": [-0.1, -0.1, -0.9], "max": [0.1, 0.1, -0.7]}}
+BULB = {"id": "bulb", "form": "point", "color": [1, 1, 1], "position": [0.0, 0.25, -1.0]}
+CHAIR_AT, LAMP_AT = (300, 150), (1000, 690)  # on a page of 1280×720, whose service has something in each half
+METRES_A_PIXEL = 0.8 * 1.0926 / 720  # at the chair's middle, of a picture 1 rad high
+
+
+@pytest.fixture
+def stage(page: Page, gradients: Running) -> Stage:
+    """A page in a scene of a chair straight ahead and a bulb above it; picks are answered by the service."""
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.welcome()
+    stage.scene(objects=[CHAIR], lights=[LAMP, BULB])
+    stage.say("status", state="ready", text="", fraction=0.0)
+    stage.hear("pose")
+    stage.frame((64, 64, 64))
+    expect(page.locator("body[data-picture]")).to_be_attached()
+    return stage
+
+
+def hears(stage: Stage, patch: dict[str, Any]) -> None:
+    """Waits for an edit, which comes after others of its gesture."""
+    wait_for(stage.page, lambda: [message["patch"] for message in stage.all("edit")][-1:] == [patch])
+
+
+def drag(page: Page, handle: str, right: int, down: int) -> None:
+    end = page.get_by_role("slider", name=handle).locator("circle").bounding_box()
+    assert end is not None
+    x, y = end["x"] + end["width"] / 2, end["y"] + end["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + right, y + down, steps=4)
+    page.mouse.up()
+
+
+def test_a_click_chooses_what_is_there(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    expect(page.get_by_label("Object", exact=True)).to_have_value("chair")
+    expect(page.get_by_label("Material", exact=True)).to_have_value("wall")
+    expect(page.locator("#toast")).to_have_text("chair, wall: 0.7 m away")
+    assert stage.all("edit") == []
+
+
+def test_a_drag_chooses_nothing(page: Page, stage: Stage) -> None:
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.mouse.move(*CHAIR_AT)
+    page.mouse.down()
+    page.mouse.move(CHAIR_AT[0] + 40, CHAIR_AT[1], steps=4)
+    page.mouse.up()
+    stage.hear("pose", 2)
+    page.keyboard.press("KeyV")  # the middle is asked for, and nothing else was
+    expect(page.get_by_label("Object", exact=True)).to_have_value("chair")
+    assert len([url for url in asked if url.endswith("/pick")]) == 1
+
+
+def test_what_is_dragged_along_an_axis_moves_in_one_step(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    expect(page.get_by_role("slider", name="Move chair along Z")).to_be_hidden()  # it is seen from its end
+    drag(page, "Move chair along X", right=100, down=30)
+    x = float(page.get_by_label("moved along X").input_value())
+    assert x == pytest.approx(100 * METRES_A_PIXEL, abs=2e-3)
+    hears(stage, {"objects": {"chair": {"offset": [x, 0, 0]}}})
+    page.keyboard.press("Control+z")
+    expect(page.get_by_label("moved along X")).to_have_value("0")
+    hears(stage, {"objects": {"chair": {"offset": None}}})
+    expect(page.get_by_role("button", name="Undo")).to_be_disabled()
+    drag(page, "Move chair along Y", right=0, down=-5000)  # it stays within the scene
+    expect(page.get_by_label("moved along Y")).to_have_value("0.9")
+
+
+def test_keys_move_what_is_chosen_and_not_the_camera(page: Page, stage: Stage) -> None:
+    page.keyboard.press("KeyV")
+    handle = page.get_by_role("slider", name="Move chair along X")
+    poses = len(stage.all("pose"))
+    handle.press("ArrowRight")
+    expect(handle).to_have_attribute("aria-valuetext", "0.02 m")
+    page.get_by_label("step of an arrow key").fill("0.5")
+    handle.press("ArrowLeft")
+    expect(handle).to_have_attribute("aria-valuetext", "-0.48 m")
+    handle.press("PageUp")  # ten steps: to the end of the scene
+    expect(handle).to_have_attribute("aria-valuetext", "0.9 m")
+    assert len(stage.all("pose")) == poses
+
+
+def test_a_light_without_a_surface_is_chosen_by_its_mark(page: Page, stage: Stage) -> None:
+    page.keyboard.press("KeyG")
+    page.locator(".light-mark").click()
+    expect(page.locator(".light[aria-current]")).to_contain_text("bulb")
+    drag(page, "Move bulb along X", right=-80, down=0)
+    x = float(page.get_by_label("X [m] of bulb").input_value())
+    assert x == pytest.approx(-80 * METRES_A_PIXEL / 0.8, abs=2e-3)
+    hears(stage, {"lights": {"bulb": {"position": [x, 0.25, -1]}}})
+    page.get_by_label("Y [m] of bulb").press("ArrowUp")
+    hears(stage, {"lights": {"bulb": {"position": [x, 0.27, -1]}}})
+
+
+def test_others_see_what_was_moved_and_what_shines_is_chosen(page: Page, browser: Browser, gradients: Running) -> None:
+    """Two viewers of the service itself."""
+    with closing(browser.new_context(viewport={"width": 1280, "height": 720})) as context:
+        other = context.new_page()
+        for one in (page, other):
+            one.goto(str(gradients.http.base_url))
+            expect(one.locator("body[data-picture]")).to_be_attached()
+            one.mouse.click(*CHAIR_AT)
+            expect(one.get_by_label("Object", exact=True)).to_have_value("chair")
+        drag(page, "Move chair along Y", right=0, down=-60)
+        moved = page.get_by_label("moved along Y").input_value()
+        assert float(moved) == pytest.approx(60 * METRES_A_PIXEL, abs=2e-3)
+        expect(other.get_by_label("moved along Y")).to_have_value(moved)
+        other.get_by_role("button", name="All as the file says").click()
+        expect(page.get_by_label("moved along Y")).to_have_value("0")
+        page.keyboard.press("Escape")
+        page.mouse.click(*LAMP_AT)
+        expect(page.locator(".light[aria-current]")).to_contain_text("lamp")
+
+
+def test_a_server_that_takes_no_edits_only_tells_what_is_there(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    stage.takes_edits = False
+    page.goto(str(gradients.http.base_url))
+    stage.start()
+    page.mouse.click(*CHAIR_AT)
+    expect(page.locator("#toast")).to_contain_text("chair")
+    expect(page.locator("#mixer")).to_be_hidden()

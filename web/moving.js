@@ -1,0 +1,43 @@
+/** How objects and lights are moved: steps that suit a scene, and places that objects can have in it. */
+
+/** @typedef {import("./messages.js").Bounds} Bounds */
+/** @typedef {[number, number, number]} Vec3 */
+
+/** Of a scene's diagonal, about what a step is. */
+const STEP_SHARE = 0.01;
+
+/** A step for a scene so large: 1, 2 or 5 times a power of ten [m]. @param {number} diagonal [m] */
+export function stepIn(diagonal) {
+  const about = Math.max(diagonal, 1e-9) * STEP_SHARE;
+  const power = 10 ** Math.floor(Math.log10(about));
+  const digit = [5, 2].find((one) => one * power <= about * 1.0001) ?? 1;
+  return Number((digit * power).toPrecision(1));
+}
+
+/** The middle of a box. @param {Bounds} box @returns {Vec3} */
+export const middleOf = ({ min, max }) => [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, (min[2] + max[2]) / 2];
+
+/** @param {Bounds} box @param {Vec3} offset @returns {Bounds} */
+export const movedBox = ({ min, max }, offset) => ({ min: sum(min, offset), max: sum(max, offset) });
+
+/**
+ * The offset nearest to `wanted` with which a box stays within a scene's bounds, as the server demands. What is not
+ * within them, as it is far away, stays.
+ * @param {Bounds} box as the file has it @param {Bounds} bounds @param {Vec3} wanted @returns {Vec3}
+ */
+export function offsetWithin(box, bounds, wanted) {
+  const clamp = (/** @type {0 | 1 | 2} */ axis) => {
+    const [low, high] = [bounds.min[axis] - box.min[axis], bounds.max[axis] - box.max[axis]];
+    return low > high ? 0 : rounded(Math.min(Math.max(wanted[axis], low), high), high - low);
+  };
+  return [clamp(0), clamp(1), clamp(2)];
+}
+
+/** As many digits as a picture shows. @param {number} value @param {number} range that it is of */
+export function rounded(value, range) {
+  const digits = Math.min(Math.max(5 - Math.ceil(Math.log10(Math.max(range, 1e-9))), 0), 12);
+  return Number(value.toFixed(digits));
+}
+
+/** @param {Vec3} a @param {Vec3} b @returns {Vec3} */
+export const sum = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
