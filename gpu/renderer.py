@@ -70,14 +70,16 @@ class Renderer:
         self._lane = lane or Lane(self._device)
         self._stages = Stages(self._device, self._lane)
         self._tonemap = Tonemap(self._pixels, self._device)
-        lights, counts = light_sets or LightSets(device_scene), sample_counts_of(settings, self._device)
-        self._method = make_method(RenderSetup(device_scene, lights, size, settings, counts, progress or _silent))
+        self._light_sets, counts = light_sets or LightSets(device_scene), sample_counts_of(settings, self._device)
+        setup = RenderSetup(device_scene, self._light_sets, size, settings, counts, progress or _silent)
+        self._method = make_method(setup)
         self._own_view: ViewState | None = None
         self._long_seconds = inf  # of the last frames; the first loads kernels
 
     def new_view(self) -> ViewState:
         """What a new viewer's walk leaves behind from frame to frame; freed with the last reference to it."""
         view = self._method.new_view()
+        view.version = self._light_sets.version
         finalize(view, self._stages.forget, view.number)
         return view
 
@@ -130,6 +132,9 @@ class Renderer:
 
     def _launch(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> "_Launched":
         stages, sample = self._stages, accumulation.samples if accumulation else 0
+        if view.version != self._light_sets.version:
+            view.forget()
+            view.version = self._light_sets.version
         shown = camera.view_key, sample
         # What a walk shows may depend on how it came there.
         unchanged = self._settings.skip.unchanged_camera and shown == view.shown and (walks or not view.walked)

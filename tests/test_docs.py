@@ -81,7 +81,7 @@ def test_every_room_is_in_the_architecture(part: str) -> None:
 def test_every_stage_is_in_the_architecture() -> None:
     text = ARCHITECTURE.read_text().split("## The way of a frame")[1].split("\n## ")[0]
     cells = " ".join(line.split(" | ")[0] for line in text.splitlines() if line.startswith("| `"))
-    assert {*re.findall(r"`(\w+)`", cells)} == {*METHODS[Method.FUZZY_VPL].stage_names, "display"}
+    assert {*re.findall(r"`([\w-]+)`", cells)} == {*METHODS[Method.FUZZY_VPL].stage_names, "display"}
     assert all(f"`{stage}`" in text for method in METHODS.values() for stage in method.stage_names)
 
 

@@ -158,11 +158,31 @@ def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:
     return instance
 
 
+def alike(struct: Any, one: Any, other: Any) -> bool:
+    """Whether two instances of the Warp struct type `struct` differ in nothing but what their arrays hold."""
+
+    def same(kind: Any, a: Any, b: Any) -> bool:
+        if a is None or b is None:
+            return a is b
+        if isinstance(a, wp.array):
+            return bool(a.shape == b.shape)
+        # Warp's own numbers, which fields have at first, do not compare by value.
+        return alike(kind, a, b) if hasattr(kind, "vars") else bool(getattr(a, "value", a) == getattr(b, "value", b))
+
+    # Arrays of nested structs that were never set cannot be asked for.
+    fields = ((it.type, getattr(one, name, None), getattr(other, name, None)) for name, it in struct.vars.items())
+    return all(same(*values) for values in fields)
+
+
 def overwrite(struct: Any, target: Any, source: Any) -> None:
-    """Copy the arrays of an instance of the Warp struct type `struct` into those of another, which are as long."""
+    """Copy the arrays of an instance of the Warp struct type `struct` into those of another that is `alike`."""
     for name, variable in struct.vars.items():
-        if hasattr(variable.type, "dtype"):
-            wp.copy(getattr(target, name), getattr(source, name))
+        into, values = getattr(target, name, None), getattr(source, name, None)
+        if isinstance(into, wp.array):
+            if into is not values:
+                wp.copy(into, values)
+        elif into is not None and hasattr(variable.type, "vars"):
+            overwrite(variable.type, into, values)
 
 
 def duplicate(struct: Any, instance: Any) -> Any:

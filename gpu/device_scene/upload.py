@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 import warp as wp
 
-from gpu.core.device import choose_device, duplicate
+from gpu.core.device import alike, choose_device, duplicate, overwrite
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
 from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
 from gpu.device_scene.environment import upload_environment
-from gpu.device_scene.features import has_specular
+from gpu.device_scene.features import has_specular, scene_features
 from gpu.device_scene.ray_cost import check_ray_cost
 from gpu.device_scene.repeated import repeated
 from gpu.scene.types import AlphaMode, Environment, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
@@ -175,6 +175,19 @@ class DeviceScene:
         other._set_materials(other.data)
         other._set_sky(other.data)
         return other
+
+    def can_become(self, other: DeviceScene) -> bool:
+        """Whether `become` can be called with `other`: it has the same geometry, and kernels need to know no more."""
+        same = other.data.vertices is self.data.vertices and alike(SceneData, self.data, other.data)
+        return same and all(
+            scene_features(self.scene, lambertian=lambertian) == scene_features(other.scene, lambertian=lambertian)
+            for lambertian in (False, True)
+        )
+
+    def become(self, other: DeviceScene) -> None:
+        """Be `other` from now on, in the arrays that there are, which renderers read."""
+        overwrite(SceneData, self.data, other.data)
+        self.scene = other.scene
 
     def _upload_textures(self, data: SceneData) -> None:
         entries, texels = DEVICE_SHARING.beside(lambda: _textures(self.scene.textures))

@@ -55,10 +55,16 @@ def light_path_kernel(texels: bool, environment: bool, arriving: bool) -> wp.Ker
 
     @wp.kernel(module="unique")
     def light_path_kernel(
-        first: int, scene: SceneData, table: LightTable, paths: int, bounces: int, seeds: wp.array[int], out: Vpls
+        first: int,
+        scene: SceneData,
+        table: LightTable,
+        counts: wp.array[int],
+        bounces: int,
+        seeds: wp.array[int],
+        out: Vpls,
     ) -> None:
         """One thread a light path: a VPL at each of its `bounces` first hits, at path · bounces + hit; flux 0 if none.
-        seeds: one element.
+        counts (1,): how many paths there are; those from there on leave nothing. seeds: one element.
 
         Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
         """
@@ -70,6 +76,9 @@ def light_path_kernel(texels: bool, environment: bool, arriving: bool) -> wp.Ker
             scene.has_environment = False
         for bounce in range(bounces):
             out.flux[path * bounces + bounce] = wp.vec3(0.0, 0.0, 0.0)
+        paths = counts[0]
+        if path >= paths:
+            return
         seed = seeds[0]
         pick = sobol_pair(path, 0, seed)
         particle = emit(scene, table, pick.a, sobol_pair(path, 1, seed), sobol_pair(path, 2, seed))
@@ -136,26 +145,33 @@ def count_filled_kernel(first: int, sorted_keys: wp.array[int], filled: wp.array
 
 
 class PathEnds:
-    """Where `paths` light paths of at most `bounces` hits meet surfaces, found and put in order on the device.
+    """Where light paths of at most `bounces` hits meet surfaces, found and put in order on the device.
 
     raw: the places by path, flux 0 where there is none; order (2 · place,): the first `filled` (1,) are those with
-    flux, neighbours on a surface side by side. All is allocated once.
+    flux, neighbours on a surface side by side; room: for paths. All is allocated once.
     """
 
-    def __init__(self, paths: int, bounces: int, device: wp.Device, *, arriving: bool) -> None:
-        """arriving: whether flux is what arrives, as photons have it, else what is reflected."""
-        self._paths, self._bounces, self._arriving, self.device = paths, bounces, arriving, device
-        self.capacity = paths * bounces
+    def __init__(self, room: int, bounces: int, device: wp.Device, *, arriving: bool) -> None:
+        """room: how many paths there are, unless `set_paths` says fewer; arriving: whether flux is what arrives, as
+        photons have it, else what is reflected.
+        """
+        self.room, self._bounces, self._arriving, self.device = room, bounces, arriving, device
+        self.capacity = room * bounces
+        self._paths = wp.full(1, room, dtype=int, device=device)
         self.raw = allocate_vpls(self.capacity, device)
         self.order = wp.zeros(2 * self.capacity, dtype=int, device=device)
         self.filled = wp.zeros(1, dtype=int, device=device)
         self._keys = wp.zeros(2 * self.capacity, dtype=int, device=device)
 
+    def set_paths(self, paths: int) -> None:
+        """Have so many paths from now on, for which there is room."""
+        self._paths.fill_(paths)
+
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,)."""
         raw, keys, order, capacity = self.raw, self._keys, self.order, self.capacity
         kernel = light_path_kernel(features.texels, features.environment, self._arriving)
-        launch(kernel, self._paths, [scene, table, self._paths, self._bounces, seed, raw], self.device)
+        launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, raw], self.device)
         launch(surface_key_kernel, capacity, [raw.position, raw.normal, raw.flux, keys], self.device)
         launch(iota_kernel, capacity, [order], self.device)
         radix_sort_pairs(keys, order, capacity)
@@ -184,6 +200,7 @@ def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wa
     """
     if table.count == 0:
         return 0
-    pilot = trace_light_paths(device_scene, scene, table, pilot_paths, bounces, 0, features)
-    per_path = max(pilot.count / pilot_paths, 1.0 / max_paths_per_vpl)
+    pilot = PathEnds(pilot_paths, bounces, device_scene.device, arriving=False)
+    pilot.trace(scene, table, wp.zeros(1, dtype=int, device=device_scene.device), features)
+    per_path = max(int(pilot.filled.numpy()[0]) / pilot_paths, 1.0 / max_paths_per_vpl)
     return max(1, round(wanted / per_path))

@@ -38,6 +38,15 @@ class ClusteredLights(ABC):
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame, self.number = setup, frame, new_number()
 
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of arrays that frames read, for captured graphs."""
+        return (self.number,)
+
+    @abstractmethod
+    def follow(self, kind: FrameKind, stages: Stages) -> bool:
+        """Follow the scene's light into a frame that is about to begin; False where others must take their place."""
+
     @abstractmethod
     def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
         """Have in `vpls` and `cache` those of a frame, whose G-buffer is filled."""

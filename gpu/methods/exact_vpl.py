@@ -6,7 +6,7 @@ With VPLs clustered and SPs not (the ablation of the 2022 paper, section 4.3) it
 from typing import Any
 
 from gpu.core.reduce import Counter
-from gpu.core.stages import Stages
+from gpu.core.stages import Stages, new_number
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.exact_gather import gather
 from gpu.methods.frame_arrays import FrameArrays
@@ -14,7 +14,8 @@ from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice
 from gpu.methods.view_state import ViewState
 from gpu.settings import Clustering, Component
-from gpu.vpl.build import unclustered
+from gpu.vpl.build import no_clusters, unclustered
+from gpu.vpl.light_set import LightSet
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Rays a launch: few hundredths of a second on a GPU, and often enough for progress on a CPU.
@@ -25,16 +26,15 @@ RAYS_PER_CPU_LAUNCH = 1 << 22
 class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
-    stage_names = ("light", "gbuffer", "gather", "direct", "near", "interpolate")
+    stage_names = ("light", "vpl-clusters", "gbuffer", "gather", "direct", "near", "interpolate")
     pixel_bytes, view_pixel_bytes = 369, 12
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._gathers_clusters = setup, setup.settings.clustering is Clustering.VPLS
-        self._first = self._vpls = self._light(0)
-        self._has_indirect = setup.settings.component is not Component.DIRECT and self._vpls.count > 0
-        self._has_near = self._has_indirect and setup.settings.near_field
-        # Captured graphs read it, so it must live as long as they do.
-        self._first_cache = self._cache(0)
+        # Captured graphs read its arrays, so it must live as long as they do.
+        self._first_version, self._first_vpls = -1, no_clusters()
+        self._first = setup.light_sets.made(light_set_choice(setup), setup.progress)
+        self._use(self._first)
         settings = setup.settings
         self._frame = FrameArrays(setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip)
         self._passes = Passes(setup, self._frame)
@@ -44,28 +44,39 @@ class ExactVpl(RenderMethod[ViewState]):
         """One whose frames leave nothing to the next."""
         return ViewState(self._setup.device_scene, self._setup.size)
 
-    def _light(self, sample: int) -> VplClusters:
-        vpls = self._setup.light_sets.clusters(light_set_choice(self._setup, sample), self._setup.progress)
-        return vpls if self._gathers_clusters else unclustered(self._setup.device_scene, vpls)
+    def _use(self, light_set: LightSet) -> None:
+        """Have in `_vpls` and `_cache` those of a light set."""
+        settings = self._setup.settings
+        if light_set is not self._first:
+            self._vpls = self._vpls_of(light_set)
+        elif self._first_version == light_set.version:
+            self._vpls = self._first_vpls
+        else:
+            self._vpls = self._first_vpls = self._vpls_of(light_set)
+            self._first_version, self._number = light_set.version, new_number()
+        self._has_indirect = settings.component is not Component.DIRECT and light_set.count > 0
+        self._has_near = self._has_indirect and settings.near_field
+        self._cache: Any = self._setup.light_sets.radiosity(light_set) if self._has_near else None
 
-    def _cache(self, sample: int) -> Any:
-        if not self._has_near:
-            return None
-        return self._setup.light_sets.radiosity(light_set_choice(self._setup, sample), self._setup.progress)
+    def _vpls_of(self, light_set: LightSet) -> VplClusters:
+        clusters = light_set.clusters
+        return clusters if self._gathers_clusters else unclustered(self._setup.device_scene, clusters)
 
     def render(self, view: ViewState, stages: Stages, sample: int) -> None:
         """Direct light, then all VPLs in runs."""
         frame, passes, points = self._frame, self._passes, self._frame.shading_points
         kind = frame_kind(self._setup.settings, view, sample)
-        choice = light_set_choice(self._setup, sample)
-        self._kept = keeps_lights(self._setup, choice, stages, held=sample == 0)
-        self._vpls = self._light(sample) if sample else self._first
+        light_set = self._first
+        if sample > 0:
+            light_set = self._setup.light_sets.at(light_set_choice(self._setup, sample))
+        self._kept = keeps_lights(self._setup, light_set, stages, captured=kind.captured)
+        self._use(light_set)
+        stages.graph_key = view.number, self._number, *self._first.numbers
         frame.seed.fill_(kind.seed)
         passes.begin(view, points, kind, stages)
         if self._has_indirect:
             if self._has_near:
-                cache = self._cache(sample) if sample else self._first_cache
-                passes.begin_near(points, self._vpls, cache, kind, stages)
+                passes.begin_near(points, self._vpls, self._cache, kind, stages)
             stages.run("gather", self._gather, repeats=False)
             if self._has_near:
                 passes.share_near(points, frame.indirect.irradiance, kind, stages)

@@ -1,7 +1,5 @@
 """The VPL clusters that a frame of `fuzzy-vpl` is lit by, and arrays that have room for as many. Steps 1, 2."""
 
-from typing import Any
-
 import warp as wp
 
 from gpu.core.stages import Stages
@@ -14,8 +12,7 @@ from gpu.methods.passes import STILL_VIEW_PARAMETERS, FrameKind, keeps_lights, l
 from gpu.settings import Clustering, Component
 from gpu.vpl.bound_area import areas_of, bound_areas
 from gpu.vpl.build import unclustered
-from gpu.vpl.light_sets import LightSetChoice
-from gpu.vpl.vpl_clusters import VplClusters
+from gpu.vpl.light_set import LightSet
 
 
 def frames_a_set(vpls: int) -> int:
@@ -36,30 +33,45 @@ class FuzzyLights(ClusteredLights):
         settings, counts = setup.settings, setup.sample_counts
         # The ablation without VPL clusters keeps its VPLs: another set of them may not fit its arrays.
         self._fixed = settings.clustering is Clustering.SPS
-        vpls = setup.light_sets.clusters(light_set_choice(setup), setup.progress)
         # Captured graphs read the arrays of this set, so it must live as long as they do.
-        self.vpls = self._first = unclustered(setup.device_scene, vpls) if self._fixed else vpls
-        self.has_indirect = settings.component is not Component.DIRECT and vpls.count > 0
-        self.has_near = self.has_indirect and settings.near_field
-        self.cache = self._first_cache = self._cache_of(light_set_choice(setup))
+        self._first = setup.light_sets.made(light_set_choice(setup), setup.progress)
+        self._singles = unclustered(setup.device_scene, self._first.clusters) if self._fixed else None
+        self._use(self._first)
         self.corrects = settings.correct
-        vpl_clusters = self._first.count if self._fixed else counts.vpl_clusters
+        vpl_clusters = self.vpls.count if self._fixed else counts.vpl_clusters
         self.room = min(counts.sp_clusters, most, setup.pixels), vpl_clusters
-        self._bounded: VplClusters | None = None
+        self._bounded: tuple[LightSet, int] | None = None
         self._areas: wp.array = None
         self.correction = FuzzyCorrection(frame, passes, counts.sp_clusters, vpl_clusters, lent)
 
-    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
-        """Have in `vpls` and `cache` those of a frame, which are mostly kept from before."""
-        setup, number = self._setup, self._number_of(kind.sample)
-        choice = light_set_choice(setup, number)
-        self.are_kept = keeps_lights(setup, choice, stages, held=number == 0)
-        self.vpls, self.cache = self._first, self._first_cache
-        if number > 0:
-            self.vpls, self.cache = setup.light_sets.clusters(choice, setup.progress), self._cache_of(choice)
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of these arrays and those of the walk's light set."""
+        return self.number, *self._first.numbers
 
-    def _cache_of(self, choice: LightSetChoice) -> Any:
-        return self._setup.light_sets.radiosity(choice, self._setup.progress) if self.has_near else None
+    def follow(self, kind: FrameKind, stages: Stages) -> bool:
+        """Make the frame's light set, unless it is kept from before. VPLs that are not clustered are others in number
+        when light has changed.
+        """
+        setup, number = self._setup, self._number_of(kind.sample)
+        if setup.settings.component is Component.DIRECT:
+            return True
+        if self._fixed and not setup.light_sets.is_current(self._first):
+            return False
+        light_set = self._first if number == 0 else setup.light_sets.at(light_set_choice(setup, number))
+        self.are_kept = keeps_lights(setup, light_set, stages, captured=kind.captured)
+        self._use(light_set)
+        return True
+
+    def choose(self, view: FuzzyViewState, kind: FrameKind, stages: Stages) -> None:
+        """They are as `follow` has left them."""
+
+    def _use(self, light_set: LightSet) -> None:
+        settings = self._setup.settings
+        self._used, self.vpls = light_set, self._singles or light_set.clusters
+        self.has_indirect = settings.component is not Component.DIRECT and light_set.count > 0
+        self.has_near = self.has_indirect and settings.near_field
+        self.cache = self._setup.light_sets.radiosity(light_set) if self.has_near else None
 
     def _number_of(self, sample: int) -> int:
         """The number of the light set of frame `sample` of a still view."""
@@ -70,10 +82,13 @@ class FuzzyLights(ClusteredLights):
         settings = self._setup.settings
         if not (kind.refines and self.has_near and self.corrects):
             return None
-        bounds = bound_areas(self._first_cache)
-        if self._bounded is not self.vpls:
-            self._bounded, self._areas = self.vpls, areas_of(self.vpls, bounds)
-        table = self._setup.light_sets.table
+        sets, known = self._setup.light_sets, (self._used, self._used.version)
+        if not sets.is_current(self._first):
+            sets.renew(self._first, self._setup.progress)
+        bounds = bound_areas(sets.radiosity(self._first))
+        if self._bounded != known:
+            self._bounded, self._areas = known, areas_of(self.vpls, bounds)
+        table = sets.table
         return Convergence(table, self.vpls, bounds, self._areas, settings.bounces, settings.seed)
 
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:

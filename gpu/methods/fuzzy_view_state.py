@@ -78,6 +78,12 @@ class FuzzyViewState(ViewState):
         """What another viewer knows of these lights, if any does."""
         return next((other.lights[lights] for other in self._views if lights in other.lights), None)
 
+    def forget(self) -> None:
+        """As any viewer does: what clusters have seen was of other light."""
+        super().forget()
+        for kept in self.lights.values():
+            kept.last_sample = None
+
     def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
         """As any viewer does; where the frame before saw much the same, pixels where light ended then are shaded."""
         wp.copy(self.points.before.camera, self.camera)

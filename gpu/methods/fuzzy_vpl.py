@@ -40,8 +40,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
     stage_names: ClassVar[tuple[str, ...]] = (
-        "light", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine", "bright", "connect",
-        "paths", "probe", "direct", "near", "interpolate", "keep",
+        "light", "vpl-clusters", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine",
+        "bright", "connect", "paths", "probe", "direct", "near", "interpolate", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 584, 66, 16
 
@@ -80,8 +80,11 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
     def render(self, view: FuzzyViewState, stages: Stages, sample: int) -> None:
         """Direct light beside steps 3 to 6; then both are added, and the walk's next frame finds what it may keep."""
-        lights, kind = self.lights, frame_kind(self._setup.settings, view, sample)
-        stages.graph_key = view.number, lights.number
+        kind = frame_kind(self._setup.settings, view, sample)
+        if not self.lights.follow(kind, stages):
+            self.lights = self._first_lights()
+        lights = self.lights
+        stages.graph_key = view.number, *lights.numbers
         self._passes.begin(view, view.points, kind, stages, view.histories)
         if lights.has_indirect:
             self._find_indirect(view, kind, stages)

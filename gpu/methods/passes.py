@@ -2,6 +2,7 @@
 end.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import warp as wp
@@ -18,7 +19,7 @@ from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import RenderSetup
 from gpu.methods.view_state import ViewState
 from gpu.settings import Component, RenderSettings
-from gpu.vpl.light_sets import LightSetChoice
+from gpu.vpl.light_set import LightSet, LightSetChoice
 from gpu.vpl.radiosity_cache import RadiosityCache
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -115,14 +116,25 @@ def light_set_choice(setup: RenderSetup, number: int = 0) -> LightSetChoice:
     return LightSetChoice(counts.vpls, counts.vpl_clusters, settings.bounces, seed, settings.lambertian)
 
 
-def keeps_lights(setup: RenderSetup, choice: LightSetChoice, stages: Stages, *, held: bool) -> bool:
-    """Whether the light set of `choice` is kept from before; else, or where settings forbid that, it is made now.
+def keeps_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, captured: bool) -> bool:
+    """Whether a light set is kept from before; else, or where settings forbid that, it is made now.
 
-    held: the caller keeps it itself.
+    captured: its making may be replayed.
     """
-    kept = setup.settings.skip.unchanged_lights and (held or setup.light_sets.holds(choice))
+    sets, key = setup.light_sets, stages.graph_key
+    current = sets.is_current(light_set)
+    kept = setup.settings.skip.unchanged_lights and current
+    sets.wait_for_made()
+    if current and not kept:
+        wp.synchronize_device(setup.device)  # others may read it
     if not kept:
-        stages.run("light", lambda: setup.light_sets.retrace(choice, setup.progress), repeats=False)
+
+        def run(name: str, part: Callable[[], None]) -> None:
+            stages.graph_key = light_set.numbers
+            stages.run(name, part, repeats=captured)
+
+        sets.renew(light_set, setup.progress, run)
+        stages.graph_key = key
     return kept
 
 

@@ -4,7 +4,7 @@ Everything is made anew in each frame, so light, camera and scene may change bet
 """
 
 from gpu.core.reduce import Counter
-from gpu.core.stages import Stages
+from gpu.core.stages import Stages, new_number
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
@@ -34,19 +34,30 @@ class PhotonGather(RenderMethod[ViewState]):
         self._frame = FrameArrays(setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip)
         self._passes = Passes(setup, self._frame)
         self._counter = Counter(1, setup.device)
-        frame, paths = self._frame, 0
+        self._clustering = ShadingClustering(self._frame.shading_points, counts.sp_clusters)
+        self._version = self._paths = -1
+        self._follow_lights()
+        setup.progress("photons are traced in each frame", 1.0)
+
+    def _follow_lights(self) -> None:
+        """Have as many light paths as leave the photons that are wanted of the scene's lights as they are."""
+        setup, frame, settings, sets = self._setup, self._frame, self._setup.settings, self._setup.light_sets
+        if self._version == sets.version:
+            return
+        paths = 0
         if settings.component is not Component.DIRECT:
-            inputs = setup.device_scene, frame.scene, self._table, counts.photons, settings.bounces
+            inputs = setup.device_scene, frame.scene, self._table, setup.sample_counts.photons, settings.bounces
             paths = paths_for(*inputs, frame.features)
-        self._has_indirect = paths > 0
-        if self._has_indirect:
+        self._has_indirect, self._version = paths > 0, sets.version
+        if paths == self._paths:
+            return
+        self._paths, self._number = paths, new_number()
+        if paths > 0:
             self._map = PhotonMap(paths, settings.bounces, setup.device)
             self._tree = allocate_tree(self._map.photons)
-            self._clustering = ShadingClustering(frame.shading_points, counts.sp_clusters)
             cut = settings.cut_nodes
             self._light = CutLight(self._tree, cut) if cut else FullMapLight(self._tree)
-            self._gather = FinalGather(self._clustering.clusters, counts.gather_rays, self._light)
-        setup.progress("photons are traced in each frame", 1.0)
+            self._gather = FinalGather(self._clustering.clusters, setup.sample_counts.gather_rays, self._light)
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
@@ -64,6 +75,8 @@ class PhotonGather(RenderMethod[ViewState]):
         """Direct light, beside photons, their illumination and what is gathered of it."""
         frame, passes, points = self._frame, self._passes, self._frame.shading_points
         kind = frame_kind(self._setup.settings, view, sample)
+        self._follow_lights()
+        stages.graph_key = view.number, self._number
         frame.seed.fill_(kind.seed)
         passes.begin(view, points, kind, stages)
         if self._has_indirect:

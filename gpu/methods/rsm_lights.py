@@ -4,12 +4,13 @@ from weakref import WeakKeyDictionary
 
 import warp as wp
 
+from gpu.core.device import alike, overwrite
 from gpu.core.stages import Stages
 from gpu.indirect.clustered_light import clustered_light
 from gpu.indirect.polygon_shading import shade_by_polygons
 from gpu.lights.importance_warp import ImportanceWarp
 from gpu.lights.light_paths import allocate_vpls
-from gpu.lights.reflective_shadow_map import make_shadow_maps, trace_shadow_maps
+from gpu.lights.reflective_shadow_map import ShadowMaps, make_shadow_maps, trace_shadow_maps
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_correction import FuzzyCorrection
@@ -19,7 +20,7 @@ from gpu.methods.passes import FrameKind, frame_seed
 from gpu.settings import Component, LightShape
 from gpu.vpl.bidirectional_importance import BidirectionalImportance
 from gpu.vpl.build import no_clusters
-from gpu.vpl.map_lights import MapLights
+from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.polygon_light import Polygons, allocate_polygons, fit_polygons
 from gpu.vpl.radiosity_cache import RadiosityBuilder
 from gpu.vpl.shadow_map_clusters import MapClusters, ShadowMapClustering
@@ -50,18 +51,33 @@ class RsmLights(ClusteredLights):
 
     def _allocate(self, side: int, clusters: int) -> None:
         setup, device = self._setup, self._setup.device
-        self._maps = make_shadow_maps(setup.device_scene, setup.light_sets.table, side)
+        self._maps, self._version = self._maps_of(side), setup.light_sets.version
         pixels = self._maps.count * side**2
         self._pixels = allocate_vpls(pixels, device)
         self._importance = BidirectionalImportance(device)
         self._warp = ImportanceWarp(pixels, self._maps.atlas_side, device)
         self.clustering = ShadowMapClustering(self._maps, min(clusters, pixels), device)
-        self._lights = MapLights(self.clustering)
+        self._lights = GroupLights(pixels, self.clustering.count, device)
         self.vpls = self._lights.vpls
         if setup.settings.light_shape is LightShape.POLYGONS:
             self._polygons = allocate_polygons(self.vpls, device)
         self._radiosity = RadiosityBuilder(self.vpls, device) if self.has_near else None
         self.cache = self._radiosity.cache if self._radiosity else None
+
+    def _maps_of(self, side: int) -> ShadowMaps:
+        return make_shadow_maps(self._setup.device_scene, self._setup.light_sets.table, side)
+
+    def follow(self, kind: FrameKind, stages: Stages) -> bool:
+        """Have maps of the lights as they are, unless there are more or fewer now."""
+        sets = self._setup.light_sets
+        if not self.has_indirect or self._version == sets.version:
+            return True
+        maps = self._maps_of(self._maps.side)
+        if not alike(ShadowMaps, self._maps, maps):
+            return False
+        overwrite(ShadowMaps, self._maps, maps)
+        self._version = sets.version
+        return True
 
     def clusters_of(self, view: FuzzyViewState) -> MapClusters:
         """The clusters that a view's walk keeps; at first none has members."""
@@ -91,7 +107,7 @@ class RsmLights(ClusteredLights):
             self.clustering.run(pixels, clusters, begins=begins)
 
         def make_lights() -> None:
-            self._lights.run(pixels)
+            self._lights.run(pixels, self.clustering.groups, self.clustering.medoids)
             if self._radiosity:
                 self._radiosity.run(frame.scene)
             if self._polygons:

@@ -20,7 +20,8 @@ class ViewState:
     radiance (pixel,) [W/m²/sr]: what the method fills; camera (1,): CameraData; reuses_history: whether the frame may
     build on the last one; is_still: whether that had the same camera. A method whose frames leave something to the next
     says so by `wrote_history`; history_length: the number of such frames before this one in a walk. shown: what
-    `radiance` is of, None when that is no sound picture; number: of this view alone, for captured graphs.
+    `radiance` is of, None when that is no sound picture; version: of the scene's light then (gpu.vpl.light_sets);
+    number: of this view alone, for captured graphs.
     """
 
     def __init__(self, device_scene: DeviceScene, size: tuple[int, int]) -> None:
@@ -34,9 +35,15 @@ class ViewState:
         self._last_camera: Camera | None = None
         self.reuses_history = self.is_still = self.wrote_history = False
         self.history_length = 0
+        self.version = 0
         self.shown: Hashable = None
         self.walked = False
         self.statistics: tuple[dict[str, int], dict[str, int]] = {}, {}
+
+    def forget(self) -> None:
+        """Know nothing of frames before, which were of a scene that has changed."""
+        self._last_camera, self.shown = None, None
+        self.wrote_history = self.walked = False
 
     def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
         """Look through `camera`, whose own aspect gives way to the image's, for frame `sample` of a still view.

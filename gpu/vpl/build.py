@@ -1,19 +1,17 @@
-"""Makes VPL clusters and their disk lights. Steps 1 and 2 of the 2022 paper, section 3.1."""
+"""Makes the disk lights of VPL clusters. Step 2 of the 2022 paper, section 3.1."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
 
-from gpu.clustering.kmeans import KMeans
-from gpu.clustering.points import Points
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY, PI
 from gpu.core.device import allocate, launch
 from gpu.core.kahan import Sum, kahan_add
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
-from gpu.lights.light_paths import Vpls, allocate_vpls, gather_vpls_kernel
+from gpu.lights.light_paths import Vpls
 from gpu.scene.types import Ints
 from gpu.vpl.disk_light import Disk, disk_of
 from gpu.vpl.vpl_clusters import LEAST_PER_GROUP, MOST_GROUPS, PER_SUBCLUSTER, VplClusters, member_disk
@@ -200,31 +198,6 @@ def no_clusters() -> VplClusters:
     return clusters
 
 
-def cluster_vpls(device_scene: DeviceScene, vpls: Vpls, wanted: int, seed: int,
-                 chosen: VplClusterParameters = VPL_CLUSTER_PARAMETERS) -> VplClusters:  # fmt: skip
-    """At most `wanted` clusters of `vpls`, by flux-weighted k-means on position and normal."""
-    device = device_scene.device
-    if vpls.count == 0:
-        return no_clusters()
-    kmeans = KMeans(vpls.count, min(wanted, vpls.count), device, exhaustive=True)
-    kmeans.run(vpl_points(vpls, device), chosen.iterations, seed)
-    starts = kmeans.groups.starts.numpy()
-    used = np.flatnonzero(np.diff(starts))
-    clusters: VplClusters = allocate(VplClusters, len(used), device)
-    clusters.count = len(used)
-    starts = np.append(starts[used], vpls.count).astype(np.int32)
-    clusters.starts = wp.array(starts, dtype=int, device=device)
-    clusters.members = allocate_vpls(vpls.count, device)
-    clusters.member_area = wp.zeros(vpls.count, dtype=float, device=device)
-    launch(gather_vpls_kernel, vpls.count, [kmeans.groups.items, vpls, clusters.members], device)
-    medoids = wp.array(kmeans.medoids.numpy()[used], dtype=int, device=device)
-    launch(vpl_cluster_disk_kernel, clusters.count, [vpls, medoids, chosen, clusters], device)
-    set_subclusters(clusters, starts, device)
-    form_groups(clusters, device)
-    bound_groups(clusters, device)
-    return clusters
-
-
 @wp.kernel
 def vpl_singles_kernel(first: int, clusters: VplClusters, singles: wp.array[Disk]) -> None:
     """One thread a member: makes it a disk of its own."""
@@ -249,23 +222,3 @@ def unclustered(device_scene: DeviceScene, clusters: VplClusters) -> VplClusters
     form_groups(singles, device)
     bound_groups(singles, device)
     return singles
-
-
-@wp.kernel
-def vpl_weight_kernel(first: int, vpls: Vpls, weight: wp.array[float], spacing: wp.array[float]) -> None:
-    """One thread a VPL: its weight in clustering, the mean of its flux's channels. Spacing is not used there."""
-    index = first + wp.tid()
-    flux = vpls.flux[index]
-    weight[index] = (flux[0] + flux[1] + flux[2]) / 3.0
-    spacing[index] = 1.0
-
-
-def vpl_points(vpls: Vpls, device: wp.Device) -> Points:
-    """VPLs as points to be clustered, weighted by flux."""
-    points = Points()
-    points.position, points.normal = vpls.position, vpls.normal
-    points.weight = wp.zeros(vpls.count, dtype=float, device=device)
-    points.spacing = wp.zeros(vpls.count, dtype=float, device=device)
-    points.count = wp.array([vpls.count], dtype=int, device=device)
-    launch(vpl_weight_kernel, vpls.count, [vpls, points.weight, points.spacing], device)
-    return points

@@ -1,18 +1,23 @@
-"""The light of a scene that no camera changes: its emitters, VPLs and VPL clusters. Made once, shared by renderers."""
+"""The light of a scene that no camera changes: its emitters, VPLs and VPL clusters. Shared by renderers, made anew when
+an edit changes it.
+"""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
+from typing import Any
 
 import warp as wp
 
-from gpu.core.device import overwrite
+from gpu.core.device import alike, overwrite
+from gpu.core.sharing import DEVICE_SHARING
+from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import Vpls, paths_for, trace_light_paths
+from gpu.lights.light_paths import paths_for
 from gpu.lights.light_table import LightTable
-from gpu.vpl.build import cluster_vpls
-from gpu.vpl.radiosity_cache import RadiosityCache, radiosity_cache
+from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
 from gpu.vpl.sun_importance import sun_maps_of
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -21,82 +26,149 @@ Progress = Callable[[str, float], None]
 KEPT_VPLS = 1 << 23
 
 
-@dataclass(frozen=True)
-class LightSetChoice:
-    """What a light set depends on besides the scene."""
-
-    vpls: int
-    vpl_clusters: int
-    bounces: int
-    seed: int
-    lambertian: bool
+def _run(name: str, part: Callable[[], None]) -> None:
+    """Run a part of the making of a light set."""
+    part()
 
 
 class LightSets:
-    """A scene's light sets by choice, and the table of its emitters."""
+    """A scene's light sets by choice, and the table of its emitters. version: of its light, which edits change."""
 
     def __init__(self, device_scene: DeviceScene) -> None:
         self._device_scene = device_scene
-        self._sets: dict[LightSetChoice, VplClusters] = {}
-        self._radiosity: dict[LightSetChoice, RadiosityCache] = {}
-        # Light paths of sets that differ by their seed.
+        self._sets: dict[LightSetChoice, LightSet] = {}
+        # How many light paths there are, and what traces them, of sets that differ by their seed.
         self._paths: dict[LightSetChoice, int] = {}
-        self.table: LightTable = build_light_table(device_scene)
-        self.table.suns = sun_maps_of(device_scene, self.table)
+        self._makers: dict[LightSetChoice, VplMaker] = {}
+        self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
+        self._busy = False
+        self.version = 0
+        self.table = self._table_of(device_scene)
+
+    @staticmethod
+    def _table_of(device_scene: DeviceScene) -> LightTable:
+        table = build_light_table(device_scene)
+        table.suns = sun_maps_of(device_scene, table)
+        return table
+
+    def follow(self, edited: DeviceScene) -> bool:
+        """Have the scene become what `edited` (DeviceScene.edited) is, in the arrays that renderers read: whoever has
+        made something of its light before finds another `version`.
+
+        False, and nothing is changed, where `edited` needs arrays of other sizes or other kernels.
+        """
+        scene, table = self._device_scene, self._table_of(edited)
+        if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
+            return False
+        scene.become(edited)
+        overwrite(LightTable, self.table, table)
+        self.version += 1
+        self._paths.clear()
+        return True
+
+    def at(self, choice: LightSetChoice) -> LightSet:
+        """The set of `choice`, which may have to be made (anew) by `renew`; the longest unused ones make room."""
+        found = self._sets.pop(choice, None)
+        if found is None:
+            found = LightSet(choice, self._device_scene.device)
+            while self._sets and sum(kept.vpls for kept in self._sets) + choice.vpls > KEPT_VPLS:
+                del self._sets[next(iter(self._sets))]
+        self._sets[choice] = found
+        return found
+
+    def is_current(self, light_set: LightSet) -> bool:
+        """Whether a set is of the scene's light as it is."""
+        return light_set.version == self.version
+
+    def renew(self, light_set: LightSet, progress: Progress, run: RunPart = _run) -> None:
+        """Make a set of the scene's light as it is, mostly into the arrays that it has.
+
+        run: runs the parts `light`, which traces, and `vpl-clusters`.
+        """
+        was_current = self.is_current(light_set)
+        with self._making():
+            if was_current or not self.is_current(light_set):  # else it was made in the turn of another
+                self._renew(light_set, progress, run)
+
+    def _renew(self, light_set: LightSet, progress: Progress, run: RunPart) -> None:
+        choice, scene = light_set.choice, self._device_scene.view(lambertian=light_set.choice.lambertian)
+        light_set.version = -1
+        progress("tracing virtual point lights", 0.0)
+        paths = self._paths_of(choice, scene)
+        if paths == 0:
+            light_set.count = 0
+        else:
+            maker, count = self._trace(light_set, scene, paths, run)
+            progress("clustering virtual point lights", 0.5)
+            light_set.take(maker, count)
+            run("vpl-clusters", lambda: light_set.make(scene))
+        light_set.version = self.version
+        progress("clustering virtual point lights", 1.0)
+
+    def _paths_of(self, choice: LightSetChoice, scene: SceneData) -> int:
+        same = replace(choice, seed=0)
+        if same not in self._paths:
+            features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
+            inputs = self._device_scene, scene, self.table, choice.vpls, choice.bounces, features
+            self._paths[same] = paths_for(*inputs)
+        return self._paths[same]
+
+    def _trace(self, light_set: LightSet, scene: SceneData, paths: int, run: RunPart) -> tuple[VplMaker, int]:
+        """What has traced the light paths of a set, and how many VPLs they left."""
+        choice, same = light_set.choice, replace(light_set.choice, seed=0)
+        features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
+        maker = self._makers.get(same)
+        if maker is None or maker.ends.room < paths:
+            maker = self._makers[same] = self._maker(choice, paths, choice.vpls)
+        ends = maker.ends
+        light_set.trace_by(maker)
+        ends.set_paths(paths)
+        run("light", lambda: ends.trace(scene, self.table, light_set.seed, features))
+        count = int(ends.filled.numpy()[0])
+        if count > maker.room:
+            maker = self._makers[same] = self._maker(choice, paths, count)
+            light_set.trace_by(maker)
+            maker.ends.set_paths(paths)
+            maker.ends.trace(scene, self.table, light_set.seed, features)
+        return maker, count
+
+    def _maker(self, choice: LightSetChoice, paths: int, vpls: int) -> VplMaker:
+        return VplMaker(choice, int(ROOM * paths) + 1, int(ROOM * vpls) + 1, self._device_scene.device)
 
     def clusters(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
         """The clusters of `choice`, traced and clustered when they are not kept from before."""
-        if choice in self._sets:
-            self._sets[choice] = self._sets.pop(choice)
-            return self._sets[choice]
-        clusters = self._make(choice, progress)
-        while self._sets and sum(kept.vpls for kept in self._sets) + choice.vpls > KEPT_VPLS:
-            oldest = next(iter(self._sets))
-            del self._sets[oldest]
-            self._radiosity.pop(oldest, None)
-        self._sets[choice] = clusters
-        return clusters
+        return self.made(choice, progress).clusters
 
-    def holds(self, choice: LightSetChoice) -> bool:
-        """Whether the clusters of `choice` are kept from before."""
-        return choice in self._sets
+    def made(self, choice: LightSetChoice, progress: Progress) -> LightSet:
+        """The set of `choice`, made when it is not kept from before."""
+        light_set = self.at(choice)
+        if not self.is_current(light_set):
+            self.renew(light_set, progress)
+        return light_set
 
-    def retrace(self, choice: LightSetChoice, progress: Progress) -> None:
-        """Make the clusters of `choice` anew, into the arrays that are kept: whoever reads those need not know."""
-        if not self.holds(choice):
-            self.clusters(choice, progress)
-            return
-        kept, made = self._sets[choice], self._make(choice, progress)
-        if kept.count:
-            overwrite(VplClusters, kept, made)
-            overwrite(Vpls, kept.members, made.members)
-            self._complete()
+    def radiosity(self, light_set: LightSet) -> Any:
+        """The radiosity (RadiosityCache) around the VPLs of a set, which has one."""
+        if light_set.cache is None:
+            with self._making():
+                light_set.add_radiosity(self._device_scene.view(lambertian=light_set.choice.lambertian))
+        return light_set.cache
 
-    def _make(self, choice: LightSetChoice, progress: Progress) -> VplClusters:
-        scene = self._device_scene.view(lambertian=choice.lambertian)
-        features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
-        progress("tracing virtual point lights", 0.0)
-        alike = replace(choice, seed=0)
-        if alike not in self._paths:
-            self._paths[alike] = paths_for(self._device_scene, scene, self.table, choice.vpls, choice.bounces, features)
-        paths = self._paths[alike]
-        vpls = trace_light_paths(self._device_scene, scene, self.table, paths, choice.bounces, choice.seed, features)
-        progress("clustering virtual point lights", 0.5)
-        clusters = cluster_vpls(self._device_scene, vpls, choice.vpl_clusters, choice.seed)
-        progress("clustering virtual point lights", 1.0)
-        self._complete()
-        return clusters
+    def wait_for_made(self) -> None:
+        """Have what is launched from now on, maybe in another lane (gpu.core.lane), come after all that was made."""
+        if self._made is not None:
+            wp.get_stream(self._device_scene.device).wait_event(self._made)
 
-    def _complete(self) -> None:
-        """Whoever finds what was made may read it in another lane (gpu.core.lane)."""
-        wp.synchronize_device(self._device_scene.device)
-
-    def radiosity(self, choice: LightSetChoice, progress: Progress) -> RadiosityCache:
-        """The radiosity around the VPLs of `choice`, of which there must be one; kept as long as they are."""
-        clusters = self.clusters(choice, progress)
-        if choice not in self._radiosity:
-            self._radiosity[choice] = radiosity_cache(
-                self._device_scene, self._device_scene.view(lambertian=choice.lambertian), clusters
-            )
-            self._complete()
-        return self._radiosity[choice]
+    @contextmanager
+    def _making(self) -> Iterator[None]:
+        """Sets share what their making works with, so one is made after the other, in whatever lanes and turns."""
+        with DEVICE_SHARING.keep() if self._made else nullcontext():
+            # On a CPU others may have turns within a launch.
+            DEVICE_SHARING.wait_for(lambda: not self._busy)
+            self._busy = True
+            try:
+                self.wait_for_made()
+                yield
+                if self._made:
+                    wp.get_stream(self._device_scene.device).record_event(self._made)
+            finally:
+                self._busy = False

@@ -107,15 +107,17 @@ class RadiosityCache:
 
 
 @wp.kernel
-def neighbour_spacing_kernel(first: int, clusters: VplClusters, most_area: float, vpls: Representatives) -> None:
+def neighbour_spacing_kernel(first: int, clusters: VplClusters, most_area: float, number: wp.array[int],
+                             vpls: Representatives) -> None:  # fmt: skip
     """One thread a cluster: its members' spacing, 0 if it has no extent: cells are of 1 to 2 radii of an estimate.
 
-    A cluster of strays is far wider than its members are apart. Searching all of that would keep the others waiting.
+    number (1,): of all VPLs. A cluster of strays is far wider than its members are apart. Searching all of that would
+    keep the others waiting.
     """
     cluster = first + wp.tid()
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
-    area = wp.min(clusters.disks[cluster].area / float(end - begin), most_area / float(clusters.members.count))
+    area = wp.min(clusters.disks[cluster].area / float(end - begin), most_area / float(number[0]))
     radius = wp.sqrt(float(wp.static(NEIGHBOURS)) * area / PI)
     for member in range(begin, end):
         vpls.spacing[member] = radius / vpls.chosen.cell_per_spacing
@@ -210,10 +212,11 @@ class RadiosityBuilder:
     stay, for whatever these members are at the time.
     """
 
-    def __init__(
-        self, clusters: VplClusters, device: wp.Device, chosen: RadiosityParameters = RADIOSITY_PARAMETERS
-    ) -> None:
-        members, count = clusters.members, clusters.members.count
+    def __init__(self, clusters: VplClusters, device: wp.Device, chosen: RadiosityParameters = RADIOSITY_PARAMETERS,
+                 number: wp.array | None = None, usual: int = 0) -> None:  # fmt: skip
+        """`number` (1,): of the members that there are at the time, if not all; usual: about how many that is."""
+        members, count = clusters.members, len(clusters.member_area)
+        self._number = wp.full(1, count, dtype=int, device=device) if number is None else number
         self._clusters, self._chosen, self.device = clusters, chosen, device
         self._grid = Grid(count, device)
         vpls = self._grid.data
@@ -224,14 +227,15 @@ class RadiosityBuilder:
         self.cache.radius = wp.zeros(count, dtype=float, device=device)
         self.cache.radiosity = wp.zeros(count, dtype=wp.vec3, device=device)
         self._covered = wp.zeros(int(PLACES) * count, dtype=int, device=device)
-        self._cells = RadiosityCells(self.cache, device)
+        self._cells = RadiosityCells(self.cache, device, usual)
 
     def run(self, scene: SceneData) -> None:
         """Estimate it on the surfaces of `scene`, without leaving the device."""
         clusters, lit, vpls, covered, device = self._clusters, self.cache, self._grid.data, self._covered, self.device
-        count = clusters.members.count
+        count = len(lit.radius)
         vpls.spacing.zero_()
-        launch(neighbour_spacing_kernel, clusters.count, [clusters, self._chosen.most_area, vpls], device)
+        inputs = [clusters, self._chosen.most_area, self._number, vpls]
+        launch(neighbour_spacing_kernel, clusters.count, inputs, device)
         self._grid.build()
         launch(radiosity_kernel, count, [vpls, clusters.members.flux, lit], device)
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
@@ -262,9 +266,10 @@ def radiosity_level_kernel(first: int, lit: RadiosityCache) -> None:
 class RadiosityCells:
     """The cells of a cache, which it makes for its VPLs; their arrays are allocated once."""
 
-    def __init__(self, lit: RadiosityCache, device: wp.Device) -> None:
+    def __init__(self, lit: RadiosityCache, device: wp.Device, usual: int = 0) -> None:
+        """usual: about how many VPLs there are, if fewer than there is room for: look-ups depend on it."""
         self._lit, entries = lit, LEVELS_HELD * len(lit.radius)
-        lit.buckets = 1 << (entries - 1).bit_length()
+        lit.buckets = 1 << (LEVELS_HELD * (usual or len(lit.radius)) - 1).bit_length()
         lit.lowest, lit.highest = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
         self._groups = Groups(entries, lit.buckets, device)
         lit.entries, lit.starts = self._groups.items, self._groups.starts

@@ -10,8 +10,9 @@ import ctypes
 import re
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from time import monotonic, perf_counter
 from typing import TypeVar
 
@@ -40,14 +41,13 @@ from server.worker.memory import free_host_bytes, own_bytes
 from server.worker.picking import picked_part
 from server.worker.renderer_pool import RendererPool, lasting
 from server.worker.scene_reading import read_beside
+from server.worker.scene_states import SceneStates
 from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
 
 FIRST_SIZE = (64, 36)
 # What a job has at least of a turn that others wait for: half of what they may have to wait.
 CUDA_TURN_SECONDS, CPU_TURN_SECONDS = 0.025, 0.25
-# Of a scene that is edited, besides that of its file: the newest, and one that a still or a job was begun with.
-MOST_STATES = 2
 MEMORY_SECONDS = 0.5
 # How Warp says that the device has no memory left.
 NO_MEMORY = re.compile(r"[Ff]ailed to allocate|out of memory")
@@ -69,7 +69,7 @@ class GpuBackend:
         self._start = Start(SceneRef("", ""))
         self._device: wp.Device = None
         self._scenes: dict[SceneRef, LoadedScene] = {}  # in the order of their last use
-        self._states: dict[SceneRef, dict[SceneEdits, LoadedScene]] = {}  # with edits, in the order of last use
+        self._states = SceneStates(lambda state: self._renderers.drop_state(state))
         self._warm: set[SceneFeatures] = set()  # whose kernels were loaded for scenes with edits
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
@@ -98,7 +98,7 @@ class GpuBackend:
     def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it."""
         self._scenes.pop(scene, None)
-        self._states.pop(scene, None)
+        self._states.close(scene)
         self._renderers.drop(scene)
         for viewer in [viewer for viewer, viewed in self._viewed.items() if viewed == scene]:
             self.leave(viewer)
@@ -126,6 +126,7 @@ class GpuBackend:
         """Free what is kept for a viewer."""
         self._viewed.pop(viewer, None)
         self._stills.pop(viewer, None)
+        self._states.leave(viewer)
         self._renderers.leave(viewer)
 
     def memory(self) -> tuple[int, int]:
@@ -167,24 +168,24 @@ class GpuBackend:
         self._scenes[ref] = loaded
         return loaded
 
-    def _state(self, ref: SceneRef, edits: SceneEdits, report: Report) -> LoadedScene:
-        """A scene with `edits`."""
-        with self._tasks.holding(ref):
-            loaded = self._loaded(ref, report)
-            if edits == NO_EDITS:
-                return loaded
-            states = self._states.setdefault(ref, {})
-            state = states.pop(edits, None) or self._edited(loaded, edits, report)
-            while len(states) >= MOST_STATES:
-                oldest = next(iter(states))
-                del states[oldest]
-                self._renderers.drop_state(ref, oldest)
-            states[edits] = state
-            return state
+    @contextmanager
+    def _state(self, ref: SceneRef, edits: SceneEdits, viewer: int, report: Report) -> Iterator[LoadedScene]:
+        """A scene with `edits`, as long as something is rendered of it for a viewer."""
+        with ExitStack() as used:
+            with self._tasks.holding(ref):
+                loaded = self._loaded(ref, report)
+                if edits == NO_EDITS:
+                    self._states.leave(viewer)
+                else:
+                    make = partial(self._edited, loaded, edits, report)
+                    loaded = used.enter_context(self._states.using(ref, edits, viewer, make))
+            yield loaded
 
-    def _edited(self, loaded: LoadedScene, edits: SceneEdits, report: Report) -> LoadedScene:
+    def _edited(
+        self, loaded: LoadedScene, edits: SceneEdits, report: Report, before: LoadedScene | None
+    ) -> LoadedScene:
         with _named(loaded.ref):
-            state = edit(loaded, edits)
+            state = edit(loaded, edits, before)
         features = scene_features(state.scene, lambertian=False)
         if features not in self._warm | {scene_features(loaded.scene, lambertian=False)}:
             self._warm.add(features)
@@ -219,18 +220,18 @@ class GpuBackend:
         raise refusal
 
     def _picked(self, job: Pick, report: Report) -> PickedPart:
-        state = self._state(job.scene, job.edits, report)
-        camera = view_camera(state.scene, job.view, job.size)
-        return picked_part(self._scenes[job.scene].scene, state.device_scene, camera, job.place)
+        with self._state(job.scene, job.edits, STILLS, report) as state:
+            camera = view_camera(state.scene, job.view, job.size)
+            return picked_part(self._scenes[job.scene].scene, state.device_scene, camera, job.place)
 
     def _picture(self, job: Render, report: Report) -> Picture:
-        loaded = self._state(job.scene, job.edits, report)
-        job = replace(job, edits=loaded.edits)  # the same object from now on: no part of it is compared again
-        # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
-        who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
-        renderer = job.scene, job.edits, job.size, lasting(job.settings)
-        with self._tasks.holding(who), self._tasks.holding(renderer):
-            return self._frame(job, loaded, report)
+        with self._state(job.scene, job.edits, job.viewer, report) as loaded:
+            job = replace(job, edits=loaded.edits)  # the same object from now on: no part of it is compared again
+            # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
+            who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
+            renderer = job.scene, loaded.number, job.size, lasting(job.settings)
+            with self._tasks.holding(who), self._tasks.holding(renderer):
+                return self._frame(job, loaded, report)
 
     def _frame(self, job: Render, loaded: LoadedScene, report: Report) -> Picture:
         camera = view_camera(loaded.scene, job.view, job.size)

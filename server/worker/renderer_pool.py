@@ -16,7 +16,6 @@ from gpu.methods.registry import method_of
 from gpu.methods.view_state import ViewState
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
-from gpu.scene.edits import NO_EDITS, SceneEdits
 from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import Progress
 from server.wire.worker import SceneRef
@@ -29,8 +28,9 @@ CPU_BYTES = 2 << 30
 MOST = 64
 PICTURE_BYTES = 40  # a pixel: a mean of frames, and the picture on the host as it is encoded
 FEW_BYTES = 64 << 20  # less is not worth asking for what there is
-# Of one scene and settings, that a viewer has views for: it walks at one, rests at another, and may go back to a third.
-SIZES_A_VIEWER = 3
+# Of one scene and settings, that a viewer has: it walks at one size and rests at another, in either of two states that
+# take turns where several see the same edits.
+VIEWS_A_VIEWER = 4
 
 
 def lasting(settings: RenderSettings) -> RenderSettings:
@@ -44,7 +44,7 @@ class _Key:
     size: tuple[int, int]
     settings: RenderSettings
     soft: bool  # whether the scene has soft light, of which walks keep more
-    edits: SceneEdits = NO_EDITS
+    state: int = 0  # the number of its LoadedScene, whatever its edits
 
 
 @dataclass
@@ -70,7 +70,7 @@ class RendererPool:
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
         soft = has_soft_light(scene.device_scene.scene)
-        key = _Key(scene.ref, size, lasting(settings), soft, scene.edits)
+        key = _Key(scene.ref, size, lasting(settings), soft, scene.number)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
@@ -95,10 +95,9 @@ class RendererPool:
         """Free the renderers of a scene, and the views of them."""
         self._entries = {key: entry for key, entry in self._entries.items() if key.scene != scene}
 
-    def drop_state(self, scene: SceneRef, edits: SceneEdits) -> None:
-        """Free the renderers of a scene with these edits, and the views of them."""
-        gone = scene, edits
-        self._entries = {key: entry for key, entry in self._entries.items() if (key.scene, key.edits) != gone}
+    def drop_state(self, state: LoadedScene) -> None:
+        """Free the renderers of one state of a scene, and the views of them."""
+        self._entries = {key: entry for key, entry in self._entries.items() if key.state != state.number}
 
     def discard(self, renderer: Renderer) -> None:
         """Free one renderer, and the views of it."""
@@ -112,11 +111,10 @@ class RendererPool:
         return len(self._entries)
 
     def _leave_others(self, viewer: int, key: _Key) -> None:
-        """Free a viewer's views of other scenes and settings than those of `key`, and of all but its last sizes."""
+        """Free a viewer's views of other scenes and settings than those of `key`, and all but the last of the same."""
         others = [other for other, entry in self._entries.items() if viewer in entry.views and other != key]
-        same = key.scene, key.edits, key.settings
-        alike = [other for other in others if (other.scene, other.edits, other.settings) == same]
-        for other in {*others} - {*alike[max(len(alike) - SIZES_A_VIEWER + 1, 0) :]}:
+        alike = [other for other in others if (other.scene, other.settings) == (key.scene, key.settings)]
+        for other in {*others} - {*alike[max(len(alike) - VIEWS_A_VIEWER + 1, 0) :]}:
             del self._entries[other].views[viewer]
 
     def _make_room(self, key: _Key, views: dict[int, ViewState]) -> None:

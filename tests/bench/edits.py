@@ -1,83 +1,146 @@
-"""What an edit of a scene costs: `python -m tests.bench.edits [DEVICE] [SCENE …]` prints a line of JSON a scene.
+"""What live edits of a scene cost: `python -m tests.bench.edits [DEVICE] [SCENE …]` prints a line of JSON a scene and
+kind of edit.
 
-Medians [ms] of ROUNDS dimmings of a light, each a state that was never seen before: putting it on the device, its
-table of lights, a renderer with VPLs and their clusters, and the first frame; beside a frame of a walk that nothing
-changed for.
+Each frame of a walk has an edit that was never seen before, as while somebody drags a slider or carries a light.
+Medians [ms]: `edit`, putting it on the device; `trace` and `cluster`, of its VPLs; `frame`, all of the frame with these
+two; `moving`, edit and frame. Beside them `first`, edit and first frame; `walking`, a frame that nothing changed for;
+and `anew`, how many of the edits needed renderers, arrays and graphs of their own.
 """
 
 import json
 import sys
+from collections.abc import Callable
+from dataclasses import replace
 from statistics import median
 from time import perf_counter
 from typing import Any
 
 import warp as wp
 
-from gpu.device_scene.upload import DeviceScene
+from gpu.core.device import choose_device
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
-from gpu.scene.edits import LightEdit, SceneEdits, edited
+from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from gpu.scene.load import load_scene
-from gpu.scene.parts import lights_of
+from gpu.scene.objects import object_boxes
+from gpu.scene.parts import material_ids
+from gpu.scene.types import Light, LightKind, Scene
 from gpu.settings import RenderSettings
-from gpu.vpl.light_sets import LightSets
+from server.wire.worker import SceneRef
+from server.worker.loaded_scene import LoadedScene, build, edit
 
 SCENES = ("cornell-box", "living-room", "conference-room")
-SIZE, ROUNDS, WALK = (1024, 576), 9, 12
+SIZE, ROUNDS, WARM_UP = (1024, 576), 24, 4
+STEP = 0.002  # of the scene's extent, that a light or an object moves in a frame
+Edit = Callable[[int], SceneEdits]
 
 
-class Clock:
-    """Splits of what a device has finished [ms]."""
+def with_bulb(scene: Scene) -> Scene:
+    """`scene` with a point light in its middle."""
+    middle = tuple(0.5 * (low + high) for low, high in zip(*scene.bounds, strict=True))
+    placed = (middle[axis] - scene.placement.centre[axis] for axis in range(3))
+    position = tuple(float(value * scene.placement.scale) for value in placed)
+    x, y, z = position
+    return replace(scene, lights=(*scene.lights, Light("bench bulb", LightKind.POINT, (0.1, 0.1, 0.1), (x, y, z))))
 
-    def __init__(self, device: wp.Device) -> None:
-        self._device = device
-        self.splits: dict[str, list[float]] = {}
-        self.start()
 
-    def start(self) -> None:
-        wp.synchronize_device(self._device)
-        self._at = perf_counter()
+def edits_of(scene: Scene) -> dict[str, Edit]:
+    """By name, the kinds of edits and the one of each frame."""
+    low, high = scene.bounds
+    extent = max(b - a for a, b in zip(low, high, strict=True))
+    x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+    material = material_ids(scene)[0]
 
-    def split(self, name: str) -> None:
-        wp.synchronize_device(self._device)
-        now = perf_counter()
-        self.splits.setdefault(name, []).append(1e3 * (now - self._at))
-        self._at = now
+    def light(**change: Any) -> SceneEdits:
+        return SceneEdits(lights={"bench bulb": LightEdit(**change)})
+
+    def surface(**change: Any) -> SceneEdits:
+        return SceneEdits(materials={material: MaterialEdit(**change)})
+
+    kinds: dict[str, Edit] = {
+        "dim": lambda number: light(intensity=0.5 + number / 100.0),
+        "recolour": lambda number: light(color=(1.0, 0.5 + number / 100.0, 0.5)),
+        "move light": lambda number: light(position=(x + number * STEP * extent, y, z)),
+        "material": lambda number: surface(color=(0.5, 0.3 + number / 100.0, 0.5)),
+    }
+    inner = [
+        (one, a, b)
+        for one, a, b in zip(scene.objects, *object_boxes(scene), strict=True)
+        if all(c < d and e < f for c, d, e, f in zip(low, a, b, high, strict=True))
+    ]
+    if inner:
+        one, a, _ = inner[0]
+        step = (a[1] - low[1]) / (2 * (ROUNDS + WARM_UP))
+        kinds["move object"] = lambda number: SceneEdits(objects={one: ObjectEdit(offset=(0.0, -step * number, 0.0))})
+    return kinds
+
+
+class Frames:
+    """Frames of a walk at a scene in a state after the other, as a worker renders them."""
+
+    def __init__(self, base: LoadedScene, size: tuple[int, int], settings: RenderSettings) -> None:
+        self._base, self._size, self._settings = base, size, settings
+        self._state: LoadedScene | None = None
+        self.anew, self.number = 0, 0
+
+    def edit(self, edits: SceneEdits) -> None:
+        """Have these edits."""
+        state = edit(self._base, edits, self._state)
+        if state is not self._state:
+            self._state, self.anew = state, self.anew + 1
+            self._renderer = Renderer(state.device_scene, self._size, self._settings, light_sets=state.light_sets)
+            self._view = self._renderer.new_view()
+
+    def frame(self) -> dict[str, float]:
+        """Render one from a little further; the times of its stages [ms]."""
+        self.number += 1
+        camera = rotated(self._base.scene.cameras[0], 0.1 * self.number)
+        return self._renderer.render(camera, view=self._view, walks=True).stats.stage_ms
+
+
+def timed(device: wp.Device, work: Callable[[], Any]) -> tuple[float, Any]:
+    """What `work` takes until the device has done it [ms], and its result."""
+    wp.synchronize_device(device)
+    begun = perf_counter()
+    result = work()
+    wp.synchronize_device(device)
+    return 1e3 * (perf_counter() - begun), result
 
 
 def measure(
-    base: DeviceScene, settings: RenderSettings, size: tuple[int, int] = SIZE, rounds: int = ROUNDS
+    base: LoadedScene, edit_of: Edit, settings: RenderSettings, size: tuple[int, int] = SIZE, rounds: int = ROUNDS
 ) -> dict[str, float]:
-    """Medians of each part [ms]; the first round, which loads kernels, does not count."""
-    clock, light = Clock(base.device), lights_of(base.scene)[0].id
-    camera = base.scene.cameras[0]
-    for number in range(rounds + 1):
-        dimmed = SceneEdits(lights={light: LightEdit(intensity=0.5 + number / 100.0)})
-        clock.start()
-        state = base.edited(edited(base.scene, dimmed))
-        clock.split("state")
-        lights = LightSets(state)
-        clock.split("table")
-        renderer = Renderer(state, size, settings, light_sets=lights)
-        view = renderer.new_view()
-        clock.split("renderer")
-        renderer.render(camera, view=view, walks=True)
-        clock.split("frame")
-    for step in range(WALK):
-        turned = rotated(camera, 0.1 * (step + 1))
-        clock.start()
-        renderer.render(turned, view=view, walks=True)
-        clock.split("walking")
-    parts = {name: median(times[1:]) for name, times in clock.splits.items()}
-    return {**parts, "edit": sum(parts[name] for name in ("state", "table", "renderer", "frame"))}
+    """Medians of one kind of edit [ms]; the first WARM_UP frames, which load kernels, do not count."""
+    frames, device = Frames(base, size, settings), base.device_scene.device
+    found: dict[str, list[float]] = {}
+
+    def note(**times: float) -> None:
+        for name, value in times.items():
+            found.setdefault(name, []).append(value)
+
+    first = 0.0
+    for number in range(WARM_UP + rounds):
+        edits = edit_of(number)
+        editing, _ = timed(device, lambda edits=edits: frames.edit(edits))
+        taken, stages = timed(device, frames.frame)
+        if number == 0:
+            first = editing + taken
+        if number >= WARM_UP:
+            parts = {"trace": stages.get("light", 0.0), "cluster": stages.get("vpl-clusters", 0.0)}
+            note(edit=editing, frame=taken, moving=editing + taken, **parts)
+    anew = frames.anew
+    for _ in range(WARM_UP + rounds):
+        note(walking=timed(device, frames.frame)[0])
+    return {"first": first, **{name: median(times[-rounds:]) for name, times in found.items()}, "anew": float(anew)}
 
 
 def main(arguments: list[str]) -> None:
-    device, scenes = (arguments or ["cuda:0"])[0], arguments[1:] or SCENES
+    device, scenes = choose_device((arguments or ["cuda:0"])[0]), arguments[1:] or SCENES
     for name in scenes:
-        found = measure(DeviceScene(load_scene(name), device), RenderSettings())
-        line: dict[str, Any] = {"scene": name, **{part: round(ms, 2) for part, ms in found.items()}}
-        print(json.dumps(line), flush=True)
+        base = build(SceneRef(name, name), with_bulb(load_scene(name)), device)
+        for kind, edit_of in edits_of(base.scene).items():
+            found = measure(base, edit_of, RenderSettings())
+            print(json.dumps({"scene": name, "edit": kind, **{k: round(v, 2) for k, v in found.items()}}), flush=True)
 
 
 if __name__ == "__main__":

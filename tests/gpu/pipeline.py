@@ -25,7 +25,7 @@ from gpu.indirect.visibility import Visibility
 from gpu.scene.types import Camera, Doubles, Ints
 from gpu.sp.sp_clustering import SpClustering
 from gpu.sp.sp_clusters import SpClusters
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_area, disk_transfer, unoccluded_irradiance
 from gpu.vpl.vpl_clusters import VplClusters

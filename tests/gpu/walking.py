@@ -15,7 +15,7 @@ from gpu.scene.types import Camera, Doubles
 from gpu.sp.budget import ClusterBudget
 from gpu.sp.sp_clustering import SpClustering
 from gpu.sp.sp_clusters import UNASSIGNED_DEFICIT, SpClusters
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
 SIZE = (64, 48)

@@ -16,7 +16,8 @@ from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats
 from gpu.sp.sp_clusters import SpClusters
-from gpu.vpl.build import cluster_vpls, unclustered
+from gpu.vpl.build import unclustered
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
 COUNT = 100_000

@@ -17,7 +17,7 @@ from gpu.gbuffer.point_list import PointList
 from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.settings import Component, Method, RenderSettings
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.shadow_rays import NO_RAY
 from gpu.vpl.vpl_clusters import VplClusters
 

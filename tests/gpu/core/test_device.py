@@ -6,10 +6,23 @@ import warp as wp
 from devices import NEEDS_CUDA
 
 from gpu.core import device as launching
-from gpu.core.device import MIN_SLICE, allocate, choose_device, duplicate, launch, launch_together
+from gpu.core.device import MIN_SLICE, alike, allocate, choose_device, duplicate, launch, launch_together, overwrite
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 from gpu.lights.light_paths import Vpls
+
+
+@wp.struct
+class Inner:
+    light: wp.array[float]
+    unset: wp.array[int]
+
+
+@wp.struct
+class Nested:
+    inner: Inner
+    radius: float
+    never_set: bool
 
 
 @wp.kernel
@@ -118,3 +131,22 @@ def test_allocate_makes_every_array_and_duplicate_shares_them() -> None:
     assert vpls.count == 3
     assert np.array_equal(vpls.flux.numpy(), np.zeros((3, 3)))
     assert other.flux.ptr == vpls.flux.ptr
+
+
+def test_what_is_alike_is_overwritten_in_its_arrays() -> None:
+    """Nested structs too; arrays that both share stay as they are."""
+
+    def lit(light: float, *, count: int = 3, radius: float = 1.0) -> Nested:
+        made = Nested()
+        made.inner.light, made.radius = wp.full(count, light, dtype=float, device="cpu"), radius
+        return made
+
+    one, other = lit(1.0), lit(2.0)
+    held = one.inner.light
+    assert alike(Nested, one, other)
+    overwrite(Nested, one, other)
+    assert one.inner.light is held
+    assert held.numpy().tolist() == [2.0] * 3
+    overwrite(Nested, one, one)
+    for unlike in (lit(1.0, count=4), lit(1.0, radius=2.0), Nested()):
+        assert not alike(Nested, one, unlike)

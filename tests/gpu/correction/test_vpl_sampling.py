@@ -9,7 +9,7 @@ from gpu.core.color import brightness
 from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS, VplSampleParameters, member_of
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.sampling.sobol import hashed
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.form_factor import member_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 

@@ -17,7 +17,7 @@ from gpu.indirect.far_field import (
     with_subclusters,
 )
 from gpu.scene.types import Doubles
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance, is_opened
 from gpu.vpl.vpl_clusters import VplClusters

@@ -20,7 +20,7 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Floats, Light, LightKind
 from gpu.settings import Clustering, Component, Method, RenderSettings
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.radiosity_cache import RadiosityCache, RadiosityCells, radiosity_cache
 
 SIZE = (48, 36)

@@ -21,7 +21,7 @@ from gpu.indirect.ray_plan import (
     with_shared,
 )
 from gpu.sp.sp_clusters import SpClusters
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import VplClusters
 
 CPU = wp.get_device("cpu")

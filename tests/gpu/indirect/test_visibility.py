@@ -11,7 +11,7 @@ from gpu.device_scene.rays import connected_solid
 from gpu.device_scene.upload import DeviceScene
 from gpu.indirect.visibility import Visibility
 from gpu.sp.sp_clustering import SpClustering
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.disk_light import disk_at
 from gpu.vpl.form_factor import disk_irradiance
 from gpu.vpl.vpl_clusters import VplClusters

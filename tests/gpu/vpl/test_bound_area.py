@@ -4,7 +4,7 @@ import warp as wp
 from scenes import box, column, grey, quad, resident_of, results, square_of_vpls
 
 from gpu.vpl.bound_area import BOUND_AREA_PARAMETERS, BoundAreas, areas_of, bound_area, bound_areas
-from gpu.vpl.build import cluster_vpls
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.radiosity_cache import radiosity_cache
 
 

@@ -3,33 +3,15 @@ import pytest
 import warp as wp
 from scenes import column, square_of_vpls, strewn_vpls
 
-from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import allocate_vpls
-from gpu.vpl.build import VplClusterParameters, cluster_vpls, unclustered
+from gpu.vpl.build import unclustered
+from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.vpl_clusters import (
     MOST_GROUPS,
     PER_SUBCLUSTER,
     most_groups,
 )
-
-
-def test_clusters_keep_all_flux_and_partition_the_vpls(device_scene: DeviceScene) -> None:
-    vpls = square_of_vpls(4096)
-    clusters = cluster_vpls(device_scene, vpls, 40, 0)
-    starts = clusters.starts.numpy()
-    assert clusters.count <= 40
-    assert (np.diff(starts) > 0).all()
-    assert starts[0] == 0
-    assert starts[-1] == vpls.count
-    assert clusters.disks.numpy()["flux"].sum(axis=0) == pytest.approx(vpls.flux.numpy().sum(axis=0), rel=1e-5)
-    members = clusters.members.flux.numpy()
-    assert sorted(map(tuple, members)) == sorted(map(tuple, vpls.flux.numpy()))
-    for c in range(clusters.count):
-        assert clusters.disks.numpy()["flux"][c] == pytest.approx(
-            members[starts[c] : starts[c + 1]].sum(axis=0), rel=1e-5
-        )
-        assert clusters.disks.numpy()["position"][c] in clusters.members.position.numpy()[starts[c] : starts[c + 1]]
 
 
 def test_disks_of_an_even_square_cover_its_area(device_scene: DeviceScene) -> None:
@@ -69,18 +51,6 @@ def test_four_members_tell_the_area_that_they_stand_for(device_scene: DeviceScen
     assert (np.diff(starts)[told] < 8).sum() > 20
 
 
-def test_clusters_are_those_of_ten_iterations(device_scene: DeviceScene) -> None:
-    vpls = strewn_vpls(20_000, 0.1, 7)
-
-    def made(**changes: int) -> bytes:
-        chosen = parameters(VplClusterParameters, **changes)
-        return bytes(cluster_vpls(device_scene, vpls, 200, 0, chosen).disks.numpy().tobytes())
-
-    usual = cluster_vpls(device_scene, vpls, 200, 0).disks.numpy().tobytes()
-    assert usual == made(iterations=10)
-    assert usual not in (made(iterations=5), made(iterations=20))
-
-
 def test_a_cone_holds_the_normals_of_all_members(device_scene: DeviceScene) -> None:
     vpls = square_of_vpls(900)
     tilt = np.random.default_rng(3).uniform(-0.2, 0.2, (900, 3)) + np.array([0.0, 1.0, 0.0])
@@ -117,13 +87,6 @@ def test_each_vpl_has_its_fluxs_share_of_the_disk(device_scene: DeviceScene) -> 
         own = slice(starts[c], starts[c + 1])
         expected = area[c] * members[own] / members[own].sum()
         assert clusters.member_area.numpy()[own] == pytest.approx(expected, rel=1e-4)
-
-
-def test_more_clusters_than_vpls_and_none_at_all(device_scene: DeviceScene) -> None:
-    assert cluster_vpls(device_scene, square_of_vpls(9), 100, 0).count == 9
-    empty = cluster_vpls(device_scene, allocate_vpls(0, wp.get_device("cpu")), 100, 0)
-    for none in (empty, unclustered(device_scene, empty)):
-        assert (none.count, type(none.count)) == (0, int)  # of the struct's own kind it could not be told as JSON
 
 
 def test_extents_reach_the_farthest_members(device_scene: DeviceScene) -> None:

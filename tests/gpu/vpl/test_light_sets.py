@@ -8,7 +8,8 @@ from scenes import box, grey, resident_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import paths_for
 from gpu.scene.types import Light, LightKind, Material
-from gpu.vpl.light_sets import LightSetChoice, LightSets
+from gpu.vpl.light_set import LightSetChoice
+from gpu.vpl.light_sets import LightSets
 
 CHOICE = LightSetChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
 
@@ -47,14 +48,15 @@ def test_sets_that_differ_by_their_seed_need_one_pilot(
 
 def test_a_set_is_renewed_in_its_own_arrays(device_scene: DeviceScene) -> None:
     light_sets = LightSets(device_scene)
-    assert not light_sets.holds(CHOICE)
-    light_sets.retrace(CHOICE, silent)
-    assert light_sets.holds(CHOICE)
+    light_set = light_sets.at(CHOICE)
+    assert not light_sets.is_current(light_set)
+    light_sets.renew(light_set, silent)
+    assert light_sets.is_current(light_set)
     made = light_sets.clusters(CHOICE, silent)
     positions, fluxes = made.disks.numpy(), made.members.flux.numpy()
     made.disks.zero_()
     made.members.flux.zero_()
-    light_sets.retrace(CHOICE, silent)
+    light_sets.renew(light_set, silent)
     assert light_sets.clusters(CHOICE, silent) is made
     assert made.disks.numpy().tobytes() == positions.tobytes()
     assert made.members.flux.numpy().tobytes() == fluxes.tobytes()

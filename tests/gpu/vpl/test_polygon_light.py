@@ -5,7 +5,7 @@ from scenes import column, rectangle_over, results
 from shadow_maps import COUNT, clustered, folded_floor, maps_of, seeds_of
 
 from gpu.scene.types import Doubles
-from gpu.vpl.map_lights import MapLights
+from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.polygon_light import SIDES, Polygons, allocate_polygons, fit_polygons, polygon_irradiance
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -25,8 +25,9 @@ def lights() -> tuple[VplClusters, Polygons]:
     """Clusters of a floor and a wall, and their polygons."""
     maps = maps_of()
     vpls = folded_floor(maps)
-    made = MapLights(clustered(maps, vpls, seeds_of(vpls))[0])
-    made.run(vpls)
+    clustering, _ = clustered(maps, vpls, seeds_of(vpls))
+    made = GroupLights(vpls.count, COUNT, clustering.device)
+    made.run(vpls, clustering.groups, clustering.medoids)
     polygons = allocate_polygons(made.vpls, CPU)
     fit_polygons(made.vpls, polygons)
     return made.vpls, polygons

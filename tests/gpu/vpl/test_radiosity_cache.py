@@ -8,8 +8,9 @@ from gpu.core.device import launch
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.scene.types import Doubles, Ints
-from gpu.vpl.build import cluster_vpls
-from gpu.vpl.light_sets import LightSetChoice, LightSets
+from gpu.vpl.clustering import cluster_vpls
+from gpu.vpl.light_set import LightSetChoice
+from gpu.vpl.light_sets import LightSets
 from gpu.vpl.radiosity_cache import (
     RADIOSITY_PARAMETERS,
     RadiosityCache,
@@ -61,11 +62,16 @@ def inner(lit: RadiosityCache, half: float = 0.2) -> Doubles:
     return (np.abs(lit.position.numpy()[:, [0, 2]]) < half).all(axis=1)
 
 
+def radiosity_of(light_sets: LightSets, choice: LightSetChoice) -> RadiosityCache:
+    """Around the VPLs of a choice."""
+    return light_sets.radiosity(light_sets.made(choice, lambda what, fraction: None))
+
+
 def test_the_map_knows_the_radiosity_of_an_evenly_lit_room() -> None:
     """Walls that emit M/π and reflect ρ have the reflected radiosity M·ρ/(1 − ρ), all over."""
     device_scene = resident_of(box(), [grey(0.5, emission=1.0 / np.pi)])
     choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=16, seed=0, lambertian=True)
-    lit = LightSets(device_scene).radiosity(choice, lambda what, fraction: None)
+    lit = radiosity_of(LightSets(device_scene), choice)
     area = np.pi * lit.radius.numpy() ** 2
     # By area: each VPL answers for about as much as its disk has.
     mean = (lit.radiosity.numpy() * area[:, None]).sum(axis=0) / area.sum()
@@ -77,10 +83,10 @@ def test_lighting_makes_a_map_once_and_keeps_it_with_its_vpls(monkeypatch: pytes
     device_scene = resident_of(box(), [grey(0.5, emission=1.0)])
     light_sets = LightSets(device_scene)
     choices = [LightSetChoice(1000, 10, 2, seed, lambertian=True) for seed in range(2)]
-    made = light_sets.radiosity(choices[0], lambda what, fraction: None)
-    assert light_sets.radiosity(choices[0], lambda what, fraction: None) is made
-    light_sets.radiosity(choices[1], lambda what, fraction: None)
-    again = light_sets.radiosity(choices[0], lambda what, fraction: None)
+    made = radiosity_of(light_sets, choices[0])
+    assert radiosity_of(light_sets, choices[0]) is made
+    radiosity_of(light_sets, choices[1])
+    again = radiosity_of(light_sets, choices[0])
     assert again is not made
     assert again.radiosity.numpy().tobytes() == made.radiosity.numpy().tobytes()
 
@@ -209,7 +215,7 @@ def test_twelve_neighbours_are_searched_no_farther_than_sixteen_unit_squares_hol
     disks["area"] = area
     clusters.disks = wp.array(disks, dtype=clusters.disks.dtype, device="cpu")
     vpls = Grid(100, wp.get_device("cpu")).data
-    inputs = [clusters, RADIOSITY_PARAMETERS.most_area, vpls]
+    inputs = [clusters, RADIOSITY_PARAMETERS.most_area, column([100], wp.int32), vpls]
     launch(neighbour_spacing_kernel, 1, inputs, wp.get_device("cpu"))
     assert vpls.spacing.numpy() == pytest.approx(2.0 / 3.0 * np.sqrt(12.0 * taken / 100.0 / np.pi), rel=1e-5)
 

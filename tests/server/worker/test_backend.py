@@ -373,11 +373,12 @@ def test_kernels_that_only_edits_need_are_loaded_side_by_side_once(
         SceneEdits(materials={"red": MaterialEdit(metallic=1.0, roughness=0.1)}),
         SceneEdits(materials={"red": MaterialEdit(metallic=1.0, roughness=0.11)}),
     ):
-        backend._state(BOX, edits, silent)
+        with backend._state(BOX, edits, 1, silent):
+            pass
     assert heard == ["warm"]
 
 
 def test_a_scene_that_is_closed_leaves_no_state(backend: GpuBackend) -> None:
     edited(backend, SceneEdits(lights={"light": LightEdit(intensity=3.0)}))
     backend.close(BOX)
-    assert backend._states == {}
+    assert len(backend._states) == 0

@@ -17,7 +17,7 @@ from gpu.scene.load import load_scene
 from gpu.settings import Method, RenderSettings
 from server.wire.worker import SceneRef
 from server.worker.loaded_scene import LoadedScene, build, edit
-from server.worker.renderer_pool import SIZES_A_VIEWER, RendererPool
+from server.worker.renderer_pool import VIEWS_A_VIEWER, RendererPool
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
 SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
@@ -94,7 +94,7 @@ def test_a_view_goes_when_its_viewer_looks_at_something_else(scene: LoadedScene,
 
 def test_a_viewer_has_views_of_a_few_sizes(scene: LoadedScene) -> None:
     pool = Pool(scene)
-    sizes = [(8, 8 + number) for number in range(SIZES_A_VIEWER + 1)]
+    sizes = [(8, 8 + number) for number in range(VIEWS_A_VIEWER + 1)]
     views = [pool.take(size=size)[1] for size in sizes]
     assert [pool.take(size=size)[1] for size in sizes[1:]] == views[1:]
     assert pool.take(size=sizes[0])[1] is not views[0]
@@ -195,7 +195,7 @@ def test_each_state_of_a_scene_has_renderers_of_its_own(scene: LoadedScene) -> N
     second, view = pool.take()
     assert second is not first
     assert pool.take() == (second, view)
-    pool.drop_state(BOX, off)
+    pool.drop_state(pool._scene)
     assert len(pool) == 1
     assert pool.take()[0] is not second
     pool.drop(BOX)

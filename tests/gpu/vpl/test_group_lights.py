@@ -5,12 +5,12 @@ from scenes import results
 from shadow_maps import COUNT, again, clustered, folded_floor, maps_of, owners, seeds_of
 
 from gpu.vpl.form_factor import unoccluded_irradiance
-from gpu.vpl.map_lights import MapLights
+from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.vpl_clusters import PER_SUBCLUSTER, VplClusters, out_of_reach
 
 
 @wp.kernel
-def map_light_kernel(first: int, vpls: VplClusters, out: wp.array[wp.vec3]) -> None:
+def group_light_kernel(first: int, vpls: VplClusters, out: wp.array[wp.vec3]) -> None:
     """One thread a cluster: its light at a point above the floor, that looks down; black if its group is not asked."""
     cluster = first + wp.tid()
     position = wp.vec3(0.4, 2.0, 0.2)
@@ -23,17 +23,17 @@ def test_disks_stand_for_the_members_of_clusters_in_every_round() -> None:
     maps = maps_of()
     vpls = folded_floor(maps)
     clustering, clusters = clustered(maps, vpls, seeds_of(vpls))
-    lights = MapLights(clustering)
+    lights = GroupLights(vpls.count, COUNT, clustering.device)
     for seed in (2, 3):
         clusters.members.zero_()
         again(clustering, clusters, vpls, np.repeat(seeds_of(vpls, COUNT // 2, seed), 2), begins=False)
-        lights.run(vpls)
+        lights.run(vpls, clustering.groups, clustering.medoids)
         check(lights.vpls, owners(clustering), vpls.flux.numpy())
 
 
 def check(lights: VplClusters, owner: np.ndarray, flux: np.ndarray) -> None:
     """Half of the clusters, twins of others, have no members."""
-    starts, light = lights.starts.numpy(), results(map_light_kernel, COUNT, [lights], wp.vec3)
+    starts, light = lights.starts.numpy(), results(group_light_kernel, COUNT, [lights], wp.vec3)
     empty = np.diff(starts) == 0
     assert empty.sum() == COUNT // 2
     assert (light[empty] == 0.0).all()

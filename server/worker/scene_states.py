@@ -1,0 +1,94 @@
+"""Scenes with edits that are on the device besides the scenes themselves, few of each, for many who look.
+
+Whoever has new edits mostly has the state before them changed in its arrays, so that all that renderers have made of it
+goes on. What others still look at stays as it is.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from gpu.scene.edits import SceneEdits
+from server.wire.worker import SceneRef
+from server.worker.loaded_scene import LoadedScene
+
+# Of a scene that is edited, besides that of its file: what one viewer changes, and what another does or a job goes on
+# with. Frames under way may need more for as long as they take.
+MOST_STATES = 2
+# A scene with these edits, made of a state that nobody needs any more if there is one that can become it.
+MakeState = Callable[[LoadedScene | None], LoadedScene]
+
+
+@dataclass
+class _State:
+    """A scene with edits; users: who looked at it last, by viewer; frames: that are under way."""
+
+    loaded: LoadedScene
+    users: set[int] = field(default_factory=set)
+    frames: int = 0
+
+
+class SceneStates:
+    """The states of scenes; dropped(state) is called for each that goes."""
+
+    def __init__(self, dropped: Callable[[LoadedScene], None]) -> None:
+        self._dropped = dropped
+        self._states: dict[SceneRef, list[_State]] = {}  # in the order of their last use
+
+    @contextmanager
+    def using(self, ref: SceneRef, edits: SceneEdits, viewer: int, make: MakeState) -> Iterator[LoadedScene]:
+        """A scene with `edits` for a frame of a viewer, which no other frame changes meanwhile."""
+        states = self._states.setdefault(ref, [])
+        for other in states:
+            other.users.discard(viewer)
+        state = next((one for one in states if one.loaded.edits == edits), None) or self._made(states, viewer, make)
+        states[:] = [*(one for one in states if one is not state), state]
+        state.users.add(viewer)
+        state.frames += 1
+        try:
+            yield state.loaded
+        finally:
+            state.frames -= 1
+            self._trim(states)
+
+    def _trim(self, states: list[_State]) -> None:
+        """Free those beyond MOST_STATES that no frame is under way of."""
+        for idle in [one for one in states if one.frames == 0][: max(len(states) - MOST_STATES, 0)]:
+            states.remove(idle)
+            self._dropped(idle.loaded)
+
+    def _made(self, states: list[_State], viewer: int, make: MakeState) -> _State:
+        idle = [one for one in states if one.frames == 0]
+        gives_way = next((one for one in idle if not one.users), None)
+        if gives_way is None and len(states) >= MOST_STATES and idle:
+            gives_way = idle[0]
+        if gives_way is None:
+            return _State(make(None))
+        states.remove(gives_way)  # what it is after an error is not known
+        before = gives_way.loaded
+        loaded = None
+        try:
+            loaded = make(before)
+        finally:
+            if loaded is not before:
+                self._dropped(before)
+        return _State(loaded)
+
+    def leave(self, viewer: int) -> None:
+        """Have a viewer look at none."""
+        for states in self._states.values():
+            for state in states:
+                state.users.discard(viewer)
+
+    def close(self, ref: SceneRef) -> None:
+        """Free those of a scene."""
+        for state in self._states.pop(ref, []):
+            self._dropped(state.loaded)
+
+    def clear(self) -> None:
+        """Free all of them."""
+        for ref in [*self._states]:
+            self.close(ref)
+
+    def __len__(self) -> int:
+        return sum(map(len, self._states.values()))

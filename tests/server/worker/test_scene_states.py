@@ -1,0 +1,118 @@
+from collections.abc import Callable
+from contextlib import ExitStack
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from gpu.scene.edits import LightEdit, SceneEdits
+from server.wire.worker import SceneRef
+from server.worker.loaded_scene import LoadedScene
+from server.worker.scene_states import MOST_STATES, SceneStates
+
+BOX = SceneRef("box", "cornell-box")
+
+
+def edits_of(number: int) -> SceneEdits:
+    return SceneEdits(lights={"light": LightEdit(intensity=float(number))})
+
+
+class Shown:
+    """States in use, and what was made new, changed and dropped; of scenes that only know their edits."""
+
+    def __init__(self) -> None:
+        self.made, self.changed, self.dropped = 0, 0, 0
+        self.states = SceneStates(self._drop)
+
+    def _drop(self, state: LoadedScene) -> None:
+        self.dropped += 1
+
+    def _make(self, edits: SceneEdits, *, fits: bool) -> Callable[[LoadedScene | None], LoadedScene]:
+        def make(before: LoadedScene | None) -> LoadedScene:
+            if before is None or not fits:
+                self.made += 1
+                return cast("LoadedScene", SimpleNamespace(edits=edits))
+            self.changed += 1
+            before.edits = edits
+            return before
+
+        return make
+
+    def using(self, viewer: int, number: int, *, fits: bool = True) -> Any:
+        edits = edits_of(number)
+        return self.states.using(BOX, edits, viewer, self._make(edits, fits=fits))
+
+    def show(self, viewer: int, number: int, *, fits: bool = True) -> LoadedScene:
+        with self.using(viewer, number, fits=fits) as state:
+            assert state.edits == edits_of(number)
+        return cast("LoadedScene", state)
+
+
+@pytest.fixture
+def shown() -> Shown:
+    return Shown()
+
+
+def test_what_one_viewer_edits_goes_on_in_its_arrays(shown: Shown) -> None:
+    assert len({id(shown.show(1, number)) for number in range(5)}) == 1
+    assert (shown.made, shown.changed, len(shown.states)) == (1, 4, 1)
+
+
+def test_two_with_edits_of_their_own_do_not_disturb_each_other(shown: Shown) -> None:
+    first, second = shown.show(1, 0), shown.show(2, 100)
+    for number in range(1, 4):
+        assert shown.show(1, number) is first
+        assert shown.show(1, number) is first
+        assert shown.show(2, 100 + number) is second
+    assert shown.made == len(shown.states) == 2
+
+
+def test_those_who_see_the_same_edits_take_turns_of_two_states(shown: Shown) -> None:
+    for number in range(6):
+        assert shown.show(1, number) is shown.show(2, number)
+    assert shown.made == len(shown.states) == 2
+
+
+def test_the_state_used_longest_ago_gives_way(shown: Shown) -> None:
+    for viewer in range(MOST_STATES + 2):
+        shown.show(viewer, viewer)
+    assert len(shown.states) == MOST_STATES
+    assert (shown.made, shown.changed) == (MOST_STATES, 2)
+
+
+def test_a_state_that_cannot_become_another_is_dropped(shown: Shown) -> None:
+    first = shown.show(1, 0)
+    assert shown.show(1, 1, fits=False) is not first
+    assert (shown.dropped, len(shown.states)) == (1, 1)
+
+
+def test_one_whose_change_fails_is_dropped(shown: Shown) -> None:
+    def fail(before: LoadedScene | None) -> LoadedScene:
+        raise RuntimeError("no memory")
+
+    shown.show(1, 0)
+    with pytest.raises(RuntimeError, match="no memory"), shown.states.using(BOX, edits_of(1), 1, fail):
+        pass
+    assert (shown.dropped, len(shown.states)) == (1, 0)
+
+
+def test_a_frame_under_way_keeps_its_state_as_it_is(shown: Shown) -> None:
+    with ExitStack() as frames:
+        under_way = [frames.enter_context(shown.using(1, number)) for number in range(MOST_STATES + 1)]
+        assert [state.edits for state in under_way] == [*map(edits_of, range(MOST_STATES + 1))]
+    assert (shown.changed, shown.dropped, len(shown.states)) == (0, 1, MOST_STATES)
+
+
+def test_what_a_viewer_leaves_is_free_for_others(shown: Shown) -> None:
+    first = shown.show(1, 0)
+    shown.states.leave(1)
+    assert shown.show(2, 1) is first
+
+
+def test_closed_scenes_leave_nothing(shown: Shown) -> None:
+    shown.show(1, 0)
+    shown.states.close(SceneRef("other", "cornell-box"))
+    assert len(shown.states) == 1
+    shown.show(2, 1)
+    shown.states.clear()
+    assert (shown.dropped, len(shown.states)) == (2, 0)
