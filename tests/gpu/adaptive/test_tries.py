@@ -17,9 +17,9 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import look_at, rotated
 from gpu.settings import Component, RenderSettings
 
-SIZE = (64, 48)
+SIZE = (32, 24)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
-INDIRECT = {"component": Component.INDIRECT, "vpls": 2000, "skip": {"unchanged_camera": False}}
+INDIRECT = {"component": Component.INDIRECT, "vpls": 1000, "skip": {"unchanged_camera": False}}
 
 
 @pytest.fixture(scope="module")

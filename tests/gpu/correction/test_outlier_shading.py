@@ -51,7 +51,7 @@ def refine(fuzzy: Pipeline, points: ListedPoints, seeds: int = 1, cluster_visibi
 @pytest.mark.parametrize("vpls", [250, 1500])  # fewer groups than parts, and more
 def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
     # Every VPL a cluster of its own: then light of members and of clusters is the same.
-    points = Pipeline(fuzzy.device_scene, fuzzy.camera, (16, 12), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
+    points = Pipeline(fuzzy.device_scene, fuzzy.camera, (12, 9), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
     assert (points.lights.groups > PARTS) == (vpls == 1500)
     exact = points.exact()[points.pixels]
     found = refine(points, points.view.shading_points, SEEDS, cluster_visibility=1e6)[:, points.pixels]

@@ -103,6 +103,8 @@ def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
     """The first four are smoothed, and a light set serves four; without VPL clusters there is one for all."""
     monkeypatch.setattr("gpu.methods.fuzzy_lights.STILL_VIEW_PARAMETERS", StillViewParameters(many_vpls=0))
 
+    few = settings(clustering=clustering, vpls=400)
+
     def kept(choice: RenderSettings, *, interrupted: bool = False) -> list[bool]:
         renderer, accumulation = Renderer(room, SIZE, choice), Accumulation(SIZE[0] * SIZE[1], room.device)
         found = []
@@ -112,10 +114,10 @@ def test_frames_of_a_still_view_keep_the_clusters_of_their_light_set(
             found.append(renderer.render(pose(0), accumulation).stats.skips["kept_clusters"] > 0)
         return found
 
-    assert [number for number, goes_on in enumerate(kept(settings(clustering=clustering))) if goes_on] == [5, 6, 7, 9]
-    interrupted = kept(settings(clustering=clustering), interrupted=True)
+    assert [number for number, goes_on in enumerate(kept(few)) if goes_on] == [5, 6, 7, 9]
+    interrupted = kept(few, interrupted=True)
     assert [number for number, goes_on in enumerate(interrupted) if goes_on] == [5, 7, 9]
-    assert not any(kept(settings(clustering=clustering, skip=Skips(kept_clusters=False))))
+    assert not any(kept(few.model_copy(update={"skip": Skips(kept_clusters=False)})))
 
 
 def test_a_walk_that_failed_begins_anew(room: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -140,7 +142,7 @@ def error(frame: Frame, reference: Doubles) -> float:
 def test_after_a_long_walk_the_picture_is_about_as_good_as_that_of_a_new_renderer(of: str, bound: float) -> None:
     """Slats as thin as a pixel come and go with every step, so their clusters do."""
     device_scene, camera, size = slats() if of == "slats" else (furnished(), pose(0), SIZE)
-    choice = settings(sp_clusters=150, vpl_clusters=300, near_field=False, skip=Skips(temporal_reuse=False))
+    choice = settings(sp_clusters=150, vpls=1000, vpl_clusters=300, near_field=False, skip=Skips(temporal_reuse=False))
 
     def at(number: int) -> Camera:
         to_world = camera.to_world.copy()
@@ -152,7 +154,7 @@ def test_after_a_long_walk_the_picture_is_about_as_good_as_that_of_a_new_rendere
     errors = []
     for number in range(60):
         frame = walking.render(at(number), walks=True)
-        if number >= 40 and number % 3 == 0:
+        if number >= 40 and number % 5 == 0:
             assert frame.stats.skips["kept_clusters"] > 0
             reference = exact.render(at(number)).radiance()
             errors.append((error(frame, reference), error(new.render(at(number)), reference)))
