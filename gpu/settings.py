@@ -134,6 +134,9 @@ class RenderSettings(BaseModel):
         True, description="give back light that VPLs lose near corners, by a ray of each pixel shaded"
     )
     smooth: bool = Field(True, description="share soft light between neighbouring pixels of one surface")
+    antialias: bool = Field(
+        True, description="smooth edges in a walk by the frames before: fuzzy-vpl and rsm-disks, with temporal_reuse"
+    )
     seed: int = Field(0, ge=0, le=2**31 - 1, description="of all random numbers: same seed, same picture")
     lambertian: bool = Field(False, description="opaque Lambertian surfaces with geometric normals, as the references")
     exposure: float | None = Field(

@@ -6,6 +6,7 @@ from weakref import WeakKeyDictionary, WeakSet
 
 import warp as wp
 
+from gpu.denoise.antialiasing import PictureHistory
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.indirect_history import IndirectHistory
 from gpu.denoise.reprojection import PreviousFrame
@@ -48,16 +49,22 @@ class FuzzyViewState(ViewState):
     """A viewer's walk: its SP clusters, what these see by light set, and the light of its frames before.
 
     views: all viewers of the same size, which this one becomes one of: the arrays that one of them works with serve
-    all.
+    all; antialiases: whether their pictures are averaged.
     """
 
     clustering: SpClustering
     histories: Histories
 
     def __init__(
-        self, frame: FrameArrays, views: "WeakSet[FuzzyViewState]", make_clustering: Callable[[], SpClustering]
+        self,
+        frame: FrameArrays,
+        views: "WeakSet[FuzzyViewState]",
+        make_clustering: Callable[[], SpClustering],
+        *,
+        antialiases: bool,
     ) -> None:
         super().__init__(frame.device_scene, frame.size)
+        self.antialiases = antialiases
         other = next(iter(views), None)
         self._views, size = views, frame.size
         views.add(self)
@@ -68,11 +75,13 @@ class FuzzyViewState(ViewState):
             self.clustering, histories = other.clustering.for_another_viewer(), other.histories
             direct = histories.direct and histories.direct.for_another_viewer()
             indirect = histories.indirect.for_another_viewer()
+            pictures = histories.pictures and histories.pictures.for_another_viewer()
         else:
             self.clustering = make_clustering()
             direct = DirectHistory(size, self.device) if frame.features.soft else None
             indirect = IndirectHistory(size, self.device)
-        self.histories = Histories(direct, indirect, previous)
+            pictures = PictureHistory(size, self.device) if antialiases else None
+        self.histories = Histories(direct, indirect, pictures, previous)
 
     def lights_of_others(self, lights: object) -> KeptLight | None:
         """What another viewer knows of these lights, if any does."""
@@ -89,6 +98,12 @@ class FuzzyViewState(ViewState):
         wp.copy(self.points.before.camera, self.camera)
         super().set_camera(camera, sample, walks=walks)
         self.points.before.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
+
+    def antialias(self, gbuffer: GBuffer, *, read_history: bool) -> None:
+        """Make of this frame's picture the mean of all frames'; read_history: it may build on the last one."""
+        if pictures := self.histories.pictures:
+            inputs = gbuffer, self.camera, self.histories.previous, self.radiance
+            pictures.take(*inputs, read_history=read_history)
 
     def keep(self, gbuffer: GBuffer, *, light: bool) -> None:
         """Leave to the next frame what this one saw, and its indirect `light`."""

@@ -14,7 +14,7 @@ from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed
+from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, leaves_history
 from gpu.sample_counts import SampleCounts
 from gpu.settings import Weighting
 from gpu.sp.sp_clustering import SpClustering
@@ -41,9 +41,10 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
     stage_names: ClassVar[tuple[str, ...]] = (
         "light", "vpl-clusters", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine",
-        "bright", "connect", "paths", "probe", "direct", "near", "interpolate", "keep",
+        "bright", "connect", "paths", "probe", "direct", "near", "interpolate", "antialias",
+        "keep",
     )  # fmt: skip
-    pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 584, 66, 16
+    pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 600, 82, 16
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
@@ -76,7 +77,9 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         points, settings = self._frame.shading_points, self._setup.settings
         by_distance = settings.weighting is Weighting.DISTANCE
         clustering = partial(SpClustering, points, self._most, settings.fuzziness, by_distance=by_distance)
-        return kind(self._frame, self._views, clustering)
+        # A wanted error is that of a frame alone.
+        antialiases = settings.antialias and leaves_history(settings) and self._options.keeps_light
+        return kind(self._frame, self._views, clustering, antialiases=antialiases)
 
     def render(self, view: FuzzyViewState, stages: Stages, sample: int) -> None:
         """Direct light beside steps 3 to 6; then both are added, and the walk's next frame finds what it may keep."""
@@ -94,6 +97,10 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
         if kind.write_history:
+            if view.antialiases:
+                reads = kind.read_history
+                antialias = partial(view.antialias, self._frame.gbuffer, read_history=reads)
+                stages.run("antialias", antialias, branch=reads)
             light = lights.has_indirect and self._options.keeps_light
             stages.run("keep", partial(view.keep, self._frame.gbuffer, light=light))
             view.wrote_history = True

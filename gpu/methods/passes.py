@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.core.stages import Stages
+from gpu.denoise.antialiasing import PictureHistory
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.indirect_history import IndirectHistory
 from gpu.denoise.reprojection import PreviousFrame
@@ -77,6 +78,11 @@ class FrameKind:
         return self.sample == 0
 
 
+def leaves_history(settings: RenderSettings) -> bool:
+    """Whether frames of a walk leave to the next what they found."""
+    return settings.skip.temporal_reuse and settings.smooth
+
+
 def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameKind:
     """That of frame `sample` of a still view, or of a walk where it is 0."""
     refines, index = sample >= STILL_VIEW_PARAMETERS.smoothed_frames, sample or view.history_length
@@ -88,7 +94,7 @@ def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameK
         shades_all=sample >= STILL_VIEW_PARAMETERS.interpolated_frames,
         denoise=settings.smooth and not refines,
         read_history=sample == 0 and view.history_length > 0,
-        write_history=sample == 0 and settings.skip.temporal_reuse and settings.smooth,
+        write_history=sample == 0 and leaves_history(settings),
     )
 
 
@@ -99,13 +105,14 @@ def light_samples(usual: int, kind: FrameKind) -> int:
 
 @dataclass(frozen=True)
 class Histories:
-    """What a walk keeps of its frames: direct and indirect light by surface, and where the last one saw which.
+    """What a walk keeps of its frames: direct and indirect light by surface, pictures, what the last one saw where.
 
-    direct: None where the scene has no soft light.
+    direct: None where the scene has no soft light; pictures: None where edges are left as they are.
     """
 
     direct: DirectHistory | None
     indirect: IndirectHistory
+    pictures: PictureHistory | None
     previous: PreviousFrame
 
 

@@ -19,9 +19,9 @@ class ViewState:
 
     radiance (pixel,) [W/m²/sr]: what the method fills; camera (1,): CameraData; reuses_history: whether the frame may
     build on the last one; is_still: whether that had the same camera. A method whose frames leave something to the next
-    says so by `wrote_history`; history_length: the number of such frames before this one in a walk. shown: what
-    `radiance` is of, None when that is no sound picture; version: of the scene's light then (gpu.vpl.light_sets);
-    number: of this view alone, for captured graphs.
+    says so by `wrote_history`; history_length: the number of such frames before this one in a walk. antialiases: each
+    of these looks through another place in the pixels. shown: what `radiance` is of, None when that is no sound
+    picture; version: of the scene's light then (gpu.vpl.light_sets); number: of this view alone, for captured graphs.
     """
 
     def __init__(self, device_scene: DeviceScene, size: tuple[int, int]) -> None:
@@ -33,7 +33,7 @@ class ViewState:
         self.camera = self._camera.array
         self.radiance = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self._last_camera: Camera | None = None
-        self.reuses_history = self.is_still = self.wrote_history = False
+        self.reuses_history = self.is_still = self.wrote_history = self.antialiases = False
         self.history_length = 0
         self.version = 0
         self.shown: Hashable = None
@@ -58,6 +58,7 @@ class ViewState:
         self._last_camera = camera
         self.history_length = self.history_length + 1 if self.reuses_history and self.wrote_history else 0
         self.wrote_history = False
-        data: Any = camera_data(camera, self._placement, aspect, pixel_place(sample))
+        place = pixel_place(sample or (self.history_length if self.antialiases else 0))
+        data: Any = camera_data(camera, self._placement, aspect, place)
         self._camera.host[0] = data.numpy_value()
         self._camera.upload()

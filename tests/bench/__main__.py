@@ -25,6 +25,7 @@ PARTS = {
     "skips": "gain and error of each switch",
     "shadow_maps": "rsm-disks beside its paper, path tracing of one bounce and other methods; only if named",
     "photons": "photon-gather beside its paper and other methods, and its growth; only if named",
+    "edges": "edges in a walk, and its times, with frames averaged over the pixels and without; only if named",
     "still": "error over time of a view that rests",
     "peers": "error over time of path tracing, here and by Mitsuba 3",
     "materials": "errors with the files' own materials, beside `--references` of these; only if named",

@@ -12,10 +12,12 @@ import numpy as np
 from gpu.film.accumulation import Accumulation
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
+from gpu.scene.types import Floats
 from gpu.settings import Component, Method, RenderSettings
 from tests.bench.figures import error_beyond_noise
 from tests.bench.goals import STILL_SECONDS
 from tests.bench.store import Row, Task
+from tests.bench.subjects import Subject
 from tests.bench.suite import Suite
 from tests.bench.timing import load_kernels
 
@@ -55,22 +57,22 @@ def is_kept(number: int, seconds: float, following: float) -> bool:
     return number & (number - 1) == 0 or seconds <= STILL_SECONDS < following
 
 
+def trace_spread(suite: Suite, subject: Subject, samples: int, seed: int = 0) -> Floats:
+    """All light by about so many paths a pixel, spread over the pixels."""
+    number = min(samples, REFERENCE_PATHS)
+    paths = suite.settings(component=Component.FULL, method=Method.PATH, samples=number, seed=seed)
+    renderer = Renderer(subject.device_scene, subject.size, paths)
+    mean = Accumulation(subject.size[0] * subject.size[1], subject.device_scene.device)
+    for _ in range(max(1, samples // REFERENCE_PATHS)):
+        frame = renderer.render(subject.camera, mean)
+    return frame.radiance()
+
+
 def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
     """One scene: seconds since the view came to rest, and errors, at each power of two of frames and after one."""
     subject = suite.subject(name)
     pixels = subject.size[0] * subject.size[1]
-
-    def trace(samples: int, seed: int = 0) -> np.ndarray:
-        number = min(samples, REFERENCE_PATHS)
-        paths = suite.settings(component=Component.FULL, method=Method.PATH, samples=number, seed=seed)
-        renderer, mean = (
-            Renderer(subject.device_scene, subject.size, paths),
-            Accumulation(pixels, subject.device_scene.device),
-        )
-        for _ in range(max(1, samples // REFERENCE_PATHS)):
-            frame = renderer.render(subject.camera, mean)
-        return frame.radiance()
-
+    trace = partial(trace_spread, suite, subject)
     reference, second = subject.spread_reference(trace), trace(suite.count(SECOND_PATHS), SECOND_SEED)
     load_kernels(subject.device_scene, settings)
     renderer = Renderer(subject.device_scene, subject.size, settings)

@@ -108,9 +108,13 @@ class Suite:
         return max(LEAST, number // QUICK_SHARE) if self.quick else number
 
     def settings(self, **changes: Any) -> RenderSettings:
-        """The suite's base: indirect light, Lambertian surfaces, a GPU's default counts; with `changes`."""
+        """The suite's base: indirect light, Lambertian surfaces, a GPU's default counts; with `changes`.
+
+        Frames of walks are of pixels' centres, as those of the references.
+        """
         counts = {name: self.count(number) for name, number in CLUSTERS.items()} | {"vpls": self.count(VPLS)}
-        return RenderSettings.model_validate({"component": Component.INDIRECT, "lambertian": True, **counts, **changes})
+        base = {"component": Component.INDIRECT, "lambertian": True, "antialias": False, **counts}
+        return RenderSettings.model_validate(base | changes)
 
     def errors(self, render: ArrayLike, reference: ArrayLike) -> Future[Row] | Row:
         """Every error of gpu.film.metrics; on a GPU computed by other processes while it goes on."""

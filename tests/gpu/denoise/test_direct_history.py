@@ -149,7 +149,7 @@ def test_each_viewer_finds_its_own_light(room: DeviceScene) -> None:
 
 
 def renderer_of(room: DeviceScene, **changes: Any) -> Renderer:
-    settings = {"component": Component.DIRECT, "samples": 1, **changes}
+    settings = {"component": Component.DIRECT, "samples": 1, "antialias": False, **changes}
     return Renderer(room, SIZE, RenderSettings(**settings))
 
 

@@ -20,7 +20,15 @@ from gpu.scene.types import Camera, Doubles
 from gpu.settings import Component, Method, RenderSettings, Skips
 
 CHOSEN = REPROJECTION_PARAMETERS
-QUALITY = {"sp_clusters": 100, "vpls": 2000, "vpl_clusters": 200, "component": Component.INDIRECT, "lambertian": True}
+# The truth is of pixels' centres.
+QUALITY = {
+    "sp_clusters": 100,
+    "vpls": 2000,
+    "vpl_clusters": 200,
+    "component": Component.INDIRECT,
+    "lambertian": True,
+    "antialias": False,
+}
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,215 @@
+"""Temporal anti-aliasing: each frame of a walk looks through another place in the pixels, and pictures are averaged.
+
+The picture before is looked up where it showed the same surface (gpu.denoise.reprojection) and bounded by what this
+frame has around (B. Karis, High-Quality Temporal Supersampling, 2014; M. Salvi, An Excursion in Temporal Supersampling,
+2016; survey: L. Yang et al., A Survey of Temporal Antialiasing Techniques, 2020). A pixel takes 168 bytes of memory
+traffic, 56 of them to copy what was made.
+"""
+
+from copy import copy
+from dataclasses import dataclass
+
+import warp as wp
+
+from gpu.core.color import from_ycocg, to_ycocg
+from gpu.core.constants import FAR_AWAY
+from gpu.core.device import allocate, launch
+from gpu.core.image_size import ImageSize
+from gpu.core.parameters import parameters
+from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData, bilinear_tap, blend
+from gpu.device_scene.data import NO_HIT
+from gpu.gbuffer.camera_rays import CameraData, image_point, pixel_ray
+from gpu.gbuffer.gbuffer import GBuffer, apparent_position
+
+# The sky is so far away, in unit space, that it hardly moves as the camera does.
+SKY_DISTANCE = wp.constant(100.0)
+
+
+@wp.struct
+@dataclass
+class AntialiasingParameters:
+    """How pictures are averaged.
+
+    max_frames: a mean of so many, from which on older ones fade out: more blur what moves, and edges gain little.
+    min_share: of what surrounds a point in the last frame, so much must be of its surface; little, for at edges that
+    saw other surfaces in the same pixels. plane_tolerance: how far off its plane a point is of a surface, in spacings.
+    deviations: of this frame's colours around a pixel, which earlier ones may differ from their mean by: what is left
+    of things that have moved on is cut off; thin things that this frame missed are, too.
+    """
+
+    max_frames: int = 8
+    min_share: float = 0.05
+    plane_tolerance: float = 2.0
+    deviations: float = 1.25
+
+
+ANTIALIASING_PARAMETERS: AntialiasingParameters = parameters(AntialiasingParameters)
+
+
+@wp.struct
+class PictureData:
+    """A mean of pictures, (pixel,) each.
+
+    frames: how many it is of, below zero where there is no surface, 0 where there was no picture; radiance [W/m²/sr].
+    """
+
+    frames: wp.array[int]
+    radiance: wp.array[wp.vec3]
+
+
+@wp.func
+def pixel_beside(pixel: int, number: int, image: ImageSize) -> int:
+    """Pixel `number`, 0 … 8, of the 3×3 about one; at the image's border the nearest there is."""
+    x = wp.clamp(pixel % image.width + number % 3 - 1, 0, image.width - 1)
+    y = wp.clamp(pixel // image.width + number // 3 - 1, 0, image.height - 1)
+    return y * image.width + x
+
+
+@wp.func
+def nearest_beside(gbuffer: GBuffer, pixel: int, image: ImageSize) -> int:
+    """Of the 3×3 pixels about one that whose surface is nearest to the camera: silhouettes move as what is in front."""
+    nearest = pixel
+    least = float(FAR_AWAY)
+    for number in range(9):
+        other = pixel_beside(pixel, number, image)
+        if gbuffer.face[other] != NO_HIT and gbuffer.spacing[other] < least:
+            least = gbuffer.spacing[other]
+            nearest = other
+    return nearest
+
+
+@wp.func
+def frames_before(previous: PreviousFrameData, frames: wp.array[int], gbuffer: GBuffer, pixel: int, place: wp.vec2,
+                  chosen: AntialiasingParameters) -> int:  # fmt: skip
+    """Of how many frames the picture is around the `place` of what `pixel` shows in the last frame; 0: it was not seen.
+
+    frames (pixel,): as PictureData has them.
+    """
+    total = float(0.0)
+    number = float(0.0)
+    for corner in range(4):
+        if gbuffer.face[pixel] != NO_HIT:
+            tap = bilinear_tap(previous, frames, gbuffer, pixel, place, corner, 1, chosen.plane_tolerance)
+            total += tap.share
+            number += tap.share * float(frames[tap.pixel])
+        else:
+            column = wp.clamp(int(wp.floor(place[0])) + corner % 2, 0, previous.image.width - 1)
+            row = wp.clamp(int(wp.floor(place[1])) + corner // 2, 0, previous.image.height - 1)
+            count = frames[row * previous.image.width + column]
+            if count < 0:
+                total += 0.25
+                number -= 0.25 * float(count)
+    if total < chosen.min_share:
+        return 0
+    return int(number / total + 0.5)
+
+
+@wp.func
+def cubic_weight(distance: float) -> float:
+    """Of a value so far away, by E. Catmull and R. Rom's spline: it keeps sharp what is looked up again and again."""
+    x = wp.abs(distance)
+    if x < 1.0:
+        return (1.5 * x - 2.5) * x * x + 1.0
+    if x < 2.0:
+        return ((2.5 - 0.5 * x) * x - 4.0) * x + 2.0
+    return 0.0
+
+
+@wp.func
+def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, image: ImageSize) -> wp.vec3:
+    """A picture (pixel,) between its pixels, at a place [pixels]."""
+    left = int(wp.floor(place[0])) - 1
+    top = int(wp.floor(place[1])) - 1
+    total = wp.vec3(0.0, 0.0, 0.0)
+    for tap in range(16):
+        column = left + tap % 4
+        row = top + tap // 4
+        weight = cubic_weight(place[0] - float(column)) * cubic_weight(place[1] - float(row))
+        inside = wp.clamp(row, 0, image.height - 1) * image.width + wp.clamp(column, 0, image.width - 1)
+        total += picture[inside] * weight
+    return total
+
+
+@wp.func
+def bounded(colour: wp.vec3, picture: wp.array[wp.vec3], pixel: int, image: ImageSize, deviations: float) -> wp.vec3:
+    """A colour moved towards the mean of a picture's 3×3 pixels until it is so many deviations from that (Salvi 2016).
+
+    It has no channel below zero.
+    """
+    mean = wp.vec3(0.0, 0.0, 0.0)
+    square = wp.vec3(0.0, 0.0, 0.0)
+    for number in range(9):
+        beside = to_ycocg(picture[pixel_beside(pixel, number, image)])
+        mean += beside / 9.0
+        square += wp.cw_mul(beside, beside) / 9.0
+    offset = to_ycocg(colour) - mean
+    excess = float(1.0)
+    for channel in range(3):
+        deviation = deviations * wp.sqrt(wp.max(square[channel] - mean[channel] * mean[channel], 0.0))
+        excess = wp.max(excess, wp.abs(offset[channel]) / wp.max(deviation, 1.0e-12))
+    return wp.max(from_ycocg(mean + offset / excess), wp.vec3(0.0, 0.0, 0.0))
+
+
+@wp.kernel
+def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData], previous: PreviousFrameData,
+                     known: PictureData, radiance: wp.array[wp.vec3], reads: bool, chosen: AntialiasingParameters,
+                     now: PictureData) -> None:  # fmt: skip
+    """One thread a pixel: the mean of this frame's `radiance` (pixel,) and of what is `known` from those before.
+
+    camera (1,): this frame's; reads: whether there is a previous frame.
+    """
+    pixel = first + wp.tid()
+    image = previous.image
+    sign = wp.where(gbuffer.face[pixel] == NO_HIT, -1, 1)
+    now.radiance[pixel] = radiance[pixel]
+    now.frames[pixel] = sign
+    if not reads:
+        return
+    shown = nearest_beside(gbuffer, pixel, image)
+    ray = pixel_ray(camera[0], shown, image)
+    point = ray.origin + ray.direction * SKY_DISTANCE
+    if gbuffer.face[shown] != NO_HIT:
+        point = apparent_position(gbuffer, shown)
+    place = image_point(previous.camera[0], point, image)
+    if place[0] <= -1.0 or place[1] <= -1.0:
+        return
+    frames = frames_before(previous, known.frames, gbuffer, shown, place, chosen)
+    if frames == 0:
+        return
+    # Pictures are of whole pixels: what moves in them does so by as much, wherever in the pixels rays went through.
+    x = place[0] + previous.camera[0].x - camera[0].x + float(pixel % image.width - shown % image.width)
+    y = place[1] + previous.camera[0].y - camera[0].y + float(pixel // image.width - shown // image.width)
+    before = bounded(interpolated(known.radiance, wp.vec2(x, y), image), radiance, pixel, image, chosen.deviations)
+    # What is not finite is of its frame alone, which counts it.
+    if wp.isfinite(before):
+        now.radiance[pixel] = blend(radiance[pixel], before, frames, chosen.max_frames)
+        now.frames[pixel] = sign * wp.min(frames + 1, chosen.max_frames)
+
+
+class PictureHistory:
+    """The mean of the pictures of a viewer's walk, of `size` (width, height); its arrays are allocated once."""
+
+    def __init__(self, size: tuple[int, int], device: wp.Device,
+                 chosen: AntialiasingParameters = ANTIALIASING_PARAMETERS) -> None:  # fmt: skip
+        self._chosen = chosen
+        self._now: PictureData = allocate(PictureData, size[0] * size[1], device)
+        self._known: PictureData = allocate(PictureData, size[0] * size[1], device)
+
+    def for_another_viewer(self) -> "PictureHistory":
+        """One with pictures of its own; both share what a frame only works with, so they run one after the other."""
+        other = copy(self)
+        other._known = allocate(PictureData, len(self._known.frames), self._known.frames.device)
+        return other
+
+    def take(self, gbuffer: GBuffer, camera: wp.array, previous: PreviousFrame, radiance: wp.array, *,
+             read_history: bool) -> None:  # fmt: skip
+        """Make of a frame's `radiance` (pixel,) the mean of all frames', and keep that; camera: (1,), the frame's.
+
+        read_history: whether there is a `previous` frame that this one may build on.
+        """
+        inputs = [gbuffer, camera, previous.data, self._known, radiance, read_history, self._chosen, self._now]
+        launch(antialias_kernel, len(radiance), inputs, radiance.device)
+        wp.copy(self._known.frames, self._now.frames)
+        wp.copy(self._known.radiance, self._now.radiance)
+        if read_history:
+            wp.copy(radiance, self._now.radiance)
