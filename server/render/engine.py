@@ -1,4 +1,5 @@
-"""The web process's side of rendering: keeps a worker running and gives it one job at a time, in turn.
+"""The web process's side of rendering: keeps a worker running and gives it jobs in turn, as many at once as it has
+lanes.
 
 Whoever wants something rendered waits for a turn, which `Schedule` gives. A job is made when its turn comes, not
 before: a viewer's pose is then the newest one. A job whose turn is long is asked to give it back when others wait, and
@@ -23,6 +24,7 @@ from server.render.cost import Speeds
 from server.render.heartbeat import heartbeat, is_warm
 from server.render.pending import ERRORS, Answer, PendingJob, Reply
 from server.render.quarantine import Quarantine, QuarantinedError
+from server.render.running import RunningTurn, RunningTurns
 from server.render.schedule import QueueEntry, Schedule, Urgency
 from server.render.worker_link import InnocentLossError, TurnedAwayError, WorkerLink, WorkerLostError
 from server.wire.browser import SceneInfo
@@ -65,9 +67,6 @@ TURN_SECONDS = 30.0  # after which it does so in any case
 HEARTBEAT_SECONDS = 5.0  # between two words from a worker without a job
 HEARTBEAT_DEADLINE = 5.0  # to render one pixel of what was rendered before [s]
 MOST_TURN_SECONDS = 300.0  # of a turn, whatever it says, unless it may be silent for longer: others wait for it
-SHORT_TURN_SECONDS = 0.01  # of a turn, which is not asked back: it ends soon
-# Of a frame of somebody who moves, before others who move may have the turn: frames that all share all come late.
-WHOLE_FRAME_SECONDS, WHOLE_FRAME_SECONDS_ON_CUDA = 1.0, 0.05
 LONG_TURN_SECONDS = 1.0  # after which a turn is asked back, whoever waits: so the worker says that it lives
 WATCH_SECONDS = 0.2  # between two looks at how long a worker has been silent
 LOST = "the renderer was lost; it is being started again"
@@ -82,23 +81,6 @@ class _Waiting:
 
     make: Make
     turn: "asyncio.Future[asyncio.Future[Reply] | None]"
-
-
-@dataclass(frozen=True)
-class _Running:
-    """The job whose turn it is; it may say nothing for `patience`; spent: in its turns before."""
-
-    request: int
-    entry: QueueEntry
-    job: Job
-    began: float  # [s]
-    patience: float  # [s]
-    spent: float = 0.0  # [s]
-
-    @property
-    def is_heartbeat(self) -> bool:
-        """Whether nobody asked for it."""
-        return self.entry.client == HEARTBEAT
 
 
 class Engine:
@@ -124,10 +106,9 @@ class Engine:
         self._waiting: dict[QueueEntry, _Waiting] = {}
         self._numbers = itertools.count(1)
         self._listening = False  # the worker takes jobs
-        self._running: _Running | None = None
-        self._asked_back = False  # the turn of what runs
+        self._running = RunningTurns()
         self._asks_later: asyncio.TimerHandle | None = None
-        self._paused: dict[QueueEntry, _Running] = {}  # what has more turns to come
+        self._paused: dict[QueueEntry, RunningTurn] = {}  # what has more turns to come
         self._pending: dict[int, PendingJob] = {}
         self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
         self._last_rendered: Render | None = None  # what was rendered last
@@ -163,11 +144,11 @@ class Engine:
     @property
     def overdue(self) -> str:
         """What keeps the worker from others for too long, in words, if anything does."""
-        running, now = self._running, monotonic()
-        if self._link is None or (self._listening and running is None):
+        began, now = self._running.began, monotonic()
+        if self._link is None or (self._listening and began is None):
             return ""
-        turn = now - running.began if running else 0.0
-        silence = now - max(self._last_heard, running.began if running else 0.0)
+        turn = now - began if began is not None else 0.0
+        silence = now - max(self._last_heard, began or 0.0)
         if silence > OVERDUE_SECONDS:
             return f"the renderer has said nothing for {silence:.0f} s"
         return f"one job has had the renderer for {turn:.0f} s" if turn > TURN_SECONDS else ""
@@ -184,7 +165,7 @@ class Engine:
 
     def queued(self, client: int) -> int:
         """How many jobs of a client wait or run."""
-        running = (self._running.entry,) if self._running is not None else ()
+        running = (turn.entry for turn in self._running)
         return sum(entry.client == client for entry in (*self._waiting, *self._paused, *running))
 
     @property
@@ -284,32 +265,33 @@ class Engine:
             self.memory, self.scenes = (0, 0), ()
             if self.ready:  # before anyone learns of a lost job: who asks at once must not be told to go on
                 self._set_activity(RECOVERING)
-            running, now = self._running, monotonic()
+            running, now = tuple(self._running), monotonic()
             for entry in self._paused:
                 self._schedule.leave(entry)
             self._paused.clear()
-            if running is not None:
-                self._end_turn(now - running.began)
-            guilty = self._pending.pop(running.request, None) if running is not None else None
+            for turn in running:
+                self._end_turn(turn, (now - turn.began) / len(running))
+            guilty = self._pending.pop(running[0].request, None) if len(running) == 1 else None
             for request in list(self._pending):
                 self._pending.pop(request).resolve(InnocentLossError(LOST))
             try:
                 status = await link.stop()
-                if running is not None:
-                    spent = running.spent + now - running.began
-                    self._quarantine.blame(running.job, spent, status, hung=self._hung)
+                if len(running) == 1:
+                    spent = running[0].spent + now - running[0].began
+                    self._quarantine.blame(running[0].job, spent, status, hung=self._hung)
+                else:
+                    self._quarantine.suspect(turn.job for turn in running)
                 log.info("worker %d ended with status %s", link.pid, status)
             finally:  # it may be tried on another engine at once, which must know what it has done
                 if guilty is not None:
                     guilty.resolve(WorkerLostError(LOST))
 
     def _handle(self, link: WorkerLink, message: FromWorker, payload: bytes) -> None:
-        running = self._running
         match message:
             case Progress(text, fraction):
                 self._set_activity(Activity(self._activity.state, text, fraction))
             case Ready(device) if not self._listening:
-                self.device = device
+                self.device, self._running.lanes = device, message.lanes
                 self._take_note_of(message.holdings)
                 self._failures = 0
                 self._listening = self._was_ready = True
@@ -321,7 +303,7 @@ class Engine:
                     raise WorkerLostError(f"worker {link.pid} could not start")
                 raise ERRORS[cause](text)
             case Failed(request, text, cause) if request in self._pending:
-                if cause is Cause.PROGRAM and running and running.is_heartbeat and running.request == request:
+                if cause is Cause.PROGRAM and (turn := self._running.get(request)) and turn.is_heartbeat:
                     raise link.refuse("word that it can render no more")
                 self._pending.pop(request).resolve(ERRORS[cause](text))
             case Done(request) | Opened(request) | Closed(request) | Picked(request) if self._answers(request, message):
@@ -331,21 +313,20 @@ class Engine:
                     self._speeds.learn(pending.job, message.render_ms / 1e3, cuda=self.cuda)
                 self._quarantine.acquit(pending.job)
                 pending.resolve((message, payload))
-            case Free(request) if running and running.request == request:
+            case Free(request) if turn := self._running.get(request):
                 self._take_note_of(message.holdings)
-                self._end_turn(min(message.busy_ms / 1e3, self._last_heard - running.began))
+                self._end_turn(turn, message.busy_ms / 1e3)
                 self._set_activity(Activity(EngineState.READY))
                 # Whoever has just been told of a failure says first whether he still wants what he waits for.
                 asyncio.get_running_loop().call_soon(self._dispatch)
             case Free(request) if paused := self._paused_job(request):  # it ended in the turn of one that waited for it
                 self._schedule.leave(paused)
                 del self._paused[paused]
-            case Paused(request) if running and running.request == request:
+            case Paused(request) if turn := self._running.get(request):
                 self._take_note_of(message.holdings)
-                seconds = min(message.busy_ms / 1e3, self._last_heard - running.began)
-                self._end_turn(seconds)
-                self._schedule.rejoin(running.entry)
-                self._paused[running.entry] = replace(running, spent=running.spent + seconds)
+                seconds = self._end_turn(turn, message.busy_ms / 1e3)
+                self._schedule.rejoin(turn.entry)
+                self._paused[turn.entry] = replace(turn, spent=turn.spent + seconds)
                 self._dispatch()
             case _:
                 raise link.refuse(f"{message.kind} out of turn")
@@ -366,21 +347,24 @@ class Engine:
         """Kill a worker that hangs, which `_run_worker` then hears; have an idle one show that it lives."""
         while True:
             await asyncio.sleep(WATCH_SECONDS)
-            running = self._running
-            silence = monotonic() - max(self._last_heard, running.began if running else 0.0)
-            if self._listening and running is None:
+            began, now = self._running.began, monotonic()
+            silence = now - max(self._last_heard, began or 0.0)
+            if self._listening and began is None:
                 if silence >= HEARTBEAT_SECONDS:
                     self._queue_heartbeat()
-            elif silence >= (running.patience if running else START_SECONDS if self._spoken else FIRST_WORD_SECONDS):
+                continue
+            starting = START_SECONDS if self._spoken else FIRST_WORD_SECONDS
+            if silence >= (starting if began is None else self._running.patience):
                 log.error("worker %d has said nothing for %.1f s: it hangs and is killed", link.pid, silence)
-                self._hung = True
-                link.kill()
-            elif running and (turn := monotonic() - running.began) >= max(MOST_TURN_SECONDS, self._hang_seconds):
-                log.error("worker %d has been at one job for %.0f s: it is killed", link.pid, turn)
-                self._hung = True
-                link.kill()
-            elif running and turn >= LONG_TURN_SECONDS:
-                self._ask_back()
+            elif began is not None and now - began >= max(MOST_TURN_SECONDS, self._hang_seconds):
+                log.error("worker %d has been at one job for %.0f s: it is killed", link.pid, now - began)
+            else:
+                for turn in self._running:
+                    if now - turn.began >= LONG_TURN_SECONDS:
+                        self._ask_back(turn)
+                continue
+            self._hung = True
+            link.kill()
 
     def _queue_heartbeat(self) -> None:
         if all(entry.client != HEARTBEAT for entry in self._waiting):
@@ -399,9 +383,9 @@ class Engine:
         return entry, waiting
 
     def _dispatch(self) -> None:
-        while self._listening and self._running is None and (entry := self._schedule.next()) is not None:
+        while self._listening and (entry := self._schedule.next(self._running.admit)) is not None:
             if (paused := self._paused.pop(entry, None)) is not None:
-                self._begin_turn(replace(paused, began=monotonic()), Resume(paused.request))
+                self._begin_turn(replace(paused, began=monotonic(), asked_back=False), Resume(paused.request))
                 continue
             waiting = self._waiting.pop(entry)
             if waiting.turn.done():  # who asked has left this instant
@@ -425,55 +409,44 @@ class Engine:
         request = next(self._numbers)
         self._pending[request] = PendingJob(job, reply)
         reply.add_done_callback(lambda _: self._cancel(request) if reply.cancelled() else None)
-        self._begin_turn(_Running(request, entry, job, monotonic(), patience), replace(job, request=request))
+        self._begin_turn(RunningTurn(request, entry, job, monotonic(), patience), replace(job, request=request))
         return reply
 
-    def _begin_turn(self, running: _Running, message: Job | Resume) -> None:
+    def _begin_turn(self, turn: RunningTurn, message: Job | Resume) -> None:
         assert self._link is not None
-        self._running, self._asked_back = running, False
+        self._running.begin(turn)
         self._link.send(message)
         self._ask_back_for_others()
 
     def _ask_back_for_others(self) -> None:
-        """Ask back the turn of what runs, if others wait and it is no short one."""
+        """Ask turns back that others wait for, but for short ones."""
         if self._asks_later is not None:
             self._asks_later.cancel()
-        if self._running is None or self._asked_back:
-            return
-        if not any(self._may_come_before(entry) for entry in (*self._waiting, *self._paused)):
-            return
-        seconds = SHORT_TURN_SECONDS
-        if self._running.entry.urgency is Urgency.MOVING:
-            seconds = WHOLE_FRAME_SECONDS_ON_CUDA if self.cuda else WHOLE_FRAME_SECONDS
-        early = self._running.began + seconds - monotonic()
-        if early > 0.0:
-            self._asks_later = asyncio.get_running_loop().call_later(early, self._ask_back_for_others)
-        else:
-            self._ask_back()
+        wanted, now = self._running.to_ask_back((*self._waiting, *self._paused)), monotonic()
+        early = [free - now for turn in wanted if (free := turn.free_at(cuda=self.cuda)) > now]
+        for turn in wanted:
+            if turn.free_at(cuda=self.cuda) <= now:
+                self._ask_back(turn)
+        if early:
+            self._asks_later = asyncio.get_running_loop().call_later(min(early), self._ask_back_for_others)
 
-    def _may_come_before(self, entry: QueueEntry) -> bool:
-        """Whether what runs may have to wait for `entry` once it has given its turn back."""
-        assert self._running is not None
-        own = self._running.entry
-        # A viewer's frames follow one another anyway; stills are of many who ask for them, and may have waited long.
-        is_other = entry.client != own.client or own.client == STILLS
-        return is_other and (entry.urgency <= own.urgency or entry.urgency is Urgency.STILL)
-
-    def _ask_back(self) -> None:
-        if self._link is not None and self._running is not None and not self._asked_back:
-            self._asked_back = True
-            self._link.send(Yield(self._running.request))
+    def _ask_back(self, turn: RunningTurn) -> None:
+        if self._link is not None and not turn.asked_back:
+            turn.asked_back = True
+            self._link.send(Yield(turn.request))
 
     def _cancel(self, request: int) -> None:
         """Nobody wants this job any more."""
         if self._link is not None and request in self._pending:
             self._link.send(Cancel(request))
 
-    def _end_turn(self, seconds: float) -> None:
-        assert self._running is not None
-        self._schedule.charge(self._running.entry, seconds)
+    def _end_turn(self, turn: RunningTurn, busy_seconds: float) -> float:
+        """A turn has ended that had the device for so long, as the worker says; how long it can have been [s]."""
+        seconds = min(busy_seconds, monotonic() - turn.began)
+        self._schedule.charge(turn.entry, seconds)
         self.busy_seconds += seconds
-        self._running = None
+        self._running.end(turn)
+        return seconds
 
     def _set_activity(self, activity: Activity) -> None:
         if activity == self._activity:

@@ -5,6 +5,7 @@ worker killed in a short time may have been killed by somebody: then the job is 
 less is no way round: when two pictures that cost about the same have ended workers, all that cost as much are out.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from signal import SIGKILL, SIGTERM
 
@@ -68,6 +69,17 @@ class Quarantine:
             return
         killed = status is not None and -status in (SIGKILL, SIGTERM)
         strikes = 1 if killed and not hung and seconds < LONG_SECONDS else STRIKES
+        self._strike(offence, strikes)
+
+    def suspect(self, jobs: Iterable[Job]) -> None:
+        """A worker has ended in turns of several jobs at once, of which any may be at fault: the one that is will be
+        there again.
+        """
+        for offence in dict.fromkeys(_offence(job) for job in jobs):
+            if offence is not None:
+                self._strike(offence, 1)
+
+    def _strike(self, offence: _Offence, strikes: int) -> None:
         self._strikes[offence] = self._strikes.pop(offence, 0) + strikes
         if len(self._strikes) > MOST:
             del self._strikes[next(iter(self._strikes))]

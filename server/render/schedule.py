@@ -67,15 +67,18 @@ class Schedule:
         if entry in waiting:
             waiting.remove(entry)
 
-    def next(self) -> QueueEntry | None:
-        """The entry whose turn it is, taken out of the queue; None when nobody waits."""
-        stills = self._queues[Urgency.STILL]
-        if stills.waiting and self._now() - max(stills.waiting[0].since, self._overdue_at) >= PATIENCE_SECONDS:
+    def next(self, admits: Callable[[QueueEntry], bool] = lambda _entry: True) -> QueueEntry | None:
+        """The entry whose turn it is, of those that may have one now, taken out of the queue; None if there is none."""
+        admitted = {
+            urgency: [entry for entry in queue.waiting if admits(entry)] for urgency, queue in self._queues.items()
+        }
+        stills = admitted[Urgency.STILL]
+        if stills and self._now() - max(stills[0].since, self._overdue_at) >= PATIENCE_SECONDS:
             self._overdue_at = self._now()
-            return self._take(stills, stills.waiting[0])
-        for queue in self._queues.values():
-            if queue.waiting:
-                return self._take(queue, min(queue.waiting, key=lambda entry: queue.start(entry.client)))
+            return self._take(self._queues[Urgency.STILL], stills[0])
+        for urgency, queue in self._queues.items():
+            if entries := admitted[urgency]:
+                return self._take(queue, min(entries, key=lambda entry: queue.start(entry.client)))
         return None
 
     def charge(self, entry: QueueEntry, seconds: float) -> None:

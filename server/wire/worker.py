@@ -221,10 +221,11 @@ class Holdings:
 
 @dataclass(frozen=True)
 class Ready:
-    """Kernels are loaded and a frame was rendered."""
+    """Kernels are loaded and a frame was rendered. lanes: how many jobs the worker takes at once."""
 
     device: str
     holdings: Holdings
+    lanes: Annotated[int, Field(ge=1, le=64)] = 1
     kind: Literal["ready"] = "ready"
 
 
@@ -239,10 +240,10 @@ class Progress:
 
 @dataclass(frozen=True)
 class Free:
-    """The worker can take the next job; this one's answer may still be on its way (being encoded).
+    """The worker can take another job; this one's answer may still be on its way (being encoded).
 
-    busy_ms: time that the job had the device in this turn. A job that has paused may end in the turn of another that
-    waits for it.
+    busy_ms: time that the job had the device in this turn, a share where others had theirs at once. A job that has
+    paused may end in the turn of another that waits for it.
     """
 
     request: int

@@ -77,6 +77,11 @@ class GpuBackend:
         self._memory_free, self._memory_asked = 0, 0.0
         self._tasks = Tasks()
 
+    @property
+    def lanes(self) -> int:
+        """How many pictures may be on the device at once."""
+        return self._renderers.lanes
+
     def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
         self._start, self._tasks = start, tasks
@@ -229,15 +234,17 @@ class GpuBackend:
             job = replace(job, edits=loaded.edits)  # the same object from now on: no part of it is compared again
             # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
-            renderer = job.scene, loaded.number, job.size, lasting(job.settings)
+            lane = self._renderers.lane_of(job.viewer)
+            renderer = job.scene, loaded.number, job.size, lasting(job.settings), lane
             with self._tasks.holding(who), self._tasks.holding(renderer):
-                return self._frame(job, loaded, report)
+                return self._frame(job, lane, loaded, report)
 
-    def _frame(self, job: Render, loaded: LoadedScene, report: Report) -> Picture:
+    def _frame(self, job: Render, lane: int, loaded: LoadedScene, report: Report) -> Picture:
         camera = view_camera(loaded.scene, job.view, job.size)
         if job.viewer > STILLS:
             self._viewed[job.viewer] = job.scene
-        renderer, view = self._renderers.get(job.viewer, loaded, job.size, job.settings, report)
+        with self._tasks.holding(("lights", loaded.number)):  # that a first renderer makes for all lanes
+            renderer, view = self._renderers.get(job.viewer, lane, loaded, job.size, job.settings, report)
         try:
             frame = renderer.render(camera, self._accumulation(job), view=view, walks=job.walks)
         except BaseException:

@@ -1,15 +1,18 @@
-"""Renderers kept on the device: one for each state of a scene, size and settings in use, shared by all who look at it.
+"""Renderers kept on the device: one for each state of a scene, size and settings in use, and each lane of the device,
+shared by all in that lane who look at it.
 
-Renders follow one another on a device, so viewers need no renderer of their own. What a walk leaves behind is the
+Renders of a lane follow one another, so its viewers need no renderer of their own. What a walk leaves behind is the
 viewer's own, though: a `ViewState` for each renderer that it uses, freed when it leaves or looks at something else.
 When all together would take too much memory, the renderers that were not used for longest go, with the views of them.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field
 from math import sqrt
 
 import warp as wp
 
+from gpu.core.lane import Lane, lanes_of
 from gpu.device_scene.features import has_soft_light
 from gpu.errors import OutOfMemoryError
 from gpu.methods.registry import method_of
@@ -18,14 +21,14 @@ from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
 from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import Progress
-from server.wire.worker import SceneRef
+from server.wire.worker import STILLS, SceneRef
 from server.worker.loaded_scene import LoadedScene
 from server.worker.memory import free_bytes
 
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
 SHARE = 0.25
 CPU_BYTES = 2 << 30
-MOST = 64
+MOST = 64  # in a lane
 PICTURE_BYTES = 40  # a pixel: a mean of frames, and the picture on the host as it is encoded
 FEW_BYTES = 64 << 20  # less is not worth asking for what there is
 # Of one scene and settings, that a viewer has: it walks at one size and rests at another, in either of two states that
@@ -45,6 +48,7 @@ class _Key:
     settings: RenderSettings
     soft: bool  # whether the scene has soft light, of which walks keep more
     state: int = 0  # the number of its LoadedScene, whatever its edits
+    lane: int = 0
 
 
 @dataclass
@@ -56,21 +60,44 @@ class _Entry:
 class RendererPool:
     """The renderers of one device by what they render, and what viewers have of them."""
 
-    def __init__(self, device: wp.Device) -> None:
+    def __init__(self, device: wp.Device, lanes: int | None = None) -> None:
+        """lanes: None: as many as frames may be on the device at once."""
         self._device = device
+        self._lanes = [Lane(device) for _ in range(lanes or lanes_of(device))]
+        self._lane_of: dict[int, int] = {}  # by viewer
         self._most_bytes = int(SHARE * device.total_memory) if device.is_cuda else CPU_BYTES
         self._entries: dict[_Key, _Entry] = {}  # in the order of their last use
 
+    @property
+    def lanes(self) -> int:
+        """How many frames may be on the device at once."""
+        return len(self._lanes)
+
+    def lane_of(self, viewer: int) -> int:
+        """The number of a viewer's lane: of those with fewest viewers when it comes; all stills are in the first."""
+        if viewer <= STILLS:
+            return 0
+        if viewer not in self._lane_of:
+            crowds = Counter(self._lane_of.values())
+            self._lane_of[viewer] = min(range(self.lanes), key=lambda lane: crowds[lane])
+        return self._lane_of[viewer]
+
     def get(
-        self, viewer: int, scene: LoadedScene, size: tuple[int, int], settings: RenderSettings, progress: Progress
+        self,
+        viewer: int,
+        lane: int,
+        scene: LoadedScene,
+        size: tuple[int, int],
+        settings: RenderSettings,
+        progress: Progress,
     ) -> tuple[Renderer, ViewState]:
-        """The renderer of a scene at a size with these settings, and the viewer's view of it.
+        """The renderer of a scene at a size with these settings in a lane, and the viewer's view of it.
 
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
         soft = has_soft_light(scene.device_scene.scene)
-        key = _Key(scene.ref, size, lasting(settings), soft, scene.number)
+        key = _Key(scene.ref, size, lasting(settings), soft, scene.number, lane)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
@@ -79,7 +106,8 @@ class RendererPool:
         if entry is None or view is None:
             self._check_memory(key, self._bytes_of(key, 1) - (self._bytes_of(key, 0) if entry else 0))
         if entry is None:
-            entry = _Entry(Renderer(scene.device_scene, size, key.settings, progress, scene.light_sets))
+            shared = scene.device_scene, size, key.settings, progress, scene.light_sets
+            entry = _Entry(Renderer(*shared, self._lanes[lane]))
             # Warp compiles a kernel at its first launch, and says nothing meanwhile.
             progress("compiling kernels, which the first time takes a minute", 0.0)
         self._entries[key] = entry
@@ -87,7 +115,8 @@ class RendererPool:
         return entry.renderer, entry.views[viewer]
 
     def leave(self, viewer: int) -> None:
-        """Free a viewer's views."""
+        """Free a viewer's views, and its place in a lane."""
+        self._lane_of.pop(viewer, None)
         for entry in self._entries.values():
             entry.views.pop(viewer, None)
 
@@ -122,7 +151,7 @@ class RendererPool:
 
         def is_full() -> bool:
             held = [(key, len(views) + 1), *((other, len(entry.views)) for other, entry in self._entries.items())]
-            return len(held) > MOST or sum(self._bytes_of(*one) for one in held) > self._most_bytes
+            return len(held) > MOST * self.lanes or sum(self._bytes_of(*one) for one in held) > self._most_bytes
 
         while self._entries and is_full():
             del self._entries[next(iter(self._entries))]

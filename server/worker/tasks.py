@@ -112,6 +112,10 @@ class Tasks:
             return Turn.GIVEN_BACK
         return Turn.OPEN
 
+    def knows(self, request: int) -> bool:
+        """Whether a job is under way."""
+        return request in self._tasks
+
     @property
     def poll_seconds(self) -> float | None:
         """Until it is to be seen whether an open turn is `ready`; None where there is none."""

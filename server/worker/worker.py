@@ -98,6 +98,10 @@ class Backend(Protocol):
     UserError is the user's fault, all else the program's.
     """
 
+    @property
+    def lanes(self) -> int:
+        """How many pictures may be on the device at once, which has been started."""
+
     def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name.
 
@@ -159,7 +163,7 @@ class Worker:
             device = self._backend.start(start, report, self._tasks)
             report.end()
             DEVICE_SHARING.begin(self._tasks)
-            self._send(Ready(device, self._holdings()))
+            self._send(Ready(device, self._holdings(), self._backend.lanes))
         except Exception as error:
             self._fail(START_UP, error)
             return 0 if isinstance(error, UserError) else FAULT
@@ -193,7 +197,7 @@ class Worker:
                 self._left_behind.update(it.request for it in self._under_way.values() if it.viewer == viewer)
             case OpenScene() | CloseScene() | Render() | Pick():
                 self._take_turn(message.request, lambda: self._tasks.start(message.request, partial(self._do, message)))
-            case Resume(request):
+            case Resume(request) if self._tasks.knows(request):  # it may have ended in another's turn meanwhile
                 self._take_turn(request, lambda: self._tasks.resume(request))
 
     def _leave(self, viewer: int) -> None:

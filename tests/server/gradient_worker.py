@@ -21,7 +21,7 @@ from server.worker.worker import Picture, Report, work
 
 SLOW_SEED, WRONG_SEED, BUG_SEED, DEADLY_SEED, FAULT_SEED = 1001, 1002, 1003, 1004, 1005
 HANG_SEED, HANG_LATER_SEED, BUG_LATER_SEED, FAULT_LATER_SEED = 1011, 1012, 1013, 1014
-MEMORY_SEED, LONG_SEED, LATE_FAULT_SEED, SLICED_SEED = 1015, 1016, 1017, 1018
+MEMORY_SEED, LONG_SEED, LATE_FAULT_SEED, SLICED_SEED, GATHER_SEED = 1015, 1016, 1017, 1018, 1019
 SLOW_SECONDS = 0.25
 LONG_SECONDS = 3.0
 LATER = {HANG_LATER_SEED: HANG_SEED, BUG_LATER_SEED: BUG_SEED, FAULT_LATER_SEED: FAULT_SEED}
@@ -38,17 +38,21 @@ class GradientBackend:
     as bright as the scene's lamp.
     """
 
+    lanes = 1
+
     def __init__(self) -> None:
         self._healthy = True
         self._later = 0  # a seed whose fault shows in the next heartbeat
         self._scenes: dict[SceneRef, None] = {}
         self._averaged: dict[int, int] = {}
-        self._pictures = 0
+        self._pictures = self._gathered = 0
 
     def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         report("warming up", 0.5)
         if start.device == "none":
             raise UserError("no device 'none' here")
+        if start.device and start.device.startswith("lanes "):
+            self.lanes = int(start.device.removeprefix("lanes "))
         time.sleep(0.05)
         self._scenes[start.scene] = None
         return "gradient"
@@ -98,6 +102,9 @@ class GradientBackend:
                         break
                     time.sleep(SLICE_SECONDS)
                     DEVICE_SHARING.pause()
+            case seed if seed == GATHER_SEED:  # they are over once there have been as many as lanes
+                self._gathered += 1
+                DEVICE_SHARING.leave_until(lambda: self._gathered >= self.lanes)
             case seed if seed == HANG_SEED:
                 time.sleep(3600)
             case seed if seed == MEMORY_SEED:

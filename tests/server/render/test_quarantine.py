@@ -123,3 +123,13 @@ def test_a_bounded_number_is_remembered() -> None:
         quarantine.blame(picture(replace(HALL, stamp=seed), seed=seed), 0.1, CRASH, hung=False)
     assert not is_out(quarantine, picture(replace(HALL, stamp=0)))
     assert is_out(quarantine, picture(replace(HALL, stamp=1), seed=1))
+
+
+def test_of_several_jobs_at_once_the_one_that_is_there_again_is_out() -> None:
+    quarantine = Quarantine()
+    culprit, innocent, other = picture(seed=1), picture(seed=2), picture(seed=3)
+    quarantine.suspect([culprit, replace(culprit, viewer=9), innocent, CloseScene(HALL)])
+    assert not is_out(quarantine, culprit)
+    quarantine.acquit(innocent)
+    quarantine.suspect([culprit, innocent, other])
+    assert [is_out(quarantine, job) for job in (culprit, innocent, other)] == [True, False, False]

@@ -157,3 +157,19 @@ def test_the_rest_of_a_turn_waits_for_others_who_used_less() -> None:
     schedule.charge(first, 1.0)
     schedule.rejoin(first)
     assert [schedule.next(), schedule.next()] == [other, first]
+
+
+def test_those_who_may_have_no_turn_now_are_passed_over_and_stay() -> None:
+    clock = Clock()
+    schedule = scheduled(clock)
+    for client, urgency in ((1, MOVING), (2, MOVING), (0, STILL)):
+        schedule.join(client, urgency)
+    assert schedule.next(lambda entry: False) is None
+    entry = schedule.next(lambda entry: entry.client != 1)
+    assert entry is not None
+    assert entry.client == 2
+    clock.seconds += PATIENCE_SECONDS
+    entry = schedule.next(lambda entry: entry.client != 0)  # though the still has waited long
+    assert entry is not None
+    assert entry.client == 1
+    assert turn(schedule).client == 0

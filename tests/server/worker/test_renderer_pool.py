@@ -15,7 +15,7 @@ from gpu.sample_counts import sample_counts_of
 from gpu.scene.edits import LightEdit, SceneEdits
 from gpu.scene.load import load_scene
 from gpu.settings import Method, RenderSettings
-from server.wire.worker import SceneRef
+from server.wire.worker import HEARTBEAT, STILLS, SceneRef
 from server.worker.loaded_scene import LoadedScene, build, edit
 from server.worker.renderer_pool import VIEWS_A_VIEWER, RendererPool
 
@@ -27,8 +27,8 @@ SEEDS = [SETTINGS.model_copy(update={"seed": seed}) for seed in range(4)]
 class Pool(RendererPool):
     """Of the Cornell box on the CPU; with room for `room` bytes, where a renderer takes 100 and a view of it 10."""
 
-    def __init__(self, scene: LoadedScene, room: int = 100_000) -> None:
-        super().__init__(wp.get_device("cpu"))
+    def __init__(self, scene: LoadedScene, room: int = 100_000, lanes: int = 1) -> None:
+        super().__init__(wp.get_device("cpu"), lanes)
         self._scene, self._most_bytes = scene, room
 
     def take(
@@ -38,7 +38,8 @@ class Pool(RendererPool):
         settings: RenderSettings = SETTINGS,
         scene: SceneRef = BOX,
     ) -> tuple[Renderer, ViewState]:
-        return self.get(viewer, replace(self._scene, ref=scene), size, settings, lambda what, fraction: None)
+        here = replace(self._scene, ref=scene)
+        return self.get(viewer, self.lane_of(viewer), here, size, settings, lambda what, fraction: None)
 
     def _bytes_of(self, key: object, views: int) -> int:
         return 100 + 10 * views
@@ -180,12 +181,12 @@ def test_what_there_is_no_memory_for_is_refused_with_what_would_do(
     monkeypatch.setattr("server.worker.renderer_pool.free_bytes", lambda device: free[0])
     pool = RendererPool(wp.get_device("cpu"))
     with pytest.raises(OutOfMemoryError, match=r"^7680×4320 pixels .* about 23\.\d GB .* 6\.0 GB are free") as refused:
-        pool.get(1, scene, (7680, 4320), RenderSettings(), lambda what, fraction: None)
+        pool.get(1, 0, scene, (7680, 4320), RenderSettings(), lambda what, fraction: None)
     width, height = (int(side) for side in re.findall(r"at most (\d+)×(\d+)", str(refused.value))[0])
     assert len(pool) == 0
     pool._check_memory(server.worker.renderer_pool._Key(BOX, (width, height), SETTINGS, False), width * height * 646)
     free[0] = 0
-    pool.get(1, scene, (8, 8), SETTINGS, lambda what, fraction: None)  # small ones are tried in any case
+    pool.get(1, 0, scene, (8, 8), SETTINGS, lambda what, fraction: None)  # small ones are tried in any case
 
 
 def test_each_state_of_a_scene_has_renderers_of_its_own(scene: LoadedScene) -> None:
@@ -200,3 +201,32 @@ def test_each_state_of_a_scene_has_renderers_of_its_own(scene: LoadedScene) -> N
     assert pool.take()[0] is not second
     pool.drop(BOX)
     assert len(pool) == 0
+
+
+def test_viewers_are_spread_over_the_lanes_and_those_of_one_share_its_renderers(scene: LoadedScene) -> None:
+    pool = Pool(scene, lanes=3)
+    assert [pool.lane_of(viewer) for viewer in (1, 2, 3, 4, STILLS, HEARTBEAT)] == [0, 1, 2, 0, 0, 0]
+    first = pool.take(1)[0]
+    assert [pool.take(viewer)[0] is first for viewer in (2, 3, 4, STILLS)] == [False, False, True, True]
+    assert len(pool) == 3
+    pool.leave(2)
+    assert (pool.lane_of(5), pool.lane_of(3)) == (1, 2)  # the place that became free
+
+
+def test_renderers_of_all_lanes_together_have_so_much_memory(
+    scene: LoadedScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pool = Pool(scene, room=2 * 110, lanes=3)
+    for viewer in (1, 2, 3):
+        pool.take(viewer)
+    assert len(pool) == 2
+    monkeypatch.setattr(server.worker.renderer_pool, "MOST", 1)
+    pool._most_bytes = 100_000
+    for viewer in (1, 2, 3):
+        pool.take(viewer)
+        pool.take(viewer, size=(16, 16))
+    assert len(pool) == 3
+
+
+def test_as_many_frames_as_the_device_has_lanes(cpu: str) -> None:
+    assert RendererPool(wp.get_device(cpu)).lanes == 1
