@@ -88,6 +88,11 @@ export class EditHistory {
     this.#ask(patch);
   }
 
+  /** Changes something that is no step to be undone. @param {ScenePatch} patch */
+  set(patch) {
+    this.#ask(patch);
+  }
+
   /** All is as the file says. */
   reset() {
     this.edit(/** @type {ScenePatch} */ (removal(this.edits)));

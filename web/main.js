@@ -16,6 +16,7 @@ import { Notice } from "./ui/notice.js";
 import { Overlay } from "./ui/overlay.js";
 import { byId } from "./ui/page.js";
 import { Panel } from "./ui/panel.js";
+import { Player } from "./ui/player.js";
 import { copyAddress, download } from "./ui/share.js";
 import { Uploader } from "./ui/uploader.js";
 import { Views } from "./ui/views.js";
@@ -64,6 +65,7 @@ const panel = new Panel({
   reading: (options) => change({ ...(scene && { scene: scene.id }), scene_options: options }),
 });
 const mixer = new Mixer({ send: (id, patch) => session.edit(id, patch), camera: () => camera.matrix(), redraw: wake });
+const player = new Player((patch) => mixer.set(patch));
 const wanted = {
   size: viewport.size,
   stream: panel.stream,
@@ -79,7 +81,7 @@ const session = new Session(api, wanted, {
     viewport.limits = welcome.limits;
     panel.describe(welcome.settings_schema);
     panel.offerVideo(welcome.codecs.includes("h264"));
-    mixer.allowed = welcome.takes_edits;
+    mixer.allowed = player.allowed = welcome.takes_edits;
     offerScenes(welcome.scenes);
     sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
     // One change of both: a second one would wait for the first frame.
@@ -89,7 +91,10 @@ const session = new Session(api, wanted, {
     overlay.limit(viewport.size, viewport.window);
   },
   scene: enter,
-  edits: (edits) => mixer.told(edits),
+  edits(edits) {
+    mixer.told(edits);
+    player.told(edits.edits);
+  },
   status: (status) => connectionStatus.status(status),
   error: refused,
   frame: show,
@@ -299,6 +304,7 @@ function enter(entered) {
   panel.scene(entered, builtin.has(entered.id));
   views.scene(entered.id);
   mixer.scene(entered);
+  player.scene(entered);
   film.scene(entered);
   if (!stays) {
     offer(cameraSelect, entered.cameras.map(({ name }, index) => ({ value: String(index), label: name || `Camera ${index + 1}` })));

@@ -129,6 +129,11 @@ export class Mixer {
     this.#gizmo.draw(projection);
   }
 
+  /** Changes what is not to be undone, such as the time of an animation that plays. @param {ScenePatch} patch */
+  set(patch) {
+    this.#history.set(patch);
+  }
+
   /** @param {KeyboardEvent} event */
   #key(event) {
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
@@ -177,14 +182,14 @@ export class Mixer {
   }
 
   #show() {
-    const { lights, materials, objects } = this.#history.edits;
+    const { time, lights, materials, objects } = this.#history.edits;
     const light = this.#chosen?.kind === "light" ? this.#chosen.id : null;
     for (const row of this.#rows) row.show(lights[row.light.id], row.light.id === light || row.light.id === this.#shining);
     this.#materials.show(this.#material.value, materials[this.#material.value]);
     this.#objects.show(this.#object.value, objects[this.#object.value]);
     this.#undo.disabled = !this.#history.canUndo;
     this.#redo.disabled = !this.#history.canRedo;
-    this.#reset.disabled = [lights, materials, objects].every((parts) => Object.keys(parts).length === 0);
+    this.#reset.disabled = time === null && [lights, materials, objects].every((parts) => Object.keys(parts).length === 0);
     this.#marks.show(
       this.#rows.flatMap((row) => {
         const edit = lights[row.light.id];

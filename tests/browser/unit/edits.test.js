@@ -74,3 +74,13 @@ test("what is on its way in another scene is not taken for what was sent in the 
   history.told({ time: null, animation: null, lights: {}, materials: {}, objects: {} }, 1);
   assert.equal(shown(), 3);
 });
+
+test("what is set is sent, and no step to be undone", () => {
+  history.edit(lamp(2));
+  history.set({ time: 1.5 });
+  assert.deepEqual([history.edits.time, history.edits.animation], [1.5, null]);
+  history.undo();
+  assert.deepEqual([shown(), history.edits.time, history.canUndo], [undefined, 1.5, false]);
+  history.reset();
+  assert.equal(history.edits.time, null);
+});
