@@ -12,6 +12,7 @@ import warp as wp
 # Levels of the deepest tree, and so of the stack of whoever walks one.
 MOST_LEVELS = 30
 NodeStack: Any = wp.types.vector(length=MOST_LEVELS + 2, dtype=int)
+NodeDistances: Any = wp.types.vector(length=MOST_LEVELS + 2, dtype=float)
 
 
 def levels_of(capacity: int, per_leaf: int) -> int:

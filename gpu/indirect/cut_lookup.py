@@ -15,7 +15,7 @@ from gpu.core.range_tree import NodeStack
 from gpu.device_scene.data import SceneData
 from gpu.indirect.illumination_cut import CutNodes, IlluminationCut, node_size
 from gpu.lights.photon_density import NEIGHBOURS, PhotonSites, answers
-from gpu.lights.photon_tree import PhotonTree, box_distance
+from gpu.lights.photon_tree import PhotonTree, box_offset
 
 
 @wp.struct
@@ -120,7 +120,7 @@ def irradiance_in_cut(scene: SceneData, lit: CutMap, position: wp.vec3, normal: 
     while top > 0:
         top -= 1
         node = stack[top]
-        if box_distance(lit.lower[node], lit.upper[node], position) > 0.0:
+        if wp.length_sq(box_offset(lit.lower[node], lit.upper[node], position)) > 0.0:
             continue
         site = lit.site[node]
         if site < 0:

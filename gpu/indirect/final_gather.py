@@ -16,6 +16,8 @@ from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
 from gpu.sp.shading_clusters import ShadingClusters
 
+WARP = 32  # threads that go together on a GPU
+
 
 @wp.struct
 class Gathered:
@@ -36,10 +38,11 @@ def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.
     """The kernel that reads illumination(scene, data, position, normal), irradiance, where rays end."""
 
     @wp.kernel(module="unique")
-    def gather_ray_kernel(first: int, scene: SceneData, clusters: ShadingClusters, lit: data, rays: int,
+    def gather_ray_kernel(first: int, scene: SceneData, clusters: ShadingClusters, lit: data, order: wp.array[int],
                           seeds: wp.array[int], out: Gathered) -> None:  # fmt: skip
-        """One thread a ray, `rays` a cluster: the light that it finds. seeds: one element."""
+        """One thread a ray, those of a cluster in `order`: the light that it finds. seeds: one element."""
         index = first + wp.tid()
+        rays = order.shape[0]
         cluster = index // rays
         if wp.static(not texels):
             scene.ignore_alpha = True
@@ -49,8 +52,8 @@ def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.
         if clusters.spacing[cluster] <= 0.0:
             return
         normal = clusters.geometric_normal[cluster]
-        place = sobol_pair(index % rays, 0, pixel_seed(cluster, seeds[0]))
-        direction = cosine_direction(clusters.normal[cluster], place.x, place.y)
+        place = sobol_pair(order[index % rays], 0, pixel_seed(cluster, seeds[0]))
+        direction = cosine_direction(clusters.normal[cluster], place.y, place.x)
         if wp.dot(direction, normal) <= 0.0:
             return
         hit = closest_hit(scene, offset_origin(clusters.position[cluster], normal, direction), direction, RAY_LENGTH)
@@ -90,11 +93,20 @@ class Illumination(Protocol):
     lit: Any
 
 
+def coherent_order(rays: int) -> list[int]:
+    """Numbers of a Sobol sequence's points so that as many as threads of a warp follow each other from one slice of the
+    first dimension, here the azimuth: they are those with the same remainder, and rays one way read the same nodes.
+    """
+    slices = 1 << max((rays // WARP).bit_length() - 1, 0)
+    return sorted(range(rays), key=lambda number: (number % slices, number))
+
+
 class FinalGather:
     """`rays` rays from the centre of each of `clusters`, which read `light`; `gathered` after `run`."""
 
     def __init__(self, clusters: ShadingClusters, rays: int, light: Illumination) -> None:
         self._clusters, self._rays, self._light = clusters, rays, light
+        self._order = wp.array(coherent_order(rays), dtype=int, device=clusters.spacing.device)
         self.device, self._count = clusters.spacing.device, len(clusters.spacing)
         self.gathered: Gathered = allocate(Gathered, self._count, self.device)
         self.gathered.radiance = wp.zeros(rays * self._count, dtype=wp.vec3, device=self.device)
@@ -103,6 +115,6 @@ class FinalGather:
     def run(self, scene: SceneData, seed: wp.array, features: SceneFeatures) -> None:
         """Gather what the rays see; seed (1,): of their directions."""
         kernel = gather_ray_kernel(self._light.lookup, self._light.data, features.texels)
-        inputs = [scene, self._clusters, self._light.lit, self._rays, seed, self.gathered]
+        inputs = [scene, self._clusters, self._light.lit, self._order, seed, self.gathered]
         launch(kernel, self._count * self._rays, inputs, self.device)
         launch(gather_sum_kernel, self._count, [self._rays, self.gathered], self.device)

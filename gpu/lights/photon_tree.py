@@ -5,6 +5,7 @@ no splits, so it is made in a few short launches, and its levels have as many no
 """
 
 from functools import cache
+from math import cos, radians, sin
 from typing import Any
 
 import warp as wp
@@ -13,11 +14,14 @@ from gpu.clustering.grid import ClusteringParameters, separation
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
-from gpu.core.range_tree import NodeStack, levels_of, run_begin
+from gpu.core.range_tree import NodeDistances, NodeStack, levels_of, run_begin
 from gpu.lights.photon_map import Photons
 
 # Photons of a leaf at most: fewer are more boxes to test, more are more photons.
 PER_LEAF = 4
+# A normal's component is that of a diagonal direction from sin 22.5° on; so all are within 33° of theirs.
+DIAGONAL = wp.constant(0.3826834)
+COS_NEAR, SIN_NEAR = wp.constant(cos(radians(33.0))), wp.constant(sin(radians(33.0)))
 
 
 @wp.struct
@@ -25,7 +29,8 @@ class PhotonTree:
     """The hierarchy over the photons of one map.
 
     levels: below the root; leaves: the number of the first one. lower, upper (node,): box of a node's photons, turned
-    inside out where it has none; flow (node,): sum of flux times normal, by brightness [W].
+    inside out where it has none; facing (node,): bits of the directions that their normals are near to; flow (node,):
+    sum of flux times normal, by brightness [W].
     """
 
     photons: Photons
@@ -33,6 +38,7 @@ class PhotonTree:
     leaves: int
     lower: wp.array[wp.vec3]
     upper: wp.array[wp.vec3]
+    facing: wp.array[int]
     flow: wp.array[wp.vec3]
 
 
@@ -44,6 +50,28 @@ def allocate_tree(photons: Photons) -> PhotonTree:
     return tree
 
 
+@wp.func
+def direction_number(normal: wp.vec3) -> int:
+    """Which of 26 directions, those to the neighbours of a cube in a grid, a normal is near to: within 33°."""
+    number = int(0)
+    for axis in range(3):
+        step = wp.where(normal[axis] > DIAGONAL, 2, wp.where(normal[axis] < -DIAGONAL, 0, 1))
+        number = 3 * number + step
+    return number
+
+
+@wp.func
+def directions_about(normal: wp.vec3, threshold: float) -> int:
+    """Bits of the directions that normals may be near to whose cosine with `normal` is more than `threshold`."""
+    least = threshold * COS_NEAR - wp.sqrt(1.0 - threshold * threshold) * SIN_NEAR
+    bits = int(0)
+    for number in range(27):
+        direction = wp.vec3(float(number // 9 - 1), float(number // 3 % 3 - 1), float(number % 3 - 1))
+        if wp.dot(direction, normal) > least * wp.length(direction):
+            bits = bits | (1 << number)
+    return bits
+
+
 @wp.kernel
 def photon_leaf_kernel(first: int, tree: PhotonTree) -> None:
     """One thread a leaf: what it holds."""
@@ -52,12 +80,15 @@ def photon_leaf_kernel(first: int, tree: PhotonTree) -> None:
     lower = wp.vec3(FAR_AWAY, FAR_AWAY, FAR_AWAY)
     upper = -lower
     flow = wp.vec3(0.0, 0.0, 0.0)
+    facing = int(0)
     for photon in range(run_begin(count, tree.levels, number), run_begin(count, tree.levels, number + 1)):
         lower = wp.min(lower, tree.photons.position[photon])
         upper = wp.max(upper, tree.photons.position[photon])
+        facing = facing | (1 << direction_number(tree.photons.normal[photon]))
         flow += tree.photons.normal[photon] * brightness(tree.photons.flux[photon])
     tree.lower[tree.leaves + number] = lower
     tree.upper[tree.leaves + number] = upper
+    tree.facing[tree.leaves + number] = facing
     tree.flow[tree.leaves + number] = flow
 
 
@@ -67,6 +98,7 @@ def photon_node_kernel(first: int, begin: int, tree: PhotonTree) -> None:
     node = begin + first + wp.tid()
     tree.lower[node] = wp.min(tree.lower[2 * node], tree.lower[2 * node + 1])
     tree.upper[node] = wp.max(tree.upper[2 * node], tree.upper[2 * node + 1])
+    tree.facing[node] = tree.facing[2 * node] | tree.facing[2 * node + 1]
     tree.flow[node] = tree.flow[2 * node] + tree.flow[2 * node + 1]
 
 
@@ -79,9 +111,29 @@ def build_tree(tree: PhotonTree) -> None:
 
 
 @wp.func
-def box_distance(lower: wp.vec3, upper: wp.vec3, position: wp.vec3) -> float:
-    """How far `position` is from a box; 0 within it."""
-    return wp.length(wp.max(wp.max(lower - position, position - upper), wp.vec3(0.0, 0.0, 0.0)))
+def box_offset(lower: wp.vec3, upper: wp.vec3, position: wp.vec3) -> wp.vec3:
+    """From the nearest point of a box to `position`, each axis without its sign; 0 within the box."""
+    return wp.max(wp.max(lower - position, position - upper), wp.vec3(0.0, 0.0, 0.0))
+
+
+@wp.func
+def least_separation(tree: PhotonTree, node: int, alike: ClusteringParameters, position: wp.vec3,
+                     normal: wp.vec3) -> float:  # fmt: skip
+    """What the separation of a surface point from the photons in a node is at least."""
+    lower, upper = tree.lower[node], tree.upper[node]
+    offset = box_offset(lower, upper, position)
+    extent = 0.5 * wp.dot(wp.abs(normal), upper - lower)
+    plane = wp.max(wp.abs(wp.dot(normal, 0.5 * (lower + upper) - position)) - extent, 0.0)
+    return wp.sqrt(wp.length_sq(offset) + (alike.plane_weight * alike.plane_weight - 1.0) * plane * plane)
+
+
+@wp.func
+def child_separation(tree: PhotonTree, node: int, alike: ClusteringParameters, facing: int, position: wp.vec3,
+                     normal: wp.vec3) -> float:  # fmt: skip
+    """`least_separation` of a node that holds normals of the directions `facing`; far away of others."""
+    if (tree.facing[node] & facing) == 0:
+        return FAR_AWAY
+    return least_separation(tree, node, alike, position, normal)
 
 
 @cache
@@ -108,38 +160,48 @@ def photon_search(number: int) -> wp.Function:
         for f in range(wp.static(number)):
             found.distance[f] = reach
             found.photon[f] = -1
+        facing = directions_about(normal, alike.normal_threshold)
         stack = NodeStack()
+        least = NodeDistances()
         stack[0] = 1
         top = int(1)
         count = tree.photons.count[0]
         while top > 0:
             top -= 1
             node = stack[top]
-            if box_distance(tree.lower[node], tree.upper[node], position) >= found.distance[wp.static(number - 1)]:
+            farthest = found.distance[wp.static(number - 1)]
+            if least[top] >= farthest:
                 continue
             if node < tree.leaves:
-                left = box_distance(tree.lower[2 * node], tree.upper[2 * node], position)
-                right = box_distance(tree.lower[2 * node + 1], tree.upper[2 * node + 1], position)
-                nearer = wp.where(left <= right, 2 * node, 2 * node + 1)
-                stack[top] = 4 * node + 1 - nearer
-                stack[top + 1] = nearer
-                top += 2
+                left = child_separation(tree, 2 * node, alike, facing, position, normal)
+                right = child_separation(tree, 2 * node + 1, alike, facing, position, normal)
+                swap = wp.where(left <= right, 1, 0)
+                if wp.max(left, right) < farthest:
+                    stack[top] = 2 * node + swap
+                    least[top] = wp.max(left, right)
+                    top += 1
+                if wp.min(left, right) < farthest:
+                    stack[top] = 2 * node + 1 - swap
+                    least[top] = wp.min(left, right)
+                    top += 1
                 continue
             leaf = node - tree.leaves
             for photon in range(run_begin(count, tree.levels, leaf), run_begin(count, tree.levels, leaf + 1)):
                 photon_normal = tree.photons.normal[photon]
                 if photon != own and wp.dot(photon_normal, normal) > alike.normal_threshold:
-                    index = photon
                     distance = separation(alike, position, normal, tree.photons.position[photon], photon_normal)
                     if distance < found.distance[wp.static(number - 1)]:
-                        for f in range(wp.static(number)):
-                            if distance < found.distance[f]:
-                                held_distance = found.distance[f]
-                                held_photon = found.photon[f]
-                                found.distance[f] = distance
-                                found.photon[f] = index
-                                distance = held_distance
-                                index = held_photon
+                        place = int(wp.static(number - 1))
+                        farther = bool(wp.static(number > 1))
+                        while farther:
+                            farther = found.distance[place - 1] > distance
+                            if farther:
+                                found.distance[place] = found.distance[place - 1]
+                                found.photon[place] = found.photon[place - 1]
+                                place -= 1
+                                farther = place > 0
+                        found.distance[place] = distance
+                        found.photon[place] = photon
         return found
 
     return search

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import warp as wp
@@ -8,7 +10,7 @@ from gpu.core.device import allocate
 from gpu.core.parameters import parameters
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
-from gpu.indirect.final_gather import FinalGather, Gathered
+from gpu.indirect.final_gather import FinalGather, Gathered, coherent_order
 from gpu.indirect.photon_lookup import (
     FullMapLight,
     LookupParameters,
@@ -73,3 +75,11 @@ def test_what_faces_away_finds_nothing_and_far_photons_do_not_answer(room: Devic
     all_light = gathered(room, (0.0, -1.0, 0.0)).irradiance.numpy()[0, 0]
     # Around each photon of the lattice, a disk of 0.1 radii answers.
     assert some / all_light == pytest.approx(np.pi * (0.1 * RADIUS * 39.0 / 0.98) ** 2, rel=0.15)
+
+
+@pytest.mark.parametrize(("rays", "slices"), [(1, 1), (40, 1), (256, 8), (500, 8)])
+def test_rays_of_one_slice_follow_each_other(rays: int, slices: int) -> None:
+    order = coherent_order(rays)
+    assert sorted(order) == list(range(rays))
+    changes = [one % slices != other % slices for one, other in pairwise(order)]
+    assert sum(changes) == slices - 1

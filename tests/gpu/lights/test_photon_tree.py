@@ -2,12 +2,38 @@ import numpy as np
 import pytest
 import warp as wp
 from photons import photons_of, separations, two_sided_square
+from scenes import column
 
 from gpu.lights.photon_density import DENSITY_PARAMETERS, NEIGHBOURS, allocate_sites
 from gpu.lights.photon_density import photon_density_kernel as search_kernel
-from gpu.lights.photon_tree import allocate_tree, build_tree
+from gpu.lights.photon_tree import allocate_tree, build_tree, direction_number, directions_about
 
 CPU = wp.get_device("cpu")
+COS = 0.8660254
+
+
+@wp.kernel
+def directions_kernel(normal: wp.array[wp.vec3], other: wp.array[wp.vec3], threshold: float, held: wp.array[int],
+                      every: wp.array[int]) -> None:  # fmt: skip
+    index = wp.tid()
+    bits = directions_about(normal[index], threshold)
+    held[index] = (bits >> direction_number(other[index])) & 1
+    for number in range(27):
+        every[index] += (bits >> number) & 1
+
+
+def test_directions_about_a_normal_are_those_of_all_that_are_alike_and_few_others() -> None:
+    normals, others = np.random.default_rng(3).normal(size=(2, 20_000, 3))
+    others = normals + 0.4 * others
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    others /= np.linalg.norm(others, axis=1)[:, None]
+    held, every = wp.zeros(20_000, dtype=int, device=CPU), wp.zeros(20_000, dtype=int, device=CPU)
+    inputs = [column(normals, wp.vec3), column(others, wp.vec3), COS, held, every]
+    wp.launch(directions_kernel, 20_000, inputs=inputs, device=CPU)
+    alike = (normals * others).sum(axis=1) > COS
+    assert 10_000 < alike.sum() < 18_000
+    assert held.numpy()[alike].all()
+    assert every.numpy().mean() < 9.0
 
 
 @pytest.mark.parametrize("count", [3, 700])
