@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from os import cpu_count
+from os import cpu_count, environ
 from time import perf_counter, thread_time
 from typing import Any
 
@@ -20,6 +20,10 @@ wp.config.enable_backward = False
 wp.config.max_unroll = 4
 # Warp's own limits of inlining take a third longer to compile for a CPU and make frames no faster.
 wp.config.cpu_compiler_flags = "-march=native"
+
+# Of queues from the host to a GPU, which it looks at as it begins: streams that share one wait for each other, and each
+# lane (gpu.core.lane) has two.
+environ.setdefault("CUDA_DEVICE_MAX_CONNECTIONS", "32")
 
 CORES = cpu_count() or 1
 MIN_SLICE = 1024

@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from os import environ
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ from devices import NEEDS_CUDA
 
 from gpu.core import device as launching
 from gpu.core.device import MIN_SLICE, alike, allocate, choose_device, duplicate, launch, launch_together, overwrite
+from gpu.core.lane import CUDA_LANES
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 from gpu.lights.light_paths import Vpls
@@ -150,3 +152,7 @@ def test_what_is_alike_is_overwritten_in_its_arrays() -> None:
     overwrite(Nested, one, one)
     for unlike in (lit(1.0, count=4), lit(1.0, radius=2.0), Nested()):
         assert not alike(Nested, one, unlike)
+
+
+def test_a_gpu_has_queues_for_all_lanes() -> None:
+    assert int(environ["CUDA_DEVICE_MAX_CONNECTIONS"]) >= 2 * CUDA_LANES
