@@ -19,17 +19,33 @@ from server.scenes.checker import CHECK
 
 OUTSIDE = "a secret beside the folder"
 
-# Runs the check with every file that is opened written to stderr, once the modules are there.
+# Checks each scene of which stdin has a line, in a copy of the process with the modules loaded, and answers by a
+# line: the answer and the paths of all files that were opened for it.
 WATCHED = """
+import json
 import os
 import sys
 import server.scenes.check_scene as check_scene
 from server.scenes.checker import CheckRequest
 import gpu.scene.gltf, gpu.scene.obj, gpu.scene.meshes
-request = CheckRequest.model_validate_json(sys.stdin.read())
 opening = lambda name, args: name == "open" and not args[2] & os.O_PATH
-sys.addaudithook(lambda name, args: print(args[0], file=sys.stderr) if opening(name, args) else None)
-print(check_scene.check(request).model_dump_json())
+for line in sys.stdin.read().splitlines():
+    if child := os.fork():
+        os.waitpid(child, 0)
+        continue
+    opened = []
+    sys.addaudithook(lambda name, args: opened.append(str(args[0])) if opening(name, args) else None)
+    answer = check_scene.check(CheckRequest.model_validate_json(line)).model_dump(mode="json")
+    print(json.dumps([answer, opened]), flush=True)
+    os._exit(0)
+"""
+WRITING = """
+import os
+import sys
+from server.scenes.check_scene import check
+from server.scenes.checker import CheckRequest
+print(check(CheckRequest.model_validate_json(sys.stdin.read())).model_dump_json(), flush=True)
+os.write(os.open(sys.argv[1], os.O_CREAT | os.O_WRONLY), b"x")
 """
 
 
@@ -55,13 +71,20 @@ def check(source: Path, folder: Path | None = None, **changes: Any) -> dict[str,
     return answer
 
 
-def opened(source: Path) -> tuple[dict[str, Any], list[Path]]:
-    """The answer, and the files that were opened for it outside Python's own folders."""
-    done = subprocess.run([sys.executable, "-c", WATCHED], input=request(source), capture_output=True, timeout=60)
+def watched(*sources: Path, first: str = "") -> list[tuple[dict[str, Any], set[Path]]]:
+    """Of each the answer, and the files that were opened for it outside Python's own folders; first: a statement."""
+    command, lines = [sys.executable, "-c", first + WATCHED], b"\n".join(map(request, sources))
+    done = subprocess.run(command, input=lines, capture_output=True, timeout=60)
     own = [Path(path).resolve() for path in {*sysconfig.get_paths().values(), sys.base_prefix}]
     own.append(Path(__file__).resolve().parents[3])
-    paths = [Path(line).resolve() for line in done.stderr.decode().splitlines() if line.startswith("/")]
-    return json.loads(done.stdout), [path for path in paths if not any(path.is_relative_to(it) for it in own)]
+
+    def foreign(opened: list[str]) -> set[Path]:
+        paths = [Path(path).resolve() for path in opened if path.startswith("/")]
+        return {path for path in paths if not any(path.is_relative_to(it) for it in own)}
+
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(answers) == len(sources), done.stderr
+    return [(answer, foreign(opened)) for answer, opened in answers]
 
 
 @pytest.fixture
@@ -92,45 +115,46 @@ def test_a_broken_scene_is_refused_with_the_place(folder: Path) -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "uri",
-    ["../secret.bin", "%2e%2e/secret.bin", "..\\secret.bin", "{outside}", "file://{outside}", "link.bin", "/etc/passwd",
-     "http://127.0.0.1:9/x", "deep/../../secret.bin"],
-)  # fmt: skip
-def test_nothing_outside_the_folder_is_opened(folder: Path, uri: str) -> None:
+def test_nothing_outside_the_folder_is_opened(folder: Path) -> None:
     (folder / "link.bin").symlink_to(folder.parent / "secret.bin")
-    named = uri.replace("{outside}", str(folder.parent / "secret.bin"))
-    (folder / "a.gltf").write_text(json.dumps(triangle(buffers=[{"byteLength": 36, "uri": named}])))
-    answer, paths = opened(folder / "a.gltf")
-    assert answer["field"] == "buffers[0].uri"
-    assert set(paths) == {folder / "a.gltf"}
+    outside = str(folder.parent / "secret.bin")
+    uris = [
+        *("../secret.bin", "%2e%2e/secret.bin", "..\\secret.bin", outside, f"file://{outside}", "link.bin"),
+        *("/etc/passwd", "http://127.0.0.1:9/x", "deep/../../secret.bin"),
+    ]
+    scenes = [folder / f"{number}.gltf" for number in range(len(uris))]
+    for scene, uri in zip(scenes, uris, strict=True):
+        scene.write_text(json.dumps(triangle(buffers=[{"byteLength": 36, "uri": uri}])))
+    for scene, uri, (answer, paths) in zip(scenes, uris, watched(*scenes), strict=True):
+        assert (answer["field"], paths) == ("buffers[0].uri", {scene}), uri
 
 
 def test_what_is_beside_the_scene_is_opened(folder: Path) -> None:
     (folder / "a.gltf").write_text(json.dumps(triangle(buffers=[{"byteLength": 36, "uri": "b.bin"}])))
     (folder / "b.bin").write_bytes(TRIANGLE)
-    answer, paths = opened(folder / "a.gltf")
+    [(answer, paths)] = watched(folder / "a.gltf")
     assert answer["info"]["triangles"] == 1
-    assert set(paths) == {folder / "a.gltf", folder / "b.bin"}
+    assert paths == {folder / "a.gltf", folder / "b.bin"}
 
 
-@pytest.mark.parametrize("library", ["../secret.mtl", "link.mtl"])
-def test_no_library_outside_the_folder_is_opened(folder: Path, library: str) -> None:
+def test_no_library_outside_the_folder_is_opened(folder: Path) -> None:
     (folder / "link.mtl").symlink_to(folder.parent / "secret.mtl")
-    (folder / "a.obj").write_text(f"mtllib {library}\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    answer, paths = opened(folder / "a.obj")
-    assert answer["field"] == "mtllib"
-    assert set(paths) == {folder / "a.obj"}
+    scenes = [folder / "a.obj", folder / "b.obj"]
+    for scene, library in zip(scenes, ("../secret.mtl", "link.mtl"), strict=True):
+        scene.write_text(f"mtllib {library}\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    for scene, (answer, paths) in zip(scenes, watched(*scenes), strict=True):
+        assert (answer["field"], paths) == ("mtllib", {scene})
 
 
-@pytest.mark.parametrize("texture", ["../secret.bin", "link.png"])
-def test_no_texture_outside_the_folder_is_opened(folder: Path, texture: str) -> None:
+def test_no_texture_outside_the_folder_is_opened(folder: Path) -> None:
     (folder / "link.png").symlink_to(folder.parent / "secret.bin")
-    (folder / "a.mtl").write_text(f"newmtl a\nmap_Kd {texture}\n")
-    (folder / "a.obj").write_text("mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    answer, paths = opened(folder / "a.obj")
-    assert "outside the scene's folder" in answer["problem"]
-    assert set(paths) == {folder / "a.obj", folder / "a.mtl"}
+    scenes = [folder / "a.obj", folder / "b.obj"]
+    for scene, texture in zip(scenes, ("../secret.bin", "link.png"), strict=True):
+        scene.with_suffix(".mtl").write_text(f"newmtl a\nmap_Kd {texture}\n")
+        scene.write_text(f"mtllib {scene.stem}.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    for scene, (answer, paths) in zip(scenes, watched(*scenes), strict=True):
+        assert "outside the scene's folder" in answer["problem"]
+        assert paths == {scene, scene.with_suffix(".mtl")}
 
 
 def test_of_absolute_paths_the_last_part_is_sought_beside_the_scene(folder: Path) -> None:
@@ -139,13 +163,13 @@ def test_of_absolute_paths_the_last_part_is_sought_beside_the_scene(folder: Path
     (folder / "a.obj").write_text(
         f"mtllib {secrets[0]}\nmtllib /home/me/a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     )
-    answer, paths = opened(folder / "a.obj")
+    [(answer, paths)] = watched(folder / "a.obj")
     assert {
         f"material library {secrets[0]} is missing: its surfaces are grey",
         "mtllib: '/home/me/a.mtl' was read from 'a.mtl' beside the scene",
         f"texture {secrets[1]} is missing",
     } <= set(answer["info"]["notes"])
-    assert set(paths) == {folder / "a.obj", folder / "a.mtl"}
+    assert paths == {folder / "a.obj", folder / "a.mtl"}
 
 
 def test_memory_is_limited(folder: Path) -> None:
@@ -156,19 +180,16 @@ def test_memory_is_limited(folder: Path) -> None:
 
 def test_nothing_can_be_written(folder: Path) -> None:
     (folder / "a.glb").write_bytes(TRIANGLE_GLB)
-    script = WATCHED + "\nimport os\nos.write(os.open(sys.argv[1], os.O_CREAT | os.O_WRONLY), b'x')"
-    command = [sys.executable, "-c", script, str(folder / "new")]
+    command = [sys.executable, "-c", WRITING, str(folder / "new")]
     done = subprocess.run(command, input=request(folder / "a.glb"), capture_output=True, timeout=60)
+    assert json.loads(done.stdout)["info"]["triangles"] == 1
     assert b"Permission denied" in done.stderr or b"File too large" in done.stderr
 
 
 def test_scenes_are_read_where_the_kernel_has_no_walls(folder: Path) -> None:
     (folder / "a.glb").write_bytes(TRIANGLE_GLB)
-    script = f"import platform; platform.machine = lambda: ''\n{WATCHED}"
-    done = subprocess.run(
-        [sys.executable, "-c", script], input=request(folder / "a.glb"), capture_output=True, timeout=60
-    )
-    assert json.loads(done.stdout)["info"]["triangles"] == 1
+    [(answer, _)] = watched(folder / "a.glb", first="import platform; platform.machine = lambda: ''\n")
+    assert answer["info"]["triangles"] == 1
 
 
 def test_libraries_of_usd_and_fbx_keep_to_the_limits(folder: Path) -> None:
