@@ -10,7 +10,7 @@ PYTHON ?=
 export PYTHON
 
 .DELETE_ON_ERROR:
-.PHONY: help run test lint types-js unit-js browser proxies bench load docs format lock clean
+.PHONY: help run test pytest kernels lint types-js unit-js browser proxies bench load docs format lock clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -18,8 +18,13 @@ help: ## say what can be made
 run: .venv/.installed ## serve SCENE, or a built-in scene, on http://127.0.0.1:8000
 	@$(BIN)/python -I $(BIN)/lumenwalk serve $(if $(SCENE),--scene "$(SCENE)") $(ARGS)
 
-test: lint unit-js browser proxies ## lint and every test
+test: lint unit-js pytest ## lint and every test
+
+pytest: .venv/.installed kernels browser proxies
 	$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
+
+kernels: .venv/.installed # that most tests launch: compiled by one process, and not by each of those that run tests
+	@$(BIN)/python -I $(BIN)/lumenwalk warm cornell-box --device cpu
 
 lint: .venv/.installed types-js ## style and types
 	$(BIN)/ruff check .
@@ -68,6 +73,8 @@ NODE_MODULES := tests/browser/node_modules/.package-lock.json
 $(NODE_MODULES): tests/browser/package-lock.json
 	npm ci --prefix tests/browser --no-audit --no-fund
 	@touch $@
+
+pytest: $(NODE_MODULES)
 
 types-js: $(NODE_MODULES)
 	npm --prefix tests/browser run --silent types
