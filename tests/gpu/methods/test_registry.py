@@ -55,7 +55,7 @@ def test_stages_have_the_names_that_their_method_tells(room: DeviceScene, method
     "choice",
     [
         {"method": "path"},
-        {"method": "exact-vpl", "vpls": 300, "vpl_clusters": 50},
+        {"method": "exact-vpl", "vpls": 60, "vpl_clusters": 50},
         {"method": "photon-gather", "photons": 20_000, "sp_clusters": 400, "gather_rays": 64},
         {"sp_clusters": 400, "vpl_clusters": 64},
         {"sp_clusters": 4000, "vpl_clusters": 64},
@@ -74,7 +74,7 @@ def test_a_viewer_takes_less_where_there_is_no_soft_light(room_of_a_bulb: Device
 
 def check_memory(room: DeviceScene, choice: dict[str, Any], *, soft: bool) -> None:
     """A renderer and a view, and then another view, take about as much memory as is told."""
-    settings, size = RenderSettings.model_validate({**FUZZY, **choice}), (320, 240)
+    settings, size = RenderSettings.model_validate({**FUZZY, **choice}), (240, 180)
     light_sets, pixels = LightSets(room), size[0] * size[1]
     Renderer(room, size, settings, None, light_sets)  # makes the light sets
     before = held()

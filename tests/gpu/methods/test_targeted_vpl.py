@@ -25,10 +25,10 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Light, LightKind
 from gpu.settings import Component, RenderSettings
 
-SIZE = (64, 48)
+SIZE = (32, 24)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 INDIRECT = {"component": Component.INDIRECT, "vpls": 2000, "skip": {"unchanged_camera": False}}
-RATE = 1e-4  # simulated milliseconds a pair of clusters
+RATE = 4e-4  # simulated milliseconds a pair of clusters
 LEVELS: WeakKeyDictionary[Stages, list[Level]] = WeakKeyDictionary()
 
 
@@ -144,7 +144,7 @@ def test_vpls_follow_a_time_but_stay_for_an_error(room: DeviceScene, simulated_t
     for target in (8.0, 60.0):
         timed = counts(target_ms=target)
         assert timed["vpls"] / timed["vpl_clusters"] == pytest.approx(usual, rel=0.1)
-    for target in (1e-1, 1e-4):
+    for target in (1e-1, 1e-2):
         assert counts(target_error=target)["vpls"] == pytest.approx(ON_CPU.vpls, rel=0.1)
 
 
@@ -324,7 +324,7 @@ def test_frames_of_a_still_view_keep_the_counts_of_its_first(room: DeviceScene, 
 def test_an_error_is_met_by_more_clusters_for_less_of_it(room: DeviceScene) -> None:
     def work(target: float) -> float:
         renderer = Renderer(room, SIZE, RenderSettings(**INDIRECT, target_error=target))
-        stats = [renderer.render(CAMERA).stats for _ in range(10)][-1]
+        stats = [renderer.render(CAMERA).stats for _ in range(3)][-1]
         assert stats.estimates["target_error"] == target
         assert stats.estimates["expected_error"] > 0.0
         return float(stats.counts["sp_clusters"] * stats.counts["vpl_clusters"])
