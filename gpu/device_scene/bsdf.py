@@ -21,11 +21,13 @@ MIN_COSINE = wp.constant(1.0e-4)
 class BsdfParameters:
     """How samples are shared out.
 
-    glossy_roughness: rougher lobes are wide enough for samples of the lights alone; least_share: neither lobe of a
-    surface that has both gets fewer of the samples than this.
+    glossy_roughness: rougher lobes are wide enough for samples of the lights alone, and for indirect light to count as
+    even; from traced_roughness on, rays of the lobe count the less for indirect light the nearer it is to that;
+    least_share: neither lobe of a surface that has both gets fewer of the samples than this.
     """
 
     glossy_roughness: float = 0.5
+    traced_roughness: float = 0.4
     least_share: float = 0.1
 
 
@@ -55,6 +57,16 @@ class BsdfSample:
 def is_glossy(surface: Surface) -> bool:
     """Whether the specular lobe needs samples of its own beside those of the lights."""
     return surface.f90 > 0.0 and surface.roughness < wp.static(BSDF_PARAMETERS.glossy_roughness)
+
+
+@wp.func
+def traced_share(roughness: float, f90: float) -> float:
+    """The share of the indirect light in a specular lobe that rays of the lobe look for; the rest counts as even."""
+    if f90 == 0.0:
+        return 0.0
+    widest = wp.static(BSDF_PARAMETERS.glossy_roughness)
+    fade = wp.static(BSDF_PARAMETERS.glossy_roughness - BSDF_PARAMETERS.traced_roughness)
+    return wp.clamp((widest - roughness) / fade, 0.0, 1.0)
 
 
 @wp.func
@@ -142,6 +154,14 @@ def reflected(surface: Surface, view: wp.vec3, light: wp.vec3) -> wp.vec3:
 
 
 @wp.func
+def even_matt(surface: Surface) -> wp.vec3:
+    """The part of `even_reflectance` that the diffuse lobe has, of a surface with a specular one."""
+    grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
+    matt = wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.02
+    return wp.cw_mul(surface.diffuse, matt)
+
+
+@wp.func
 def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
     """The share of light that comes evenly from all around which `surface` reflects to unit `view`; also the share of
     light from there that it reflects at all. Its base colour where it has no specular lobe.
@@ -157,8 +177,7 @@ def even_reflectance(surface: Surface, view: wp.vec3) -> wp.vec3:
     whole = 1.0 - rough * rough * lost
     rise = 0.988 * wp.pow(1.0 - cosine, 5.152 * wp.exp(-1.073 * rough)) / (1.0 + 27.28 * wp.pow(rough, 2.643))
     grazing = wp.vec3(surface.f90, surface.f90, surface.f90)
-    matt = wp.vec3(1.0, 1.0, 1.0) - surface.f0 - (grazing - surface.f0) * 0.02
-    return wp.cw_mul(surface.diffuse, matt) + surface.f0 * (whole - rise) + grazing * rise
+    return even_matt(surface) + surface.f0 * (whole - rise) + grazing * rise
 
 
 @wp.func

@@ -7,9 +7,10 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
-from gpu.device_scene.bsdf import even_reflectance
+from gpu.device_scene.bsdf import even_matt, even_reflectance, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.surface import Surface
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.gbuffer.specular_chain import ChainSamples, seen_end
 
@@ -20,14 +21,15 @@ class GBuffer:
 
     face: triangle of the SP, NO_HIT where there is none; position, geometric_normal, normal: of the SP in unit space,
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
-    pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance; diffuse, f0, f90, roughness: as
-    gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera; emitted: radiance
-    that reaches the camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs are seen in mirrors
-    and through glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem to be, as far along
-    the pixel's ray as light has come.
+    pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance, where `traces_gloss` without what rays of its
+    specular lobe look for; diffuse, f0, f90, roughness: as gpu.device_scene.surface.Surface; throughput: share of the
+    SP's light that reaches the camera; emitted: radiance that reaches the camera from emitters and the sky without the
+    SP [W/m²/sr]. chains: whether SPs are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent:
+    then the places where they seem to be, as far along the pixel's ray as light has come.
     """
 
     chains: bool
+    traces_gloss: bool
     face: wp.array[int]
     position: wp.array[wp.vec3]
     geometric_normal: wp.array[wp.vec3]
@@ -44,10 +46,10 @@ class GBuffer:
     apparent: wp.array[wp.vec3]
 
 
-def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures) -> GBuffer:
-    """One of so many pixels, for a scene of these `features`."""
+def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures, *, traces_gloss: bool = False) -> GBuffer:
+    """One of so many pixels, for a scene of these `features`; traces_gloss: for gpu.indirect.glossy_reflection, too."""
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)
-    gbuffer.chains = features.specular
+    gbuffer.chains, gbuffer.traces_gloss = features.specular, traces_gloss
     if not features.specular:
         gbuffer.apparent = gbuffer.position
     return gbuffer
@@ -64,15 +66,30 @@ def apparent_position(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 
 @wp.func
+def surface_of(gbuffer: GBuffer, pixel: int) -> Surface:
+    """The SP of a pixel as a surface that reflects and is nothing else."""
+    surface = Surface()
+    surface.position = gbuffer.position[pixel]
+    surface.geometric_normal = gbuffer.geometric_normal[pixel]
+    surface.normal = gbuffer.normal[pixel]
+    surface.diffuse = gbuffer.diffuse[pixel]
+    surface.f0 = gbuffer.f0[pixel]
+    surface.f90 = gbuffer.f90[pixel]
+    surface.roughness = gbuffer.roughness[pixel]
+    return surface
+
+
+@wp.func
 def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
     """Radiance that the camera gets of an SP per irradiance."""
     return wp.cw_mul(gbuffer.throughput[pixel], gbuffer.albedo[pixel]) / PI
 
 
 @cache
-def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: bool, environment: bool) -> wp.Kernel:
+def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: bool, environment: bool,
+                       traces_gloss: bool) -> wp.Kernel:  # fmt: skip
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
-    of gpu.device_scene.features.
+    of gpu.device_scene.features; traces_gloss: as GBuffer.
     """
 
     @wp.kernel(module="unique")
@@ -114,7 +131,10 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
         out.normal[pixel] = surface.normal
         distance = wp.where(camera.orthographic, 1.0, ray.start + end.length)
         out.spacing[pixel] = distance * 2.0 * camera.half_height / float(image.height)
-        out.albedo[pixel] = even_reflectance(surface, end.to_viewer)
+        even = even_reflectance(surface, end.to_viewer)
+        if wp.static(traces_gloss):
+            even -= (even - even_matt(surface)) * traced_share(surface.roughness, surface.f90)
+        out.albedo[pixel] = even
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0
         out.f90[pixel] = surface.f90
@@ -127,5 +147,6 @@ def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int]
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData; samples: of its chains."""
     inputs, has = [scene, camera, image_size(size), samples, out], features
-    kernel = primary_ray_kernel(has.texels, has.one_sided, has.backdrop, has.specular, has.environment)
+    variant = has.texels, has.one_sided, has.backdrop, has.specular, has.environment
+    kernel = primary_ray_kernel(*variant, out.traces_gloss)
     launch(kernel, size[0] * size[1], inputs, out.face.device)

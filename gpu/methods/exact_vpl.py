@@ -11,7 +11,7 @@ from gpu.device_scene.data import NO_HIT
 from gpu.indirect.exact_gather import gather
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice
+from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, traces_gloss
 from gpu.methods.view_state import ViewState
 from gpu.settings import Clustering, Component
 from gpu.vpl.build import no_clusters, unclustered
@@ -26,7 +26,7 @@ RAYS_PER_CPU_LAUNCH = 1 << 22
 class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
-    stage_names = ("light", "vpl-clusters", "gbuffer", "gather", "direct", "near", "interpolate")
+    stage_names = ("light", "vpl-clusters", "gbuffer", "gather", "direct", "near", "interpolate", "gloss")
     pixel_bytes, view_pixel_bytes = 369, 12
 
     def __init__(self, setup: RenderSetup) -> None:
@@ -36,7 +36,13 @@ class ExactVpl(RenderMethod[ViewState]):
         self._first = setup.light_sets.made(light_set_choice(setup), setup.progress)
         self._use(self._first)
         settings = setup.settings
-        self._frame = FrameArrays(setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip)
+        self._frame = FrameArrays(
+            setup.device_scene,
+            setup.size,
+            lambertian=settings.lambertian,
+            skip=settings.skip,
+            traces_gloss=traces_gloss(settings),
+        )
         self._passes = Passes(setup, self._frame)
         self._counter = Counter(2, setup.device)
 
@@ -76,6 +82,7 @@ class ExactVpl(RenderMethod[ViewState]):
         passes.begin(view, points, kind, stages)
         if self._has_indirect:
             if self._has_near:
+                passes.begin_gloss(view, self._cache, kind, stages)
                 passes.begin_near(points, self._vpls, self._cache, kind, stages)
             stages.run("gather", self._gather, repeats=False)
             if self._has_near:
@@ -83,6 +90,8 @@ class ExactVpl(RenderMethod[ViewState]):
         passes.end_direct(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=self._has_near)
+            if self._has_near:
+                passes.end_gloss(view, kind, stages)
 
     def _gather(self) -> None:
         frame, count = self._frame, self._vpls.count

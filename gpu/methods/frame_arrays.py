@@ -9,6 +9,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import allocate_gbuffer, trace_primary_rays
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import chain_samples
+from gpu.indirect.glossy_reflection import GlossyReflection
 from gpu.indirect.irradiance import allocate_indirect
 from gpu.settings import EVERY_SKIP, Skips
 
@@ -19,7 +20,8 @@ class FrameArrays:
     area_light (pixel,): direct light of lights with an extent; indirect: indirect light, each before it is added;
     features: what kernels must know of the scene; chain_samples: how chains choose in the frame; seed, frame_index
     (1,): the frame's own; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones tell
-    nothing; side_smoothing: for what runs beside the stages. stride: of the pixels that are shaded
+    nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes, None where there are none
+    or the method does without. stride: of the pixels that are shaded
     (gpu.gbuffer.sparse_shading).
     """
 
@@ -31,6 +33,7 @@ class FrameArrays:
         lambertian: bool,
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
+        traces_gloss: bool = False,
     ) -> None:
         self.device_scene, self.size, self.device = device_scene, size, device_scene.device
         self.pixels = size[0] * size[1]
@@ -46,7 +49,9 @@ class FrameArrays:
         self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
         self.frame_index = wp.zeros(1, dtype=int, device=self.device)
         self.chain_samples = chain_samples(self.device)
-        self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features)
+        glossy = traces_gloss and self.features.gloss
+        self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
+        self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features, traces_gloss=glossy)
         self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
         self.smoothing, self.side_smoothing = Smoothing(size, self.device), Smoothing(size, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)

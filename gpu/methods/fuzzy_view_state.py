@@ -74,14 +74,16 @@ class FuzzyViewState(ViewState):
         if other:
             self.clustering, histories = other.clustering.for_another_viewer(), other.histories
             direct = histories.direct and histories.direct.for_another_viewer()
+            gloss = histories.gloss and histories.gloss.for_another_viewer()
             indirect = histories.indirect.for_another_viewer()
             pictures = histories.pictures and histories.pictures.for_another_viewer()
         else:
             self.clustering = make_clustering()
             direct = DirectHistory(size, self.device) if frame.features.soft else None
+            gloss = DirectHistory(size, self.device) if frame.gloss else None
             indirect = IndirectHistory(size, self.device)
             pictures = PictureHistory(size, self.device) if antialiases else None
-        self.histories = Histories(direct, indirect, pictures, previous)
+        self.histories = Histories(direct, gloss, indirect, pictures, previous)
 
     def lights_of_others(self, lights: object) -> KeptLight | None:
         """What another viewer knows of these lights, if any does."""

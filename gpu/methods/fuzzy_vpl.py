@@ -14,9 +14,9 @@ from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, leaves_history
+from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, leaves_history, traces_gloss
 from gpu.sample_counts import SampleCounts
-from gpu.settings import Weighting
+from gpu.settings import RenderSettings, Weighting
 from gpu.sp.sp_clustering import SpClustering
 from gpu.vpl.vpl_clusters import VplClusters
 
@@ -41,8 +41,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
     stage_names: ClassVar[tuple[str, ...]] = (
         "light", "vpl-clusters", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine",
-        "bright", "connect", "paths", "probe", "direct", "near", "interpolate", "antialias",
-        "keep",
+        "bright", "connect", "paths", "probe", "direct", "near", "interpolate", "gloss",
+        "antialias", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 600, 82, 16
 
@@ -52,11 +52,21 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         clusters, vpl_clusters = sample_counts.sp_clusters, sample_counts.vpl_clusters
         return clusters * (5100 + 5 * vpl_clusters), clusters * (720 + 5 * vpl_clusters // 4)
 
+    @staticmethod
+    def traces_gloss(settings: RenderSettings) -> bool:
+        """As gpu.methods.passes.traces_gloss tells."""
+        return traces_gloss(settings)
+
     def __init__(self, setup: RenderSetup, options: FuzzyOptions | None = None) -> None:
         settings, self._setup, self._options = setup.settings, setup, options or FuzzyOptions()
         stride = stride_of(setup.pixels) if settings.skip.interpolated else 1
         self._frame = FrameArrays(
-            setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip, stride=stride
+            setup.device_scene,
+            setup.size,
+            lambertian=settings.lambertian,
+            skip=settings.skip,
+            stride=stride,
+            traces_gloss=self.traces_gloss(settings),
         )
         self._passes = Passes(setup, self._frame)
         self._most = self._options.most_sp_clusters or setup.sample_counts.sp_clusters
@@ -96,6 +106,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         self._passes.end_direct(view, kind, stages)
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
+            self._passes.end_gloss(view, kind, stages)
         if kind.write_history:
             if view.antialiases:
                 reads = kind.read_history
@@ -122,6 +133,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         if kind.denoise:
             find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
             stages.run("history", find if reads else history.forget, repeats=captured, branch=reads)
+        if lights.has_near:
+            passes.begin_gloss(view, lights.cache, kind, stages, view.histories)
         if near:
             passes.begin_near(points, vpls, lights.cache, kind, stages, history)
 

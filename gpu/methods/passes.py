@@ -4,6 +4,7 @@ end.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import warp as wp
 
@@ -83,6 +84,11 @@ def leaves_history(settings: RenderSettings) -> bool:
     return settings.skip.temporal_reuse and settings.smooth
 
 
+def traces_gloss(settings: RenderSettings) -> bool:
+    """Whether lights have the radiosity that rays of specular lobes end in."""
+    return settings.near_field and settings.component is not Component.DIRECT
+
+
 def frame_kind(settings: RenderSettings, view: ViewState, sample: int) -> FrameKind:
     """That of frame `sample` of a still view, or of a walk where it is 0."""
     refines, index = sample >= STILL_VIEW_PARAMETERS.smoothed_frames, sample or view.history_length
@@ -107,10 +113,12 @@ def light_samples(usual: int, kind: FrameKind) -> int:
 class Histories:
     """What a walk keeps of its frames: direct and indirect light by surface, pictures, what the last one saw where.
 
-    direct: None where the scene has no soft light; pictures: None where edges are left as they are.
+    direct: None where the scene has no soft light; gloss: what rays of specular lobes found, None where there are none;
+    pictures: None where edges are left as they are.
     """
 
     direct: DirectHistory | None
+    gloss: DirectHistory | None
     indirect: IndirectHistory
     pictures: PictureHistory | None
     previous: PreviousFrame
@@ -171,11 +179,11 @@ class Passes:
             points.find(frame.gbuffer, every=kind.shades_all)
 
         stages.run("gbuffer", gbuffer, branch=kind.shades_all)
+        frame.frame_index.fill_(kind.index)
         if not self._has_direct:
             view.radiance.zero_()
             return
         samples = light_samples(self._setup.sample_counts.samples, kind)
-        frame.frame_index.fill_(kind.index)
         table, area = self._setup.light_sets.table, frame.features.soft
 
         def rays() -> None:
@@ -226,6 +234,31 @@ class Passes:
         args = self._frame.gbuffer, points, guide, frames
         if kind.denoise:
             stages.fork("near", "sharing", lambda: self.near_field.share(*args), repeats=kind.captured)
+
+    def begin_gloss(self, view: ViewState, cache: RadiosityCache, kind: FrameKind, stages: Stages,
+                    histories: Histories | None = None) -> None:  # fmt: skip
+        """Begin to find by the `cache` what glossy surfaces reflect, if there are any; after `begin`."""
+        frame, gloss = self._frame, self._frame.gloss
+        if gloss is None:
+            return
+        history = histories.gloss if histories else None
+
+        def rays() -> None:
+            which = direct_samples(1, frame.frame_index, self._settings.seed)
+            gloss.trace(frame.scene, view.camera, frame.gbuffer, cache, which)
+            if history and histories and kind.write_history:
+                history.take(frame.gbuffer, histories.previous, gloss.light, read_history=kind.read_history)
+            if kind.denoise:
+                gloss.share(frame.gbuffer)
+
+        stages.fork("gloss", "rays", rays, repeats=kind.captured, branch=kind.read_history)
+
+    def end_gloss(self, view: ViewState, kind: FrameKind, stages: Stages) -> None:
+        """Have in the picture what glossy surfaces reflect, if there are any."""
+        gloss = self._frame.gloss
+        if gloss is not None:
+            add = partial(gloss.add, self._frame.gbuffer, view.radiance)
+            stages.run("gloss", add, repeats=kind.captured, waits_for_fork=True)
 
     def end_indirect(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages, *,
                      near: bool) -> None:  # fmt: skip

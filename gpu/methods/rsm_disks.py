@@ -10,8 +10,9 @@ from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.method import FrameStatistics, RenderSetup
-from gpu.methods.rsm_lights import RsmLights
+from gpu.methods.rsm_lights import RsmLights, by_rays
 from gpu.sample_counts import SampleCounts
+from gpu.settings import RenderSettings
 
 # Device memory that a pixel of a map takes with its part of radiosity, and a cluster that a viewer's walk keeps.
 MAP_PIXEL_BYTES, CLUSTER_BYTES = 420, 48
@@ -21,8 +22,8 @@ class RsmDisks(FuzzyVpl):
     """Steps 3 to 6 of `fuzzy-vpl` with lights of reflective shadow maps."""
 
     stage_names = ("gbuffer", "shadow-maps", "map-clusters", "disks", "history", "cluster", "visibility", "shade",
-                   "correct", "refine", "bright", "direct", "near", "interpolate", "antialias",
-                   "keep")  # fmt: skip
+                   "correct", "refine", "bright", "direct", "near", "interpolate", "gloss",
+                   "antialias", "keep")  # fmt: skip
     lights: RsmLights
 
     @staticmethod
@@ -31,6 +32,11 @@ class RsmDisks(FuzzyVpl):
         shared, view = FuzzyVpl.cluster_bytes(sample_counts)
         maps = SHADOW_MAP_PARAMETERS.most_maps * sample_counts.shadow_map**2
         return shared + MAP_PIXEL_BYTES * maps, view + CLUSTER_BYTES * sample_counts.vpl_clusters
+
+    @staticmethod
+    def traces_gloss(settings: RenderSettings) -> bool:
+        """As `fuzzy-vpl`, with lights that are looked at by rays."""
+        return FuzzyVpl.traces_gloss(settings) and by_rays(settings)
 
     def __init__(self, setup: RenderSetup) -> None:
         super().__init__(setup)

@@ -17,13 +17,18 @@ from gpu.methods.fuzzy_correction import FuzzyCorrection
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
 from gpu.methods.method import RenderSetup
 from gpu.methods.passes import FrameKind, frame_seed
-from gpu.settings import Component, LightShape
+from gpu.settings import Component, LightShape, RenderSettings
 from gpu.vpl.bidirectional_importance import BidirectionalImportance
 from gpu.vpl.build import no_clusters
 from gpu.vpl.group_lights import GroupLights
 from gpu.vpl.polygon_light import Polygons, allocate_polygons, fit_polygons
 from gpu.vpl.radiosity_cache import RadiosityBuilder
 from gpu.vpl.shadow_map_clusters import MapClusters, ShadowMapClustering
+
+
+def by_rays(settings: RenderSettings) -> bool:
+    """Whether there are near field and corrections, which are of disks, and by rays, which the paper does without."""
+    return settings.indirect_shadows and settings.light_shape is LightShape.DISKS
 
 
 class RsmLights(ClusteredLights):
@@ -40,10 +45,8 @@ class RsmLights(ClusteredLights):
         self._kept_clusters: WeakKeyDictionary[FuzzyViewState, MapClusters] = WeakKeyDictionary()
         self.has_indirect = settings.component is not Component.DIRECT and table.count > 0
         self._polygons: Polygons | None = None
-        # Near field and corrections are of disks, and by rays, which the paper does without.
-        by_rays = settings.indirect_shadows and settings.light_shape is LightShape.DISKS
-        self.has_near = self.has_indirect and settings.near_field and by_rays
-        self.corrects = settings.correct and by_rays
+        self.has_near = self.has_indirect and settings.near_field and by_rays(settings)
+        self.corrects = settings.correct and by_rays(settings)
         if self.has_indirect:
             self._allocate(counts.shadow_map, counts.vpl_clusters)
         self.room = min(counts.sp_clusters, most, setup.pixels), self.vpls.count
@@ -61,7 +64,8 @@ class RsmLights(ClusteredLights):
         self.vpls = self._lights.vpls
         if setup.settings.light_shape is LightShape.POLYGONS:
             self._polygons = allocate_polygons(self.vpls, device)
-        self._radiosity = RadiosityBuilder(self.vpls, device) if self.has_near else None
+        lobes = self._frame.features if self._frame.gloss else None
+        self._radiosity = RadiosityBuilder(self.vpls, device, lobes=lobes) if self.has_near else None
         self.cache = self._radiosity.cache if self._radiosity else None
 
     def _maps_of(self, side: int) -> ShadowMaps:

@@ -12,6 +12,7 @@ import warp as wp
 from gpu.core.device import launch
 from gpu.core.stages import new_number
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
 from gpu.lights.light_paths import PathEnds, allocate_vpls, gather_vpls_kernel
 from gpu.vpl.build import no_clusters
 from gpu.vpl.clustering import VplClustering
@@ -102,8 +103,13 @@ class LightSet:
         """The radiosity around the VPLs (RadiosityCache), None where it was not asked for."""
         return None if self._radiosity is None else self._radiosity.cache
 
-    def add_radiosity(self, scene: SceneData) -> None:
-        """Find the radiosity around the VPLs, of which there must be one, too, now and whenever they are made."""
-        self._radiosity = RadiosityBuilder(self.clusters, self.device, number=self._filled, usual=self.choice.vpls)
+    def add_radiosity(self, scene: SceneData, lobes: SceneFeatures | None = None) -> None:
+        """Find the radiosity around the VPLs, of which there must be one, too, now and whenever they are made.
+
+        lobes: as for RadiosityBuilder.
+        """
+        self._radiosity = RadiosityBuilder(
+            self.clusters, self.device, number=self._filled, usual=self.choice.vpls, lobes=lobes
+        )
         self._number = new_number()
         self._radiosity.run(scene)

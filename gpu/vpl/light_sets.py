@@ -149,8 +149,11 @@ class LightSets:
     def radiosity(self, light_set: LightSet) -> Any:
         """The radiosity (RadiosityCache) around the VPLs of a set, which has one."""
         if light_set.cache is None:
+            lambertian = light_set.choice.lambertian
+            features = scene_features(self._device_scene.scene, lambertian=lambertian)
             with self._making():
-                light_set.add_radiosity(self._device_scene.view(lambertian=light_set.choice.lambertian))
+                lobes = features if features.gloss else None
+                light_set.add_radiosity(self._device_scene.view(lambertian=lambertian), lobes)
         return light_set.cache
 
     def wait_for_made(self) -> None:

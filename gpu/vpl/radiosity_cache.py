@@ -26,10 +26,12 @@ from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.disk_coverage import surface_beside
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.sides import triangle_normal
 from gpu.device_scene.upload import DeviceScene
 from gpu.sampling.sobol import TO_UNIT, hashed
 from gpu.vpl.vpl_clusters import VplClusters
+from gpu.vpl.vpl_reflectance import find_reflectance
 
 # VPLs in one estimate, itself among them: the length of vectors. The last only bounds the disk: the mean over a surface
 # is unbiased with that.
@@ -88,7 +90,7 @@ class RadiosityCache:
     """VPLs that know the radiosity around them, in hashed cells, each of one size and of normals to one side.
 
     chosen: how it is made and read; alike: which points are. position, normal (vpl,); radius (vpl,): of the estimate's
-    disk, 0 for none; radiosity (vpl,) [W/m²].
+    disk, 0 for none; radiosity (vpl,) [W/m²]; reflectance (vpl,): of its surface, where lobes read the cache.
     entries: encoded LEVELS_HELD·vpl + (level − own level), grouped by bucket; starts (bucket + 1,); lowest, highest
     (1,): the levels that entries have, NO_LEVEL and −1 where there is none.
     """
@@ -99,6 +101,7 @@ class RadiosityCache:
     normal: wp.array[wp.vec3]
     radius: wp.array[float]
     radiosity: wp.array[wp.vec3]
+    reflectance: wp.array[wp.vec3]
     entries: wp.array[int]
     starts: wp.array[int]
     buckets: int
@@ -210,14 +213,23 @@ def radiosity_bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[i
 class RadiosityBuilder:
     """Estimates the radiosity at the members of `clusters`, of which there is one or more: `cache`, in arrays that
     stay, for whatever these members are at the time.
+
+    lobes: the scene's features where rays of specular lobes read the cache (gpu.vpl.radiosity_mean), else None.
     """
 
-    def __init__(self, clusters: VplClusters, device: wp.Device, chosen: RadiosityParameters = RADIOSITY_PARAMETERS,
-                 number: wp.array | None = None, usual: int = 0) -> None:  # fmt: skip
+    def __init__(
+        self,
+        clusters: VplClusters,
+        device: wp.Device,
+        chosen: RadiosityParameters = RADIOSITY_PARAMETERS,
+        number: wp.array | None = None,
+        usual: int = 0,
+        lobes: SceneFeatures | None = None,
+    ) -> None:
         """`number` (1,): of the members that there are at the time, if not all; usual: about how many that is."""
         members, count = clusters.members, len(clusters.member_area)
         self._number = wp.full(1, count, dtype=int, device=device) if number is None else number
-        self._clusters, self._chosen, self.device = clusters, chosen, device
+        self._clusters, self._chosen, self._lobes, self.device = clusters, chosen, lobes, device
         self._grid = Grid(count, device)
         vpls = self._grid.data
         vpls.position, vpls.normal = members.position, members.normal
@@ -226,6 +238,8 @@ class RadiosityBuilder:
         self.cache.position, self.cache.normal = members.position, members.normal
         self.cache.radius = wp.zeros(count, dtype=float, device=device)
         self.cache.radiosity = wp.zeros(count, dtype=wp.vec3, device=device)
+        if lobes:
+            self.cache.reflectance = wp.zeros(count, dtype=wp.vec3, device=device)
         self._covered = wp.zeros(int(PLACES) * count, dtype=int, device=device)
         self._cells = RadiosityCells(self.cache, device, usual)
 
@@ -240,13 +254,19 @@ class RadiosityBuilder:
         launch(radiosity_kernel, count, [vpls, clusters.members.flux, lit], device)
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
         launch(covered_radiosity_kernel, count, [covered, lit], device)
+        if self._lobes:
+            find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance)
         self._cells.sort()
 
 
 def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,
+                    lobes: SceneFeatures | None = None,
                     chosen: RadiosityParameters = RADIOSITY_PARAMETERS) -> RadiosityCache:  # fmt: skip
-    """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`."""
-    builder = RadiosityBuilder(clusters, device_scene.device, chosen)
+    """The radiosity at the members of `clusters`, of which there is one or more, on the surfaces of `scene`.
+
+    lobes: as for RadiosityBuilder.
+    """
+    builder = RadiosityBuilder(clusters, device_scene.device, chosen, lobes=lobes)
     builder.run(scene)
     return builder.cache
 

@@ -22,9 +22,11 @@ class FrameView(ViewState):
         lambertian: bool,
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
+        traces_gloss: bool = False,
     ) -> None:
         super().__init__(device_scene, size)
-        self.frame = FrameArrays(device_scene, size, lambertian=lambertian, skip=skip, stride=stride)
+        kinds = {"lambertian": lambertian, "traces_gloss": traces_gloss}
+        self.frame = FrameArrays(device_scene, size, **kinds, skip=skip, stride=stride)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.__dict__["frame"], name)

@@ -12,6 +12,7 @@ from gpu.gbuffer.specular_chain import chain_samples
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Sky
 
+FLAGS = {"chains", "traces_gloss"}
 SIZE = (24, 16)
 
 
@@ -21,7 +22,7 @@ def look(device_scene: DeviceScene, camera: Camera) -> dict[str, Doubles]:
     gbuffer = allocate(GBuffer, width * height, device_scene.device)
     data = camera_of(device_scene, camera, SIZE)
     trace_primary_rays(device_scene.data, data, SIZE, gbuffer, chain_samples(device_scene.device))
-    arrays = {name: getattr(gbuffer, name).numpy() for name in GBuffer.vars if name != "chains"}
+    arrays = {name: getattr(gbuffer, name).numpy() for name in GBuffer.vars if name not in FLAGS}
     return {name: array.reshape(height, width, *array.shape[1:]) for name, array in arrays.items()}
 
 

@@ -17,6 +17,7 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Material, Sky
 
 SIZE = (24, 16)
+FLAGS = {"chains", "traces_gloss"}
 COLOUR = (0.9, 0.6, 0.3)
 MIRROR = Material(base_color=(*COLOUR, 1.0), metallic=1.0, roughness=0.0)
 GLASS = Material(base_color=(*COLOUR, 1.0), transmission=1.0, roughness=0.0, thickness=1.0)
@@ -31,7 +32,7 @@ def look(
     gbuffer = allocate(GBuffer, pixels, device_scene.device)
     scene, data = device_scene.view(lambertian=lambertian), camera_of(device_scene, camera, SIZE)
     trace_primary_rays(scene, data, SIZE, gbuffer, chain_samples(device_scene.device, moment))
-    return {name: getattr(gbuffer, name).numpy().astype(float) for name in GBuffer.vars if name != "chains"}
+    return {name: getattr(gbuffer, name).numpy().astype(float) for name in GBuffer.vars if name not in FLAGS}
 
 
 def slab(material: int = 0, half: float = 0.1) -> list[MeshPart]:
@@ -152,7 +153,7 @@ def test_scenes_without_specular_surfaces_have_no_chains() -> None:
         gbuffer = allocate_gbuffer(SIZE[0] * SIZE[1], device_scene.device, known)
         camera = camera_of(device_scene, SLANTED, SIZE)
         trace_primary_rays(device_scene.data, camera, SIZE, gbuffer, chain_samples(device_scene.device), known)
-        arrays.append({name: getattr(gbuffer, name) for name in GBuffer.vars if name not in ("chains", "apparent")})
+        arrays.append({name: getattr(gbuffer, name) for name in GBuffer.vars if name not in {*FLAGS, "apparent"}})
         assert gbuffer.chains == known.specular
         assert (gbuffer.apparent.ptr == gbuffer.position.ptr) == (not known.specular)
     for name, array in arrays[0].items():

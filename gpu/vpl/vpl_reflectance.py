@@ -1,0 +1,51 @@
+"""What surfaces reflect where VPLs lie, which VPLs themselves do not keep."""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.core.device import launch
+from gpu.device_scene.bsdf import even_reflectance
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.rays import closest_hit, lifted
+from gpu.device_scene.surface import surface_at
+
+# A VPL's own surface is looked for no farther below it, in unit space.
+BELOW = wp.constant(1.0e-4)
+
+
+@cache
+def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
+
+    @wp.kernel(module="unique")
+    def vpl_reflectance_kernel(
+        first: int,
+        scene: SceneData,
+        position: wp.array[wp.vec3],
+        normal: wp.array[wp.vec3],
+        reflectance: wp.array[wp.vec3],
+    ) -> None:
+        """One thread a VPL at `position` with `normal`: what its surface reflects; all (vpl,)."""
+        vpl = first + wp.tid()
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        above = lifted(position[vpl], normal[vpl])
+        hit = closest_hit(scene, above, -normal[vpl], BELOW)
+        reflectance[vpl] = wp.vec3(0.0, 0.0, 0.0)
+        if hit.face != NO_HIT:
+            reflectance[vpl] = even_reflectance(surface_at(scene, hit, -normal[vpl]), normal[vpl])
+
+    return vpl_reflectance_kernel
+
+
+def find_reflectance(scene: SceneData, features: SceneFeatures, position: wp.array, normal: wp.array,
+                     reflectance: wp.array) -> None:  # fmt: skip
+    """Write what surfaces of `scene` reflect of even light at points with a `normal` into `reflectance`; (vpl,) each.
+
+    Zero where there is no surface.
+    """
+    inputs = [scene, position, normal, reflectance]
+    launch(vpl_reflectance_kernel(features.texels), len(position), inputs, position.device)
