@@ -36,10 +36,11 @@ def measure_walk(subject: Subject, settings: RenderSettings, frames: int) -> tup
         frame = renderer.render(camera, walks=True)
         stages.append(frame.stats.stage_ms)
         times.append(sum(frame.stats.stage_ms.values()))
+    last = frame.radiance()  # before another frame is rendered into its array
     accumulation = Accumulation(subject.size[0] * subject.size[1], subject.device_scene.device)
     rests = renderer.render(subject.camera, accumulation).radiance()
     named = {name: spread([one[name] for one in stages[-TIMED:]]) for name in stages[-1]}
-    return frame.radiance(), rests, {"frame_ms": spread(times[-TIMED:]), "stages": named}
+    return last, rests, {"frame_ms": spread(times[-TIMED:]), "stages": named}
 
 
 def save_pictures(path: Path, pictures: list[Floats]) -> None:
