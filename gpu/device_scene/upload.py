@@ -123,6 +123,7 @@ class DeviceScene:
     """
 
     data: SceneData
+    _material_rows: np.ndarray
 
     def __init__(self, scene: Scene, device: str | None = None, lender: DeviceScene | None = None) -> None:
         """lender: one on the same device and with the same textures, which both share then."""
@@ -172,7 +173,7 @@ class DeviceScene:
             return DeviceScene(scene, str(self.device), self)
         other = copy(self)
         other.scene, other.data = scene, duplicate(SceneData, self.data)
-        other._set_materials(other.data)
+        other._set_materials(other.data, self)
         other._set_sky(other.data)
         return other
 
@@ -195,10 +196,19 @@ class DeviceScene:
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
 
-    def _set_materials(self, data: SceneData) -> None:
-        units = self.scene.frame.metres_per_unit * self.scene.placement.scale
-        made = [_material(material, units) for material in self.scene.materials]
-        data.materials = wp.array(made, dtype=MaterialData, device=self.device)
+    def _set_materials(self, data: SceneData, known: DeviceScene | None = None) -> None:
+        """`known`: a state of the same scene, of which most are the same."""
+        units, materials = self.scene.frame.metres_per_unit * self.scene.placement.scale, self.scene.materials
+        changed = [*range(len(materials))]
+        if known is not None:
+            changed = [index for index in changed if materials[index] is not known.scene.materials[index]]
+        made = wp.array([_material(materials[index], units) for index in changed], dtype=MaterialData, device="cpu")
+        rows = made.numpy()
+        if known is not None:
+            rows = known._material_rows.copy()
+            rows[changed] = made.numpy()
+        self._material_rows = rows
+        data.materials = wp.array(rows, dtype=MaterialData, device=self.device)
         data.specular = has_specular(self.scene)
 
     def _set_sky(self, data: SceneData) -> None:
@@ -233,6 +243,21 @@ class DeviceScene:
         if not listed.all():
             tree.faces = self._upload(np.flatnonzero(listed)[tree.faces.numpy()], wp.int32)
         return tree
+
+    @cached_property
+    def faces_by_material(self) -> tuple[Ints, ...]:
+        """The device's triangles of each material, ascending."""
+        materials = self.scene.triangle_material[self.triangle_order]
+        ends = np.cumsum(np.bincount(materials, minlength=len(self.scene.materials)))
+        return tuple(np.split(np.argsort(materials, kind="stable").astype(np.int32), ends[:-1]))
+
+    @cached_property
+    def solid_radius(self) -> float:
+        """Of the sphere about the origin that holds what light can meet: all but a backdrop."""
+        vertices, backdrop = self.scene.vertices, np.array([material.backdrop for material in self.scene.materials])
+        if backdrop.any():
+            vertices = vertices[self.scene.triangles[~backdrop[self.scene.triangle_material]].reshape(-1)]
+        return float(np.linalg.norm(np.abs(vertices).max(axis=0)))
 
     @cached_property
     def _with_panes(self) -> Bvh:

@@ -14,7 +14,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_table import LightData, LightTable, PowerCdf
 from gpu.lights.sun_map import no_sun_maps
 from gpu.sampling.warps import triangle_barycentrics
-from gpu.scene.types import Doubles, Environment, Floats, Ints, Light, LightKind, Scene, Sky
+from gpu.scene.types import Doubles, Environment, Ints, Light, LightKind, Sky
 
 
 @wp.kernel
@@ -67,9 +67,9 @@ def _sky_power(sky: Sky | Environment, radius: float) -> float:
 
 def emissive_faces(device_scene: DeviceScene) -> Ints:
     """The device's triangles whose material emits light, shape (triangle,). Unlit materials are shown, not lights."""
-    emits = np.array([material.emits for material in device_scene.scene.materials])
-    materials = device_scene.scene.triangle_material[device_scene.triangle_order]
-    return np.flatnonzero(emits[materials]).astype(np.int32)
+    by_material = zip(device_scene.scene.materials, device_scene.faces_by_material, strict=True)
+    faces = [faces for material, faces in by_material if material.emits]
+    return np.sort(np.concatenate(faces)) if faces else np.zeros(0, np.int32)
 
 
 def _power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
@@ -83,14 +83,6 @@ def _power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
     return cdf
 
 
-def _solid_vertices(scene: Scene) -> Floats:
-    """Vertices (vertex, 3) of what light can meet: all but a backdrop's, if there is one."""
-    backdrop = np.array([material.backdrop for material in scene.materials])
-    if not backdrop.any():
-        return scene.vertices
-    return scene.vertices[scene.triangles[~backdrop[scene.triangle_material]].reshape(-1)]
-
-
 def build_light_table(
     device_scene: DeviceScene, *, power_samples: int = 16, mask_samples: int = 256, min_solid_angle: float = 0.1
 ) -> LightTable:
@@ -102,7 +94,7 @@ def build_light_table(
     scene, device = device_scene.scene, device_scene.device
     faces = wp.array(emissive_faces(device_scene), dtype=wp.int32, device=device)
     table = LightTable()
-    table.radius = float(np.linalg.norm(np.abs(_solid_vertices(scene)).max(axis=0)))
+    table.radius = device_scene.solid_radius
     table.min_solid_angle = min_solid_angle
     table.suns = no_sun_maps(device)
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)

@@ -191,16 +191,22 @@ def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightT
     return vpls
 
 
-def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
-              features: SceneFeatures = EVERYTHING, *, pilot_paths: int = 4096,
-              max_paths_per_vpl: int = 16) -> int:  # fmt: skip
-    """How many light paths leave about `wanted` VPLs, by a run of `pilot_paths`; none when there is no light.
+def pilot_of(bounces: int, device: wp.Device, paths: int = 4096) -> PathEnds:
+    """What a pilot run works with."""
+    return PathEnds(paths, bounces, device, arriving=False)
 
-    max_paths_per_vpl: no more are traced for each, however few of them meet a surface.
+
+def paths_for(device_scene: DeviceScene, scene: SceneData, table: LightTable, wanted: int, bounces: int,
+              features: SceneFeatures = EVERYTHING, *, pilot: PathEnds | None = None,
+              max_paths_per_vpl: int = 16) -> int:  # fmt: skip
+    """How many light paths leave about `wanted` VPLs, by a run of a few; none when there is no light.
+
+    pilot: of `pilot_of`, where it is kept; max_paths_per_vpl: no more are traced for each, however few of them meet a
+    surface.
     """
     if table.count == 0:
         return 0
-    pilot = PathEnds(pilot_paths, bounces, device_scene.device, arriving=False)
+    pilot = pilot or pilot_of(bounces, device_scene.device)
     pilot.trace(scene, table, wp.zeros(1, dtype=int, device=device_scene.device), features)
-    per_path = max(int(pilot.filled.numpy()[0]) / pilot_paths, 1.0 / max_paths_per_vpl)
+    per_path = max(int(pilot.filled.numpy()[0]) / pilot.room, 1.0 / max_paths_per_vpl)
     return max(1, round(wanted / per_path))

@@ -15,10 +15,10 @@ from gpu.device_scene.data import SceneData
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import paths_for
+from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
 from gpu.lights.light_table import LightTable
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
-from gpu.vpl.sun_importance import sun_maps_of
+from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
 
 Progress = Callable[[str, float], None]
@@ -39,17 +39,14 @@ class LightSets:
         self._sets: dict[LightSetChoice, LightSet] = {}
         # How many light paths there are, and what traces them, of sets that differ by their seed.
         self._paths: dict[LightSetChoice, int] = {}
+        self._views: dict[bool, SceneData] = {}  # by whether they are Lambertian
+        self._pilots: dict[int, PathEnds] = {}  # by bounces
         self._makers: dict[LightSetChoice, VplMaker] = {}
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self._busy = False
         self.version = 0
-        self.table = self._table_of(device_scene)
-
-    @staticmethod
-    def _table_of(device_scene: DeviceScene) -> LightTable:
-        table = build_light_table(device_scene)
-        table.suns = sun_maps_of(device_scene, table)
-        return table
+        self.table: LightTable = build_light_table(device_scene)
+        self.table.suns = sun_maps_of(device_scene, self.table)
 
     def follow(self, edited: DeviceScene) -> bool:
         """Have the scene become what `edited` (DeviceScene.edited) is, in the arrays that renderers read: whoever has
@@ -57,7 +54,9 @@ class LightSets:
 
         False, and nothing is changed, where `edited` needs arrays of other sizes or other kernels.
         """
-        scene, table = self._device_scene, self._table_of(edited)
+        scene, table = self._device_scene, build_light_table(edited)
+        same_suns = edited.data.vertices is scene.data.vertices and suns_of(edited.scene) == suns_of(scene.scene)
+        table.suns = self.table.suns if same_suns else sun_maps_of(edited, table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
         scene.become(edited)
@@ -91,7 +90,7 @@ class LightSets:
                 self._renew(light_set, progress, run)
 
     def _renew(self, light_set: LightSet, progress: Progress, run: RunPart) -> None:
-        choice, scene = light_set.choice, self._device_scene.view(lambertian=light_set.choice.lambertian)
+        choice, scene = light_set.choice, self._view(light_set.choice)
         light_set.version = -1
         progress("tracing virtual point lights", 0.0)
         paths = self._paths_of(choice, scene)
@@ -105,12 +104,20 @@ class LightSets:
         light_set.version = self.version
         progress("clustering virtual point lights", 1.0)
 
+    def _view(self, choice: LightSetChoice) -> SceneData:
+        """The scene as a set of `choice` sees it, in the arrays that stay when it becomes another."""
+        if choice.lambertian not in self._views:
+            self._views[choice.lambertian] = self._device_scene.view(lambertian=choice.lambertian)
+        return self._views[choice.lambertian]
+
     def _paths_of(self, choice: LightSetChoice, scene: SceneData) -> int:
         same = replace(choice, seed=0)
         if same not in self._paths:
             features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
             inputs = self._device_scene, scene, self.table, choice.vpls, choice.bounces, features
-            self._paths[same] = paths_for(*inputs)
+            if choice.bounces not in self._pilots:
+                self._pilots[choice.bounces] = pilot_of(choice.bounces, self._device_scene.device)
+            self._paths[same] = paths_for(*inputs, pilot=self._pilots[choice.bounces])
         return self._paths[same]
 
     def _trace(self, light_set: LightSet, scene: SceneData, paths: int, run: RunPart) -> tuple[VplMaker, int]:
@@ -149,11 +156,9 @@ class LightSets:
     def radiosity(self, light_set: LightSet) -> Any:
         """The radiosity (RadiosityCache) around the VPLs of a set, which has one."""
         if light_set.cache is None:
-            lambertian = light_set.choice.lambertian
-            features = scene_features(self._device_scene.scene, lambertian=lambertian)
+            features = scene_features(self._device_scene.scene, lambertian=light_set.choice.lambertian)
             with self._making():
-                lobes = features if features.gloss else None
-                light_set.add_radiosity(self._device_scene.view(lambertian=lambertian), lobes)
+                light_set.add_radiosity(self._view(light_set.choice), features if features.gloss else None)
         return light_set.cache
 
     def wait_for_made(self) -> None:

@@ -21,7 +21,7 @@ from gpu.lights.light_table import DIRECTIONAL, FAR, LightTable
 from gpu.lights.sun_map import SUN_MAP_PARAMETERS, SunMaps, cell_of, no_sun_maps, sun_maps
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction, orthonormal
-from gpu.scene.types import LightKind
+from gpu.scene.types import LightKind, Rgb, Scene
 
 # What a vertex that the sun meets head on counts, in whole numbers, whose sums do not depend on their order.
 WHOLE = wp.constant(256.0)
@@ -70,6 +70,12 @@ def sunlit_walk_kernel(first: int, scene: SceneData, table: LightTable, cameras:
         bounce = sobol_pair(walk, 1 + vertex, 0)
         direction = cosine_direction(normal, bounce.x, bounce.y)
         origin = offset_origin(surface.position, normal, direction)
+
+
+def suns_of(scene: Scene, chosen: WalkParameters = WALK_PARAMETERS) -> list[tuple[LightKind, Rgb | None]]:
+    """What maps of the lights of `scene` depend on besides its geometry and cameras."""
+    lights = scene.lights[: chosen.most_lights]
+    return [(one.kind, one.direction if one.kind is LightKind.DIRECTIONAL else None) for one in lights]
 
 
 def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParameters = WALK_PARAMETERS) -> SunMaps:

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+import warp as wp
 from scenes import box, grey, quad, resident_of, traced_vpls
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import Vpls, paths_for, trace_light_paths
+from gpu.lights.light_paths import Vpls, paths_for, pilot_of, trace_light_paths
 from gpu.scene.types import Light, LightKind, Material
 
 PATHS = 8192
@@ -86,7 +87,7 @@ def test_no_light_and_black_walls_leave_no_vpl() -> None:
 def test_a_pilot_run_tells_how_many_paths_are_traced() -> None:
     device_scene = resident_of(box(), [grey(0.7)], lights=[BULB])
     inputs = device_scene, device_scene.data, build_light_table(device_scene)
-    for pilot_paths, options in ((4096, {}), (100, {"pilot_paths": 100})):
+    for pilot_paths, options in ((4096, {}), (100, {"pilot": pilot_of(4, wp.get_device("cpu"), 100)})):
         found = paths_in(device_scene, 4, paths=pilot_paths).count
         assert paths_for(*inputs, 20_000, 4, **options) == round(20_000 * pilot_paths / found)
 

@@ -1,5 +1,6 @@
 import gc
 from dataclasses import replace
+from typing import Any
 from weakref import ref
 
 import pytest
@@ -39,7 +40,12 @@ def test_sets_that_differ_by_their_seed_need_one_pilot(
     device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls: list[object] = []
-    monkeypatch.setattr("gpu.vpl.light_sets.paths_for", lambda *args: calls.append(args) or paths_for(*args))
+
+    def counted(*args: Any, **kept: Any) -> int:
+        calls.append(args)
+        return paths_for(*args, **kept)
+
+    monkeypatch.setattr("gpu.vpl.light_sets.paths_for", counted)
     light_sets = LightSets(device_scene)
     for choice in (CHOICE, replace(CHOICE, seed=1), replace(CHOICE, vpls=500)):
         assert light_sets.clusters(choice, silent).members.count == pytest.approx(choice.vpls, rel=0.1)
