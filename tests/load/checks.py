@@ -63,7 +63,7 @@ def quick(fault_seed: int) -> Scale:
     inf = float("inf")
     return Scale(
         fault_seed,
-        6,
+        3,
         viewers=8,
         phase_seconds=2.0,
         phases=1,
