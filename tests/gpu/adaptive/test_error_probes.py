@@ -17,7 +17,7 @@ from gpu.settings import Component, Method, RenderSettings
 SIZE = (48, 36)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 # Before near-field light, which is no matter of clusters and not in the estimate.
-CHOICE = {"component": Component.INDIRECT, "near_field": False, "vpls": 2000, "skip": {"unchanged_camera": False}}
+CHOICE = {"component": Component.INDIRECT, "near_field": False, "vpls": 1000, "skip": {"unchanged_camera": False}}
 
 
 def room_on(device: str) -> DeviceScene:
