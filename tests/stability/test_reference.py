@@ -46,7 +46,7 @@ CASES = [
     if (name, component, lambertian) not in LEFT_OUT
 ]
 # How much of a picture is traced, as rows that are spread over it, and how many pixels share their variance.
-ROWS, NEIGHBOURS = 8, 9
+ROWS, NEIGHBOURS = 4, 9
 
 
 def rows_of(device_scene: DeviceScene, size: tuple[int, int], rows: Integers, paths: PathSamples,
