@@ -1,9 +1,9 @@
 """The counts of a render: those the user chose, and for the others what suits the device."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from gpu.settings import RenderSettings
+from gpu.settings import Quality, RenderSettings
 
 
 class Device(Protocol):
@@ -28,6 +28,9 @@ class SampleCounts:
     shadow_map: int
 
 
+COUNTED = ("sp_clusters", "vpls", "vpl_clusters", "photons", "gather_rays")
+"""What a quality has more or less of."""
+
 ON_CUDA = SampleCounts(
     sp_clusters=8192,
     vpls=98_304,
@@ -51,9 +54,33 @@ ON_CPU = SampleCounts(
 PATHS = 64
 
 
+@dataclass(frozen=True)
+class QualityFactors:
+    """How many times as many clusters, VPLs and photons, and frames averaged, a quality has."""
+
+    counts: float
+    frames: float
+
+
+QUALITY_FACTORS = {
+    Quality.DRAFT: QualityFactors(counts=0.25, frames=0.125),
+    Quality.BALANCED: QualityFactors(counts=1.0, frames=1.0),
+    Quality.BEST: QualityFactors(counts=2.0, frames=4.0),
+}
+LEAST_SHADOW_MAP = 64
+
+
+def usual_counts(quality: Quality, *, cuda: bool) -> SampleCounts:
+    """Those of a quality that suit a GPU or, where that is not so, a CPU."""
+    usual, factors = ON_CUDA if cuda else ON_CPU, QUALITY_FACTORS[quality]
+    scaled = {name: int(factors.counts * getattr(usual, name)) for name in COUNTED}
+    side = max(int(factors.counts * usual.shadow_map), LEAST_SHADOW_MAP)
+    return replace(usual, **scaled, shadow_map=side, frames=int(factors.frames * usual.frames))
+
+
 def sample_counts_of(settings: RenderSettings, device: Device) -> SampleCounts:
     """The counts of `settings`, the open ones chosen for `device`."""
-    usual = ON_CUDA if device.is_cuda else ON_CPU
+    usual = usual_counts(settings.quality, cuda=device.is_cuda)
     samples = PATHS if settings.method.refines_by_samples else usual.samples
     return SampleCounts(
         sp_clusters=settings.sp_clusters or usual.sp_clusters,

@@ -51,6 +51,14 @@ class Weighting(StrEnum):
     AVERAGE = "average"
 
 
+class Quality(StrEnum):
+    """How many there are of what a user has not counted: gpu.sample_counts says how many times as many as usual."""
+
+    DRAFT = "draft"
+    BALANCED = "balanced"
+    BEST = "best"
+
+
 class Skips(BaseModel):
     """Work that is not done since a scene or a frame does not need it; each can be switched off, to see what it gains.
 
@@ -88,6 +96,10 @@ class RenderSettings(BaseModel):
         Method.FUZZY_VPL,
         description="how light is computed; rsm-disks is for lights that move, and shows one indirect bounce, "
         "photon-gather makes all bounces anew in each frame",
+    )
+    quality: Quality = Field(
+        Quality.BALANCED,
+        description="a quarter, or twice, of all counts that are left open; of frames an eighth, or four times",
     )
     component: Component = Field(Component.FULL, description="which part of the light is in the picture")
     sp_clusters: int | None = Field(None, ge=1, le=262_144, description="clusters of shading points (SPs)")

@@ -20,13 +20,16 @@ from pydantic_settings.exceptions import SettingsError
 
 from gpu.adaptive.levels import MOST
 from gpu.errors import UserError
+from gpu.sample_counts import usual_counts
 from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
-from gpu.settings import RenderSettings
+from gpu.settings import Quality, RenderSettings
 from server.addresses import check_host, check_network, check_origin, check_prefix
 from server.wire.browser import MAX_SIDE, describe
 from server.wire.log_format import LogFormat
+
+BEST = usual_counts(Quality.BEST, cuda=True)
 
 MIN_TOKEN_CHARACTERS = 16
 
@@ -183,6 +186,10 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
             wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
             if wanted is not None and wanted > limit:
                 raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")
+            if settings.quality is Quality.BEST and wanted is None and (most := getattr(BEST, name)) > limit:
+                raise UserError(
+                    f"settings.quality: best takes up to {most} {name}, more than this server's limit of {limit}"
+                )
             if settings.has_target and getattr(MOST, name, 0) > limit:
                 raise UserError(
                     f"settings: a target may take up to {getattr(MOST, name)} {name}, more than this server's limit of "

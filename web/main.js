@@ -80,6 +80,7 @@ const session = new Session(api, wanted, {
   welcome(welcome) {
     viewport.limits = welcome.limits;
     panel.describe(welcome.settings_schema);
+    panel.stillFrames = welcome.still_frames;
     panel.offerVideo(welcome.codecs.includes("h264"));
     mixer.allowed = player.allowed = welcome.takes_edits;
     offerScenes(welcome.scenes);
@@ -326,6 +327,7 @@ async function show(frame) {
     overlay.frame(frame, String(panel.value("method") ?? ""), seen);
     document.body.toggleAttribute("data-picture", true);
     if (session.isCurrent(frame)) {
+      if (scene) panel.measured(frame, scene.id);
       busy(false);
       connectionStatus.picture();
       if (session.owesPicture) wake(); // the camera has gone on meanwhile

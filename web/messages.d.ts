@@ -141,6 +141,8 @@ export interface Welcome {
   /** that frames will come in, the usual one first */
   codecs: readonly ("jpeg" | "png" | "h264")[];
   limits: Limits;
+  /** averaged in the final picture of a still view, by quality, if the settings do not say how many */
+  still_frames: Readonly<Record<string, number>>;
   /** lights and materials can be changed */
   takes_edits: boolean;
 }
@@ -164,6 +166,9 @@ export interface Limits {
   window: number;
   max_message_bytes: number;
 }
+
+/** How many there are of what a user has not counted: gpu.sample_counts says how many times as many as usual. */
+export type Quality = "draft" | "balanced" | "best";
 
 /** What is known of a scene once it has been read. */
 export interface SceneInfo {

@@ -9,8 +9,9 @@ from time import monotonic
 from fastapi import WebSocketDisconnect
 
 from gpu.errors import OutOfMemoryError, UserError
+from gpu.sample_counts import usual_counts
 from gpu.scene.import_options import ImportOptions
-from gpu.settings import RenderSettings
+from gpu.settings import Quality, RenderSettings
 from server.rate_limit import Bucket
 from server.refusals import TooBusyError, UnknownSceneError
 from server.render.activity import EngineState
@@ -122,6 +123,7 @@ class Viewer:
             scenes=self._service.catalogue.names(),
             settings_schema=RenderSettings.model_json_schema(),
             codecs=self._codecs,
+            still_frames={it: usual_counts(it, cuda=self._service.engines.cuda).frames for it in Quality},
             takes_edits=limits.edits,
             limits=Limits(max_pixels=limits.max_stream_pixels, max_message_bytes=limits.max_message_bytes),
         )

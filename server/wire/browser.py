@@ -60,7 +60,7 @@ from gpu.scene.edits import Color, LightEdit, MaterialEdit, ObjectEdit, PartId, 
 from gpu.scene.import_options import DEFAULT_OPTIONS, Axis, ImportOptions
 from gpu.scene.moment import AnimationId, Moment
 from gpu.scene.parts import LightForm
-from gpu.settings import RenderSettings
+from gpu.settings import Quality, RenderSettings
 
 PROTOCOL = 2
 SUBPROTOCOL = "lumenwalk"
@@ -326,6 +326,9 @@ class Welcome(Message):
     settings_schema: dict[str, Any] = Field(description="JSON schema of `settings`")
     codecs: tuple[CodecName, ...] = Field(description="that frames will come in, the usual one first")
     limits: Limits
+    still_frames: dict[Quality, int] = Field(
+        {}, description="averaged in the final picture of a still view, by quality, if the settings do not say how many"
+    )
     takes_edits: bool = Field(True, description="lights and materials can be changed")
 
 

@@ -79,6 +79,7 @@ class Stage:
         limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
         schema = RenderSettings.model_json_schema()
         words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png", "h264"]}
+        words["still_frames"] = {"draft": 2, "balanced": 16, "best": 64}
         self.say("welcome", protocol=PROTOCOL, limits=limits, takes_edits=self.takes_edits, **words)
 
     def scene(self, id_: str = "cornell-box", **more: Any) -> None:

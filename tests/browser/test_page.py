@@ -82,6 +82,7 @@ def test_keys_typed_into_a_setting_do_not_move(page: Page, gradients: Running) -
     visit(page, gradients)
     start = pixel(page)
     page.keyboard.press("KeyP")
+    page.locator("#advanced summary").click()
     page.locator("#setting-seed").focus()
     hold(page, "KeyD")
     assert abs(pixel(page)[1] - start[1]) < 3
@@ -131,6 +132,8 @@ def test_changes_the_scene(page: Page, gradients: Running) -> None:
 def test_settings_come_from_the_schema_and_reach_the_renderer(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     page.get_by_role("button", name="Settings", exact=True).click()
+    expect(page.get_by_label("VPL clusters")).to_be_hidden()
+    page.locator("#advanced summary").click()
     expect(page.get_by_label("VPL clusters")).to_have_attribute("placeholder", "auto")
     page.get_by_label("Method").select_option("path")
     expect(page.locator("#method")).to_have_text("path")
@@ -145,6 +148,7 @@ def test_settings_come_from_the_schema_and_reach_the_renderer(page: Page, gradie
 def test_says_which_setting_the_server_refused(page: Page, gradients: Running) -> None:
     visit(page, gradients)
     page.keyboard.press("KeyP")
+    page.locator("#advanced summary").click()
     page.get_by_label("VPL clusters").fill("60000")
     page.get_by_label("VPL clusters").press("Enter")
     expect(page.locator("#settings-problem")).to_contain_text("settings.vpl_clusters")

@@ -177,10 +177,24 @@ def test_settings_that_come_faster_than_answers_are_merged(page: Page, quick_sta
     assert len(quick_stage.all("settings")) == before + 2
 
 
+def test_a_quality_is_chosen_beside_what_it_costs(page: Page, quick_stage: Stage) -> None:
+    page.keyboard.press("KeyP")
+    expect(page.locator("#cost-best")).to_have_text("sharp after 64 frames")
+    quick_stage.frame(GREY, phase=Phase.STILL, samples=(1, 16), stages={"shade": 8.0})
+    expect(page.locator("#cost-balanced")).to_have_text("8 ms a frame, sharp after 16: 0.13 s")
+    expect(page.locator("#cost-best")).to_have_text("sharp after 64 frames: about 0.51 s")
+    before = len(quick_stage.all("settings"))
+    page.get_by_label("Draft", exact=True).check()
+    assert quick_stage.hear("settings", before + 1)["settings"] == {"quality": "draft"}
+    page.get_by_label("Component").select_option("direct")
+    assert quick_stage.hear("settings", before + 2)["settings"] == {"component": "direct", "quality": "draft"}
+
+
 def test_a_refused_setting_is_not_said_again_on_the_next_connection(page: Page, quick_stage: Stage) -> None:
     quick_stage.frame(GREY)
     before = len(quick_stage.all("settings"))
     page.keyboard.press("KeyP")
+    page.locator("#advanced summary").click()
     page.get_by_label("VPL clusters").fill("60000")
     page.get_by_label("VPL clusters").press("Enter")
     assert quick_stage.hear("settings", before + 1)["settings"] == {"vpl_clusters": 60000}

@@ -256,5 +256,5 @@ def test_the_origin_can_be_chosen(page: Page, stage: Stage) -> None:
 
 def test_a_built_in_scene_has_no_file_to_read(page: Page, stage: Stage) -> None:
     page.keyboard.press("KeyP")
-    expect(page.get_by_label("seed")).to_be_visible()
+    expect(page.get_by_label("Method")).to_be_visible()
     expect(page.locator("#reading")).to_be_hidden()

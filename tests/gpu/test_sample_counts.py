@@ -2,8 +2,8 @@ import pytest
 import warp as wp
 from pydantic import ValidationError
 
-from gpu.sample_counts import ON_CPU, PATHS, sample_counts_of
-from gpu.settings import Method, RenderSettings
+from gpu.sample_counts import ON_CPU, ON_CUDA, PATHS, SampleCounts, sample_counts_of, usual_counts
+from gpu.settings import Method, Quality, RenderSettings
 
 
 def test_open_counts_are_chosen_for_the_device_and_given_ones_kept() -> None:
@@ -12,6 +12,25 @@ def test_open_counts_are_chosen_for_the_device_and_given_ones_kept() -> None:
     sample_counts = sample_counts_of(RenderSettings(vpls=77, samples=3), cpu)
     assert (sample_counts.vpls, sample_counts.samples, sample_counts.sp_clusters) == (77, 3, ON_CPU.sp_clusters)
     assert sample_counts_of(RenderSettings(method=Method.PATH), cpu).samples == PATHS
+
+
+@pytest.mark.parametrize(
+    ("quality", "cuda", "counts"),
+    [
+        (Quality.DRAFT, True, SampleCounts(2048, 24_576, 512, 65_536, 64, 2, 64, 64)),
+        (Quality.DRAFT, False, SampleCounts(384, 2048, 96, 4096, 16, 1, 2, 64)),
+        (Quality.BALANCED, True, ON_CUDA),
+        (Quality.BEST, True, SampleCounts(16_384, 196_608, 4096, 524_288, 512, 2, 2048, 256)),
+        (Quality.BEST, False, SampleCounts(3072, 16_384, 768, 32_768, 128, 1, 64, 128)),
+    ],
+)
+def test_a_quality_has_more_or_less_of_what_is_left_open(quality: Quality, cuda: bool, counts: SampleCounts) -> None:
+    assert usual_counts(quality, cuda=cuda) == counts
+
+
+def test_what_the_user_counts_is_of_no_quality() -> None:
+    counts = sample_counts_of(RenderSettings(quality=Quality.DRAFT, vpls=77, frames=9), wp.get_device("cpu"))
+    assert (counts.vpls, counts.frames, counts.sp_clusters) == (77, 9, ON_CPU.sp_clusters // 4)
 
 
 @pytest.mark.parametrize("wrong", [{"vpls": 0}, {"fuzziness": 9}, {"exposure": -1.0}, {"unknown": 1}, {"method": "x"}])

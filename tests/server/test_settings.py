@@ -4,7 +4,7 @@ import pytest
 
 from gpu.errors import UserError
 from gpu.scene.environment_options import NO_ENVIRONMENT, EnvironmentOptions
-from gpu.settings import RenderSettings
+from gpu.settings import Quality, RenderSettings
 from server.settings import ServerSettings, load_settings
 
 
@@ -98,6 +98,15 @@ def test_a_target_is_refused_where_it_could_take_more_clusters_than_allowed(targ
         ServerSettings(max_sp_clusters=1000).check_render((8, 8), settings, 64)
     with pytest.raises(UserError, match="more than this server's limit of 9999"):
         ServerSettings(max_vpls=9999).check_render((8, 8), settings, 64)
+
+
+def test_the_best_quality_keeps_to_the_limits() -> None:
+    best = RenderSettings(quality=Quality.BEST)
+    ServerSettings().check_render((8, 8), best, 64)
+    server = ServerSettings(max_vpls=100_000)
+    with pytest.raises(UserError, match=r"quality: best takes up to 196608 vpls, more than .* limit of 100000"):
+        server.check_render((8, 8), best, 64)
+    server.check_render((8, 8), RenderSettings(quality=Quality.BEST, vpls=100_000), 64)
 
 
 @pytest.mark.parametrize(

@@ -7,22 +7,33 @@ import { element } from "./page.js";
 
 /** @typedef {{field: Field, input: HTMLInputElement | HTMLSelectElement}} Control */
 
+/** Names of fields that need no knowledge of methods. */
+const PLAIN = new Set(["method", "component", "exposure"]);
+
 export class SettingsForm {
   /** @type {Control[]} */
   #controls = [];
   #container;
+  #advanced;
   #onChange;
 
-  /** @param {HTMLElement} container @param {(values: Values) => void} onChange called with each valid change by the user */
-  constructor(container, onChange) {
+  /**
+   * @param {HTMLElement} container @param {HTMLElement} advanced for all but a few
+   * @param {(values: Values) => void} onChange called with each valid change by the user
+   */
+  constructor(container, advanced, onChange) {
     this.#container = container;
+    this.#advanced = advanced;
     this.#onChange = onChange;
   }
 
   /** Shows these fields. @param {readonly Field[]} fields @param {Values} values what differs from the defaults */
   show(fields, values) {
     this.#controls = fields.map((field) => ({ field, input: inputFor(field) }));
-    this.#container.replaceChildren(...this.#controls.map((control) => this.#row(control)));
+    const rows = (/** @type {boolean} */ plain) =>
+      this.#controls.filter(({ field }) => PLAIN.has(field.name) === plain).map((control) => this.#row(control));
+    this.#container.replaceChildren(...rows(true));
+    this.#advanced.replaceChildren(...rows(false));
     this.set(values);
   }
 

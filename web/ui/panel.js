@@ -1,5 +1,6 @@
 /** The settings panel: how frames are sent, the settings of the server's schema, light or dark, how a scene is read. */
 
+import { Costs } from "../costs.js";
 import { SettingsForm } from "./form.js";
 import { button, byId, element, text } from "./page.js";
 import { ReadingForm } from "./reading-form.js";
@@ -18,6 +19,9 @@ import { chooseTheme, theme } from "./theme.js";
  * @property {(options: import("../protocol.js").ImportOptions) => void} reading  how the scene's file is to be read
  */
 
+/** The quality that is not said. */
+const USUAL = "balanced";
+
 export class Panel {
   sheet = new Sheet("panel");
   #automatic = byId("motion-automatic", HTMLInputElement);
@@ -26,6 +30,8 @@ export class Panel {
   #lossless = byId("lossless", HTMLInputElement);
   #video = byId("video", HTMLSelectElement);
   #problem = text("settings-problem");
+  #costs = new Costs();
+  #qualities = /** @type {NodeListOf<HTMLInputElement>} */ (text("quality").querySelectorAll("input"));
   #form;
   #reading;
   #schema = "";
@@ -36,11 +42,13 @@ export class Panel {
 
   /** @param {PanelEvents} events */
   constructor(events) {
-    this.#form = new SettingsForm(text("fields"), (values) => {
-      this.values = values;
+    const change = () => {
+      this.values = { ...this.#form.values, ...(this.#quality !== USUAL && { quality: this.#quality }) };
       this.problem("");
-      events.settings(values);
-    });
+      events.settings(this.values);
+    };
+    this.#form = new SettingsForm(text("fields"), text("advanced-fields"), change);
+    text("quality").addEventListener("change", change);
     this.#reading = new ReadingForm(events.reading);
     this.#scale.addEventListener("input", () => {
       this.#automatic.checked = false;
@@ -55,9 +63,7 @@ export class Panel {
     }
     byId("settings", HTMLFormElement).addEventListener("submit", (event) => event.preventDefault());
     button("defaults").addEventListener("click", () => {
-      this.values = {};
-      this.#form.set(this.values);
-      this.problem("");
+      this.#set({});
       this.#automatic.checked = true;
       this.#lossless.checked = false;
       this.#video.value = "auto";
@@ -96,7 +102,7 @@ export class Panel {
     if (words === this.#schema) return; // after a reconnection: leave the controls, one may have the focus
     this.#schema = words;
     this.#fields = fieldsOf(schema);
-    this.#form.show(this.#fields, this.values);
+    this.#form.show(this.#fields.filter(({ name }) => name !== "quality"), this.values);
   }
 
   /** The value in force of a setting. @param {string} name */
@@ -106,10 +112,37 @@ export class Panel {
 
   /** Takes from these words what is a setting with a value that it can have. @param {Readonly<Record<string, string>>} words @returns {Values} */
   take(words) {
-    this.values = accepted(this.#fields, words);
-    this.#form.set(this.values);
-    this.problem("");
+    this.#set(accepted(this.#fields, words));
     return this.values;
+  }
+
+  /** How many frames a still view's picture is of, by quality. @param {Readonly<Record<string, number>>} frames */
+  set stillFrames(frames) {
+    this.#costs.frames = frames;
+    this.#showCosts();
+  }
+
+  /** A frame of what is set now is there: it tells what that costs. @param {import("../protocol.js").Frame} frame @param {string} scene  its id */
+  measured(frame, scene) {
+    if (frame.phase === "moving") return;
+    this.#costs.learn(this.#quality, frame, `${scene} ${this.value("method")}`);
+    this.#showCosts();
+  }
+
+  /** @param {Values} values */
+  #set(values) {
+    this.values = values;
+    this.#form.set(values);
+    for (const radio of this.#qualities) radio.checked = radio.value === (values["quality"] ?? USUAL);
+    this.problem("");
+  }
+
+  get #quality() {
+    return [...this.#qualities].find(({ checked }) => checked)?.value ?? USUAL;
+  }
+
+  #showCosts() {
+    for (const { value } of this.#qualities) text(`cost-${value}`).textContent = this.#costs.words(value);
   }
 
   /** @param {SceneInfo} scene @param {boolean} builtin */
