@@ -1,5 +1,7 @@
 """Meshes that nobody means to make and everybody meets: each is a picture without a flaw, or refused by name."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -27,6 +29,12 @@ def picture(parts: list[MeshPart], device: str, method: Method, camera: Camera =
     return render(resident_of(parts, MATERIALS, device=device), camera, SIZE, method=method, samples=8)
 
 
+@cache
+def plain(device: str, method: Method) -> Floats:
+    """The room as it is, with which others are compared."""
+    return picture(ROOM, device, method)
+
+
 def triangles(corners: object, material: int = 0) -> MeshPart:
     """Triangles (triangle, 3, 3) of their own."""
     positions = np.asarray(corners, np.float64).reshape(-1, 3)
@@ -45,7 +53,7 @@ def test_triangles_without_an_area_are_as_if_they_were_not_there(device: str, me
     points, lines = triangles(np.stack([a, a, a], axis=1)), triangles(np.stack([a, b, (a + b) / 2.0], axis=1))
     twice, lamp = triangles(np.stack([a, b, b], axis=1)), triangles(np.stack([a, a, b], axis=1), 1)
     with_them = picture([*ROOM, points, lines, twice, lamp], device, method)
-    assert rel_mse(with_them, picture(ROOM, device, method)) < 1e-6
+    assert rel_mse(with_them, plain(device, method)) < 1e-6
 
 
 @METHODS
@@ -59,7 +67,7 @@ def test_slivers_hide_and_light_no_more_than_they_are(device: str, method: Metho
     device_scene = resident_of([*ROOM, *parts], MATERIALS, device=device)
     assert len(device_scene.scene.triangles) > 14 + 50  # some are kept
     with_them = render(device_scene, CAMERA, SIZE, method=method, samples=8)
-    assert with_them.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.05)
+    assert with_them.mean() == pytest.approx(plain(device, method).mean(), rel=0.05)
 
 
 @METHODS
@@ -67,7 +75,7 @@ def test_slivers_hide_and_light_no_more_than_they_are(device: str, method: Metho
 def test_a_wall_that_is_there_twice_is_a_wall(device: str, opposed: bool, method: Method) -> None:
     walls = [*box(), *(rotated(part) if opposed else part for part in box())]
     doubled = picture([*walls, LAMP], device, method)
-    assert doubled.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.02)
+    assert doubled.mean() == pytest.approx(plain(device, method).mean(), rel=0.02)
 
 
 @METHODS
@@ -78,7 +86,7 @@ def test_normals_that_all_point_the_wrong_way_change_nothing_on_flat_walls(devic
         for part in ROOM
         for sign in (-1.0,)
     ]
-    assert rel_mse(picture(wrong, device, method), picture(ROOM, device, method)) < 1e-6
+    assert rel_mse(picture(wrong, device, method), plain(device, method)) < 1e-6
 
 
 def _normal(part: MeshPart) -> Doubles:
@@ -90,7 +98,7 @@ def _normal(part: MeshPart) -> Doubles:
 @METHODS
 def test_walls_wound_the_wrong_way_are_opaque_and_reflect(device: str, method: Method) -> None:
     inside_out = picture([*map(rotated, box()), LAMP], device, method)
-    assert inside_out.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.02)
+    assert inside_out.mean() == pytest.approx(plain(device, method).mean(), rel=0.02)
 
 
 @METHODS
@@ -110,7 +118,7 @@ def test_two_islands_far_apart(device: str, apart: float, method: Method) -> Non
     ]
     radiance = picture([*ROOM, *far], device, method)
     if apart == 1e3:
-        assert radiance.mean() == pytest.approx(picture(ROOM, device, method).mean(), rel=0.05)
+        assert radiance.mean() == pytest.approx(plain(device, method).mean(), rel=0.05)
 
 
 @METHODS

@@ -1,5 +1,7 @@
 """Light at its limits: powers of no reasonable size, VPLs where the light is looked at, counts that do not fit."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import warp as wp
@@ -8,6 +10,7 @@ from scenes import box, column, grey, quad, resident_of
 from stress import render
 
 from gpu.core.device import allocate
+from gpu.device_scene.upload import DeviceScene
 from gpu.film.metrics import rel_mse
 from gpu.indirect.clustered_light import clustered_light
 from gpu.indirect.exact_gather import gather
@@ -29,11 +32,18 @@ LAMP = quad((-0.2, 0.48, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
 METHODS = pytest.mark.parametrize("method", list(Method))
 
 
+@cache
 def lit(device: str, method: Method, power: float) -> Floats:
     """A room lit by a lamp and by a bulb of `power` times one."""
     bulb = Light("bulb", LightKind.POINT, (0.1 * power,) * 3, (0.3, 0.2, 0.1))
     device_scene = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, power)], lights=[bulb], device=device)
     return render(device_scene, CAMERA, SIZE, method=method, samples=4)
+
+
+@cache
+def lamp_room(device: str) -> DeviceScene:
+    """A room lit by a lamp alone."""
+    return resident_of([*box(), LAMP], [grey(0.6), grey(0.0, 1.0)], device=device)
 
 
 @METHODS
@@ -80,14 +90,12 @@ def test_a_light_in_the_plane_of_a_wall_and_one_on_its_corner(device: str, metho
                                     {"sp_clusters": 1}, {"vpls": 1, "vpl_clusters": 50}])  # fmt: skip
 def test_more_clusters_than_points_and_one_of_all(device: str, counts: dict[str, int], method: Method) -> None:
     """Also tests/gpu/test_renderer.py, which has all of these at once."""
-    device_scene = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, 1.0)], device=device)
-    assert render(device_scene, CAMERA, SIZE, method=method, **counts).mean() > 0.0
+    assert render(lamp_room(device), CAMERA, SIZE, method=method, **counts).mean() > 0.0
 
 
 @METHODS
 def test_one_shading_point(device: str, method: Method) -> None:
-    device_scene = resident_of([*box(), LAMP], [grey(0.6), grey(0.0, 1.0)], device=device)
-    assert render(device_scene, CAMERA, (1, 1), method=method).mean() > 0.0
+    assert render(lamp_room(device), CAMERA, (1, 1), method=method).mean() > 0.0
     speck = resident_of([quad((0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.0, 0.01, 0.0)), LAMP],
                         [grey(0.6), grey(0.0, 1.0)], device=device)  # fmt: skip
     render(speck, look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), (9, 9), method=method)
