@@ -87,7 +87,7 @@ types-js unit-js:
 endif
 
 browser: # Playwright's driver needs libatomic
-	@.ci/packages chromium libatomic1 || true
+	@.ci/packages chromium-headless-shell libatomic1 || true
 
 proxies: # that docs/proxies.md configures; tests with those that are missing are skipped
 	@.ci/packages nginx-light caddy openssl || true

@@ -10,7 +10,9 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, Request, sync_pla
 
 from server.settings import ServerSettings
 
-CHROMIUM = Path("/usr/bin/chromium")
+# Chromium that has no window takes a third less of a processor than the whole browser without a screen.
+PROGRAMS = [Path("/usr/lib/chromium/chromium-headless-shell"), Path("/usr/bin/chromium")]
+CHROMIUM = next(filter(Path.exists, PROGRAMS), PROGRAMS[0])
 FLAGS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
@@ -21,7 +23,7 @@ FLAGS = (
 def browser() -> Iterator[Browser]:
     """Debian's Chromium, without a screen; for one module, since Playwright's loop keeps other tests from theirs."""
     if not CHROMIUM.exists():
-        pytest.skip(f"needs Chromium at {CHROMIUM} (Debian's package chromium)")
+        pytest.skip(f"needs Chromium at {CHROMIUM} (Debian's package chromium-headless-shell)")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
         with closing(browser):
