@@ -26,7 +26,7 @@ from server.worker.loaded_scene import LoadedScene
 from server.worker.memory import free_bytes
 
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
-SHARE = 0.25
+SHARE = 0.4
 CPU_BYTES = 2 << 30
 MOST = 64  # in a lane
 PICTURE_BYTES = 40  # a pixel: a mean of frames, and the picture on the host as it is encoded

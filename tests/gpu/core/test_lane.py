@@ -1,4 +1,5 @@
 from time import perf_counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,6 +30,11 @@ def test_a_cpu_has_one_lane_where_all_is_over_at_once() -> None:
     lane.flight().wait()
 
 
+@pytest.mark.parametrize(("gigabytes", "lanes"), [(80, CUDA_LANES), (24, 4), (16, 3), (4, 1)])
+def test_a_gpu_has_as_many_lanes_as_its_memory_has_room_for(gigabytes: int, lanes: int) -> None:
+    assert lanes_of(SimpleNamespace(is_cuda=True, total_memory=gigabytes << 30)) == lanes
+
+
 class Never:
     """An event that is never reached."""
 
@@ -53,7 +59,6 @@ def test_what_is_late_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.skipif(not wp.is_cuda_available(), reason="needs a CUDA device")
 def test_lanes_run_at_once_and_after_what_the_device_was_given_before() -> None:
     device = choose_device("cuda:0")
-    assert lanes_of(device) == CUDA_LANES
     lanes, values = [Lane(device) for _ in range(4)], wp.zeros(4, dtype=float, device=device)
     parts = [values[index : index + 1] for index in range(4)]
 
