@@ -188,7 +188,7 @@ class DeviceScene:
     def become(self, other: DeviceScene) -> None:
         """Be `other` from now on, in the arrays that there are, which renderers read."""
         overwrite(SceneData, self.data, other.data)
-        self.scene = other.scene
+        self.scene, self._material_rows = other.scene, other._material_rows
 
     def _upload_textures(self, data: SceneData) -> None:
         entries, texels = DEVICE_SHARING.beside(lambda: _textures(self.scene.textures))

@@ -134,17 +134,37 @@ def edited(scene: Scene, edits: SceneEdits) -> Scene:
 
     Raises UserError, which names the field, for what it has not or cannot be.
     """
-    materials = dict(zip(material_ids(scene), scene.materials, strict=True))
-    lights = {part.id: part for part in lights_of(scene)}
+    return shown(shaped(scene, edits), edits)
+
+
+def shaped(scene: Scene, edits: SceneEdits) -> Scene:
+    """`scene` with what `edits` make of its geometry, and of what moves with time; the same for the same `shape_of`.
+
+    Raises UserError, which names the field, for what it has not or cannot be.
+    """
     boxes = zip(*(corners.tolist() for corners in object_boxes(scene)), strict=True) if edits.objects else ()
     objects = {one: (low, high) for one, (low, high) in zip(scene.objects, boxes, strict=False)}
     animations = {} if scene.motion is None else {one.id: one for one in scene.motion.animations}
-    forms = {one: part.form for one, part in lights.items()}
-    check(edits, Editable(forms, materials, objects, scene.bounds, [*animations]))
+    _check_shape(edits, objects, scene.bounds, [*animations])
     if edits.time is not None and scene.motion is not None:
         chosen = animations[edits.animation] if edits.animation else scene.motion.animations[0]
         scene = posed(scene, scene.motion, chosen, edits.time)
-    scene = _edited_objects(scene, edits.objects)
+    return _edited_objects(scene, edits.objects)
+
+
+def shape_of(edits: SceneEdits) -> object:
+    """What `shaped` depends on."""
+    return edits.time, edits.animation, edits.objects
+
+
+def shown(scene: Scene, edits: SceneEdits) -> Scene:
+    """A scene that is `shaped` by `edits`, with its materials and lights as they say.
+
+    Raises UserError, which names the field, for what it has not or cannot be.
+    """
+    materials = dict(zip(material_ids(scene), scene.materials, strict=True))
+    lights = {part.id: part for part in lights_of(scene)}
+    _check_look(edits, {one: part.form for one, part in lights.items()}, materials)
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
     made, punctual, sky = list(materials.values()), list(scene.lights), scene.sky
@@ -152,7 +172,7 @@ def edited(scene: Scene, edits: SceneEdits) -> Scene:
         index = lights[one].index
         match lights[one].form:
             case LightForm.SURFACE:
-                made[index] = replace(made[index], emission=edit.scale(made[index].emission))
+                made[index] = replace(made[index], emission=edit.scale(made[index].emission), stays_light=True)
             case LightForm.SKY if sky is not None:
                 sky = _edited_sky(sky, edit)
             case _:
@@ -164,28 +184,36 @@ def check(edits: SceneEdits, there: Editable) -> None:
     """Raise UserError, which names the field, for what is not `there` or cannot be: a light of a kind that has no place
     or direction, an object that would leave the scene's box, or nothing that is visible.
     """
-    if edits.animation is not None and edits.animation not in there.animations:
-        known = ", ".join(there.animations[:MOST_SHOWN]) or "none"
-        raise UserError(f"animation: the scene has no {edits.animation!r:.80}; it has {known}")
-    if edits.time is not None and not there.animations:
-        raise UserError("time: the scene has no animations")
-    _check_ids("lights", edits.lights, there.lights)
-    _check_ids("materials", edits.materials, there.materials)
-    _check_ids("objects", edits.objects, there.objects)
+    _check_look(edits, there.lights, there.materials)
+    _check_shape(edits, there.objects, there.bounds, there.animations)
+
+
+def _check_look(edits: SceneEdits, lights: Mapping[str, LightForm], materials: Collection[str]) -> None:
+    _check_ids("lights", edits.lights, lights)
+    _check_ids("materials", edits.materials, materials)
     for one, light in edits.lights.items():
         for field, moved, movable in (("position", light.position, PLACED), ("direction", light.direction, AIMED)):
-            if moved is not None and there.lights[one] not in movable:
-                raise UserError(f"lights.{one}.{field}: a light of this kind ({there.lights[one]}) has none")
-    low, high = there.bounds
+            if moved is not None and lights[one] not in movable:
+                raise UserError(f"lights.{one}.{field}: a light of this kind ({lights[one]}) has none")
+
+
+def _check_shape(edits: SceneEdits, objects: Mapping[str, Box], bounds: Box, animations: Sequence[str]) -> None:
+    if edits.animation is not None and edits.animation not in animations:
+        known = ", ".join(animations[:MOST_SHOWN]) or "none"
+        raise UserError(f"animation: the scene has no {edits.animation!r:.80}; it has {known}")
+    if edits.time is not None and not animations:
+        raise UserError("time: the scene has no animations")
+    _check_ids("objects", edits.objects, objects)
+    low, high = bounds
     most = _BOX_TOLERANCE * max(b - a for a, b in zip(low, high, strict=True))
     for one, change in edits.objects.items():
         if change.offset is None:
             continue
-        sides = zip(low, high, *there.objects[one], change.offset, strict=True)
+        sides = zip(low, high, *objects[one], change.offset, strict=True)
         beyond = max(max(a - (c + by), d + by - b) for a, b, c, d, by in sides)
         if beyond > most:
             raise UserError(f"objects.{one}.offset: takes it {beyond:.3g} m beyond the box of the scene")
-    if edits.objects and sum(change.visible is False for change in edits.objects.values()) == len(there.objects):
+    if edits.objects and sum(change.visible is False for change in edits.objects.values()) == len(objects):
         raise UserError("objects: one at least must stay visible")
 
 
@@ -211,6 +239,7 @@ def _edited_material(material: Material, edit: MaterialEdit) -> Material:
         roughness=material.roughness if edit.roughness is None else edit.roughness,
         metallic=material.metallic if edit.metallic is None else edit.metallic,
         emission=material.emission if edit.emission is None else edit.emission,
+        stays_light=material.emits,
     )
 
 

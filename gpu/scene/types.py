@@ -76,7 +76,7 @@ class Material:
 
     double_sided: whether both sides are seen and emit, or the front alone; None where a format does not tell: both are
     seen, and the front emits. backdrop: its triangles are a sky around the scene, seen behind everything; they neither
-    stop nor reflect light.
+    stop nor reflect light. stays_light: it is among the lights even where an edit leaves it no emission.
     """
 
     name: str = "default"
@@ -106,11 +106,12 @@ class Material:
     clearcoat_roughness: float = 0.0
     clearcoat_slot: TextureSlot | None = None
     clearcoat_roughness_slot: TextureSlot | None = None
+    stays_light: bool = False
 
     @property
     def emits(self) -> bool:
         """Whether its surfaces are lights, where alpha leaves them; unlit ones are merely shown."""
-        return max(self.emission) > 0.0 and not self.unlit
+        return (max(self.emission) > 0.0 or self.stays_light) and not self.unlit
 
     @property
     def solid_alpha(self) -> float:

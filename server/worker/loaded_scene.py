@@ -6,7 +6,7 @@ import warp as wp
 
 from gpu.core.stages import new_number
 from gpu.device_scene.upload import DeviceScene
-from gpu.scene.edits import NO_EDITS, SceneEdits, edited
+from gpu.scene.edits import NO_EDITS, SceneEdits, shape_of, shaped, shown
 from gpu.scene.types import Scene
 from gpu.vpl.light_sets import LightSets
 from server.wire.worker import SceneRef
@@ -16,13 +16,14 @@ from server.wire.worker import SceneRef
 class LoadedScene:
     """A scene in one state, with `edits` or as its file is, and what all renderers of that share.
 
-    number: of its arrays alone, which may become those of another state.
+    shape: with the edits of its geometry alone; number: of its arrays alone, which may become those of another state.
     """
 
     ref: SceneRef
     scene: Scene
     device_scene: DeviceScene
     light_sets: LightSets
+    shape: Scene
     edits: SceneEdits = NO_EDITS
     number: int = field(default_factory=new_number)
 
@@ -30,7 +31,7 @@ class LoadedScene:
 def build(ref: SceneRef, scene: Scene, device: wp.Device) -> LoadedScene:
     """Put a scene on the device; its lights are traced when the first renderer wants them."""
     device_scene = DeviceScene(scene, str(device))
-    return LoadedScene(ref, scene, device_scene, LightSets(device_scene))
+    return LoadedScene(ref, scene, device_scene, LightSets(device_scene), scene)
 
 
 def edit(loaded: LoadedScene, edits: SceneEdits, before: LoadedScene | None = None) -> LoadedScene:
@@ -39,9 +40,13 @@ def edit(loaded: LoadedScene, edits: SceneEdits, before: LoadedScene | None = No
     before: with other edits, which nobody needs any more: becomes what is wanted where its arrays are as large and
     kernels need to know no more, so that its renderers go on.
     """
-    scene = edited(loaded.scene, edits)
-    device_scene = loaded.device_scene.edited(scene)
+    lender = loaded
+    if before is not None and shape_of(before.edits) == shape_of(edits):
+        lender = before
+    shape = before.shape if before is lender else shaped(loaded.scene, edits)
+    scene = shown(shape, edits)
+    device_scene = lender.device_scene.edited(scene)
     if before is not None and before.light_sets.follow(device_scene):
-        before.scene, before.edits = scene, edits
+        before.scene, before.shape, before.edits = scene, shape, edits
         return before
-    return LoadedScene(loaded.ref, scene, device_scene, LightSets(device_scene), edits)
+    return LoadedScene(loaded.ref, scene, device_scene, LightSets(device_scene), shape, edits)

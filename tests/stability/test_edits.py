@@ -66,6 +66,7 @@ def room() -> DeviceScene:
         SceneEdits(lights={"bulb": LightEdit(position=(0.1, 0.2, 0.1))}),
         SceneEdits(lights={"bulb": LightEdit(position=(-0.2, -0.3, 0.2)), "default": LightEdit(color=(1.0, 0.3, 0.0))}),
         SceneEdits(materials={"default": MaterialEdit(color=(0.9, 0.1, 0.1))}),
+        SceneEdits(lights={"bulb": LightEdit(on=False), "default": LightEdit(intensity=0.0)}),
     ]
 )
 @given(st.lists(EDITS, min_size=1, max_size=3))

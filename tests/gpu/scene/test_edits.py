@@ -48,7 +48,7 @@ def test_materials_change_first_and_their_light_by_what_they_emit_then(scene: Sc
     parts = {"wall": wall, "lamp": {"emission": [1.0, 1.0, 1.0]}}
     found = edited(scene, edits_of(materials=parts, lights={"lamp": {"intensity": 3.0}})).materials
     assert found[0] == replace(WALL, base_color=(0.1, 0.2, 0.3, 0.25), roughness=0.2, metallic=1.0)
-    assert found[1] == replace(LAMP, emission=(3.0, 3.0, 3.0))
+    assert found[1] == replace(LAMP, emission=(3.0, 3.0, 3.0), stays_light=True)
 
 
 def test_a_picture_around_the_scene_is_tinted_or_gone(scene: Scene) -> None:
@@ -107,6 +107,15 @@ def test_objects_go_and_move_within_the_box_of_the_scene(scene: Scene) -> None:
 def test_what_cannot_be_done_with_objects_is_said(scene: Scene, objects: dict[str, object], words: str) -> None:
     with pytest.raises(UserError, match=f"^{words}$"):
         edited(scene, SceneEdits.model_validate({"objects": objects}))
+
+
+def test_lights_that_are_off_stay_lights(scene: Scene) -> None:
+    """So that they keep their places among emitters; other surfaces become lights while they shine."""
+    off = edited(scene, edits_of(lights={"lamp": {"on": False}})).materials[1]
+    dark = edited(scene, edits_of(materials={"lamp": {"emission": [0, 0, 0]}})).materials[1]
+    assert all(one.emission == (0.0, 0.0, 0.0) and one.emits for one in (off, dark))
+    walls = [edited(scene, edits_of(materials={"wall": {"emission": [a, 0, 0]}})).materials[0] for a in (0.0, 1.0)]
+    assert [wall.emits for wall in walls] == [False, True]
 
 
 def test_no_edits_change_nothing(scene: Scene) -> None:

@@ -1,7 +1,9 @@
+import pytest
 import warp as wp
 
+from gpu.errors import UserError
 from gpu.renderer import Renderer
-from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
+from gpu.scene.edits import NO_EDITS, LightEdit, ObjectEdit, SceneEdits
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from server.wire.worker import SceneRef
@@ -19,6 +21,24 @@ def test_renderers_of_a_scene_trace_its_lights_once(cpu: str) -> None:
     heard.clear()
     Renderer(*shared)
     assert heard == []
+
+
+def test_a_moved_object_stays_where_it_is_while_a_light_changes(cpu: str) -> None:
+    """Its geometry is that of the state before, which goes on in its arrays; what cannot be is refused all the same."""
+    loaded = build(SceneRef("box", "cornell-box"), load_scene("cornell-box"), wp.get_device(cpu))
+    moved = {"light": ObjectEdit(offset=(0.02, 0.0, 0.0))}
+    state = edit(loaded, SceneEdits(objects=moved))
+    vertices = state.device_scene.data.vertices
+    for intensity in (0.5, 0.25):
+        edits = SceneEdits(objects=moved, lights={"light": LightEdit(intensity=intensity)})
+        assert edit(loaded, edits, state) is state
+        assert state.device_scene.data.vertices is vertices
+        anew = edit(loaded, edits)
+        assert (state.scene.vertices == anew.scene.vertices).all()
+        assert state.scene.materials == anew.scene.materials
+    with pytest.raises(UserError, match="has no such light"):
+        edit(loaded, SceneEdits(objects=moved, lights={"moon": LightEdit(on=False)}), state)
+    assert edit(loaded, NO_EDITS, state).device_scene.data.vertices is loaded.device_scene.data.vertices
 
 
 def test_an_edited_scene_shares_geometry_and_has_lights_of_its_own(cpu: str) -> None:
