@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Hashable
 from itertools import count
+from threading import Lock
 
 import warp as wp
 
 from gpu.core.lane import Lane
 from gpu.core.sharing import DEVICE_SHARING
 
+# Held while a graph is captured, when nobody may use the device's default stream; threads that may do so hold it, too.
+CAPTURING = Lock()
 # Numbers for whatever owns arrays that captured graphs read; see `Stages.forget`.
 new_number = count().__next__
 
@@ -128,7 +131,7 @@ class Stages:
         graph = self._graphs.get((name, branch, self.graph_key)) if repeats else None
         if repeats and loaded and graph is None:
             self.captured = True
-            with wp.ScopedCapture(self._device) as capture:
+            with CAPTURING, wp.ScopedCapture(self._device) as capture:
                 work()
             graph = self._graphs[name, branch, self.graph_key] = capture.graph
         if graph is None:

@@ -13,6 +13,7 @@ from typing import Any
 import warp as wp
 
 from gpu.core.sharing import DEVICE_SHARING
+from gpu.core.stages import CAPTURING
 from server.worker.encode import FINE_QUALITY
 
 log = logging.getLogger("lumenwalk.encode")
@@ -48,8 +49,9 @@ class DeviceEncoder:
             quality_type=codec.QualityType.QUALITY, quality_value=quality, chroma_subsampling=sampling
         )
         stream = self._stream.cuda_stream
-        image = codec.as_image(pixels.reshape((size[1], size[0], 3)), cuda_stream=stream)
-        encoded = self._encoder.encode(image, "jpeg", params=params, cuda_stream=stream)
+        with CAPTURING:
+            image = codec.as_image(pixels.reshape((size[1], size[0], 3)), cuda_stream=stream)
+            encoded = self._encoder.encode(image, "jpeg", params=params, cuda_stream=stream)
         if encoded is None:
             raise RuntimeError(f"nvImageCodec cannot encode a picture of {size[0]}×{size[1]} pixels")
         return bytes(memoryview(encoded))

@@ -12,6 +12,7 @@ import warp as wp
 from devices import NEEDS_CUDA
 
 from gpu.core.sharing import DEVICE_SHARING
+from gpu.core.stages import CAPTURING
 from server.worker.device_encode import DeviceEncoder, device_encoder
 
 
@@ -43,6 +44,7 @@ def test_a_thread_waits_for_the_encoder_while_others_have_the_host(monkeypatch: 
             threads.append(current_thread().name)
 
         def encode(self, image: wp.array, *_: object, **__: object) -> bytes | None:
+            assert CAPTURING.locked()
             threads.append(current_thread().name)
             return None if image.shape == (1, 2, 3) else bytes(image.shape)
 
