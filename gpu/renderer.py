@@ -117,18 +117,22 @@ class Renderer:
         else:
             with DEVICE_SHARING.keep(), self._lane.entered():
                 launched = self._launch(view, walks, camera, accumulation)
-        flight = self._lane.flight()
-        beside = 1 + DEVICE_SHARING.in_flight
+        took, beside = DEVICE_SHARING.own_time() - begun, self._wait()
+        frame = self._finish(view, launched, begun)
+        if stages.steady and not stages.captured:
+            # Frames that were on the device at once took about as long as one after the other.
+            took += 0.0 if stages.stepwise else 1e-3 * sum(frame.stats.stage_ms.values()) / beside
+            before = 0.0 if self._long_seconds == inf else REMEMBERED * self._long_seconds
+            self._long_seconds = max(took, before)
+        return frame
+
+    def _wait(self) -> int:
+        """Wait for what was launched, and leave the host to others; how many frames were on the device at once."""
+        flight, beside = self._lane.flight(), 1 + DEVICE_SHARING.in_flight
         if self._settings.target_ms is None:
             DEVICE_SHARING.leave_until(flight.is_over)
         flight.wait()
-        frame = self._finish(view, launched, begun)
-        if stages.steady and not stages.captured:
-            before = 0.0 if self._long_seconds == inf else REMEMBERED * self._long_seconds
-            # Frames that were on the device at once took about as long as one after the other.
-            beside = max(beside, 1 + DEVICE_SHARING.in_flight)
-            self._long_seconds = max((DEVICE_SHARING.own_time() - begun) / beside, before)
-        return frame
+        return max(beside, 1 + DEVICE_SHARING.in_flight)
 
     def _launch(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> "_Launched":
         stages, sample = self._stages, accumulation.samples if accumulation else 0

@@ -195,3 +195,26 @@ def test_a_frame_for_a_wanted_time_leaves_the_host_to_nobody(room: DeviceScene) 
     jobs.most = 0
     jobs.run([partial(renderer.render, CAMERA)])
     assert jobs.most == 0
+
+
+def test_a_frame_is_as_long_as_what_it_launched_and_its_share_of_the_device(
+    room: DeviceScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not as long as others kept the host from it; a stepwise one waits for each stage itself."""
+    renderer = Renderer(room, SIZE, RenderSettings(**QUALITY))
+    for number in range(2):
+        renderer.render(rotated(CAMERA, number))
+    monkeypatch.setattr(renderer, "_wait", lambda: 4)
+    monkeypatch.setattr(type(renderer._stages), "milliseconds", lambda stages: {"shade": 4e6})
+    renderer.render(rotated(CAMERA, 2.0))
+    assert renderer._long_seconds < 1000.0
+    launch = renderer._launch
+
+    def quickly(*of: Any) -> Any:
+        launched = launch(*of)
+        renderer._stages.stepwise = False
+        return launched
+
+    monkeypatch.setattr(renderer, "_launch", quickly)
+    renderer.render(rotated(CAMERA, 3.0))
+    assert 1000.0 <= renderer._long_seconds < 2000.0
