@@ -18,6 +18,7 @@ from gpu.clustering.points import Points
 from gpu.core.bucket_sort import Buckets
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
+from gpu.core.intrinsics import float_sum, lanes_of, place_of_least, vector_sum
 from gpu.core.radix_sort import Groups
 from gpu.sampling.sobol import hashed
 
@@ -89,9 +90,13 @@ def kmeans_assign_to_any_kernel(first: int, points: Points, clusters: Representa
 
 @wp.kernel
 def kmeans_mean_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], wanted: wp.array[int],
-                       seed: int, clusters: Representatives) -> None:  # fmt: skip
-    """One thread a cluster: moves it to its members' weighted mean; without any it starts again at a random point."""
-    cluster = first + wp.tid()
+                       seed: int, lanes: int, clusters: Representatives) -> None:  # fmt: skip
+    """`lanes` threads a cluster: move it to its members' weighted mean; without any it starts again at a random
+    point.
+    """
+    index = first + wp.tid()
+    cluster = index // lanes
+    lane = index % lanes
     count = points.count[0]
     if cluster >= wp.min(wanted[0], count):
         return
@@ -99,13 +104,19 @@ def kmeans_mean_kernel(first: int, points: Points, members: wp.array[int], start
     normal = wp.vec3(0.0, 0.0, 0.0)
     spacing = float(0.0)
     total = float(0.0)
-    for place in range(starts[cluster], starts[cluster + 1]):
+    for place in range(starts[cluster] + lane, starts[cluster + 1], lanes):
         point = members[place]
         weight = points.weight[point]
         position += points.position[point] * weight
         normal += points.normal[point] * weight
         spacing += points.spacing[point] * weight
         total += weight
+    position = vector_sum(position, lanes)
+    normal = vector_sum(normal, lanes)
+    spacing = float_sum(spacing, lanes)
+    total = float_sum(total, lanes)
+    if lane != 0:
+        return
     if total > 0.0 and wp.length_sq(normal) > 0.0:
         clusters.position[cluster] = position / total
         clusters.normal[cluster] = wp.normalize(normal)
@@ -122,22 +133,30 @@ def kmeans_medoid_kernel(metric: wp.Function) -> wp.Kernel:
     """The kernel for members that are near by `metric`."""
 
     @wp.kernel(module="unique")
-    def kmeans_medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int],
+    def kmeans_medoid_kernel(first: int, points: Points, members: wp.array[int], starts: wp.array[int], lanes: int,
                              clusters: Representatives, medoids: wp.array[int]) -> None:  # fmt: skip
-        """One thread a cluster: its representative becomes the member nearest its mean; without members it is
+        """`lanes` threads a cluster: its representative becomes the member nearest its mean; without members it is
         dropped.
         """
-        cluster = first + wp.tid()
-        best = int(-1)
+        index = first + wp.tid()
+        cluster = index // lanes
+        lane = index % lanes
+        best_place = int(-1)
         best_distance = float(FAR_AWAY)
-        for place in range(starts[cluster], starts[cluster + 1]):
+        position = clusters.position[cluster]
+        normal = clusters.normal[cluster]
+        for place in range(starts[cluster] + lane, starts[cluster + 1], lanes):
             point = members[place]
-            position = clusters.position[cluster]
-            normal = clusters.normal[cluster]
             distance = metric(clusters.chosen, points.position[point], points.normal[point], position, normal)
             if distance < best_distance:
                 best_distance = distance
-                best = point
+                best_place = place
+        best_place = place_of_least(best_distance, best_place, lanes)
+        if lane != 0:
+            return
+        best = int(-1)
+        if best_place >= 0:
+            best = members[best_place]
         medoids[cluster] = best
         if best >= 0:
             clusters.position[cluster] = points.position[best]
@@ -195,16 +214,17 @@ class KMeans:
     def refine(self, points: Points, iterations: int, seed: int) -> None:
         """As `run`, of clusters that are in `grid` already."""
         clusters, groups, wanted = self.grid.data, self.groups, self.wanted
+        lanes = lanes_of(self.device, few=True)
         if self._exhaustive:
             launch(kmeans_guess_kernel, groups.capacity, [points, wanted, self._owner], self.device)
         for iteration in range(iterations):
             self._assign(points)
-            inputs = [points, groups.items, groups.starts, wanted, seed + iteration + 1, clusters]
-            launch(kmeans_mean_kernel, self.most, inputs, self.device)
+            inputs = [points, groups.items, groups.starts, wanted, seed + iteration + 1, lanes, clusters]
+            launch(kmeans_mean_kernel, lanes * self.most, inputs, self.device)
         if self._exhaustive:
             self._assign(points)
-        inputs = [points, groups.items, groups.starts, clusters, self.medoids]
-        launch(kmeans_medoid_kernel(self._metric), self.most, inputs, self.device)
+        inputs = [points, groups.items, groups.starts, lanes, clusters, self.medoids]
+        launch(kmeans_medoid_kernel(self._metric), lanes * self.most, inputs, self.device)
 
     def _assign(self, points: Points) -> None:
         clusters, keys, capacity = self.grid.data, self.groups.keys, self.groups.capacity

@@ -29,6 +29,35 @@ def float_sum(value: float, lanes: int) -> wp.float32:
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
     const unsigned mask = ((1u << lanes) - 1u) << (threadIdx.x & 31u & ~(lanes - 1u));
+    for (int other = 1; other < lanes; other <<= 1) {
+        const float theirs = __shfl_xor_sync(mask, value, other);
+        const int their_place = __shfl_xor_sync(mask, place, other);
+        if (theirs < value || (theirs == value && their_place < place)) {
+            value = theirs;
+            place = their_place;
+        }
+    }
+#endif
+    return place;
+""")
+def place_of_least(value: float, place: int, lanes: int) -> wp.int32:
+    """The `place` that the lane of an item with the least `value` has; of equal ones the least place."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned mask = ((1u << lanes) - 1u) << (threadIdx.x & 31u & ~(lanes - 1u));
+    for (int other = 1; other < lanes; other <<= 1) value = fminf(value, __shfl_xor_sync(mask, value, other));
+#endif
+    return value;
+""")
+def float_least(value: float, lanes: int) -> wp.float32:
+    """The least value of the lanes of an item."""
+
+
+@wp.func_native("""
+#if defined(__CUDA_ARCH__)
+    const unsigned mask = ((1u << lanes) - 1u) << (threadIdx.x & 31u & ~(lanes - 1u));
     for (int other = 1; other < lanes; other <<= 1) value |= __shfl_xor_sync(mask, value, other);
 #endif
     return value;

@@ -8,6 +8,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY, PI
 from gpu.core.device import allocate, launch
+from gpu.core.intrinsics import float_least
 from gpu.core.kahan import Sum, kahan_add
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
@@ -38,30 +39,42 @@ class VplClusterParameters:
 VPL_CLUSTER_PARAMETERS: VplClusterParameters = parameters(VplClusterParameters)
 
 
-@wp.func
-def neighbour_area(vpls: Vpls, medoids: wp.array[int], cluster: int, share: float) -> float:
-    """The area that a cluster has by its distance to the nearest other that faces a like way; 0 if there is none.
+@wp.kernel
+def neighbour_area_kernel(first: int, vpls: Vpls, medoids: wp.array[int], starts: wp.array[int],
+                          chosen: VplClusterParameters, lanes: int, areas: wp.array[float]) -> None:  # fmt: skip
+    """`lanes` threads a cluster: the area that one of few members has by its distance to the nearest other that faces a
+    like way, areas (cluster,); 0 if there is none.
 
     A disk of no area would light what is near without bound.
     """
+    index = first + wp.tid()
+    cluster = index // lanes
+    lane = index % lanes
+    if lane == 0:
+        areas[cluster] = 0.0
+    if medoids[cluster] < 0 or starts[cluster + 1] - starts[cluster] >= chosen.few_members:
+        return
     position = vpls.position[medoids[cluster]]
     normal = vpls.normal[medoids[cluster]]
     nearest = float(FAR_AWAY)
-    for other in range(medoids.shape[0]):
+    for other in range(lane, medoids.shape[0], lanes):
         medoid = medoids[other]
         if other == cluster or medoid < 0:
             continue
         if wp.dot(normal, vpls.normal[medoid]) > 0.0:
             nearest = wp.min(nearest, wp.length_sq(vpls.position[medoid] - position))
-    return wp.where(nearest < FAR_AWAY, share * PI * nearest, 0.0)
+    nearest = float_least(nearest, lanes)
+    if lane == 0 and nearest < FAR_AWAY:
+        areas[cluster] = chosen.nearest_share * PI * nearest
 
 
 @wp.kernel
-def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chosen: VplClusterParameters,
+def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], least_areas: wp.array[float],
                             out: VplClusters) -> None:  # fmt: skip
     """One thread a cluster: the disk light that stands for its members, of which each has its flux's share of the area.
 
-    medoids (cluster,): indices of `vpls`, −1 for a cluster without members, whose disk sends nothing anywhere.
+    least_areas (cluster,): that it has at least; medoids (cluster,): indices of `vpls`, −1 for a cluster without
+    members, whose disk sends nothing anywhere.
     """
     cluster = first + wp.tid()
     if medoids[cluster] < 0:
@@ -90,9 +103,7 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], chos
         extent = wp.max(extent, wp.length(offset))
         thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
     variance = wp.max(square - wp.length_sq(mean), 0.0)
-    area = 2.0 * PI * variance
-    if out.starts[cluster + 1] - out.starts[cluster] < chosen.few_members:
-        area = wp.max(area, neighbour_area(vpls, medoids, cluster, chosen.nearest_share))
+    area = wp.max(2.0 * PI * variance, least_areas[cluster])
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
         out.member_area[member] = area * brightness(out.members.flux[member]) / brightness(flux.total)
     out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, normal_cone_cos)

@@ -8,6 +8,7 @@ import warp as wp
 
 from gpu.core.bucket_sort import Buckets
 from gpu.core.device import allocate, launch
+from gpu.core.intrinsics import lanes_of
 from gpu.core.radix_sort import Groups, running_total
 from gpu.lights.light_paths import Vpls, allocate_vpls, gather_vpls_kernel
 from gpu.vpl.build import (
@@ -15,6 +16,7 @@ from gpu.vpl.build import (
     VplClusterParameters,
     bound_groups,
     form_groups,
+    neighbour_area_kernel,
     vpl_cluster_disk_kernel,
     vpl_subcluster_disk_kernel,
 )
@@ -47,6 +49,7 @@ class GroupLights:
         most = -(-capacity // int(PER_SUBCLUSTER)) + count
         self.vpls.subclusters = wp.zeros(most, dtype=Disk, device=device)
         self._counts = wp.zeros(count, dtype=int, device=device)
+        self._least_areas = wp.zeros(count, dtype=float, device=device)
         form_groups(self.vpls, device)
 
     def run(self, vpls: Vpls, groups: Groups | Buckets, medoids: wp.array) -> None:
@@ -54,7 +57,10 @@ class GroupLights:
         lights, device = self.vpls, self.device
         wp.copy(lights.starts, groups.starts)
         launch(gather_vpls_kernel, len(lights.member_area), [groups.items, vpls, lights.members], device)
-        launch(vpl_cluster_disk_kernel, lights.count, [vpls, medoids, self.chosen, lights], device)
+        lanes, least = lanes_of(device, few=True), self._least_areas
+        inputs = [vpls, medoids, lights.starts, self.chosen, lanes, least]
+        launch(neighbour_area_kernel, lanes * lights.count, inputs, device)
+        launch(vpl_cluster_disk_kernel, lights.count, [vpls, medoids, least, lights], device)
         launch(subcluster_count_kernel, lights.count, [lights.starts, self._counts], device)
         running_total(self._counts, lights.subcluster_starts[1:])
         launch(vpl_subcluster_disk_kernel, lights.count, [lights], device)

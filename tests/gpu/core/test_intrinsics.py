@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 from devices import DEVICES, NEEDS_CUDA
 
-from gpu.core.intrinsics import bits_of_warp, room_in
+from gpu.core.intrinsics import bits_of_warp, float_least, lanes_of, place_of_least, room_in
 
 WARP = 32
 
@@ -59,3 +59,23 @@ def test_each_has_room_of_its_own_and_none_is_left(device: str) -> None:
     taken = [np.arange(number) + begin for number, begin in zip(numbers[came], begins.numpy()[came], strict=True)]
     assert np.array_equal(np.sort(np.concatenate(taken)), np.arange(7, ends.numpy()[1]))
     assert (begins.numpy()[~came] == -1).all()
+
+
+@wp.kernel
+def least_kernel(values: wp.array[float], lanes: int, least: wp.array[float], places: wp.array[int]) -> None:
+    """One thread a value: the least of its item, and which it is."""
+    index = wp.tid()
+    least[index] = float_least(values[index], lanes)
+    places[index] = place_of_least(values[index], index, lanes)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_lanes_find_their_least_value_and_the_first_that_has_it(device: str) -> None:
+    lanes = lanes_of(wp.get_device(device), few=True)
+    values = np.random.default_rng(1).integers(0, 5, 800).astype(np.float32)
+    items = values.reshape(-1, lanes)
+    least, places = (wp.zeros(800, dtype=kind, device=device) for kind in (float, int))
+    wp.launch(least_kernel, 800, [wp.array(values, dtype=float, device=device), lanes, least, places], device=device)
+    assert np.array_equal(least.numpy(), np.repeat(items.min(axis=1), lanes))
+    first = np.arange(0, 800, lanes) + items.argmin(axis=1)
+    assert np.array_equal(places.numpy(), np.repeat(first, lanes))
