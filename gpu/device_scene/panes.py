@@ -116,6 +116,21 @@ def meet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool
 
 
 @wp.func
+def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs: bool, met: MetSurface) -> MetSurface:
+    """The first sheet that a ray crossed before what it `met`, if there is one; the tint is what that reflects."""
+    if scene.pane_count > 0:
+        pane = first_hit(scene.panes, origin, direction, met.hit.t, cull_backs)
+        if pane.face != NO_HIT:
+            pane.face += scene.opaque_count
+            surface = surface_at(scene, pane, direction)
+            if surface.thin:
+                share = surface.glass - crossing_share(surface, direction)
+                met.hit = pane
+                met.tint = wp.vec3(share, share, share)
+    return met
+
+
+@wp.func
 def met_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     """The surface that `meet` found; of a pane, what it is to rays that do not cross it."""
     surface = surface_at(scene, hit, direction)

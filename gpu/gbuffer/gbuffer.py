@@ -116,7 +116,7 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
         ray = pixel_ray(camera, pixel, image)
         if wp.static(not specular):
             scene.specular = False
-        end = seen_end(scene, ray, pixel, image, samples)
+        end = seen_end(scene, ray, pixel, image, samples, False)
         out.face[pixel] = end.face
         out.to_camera[pixel] = end.to_viewer
         out.throughput[pixel] = end.throughput

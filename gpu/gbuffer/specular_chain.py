@@ -1,7 +1,8 @@
 """Specular chains: what the camera sees in mirrors and through clear glass (the 2009 paper, section 3.1).
 
 A camera ray that meets a perfect mirror or clear glass goes on to the first surface that is neither, where the shading
-point is. At glass it is reflected or goes through by chance, as Fresnel's law says, or takes the likelier of both.
+point is. At glass it is reflected or goes through by chance, as Fresnel's law says, or takes the likelier of both; at
+the first glass there may be two chains, one by each.
 """
 
 from dataclasses import dataclass
@@ -12,8 +13,8 @@ from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
-from gpu.device_scene.glass import attenuated
-from gpu.device_scene.panes import meet, met_surface
+from gpu.device_scene.glass import attenuated, glass_fresnel
+from gpu.device_scene.panes import meet, meet_sheet, met_surface
 from gpu.device_scene.rays import offset_origin, seen_hit
 from gpu.device_scene.scattering import choose_part, is_perfect, part_of, sample_scattering
 from gpu.device_scene.sides import ray_coverage
@@ -43,16 +44,20 @@ LIKELIER = -1
 @wp.struct
 class ChainSamples:
     """How chains choose. moment (1,): the number of a frame among those that complement each other, whose chains are
-    drawn; LIKELIER, below zero: they take the likelier way, of which two frames alike show the same. seed.
+    drawn; LIKELIER, below zero: they take the likelier way, of which two frames alike show the same. seed. splits:
+    where they are not drawn, the first glass shows both ways, each by its share: the likelier, and the other in a chain
+    of its own (gpu.indirect.other_branch).
     """
 
     moment: wp.array[int]
     seed: int
+    splits: bool
 
 
-def chain_samples(device: wp.Device, moment: int = LIKELIER, seed: int = 0) -> ChainSamples:
+def chain_samples(device: wp.Device, moment: int = LIKELIER, seed: int = 0, *, splits: bool = False) -> ChainSamples:
     """The struct of these, on a device."""
     samples = ChainSamples()
+    samples.splits = splits
     samples.moment, samples.seed = wp.full(1, moment, dtype=int, device=device), seed
     return samples
 
@@ -100,8 +105,12 @@ def chain_choice(samples: ChainSamples, place: int, vertex: int) -> float:
 
 
 @wp.func
-def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples) -> ChainEnd:
-    """Where the camera's ray of `pixel` ends after any mirrors and clear glass. There are no clear coats to it."""
+def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples,
+             other: bool) -> ChainEnd:  # fmt: skip
+    """Where the camera's ray of `pixel` ends after any mirrors and clear glass. There are no clear coats to it.
+
+    other: by the way that the first glass leaves out, if samples split; nothing is seen there if there is none.
+    """
     if not scene.specular:
         return straight_end(scene, ray)
     place = morton_2d(pixel % image.width, pixel // image.width)
@@ -112,27 +121,50 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     origin = ray.origin
     direction = ray.direction
     culls = scene.one_sided
+    splits = samples.splits and samples.moment[0] < 0
     for vertex in range(CHAIN_VERTICES + 1):
         if samples.moment[0] >= 0:
             scene.coverage = ray_coverage(place, vertex, samples.seed ^ samples.moment[0])
         met = meet(scene, origin, direction, culls)
+        if other and splits:
+            met = meet_sheet(scene, origin, direction, culls, met)
+        elif largest(wp.vec3(1.0, 1.0, 1.0) - met.tint) > 0.0:
+            splits = False  # at a sheet, which was crossed
         culls = False
         end.to_viewer = -direction
         end.throughput = wp.cw_mul(end.throughput, met.tint)
         if met.hit.face == NO_HIT:
+            if other and splits:
+                return end
             end.emitted += wp.cw_mul(end.throughput, background(scene, origin, direction))
             return end
         end.throughput = wp.cw_mul(end.throughput, attenuated(absorption, met.hit.t))
         end.length += met.hit.t
         surface = met_surface(scene, met.hit, direction)
-        end.emitted += wp.cw_mul(end.throughput, surface.emission)
+        if not (other and splits):
+            end.emitted += wp.cw_mul(end.throughput, surface.emission)
         surface.coat = 0.0
         chosen = choose_part(surface, -direction, chain_choice(samples, place, vertex))
+        if other and splits and surface.crossed:
+            chosen.glass = 1.0
+            chosen.rest = 0.0
         part = part_of(surface, chosen)
         if vertex == CHAIN_VERTICES or not is_perfect(part):
+            if other and splits:
+                return end
             end.face = met.hit.face
             end.surface = surface
             return end
+        if splits and part.glass > 0.0:
+            splits = False
+            share = glass_fresnel(part, wp.dot(part.normal, -direction))
+            crosses = chosen.rest >= share
+            if other and not part.crossed:
+                crosses = not crosses
+                chosen.rest = wp.where(crosses, 1.0, 0.0)
+            end.throughput = end.throughput * wp.where(crosses, 1.0 - share, share)
+            if largest(end.throughput) <= 0.0:
+                return end
         sample = sample_scattering(part, -direction, chosen.rest, 0.5, 0.5)
         if largest(sample.weight) <= 0.0:
             # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.

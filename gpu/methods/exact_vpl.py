@@ -11,7 +11,7 @@ from gpu.device_scene.data import NO_HIT
 from gpu.indirect.exact_gather import gather
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, traces_gloss
+from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, reads_radiosity
 from gpu.methods.view_state import ViewState
 from gpu.settings import Clustering, Component
 from gpu.vpl.build import no_clusters, unclustered
@@ -41,7 +41,7 @@ class ExactVpl(RenderMethod[ViewState]):
             setup.size,
             lambertian=settings.lambertian,
             skip=settings.skip,
-            traces_gloss=traces_gloss(settings),
+            reads_radiosity=reads_radiosity(settings),
         )
         self._passes = Passes(setup, self._frame)
         self._counter = Counter(2, setup.device)
@@ -91,7 +91,7 @@ class ExactVpl(RenderMethod[ViewState]):
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=self._has_near)
             if self._has_near:
-                passes.end_gloss(view, kind, stages)
+                passes.end_gloss(view, self._cache, kind, stages)
 
     def _gather(self) -> None:
         frame, count = self._frame, self._vpls.count

@@ -22,7 +22,7 @@ class FrameArrays:
     (1,): the frame's own; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones tell
     nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes, None where there are none
     or the method does without. stride: of the pixels that are shaded
-    (gpu.gbuffer.sparse_shading).
+    (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays see.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class FrameArrays:
         lambertian: bool,
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
-        traces_gloss: bool = False,
+        reads_radiosity: bool = False,
     ) -> None:
         self.device_scene, self.size, self.device = device_scene, size, device_scene.device
         self.pixels = size[0] * size[1]
@@ -49,7 +49,8 @@ class FrameArrays:
         self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
         self.frame_index = wp.zeros(1, dtype=int, device=self.device)
         self.chain_samples = chain_samples(self.device)
-        glossy = traces_gloss and self.features.gloss
+        self.reads_radiosity = reads_radiosity
+        glossy = reads_radiosity and self.features.gloss
         self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
         self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features, traces_gloss=glossy)
         self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)

@@ -14,7 +14,7 @@ from gpu.methods.fuzzy_lights import FuzzyLights
 from gpu.methods.fuzzy_statistics import FuzzyCounter
 from gpu.methods.fuzzy_view_state import FuzzyViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, leaves_history, traces_gloss
+from gpu.methods.passes import FrameKind, Passes, frame_kind, frame_seed, leaves_history, reads_radiosity
 from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings, Weighting
 from gpu.sp.sp_clustering import SpClustering
@@ -53,9 +53,9 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         return clusters * (5100 + 5 * vpl_clusters), clusters * (720 + 5 * vpl_clusters // 4)
 
     @staticmethod
-    def traces_gloss(settings: RenderSettings) -> bool:
-        """As gpu.methods.passes.traces_gloss tells."""
-        return traces_gloss(settings)
+    def reads_radiosity(settings: RenderSettings) -> bool:
+        """As gpu.methods.passes.reads_radiosity tells."""
+        return reads_radiosity(settings)
 
     def __init__(self, setup: RenderSetup, options: FuzzyOptions | None = None) -> None:
         settings, self._setup, self._options = setup.settings, setup, options or FuzzyOptions()
@@ -66,7 +66,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             lambertian=settings.lambertian,
             skip=settings.skip,
             stride=stride,
-            traces_gloss=self.traces_gloss(settings),
+            reads_radiosity=self.reads_radiosity(settings),
         )
         self._passes = Passes(setup, self._frame)
         self._most = self._options.most_sp_clusters or setup.sample_counts.sp_clusters
@@ -106,7 +106,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         self._passes.end_direct(view, kind, stages)
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
-            self._passes.end_gloss(view, kind, stages)
+            if lights.has_near:
+                self._passes.end_gloss(view, lights.cache, kind, stages)
         if kind.write_history:
             if view.antialiases:
                 reads = kind.read_history

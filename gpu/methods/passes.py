@@ -4,7 +4,6 @@ end.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import warp as wp
 
@@ -17,6 +16,7 @@ from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
 from gpu.indirect.near_field import NearField
+from gpu.indirect.other_branch import add_other_branch
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import RenderSetup
 from gpu.methods.view_state import ViewState
@@ -84,7 +84,7 @@ def leaves_history(settings: RenderSettings) -> bool:
     return settings.skip.temporal_reuse and settings.smooth
 
 
-def traces_gloss(settings: RenderSettings) -> bool:
+def reads_radiosity(settings: RenderSettings) -> bool:
     """Whether lights have the radiosity that rays of specular lobes end in."""
     return settings.near_field and settings.component is not Component.DIRECT
 
@@ -161,6 +161,10 @@ class Passes:
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame = setup, frame
         self._settings = setup.settings
+        # The other branch brings direct light, too.
+        whole = self._settings.component is Component.FULL
+        self._splits = whole and frame.reads_radiosity and frame.features.specular
+        frame.chain_samples.splits = self._splits
         self.near_field = NearField(setup.pixels, frame.side_smoothing, setup.device)
 
     @property
@@ -253,12 +257,21 @@ class Passes:
 
         stages.fork("gloss", "rays", rays, repeats=kind.captured, branch=kind.read_history)
 
-    def end_gloss(self, view: ViewState, kind: FrameKind, stages: Stages) -> None:
-        """Have in the picture what glossy surfaces reflect, if there are any."""
-        gloss = self._frame.gloss
-        if gloss is not None:
-            add = partial(gloss.add, self._frame.gbuffer, view.radiance)
-            stages.run("gloss", add, repeats=kind.captured, waits_for_fork=True)
+    def end_gloss(self, view: ViewState, cache: RadiosityCache, kind: FrameKind, stages: Stages) -> None:
+        """Have in the picture what glossy surfaces reflect, if there are any, and by the `cache` what glass shows
+        besides, if there is any.
+        """
+        frame, gloss, splits = self._frame, self._frame.gloss, self._splits and not kind.refines
+
+        def add() -> None:
+            if gloss is not None:
+                gloss.add(frame.gbuffer, view.radiance)
+            if splits:
+                seen = frame.chain_samples, frame.gbuffer, cache, view.radiance, frame.features
+                add_other_branch(frame.scene, view.camera, frame.size, *seen)
+
+        if gloss is not None or splits:
+            stages.run("gloss", add, repeats=kind.captured, waits_for_fork=gloss is not None, branch=splits)
 
     def end_indirect(self, view: ViewState, points: ShadingPoints, kind: FrameKind, stages: Stages, *,
                      near: bool) -> None:  # fmt: skip

@@ -34,9 +34,9 @@ class RsmDisks(FuzzyVpl):
         return shared + MAP_PIXEL_BYTES * maps, view + CLUSTER_BYTES * sample_counts.vpl_clusters
 
     @staticmethod
-    def traces_gloss(settings: RenderSettings) -> bool:
+    def reads_radiosity(settings: RenderSettings) -> bool:
         """As `fuzzy-vpl`, with lights that are looked at by rays."""
-        return FuzzyVpl.traces_gloss(settings) and by_rays(settings)
+        return FuzzyVpl.reads_radiosity(settings) and by_rays(settings)
 
     def __init__(self, setup: RenderSetup) -> None:
         super().__init__(setup)

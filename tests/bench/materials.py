@@ -3,9 +3,11 @@
 Pixels whose rays go on past mirrors or clear glass, and the rest, have errors of their own, too.
 
 References are path-traced pictures of these materials, which other parts have of Lambertian surfaces:
-`--references DIR`. They show geometric normals, renders those of the file, which few scenes tell apart.
+`--references DIR`. They show geometric normals, and so do the renders: what curved mirrors and glass show is quite
+another thing with those of the file.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -50,6 +52,9 @@ def run(suite: Suite) -> None:
 def measure(suite: Suite, name: str, settings: RenderSettings) -> Row:
     """Full light of one choice of settings, and errors of pixels with chains and of the rest."""
     subject = suite.subject(name)
+    scene = subject.device_scene.scene
+    if scene.normals.any():
+        subject.device_scene = DeviceScene(replace(scene, normals=np.zeros_like(scene.normals)), suite.device)
     chained = chained_pixels(subject.device_scene, subject.camera, subject.size)
     reference = subject.reference(Component.FULL).image
 

@@ -22,10 +22,10 @@ class FrameView(ViewState):
         lambertian: bool,
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
-        traces_gloss: bool = False,
+        reads_radiosity: bool = False,
     ) -> None:
         super().__init__(device_scene, size)
-        kinds = {"lambertian": lambertian, "traces_gloss": traces_gloss}
+        kinds = {"lambertian": lambertian, "reads_radiosity": reads_radiosity}
         self.frame = FrameArrays(device_scene, size, **kinds, skip=skip, stride=stride)
 
     def __getattr__(self, name: str) -> Any:

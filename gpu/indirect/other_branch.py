@@ -1,0 +1,74 @@
+"""What glass shows besides the branch that the G-buffer follows: both are seen at the first glass of a pixel's way (the
+2009 paper, section 3.1). The other one, mostly what glass reflects, ends in the light that VPLs know.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.core.constants import PI
+from gpu.core.device import launch
+from gpu.core.image_size import ImageSize, image_size
+from gpu.device_scene.bsdf import even_reflectance
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.gbuffer.camera_rays import CameraData, pixel_ray
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.specular_chain import ChainSamples, seen_end
+from gpu.vpl.radiosity_cache import RadiosityCache
+from gpu.vpl.radiosity_mean import mean_irradiance
+
+
+@cache
+def other_branch_kernel(texels: bool, one_sided: bool, backdrop: bool, environment: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
+    of gpu.device_scene.features.
+    """
+
+    @wp.kernel(module="unique")
+    def other_branch_kernel(
+        first: int,
+        scene: SceneData,
+        cameras: wp.array[CameraData],
+        image: ImageSize,
+        samples: ChainSamples,
+        gbuffer: GBuffer,
+        lit: RadiosityCache,
+        radiance: wp.array[wp.vec3],
+    ) -> None:
+        """One thread a pixel: adds to `radiance` (pixel,) what the other branch shows. cameras: one element."""
+        pixel = first + wp.tid()
+        # Glass takes something of the light, if only what it reflects.
+        if gbuffer.throughput[pixel] == wp.vec3(1.0, 1.0, 1.0):
+            return
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        if wp.static(not one_sided):
+            scene.one_sided = False
+        if wp.static(not backdrop):
+            scene.backdrop_count = 0
+        if wp.static(not environment):
+            scene.has_environment = False
+        end = seen_end(scene, pixel_ray(cameras[0], pixel, image), pixel, image, samples, True)
+        light = end.emitted
+        if end.face != NO_HIT:
+            surface = end.surface
+            arriving = mean_irradiance(lit, surface.position, surface.geometric_normal)
+            reflected = wp.cw_mul(even_reflectance(surface, end.to_viewer), arriving) / PI
+            light += wp.cw_mul(end.throughput, reflected)
+        radiance[pixel] += light
+
+    return other_branch_kernel
+
+
+def add_other_branch(scene: SceneData, camera: wp.array, size: tuple[int, int], samples: ChainSamples,
+                     gbuffer: GBuffer, lit: RadiosityCache, radiance: wp.array, features: SceneFeatures
+                     ) -> None:  # fmt: skip
+    """Add to `radiance` (pixel,) what pixels of a `gbuffer` that is filled by `samples`, which split, do not show.
+
+    camera: (1,) CameraData; size: (width, height).
+    """
+    inputs, has = [scene, camera, image_size(size), samples, gbuffer, lit, radiance], features
+    kernel = other_branch_kernel(has.texels, has.one_sided, has.backdrop, has.environment)
+    launch(kernel, size[0] * size[1], inputs, radiance.device)
