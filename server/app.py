@@ -31,6 +31,7 @@ from server.render.devices import chosen_devices
 from server.render.engine import WORKER
 from server.render.engine_pool import EnginePool
 from server.rest import docs, health
+from server.rest import export as export_api
 from server.rest import films as film_api
 from server.rest import jobs as job_api
 from server.rest import metrics as monitor
@@ -109,7 +110,7 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     )
     app.add_middleware(Delivery)
     errors.install(app)
-    for part in (docs, health, monitor, render_api, pick_api, scene_api, job_api, film_api, stream):
+    for part in (docs, health, monitor, render_api, pick_api, export_api, scene_api, job_api, film_api, stream):
         app.include_router(part.router)
     app.mount("/api/docs/files", docs.swagger)
     app.router.default = Pages()

@@ -24,6 +24,7 @@ from server.wire.worker import Render, SceneRef, Start
 
 # A page has one for a job that it watches; behind a proxy that nobody named, all pages are one client.
 MAX_STREAMS, MAX_STREAMS_OF_ONE = 256, 64
+MAX_EXPORTS = 2  # at once, of up to a quarter of a gigabyte each
 # Edits of a client a second, and at once: a slider that is dragged is told thirty times a second.
 EDIT_RATE, EDIT_BURST = 40.0, 80.0
 # Picks of a client: a click each.
@@ -44,6 +45,7 @@ class Service:
     viewing: dict[int, SceneRef] = field(default_factory=dict)  # what viewers look at
     stills_waiting: int = 0
     streams: Places = field(default_factory=lambda: Places("event streams", MAX_STREAMS, MAX_STREAMS_OF_ONE))
+    exporting: Places = field(default_factory=lambda: Places("exports", MAX_EXPORTS, 1))
     uploading: Places = field(default_factory=lambda: Places("uploads", MAX_AT_ONCE, MAX_AT_ONCE // 2))
     metrics: Metrics = field(default_factory=Metrics)
     edited: EditedScenes = field(default_factory=EditedScenes)

@@ -139,6 +139,7 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     edits: bool = Field(
         default=True, description="clients may change lights and materials of scenes, for all who look at them"
     )
+    exports: bool = Field(default=False, description="clients may download scenes, with their edits, as GLB files")
     uploads: bool = Field(default=True, description="clients may upload scenes")
     uploads_dir: Path | None = Field(
         default=None, description="folder that keeps uploads; when not given, they go with the service"

@@ -1,6 +1,7 @@
 /** Wires the page: what the user does becomes poses and settings; what the server sends becomes pictures and words. */
 
 import { Address } from "./address.js";
+import { exportAddress } from "./export.js";
 import { decimalsOf, toFile, toWorld } from "./frame.js";
 import { writeLink } from "./link.js";
 import { isVideo } from "./protocol.js";
@@ -48,6 +49,8 @@ const cameraSelect = byId("camera", HTMLSelectElement);
 
 /** The scene that the camera stands in. @type {SceneInfo | null} */
 let scene = null;
+/** Whether the server gives scenes out. */
+let exports = false;
 /** The newest frame on the screen. @type {Frame | null} */
 let shown = null;
 
@@ -83,6 +86,7 @@ const session = new Session(api, wanted, {
     panel.stillFrames = welcome.still_frames;
     panel.offerVideo(welcome.codecs.includes("h264"));
     mixer.allowed = player.allowed = welcome.takes_edits;
+    exports = welcome.gives_exports;
     offerScenes(welcome.scenes);
     sceneSelect.value = session.wanted.scene ?? welcome.scenes.find(({ served }) => served)?.id ?? "";
     // One change of both: a second one would wait for the first frame.
@@ -305,6 +309,7 @@ function enter(entered) {
   panel.scene(entered, builtin.has(entered.id));
   views.scene(entered.id);
   mixer.scene(entered);
+  mixer.download = exports ? exportAddress(api, entered) : null;
   player.scene(entered);
   film.scene(entered);
   if (!stays) {

@@ -143,6 +143,8 @@ export interface Welcome {
   limits: Limits;
   /** averaged in the final picture of a still view, by quality, if the settings do not say how many */
   still_frames: Readonly<Record<string, number>>;
+  /** scenes can be downloaded as GLB files */
+  gives_exports: boolean;
   /** lights and materials can be changed */
   takes_edits: boolean;
 }

@@ -37,6 +37,7 @@ from server.wire.worker import (
     Closed,
     CloseScene,
     Done,
+    Exported,
     Failed,
     Free,
     FromWorker,
@@ -306,8 +307,8 @@ class Engine:
                 if cause is Cause.PROGRAM and (turn := self._running.get(request)) and turn.is_heartbeat:
                     raise link.refuse("word that it can render no more")
                 self._pending.pop(request).resolve(ERRORS[cause](text))
-            case Done(request) | Opened(request) | Closed(request) | Picked(request) if self._answers(request, message):
-                pending = self._pending.pop(request)
+            case Done() | Opened() | Closed() | Picked() | Exported() if self._answers(message):
+                pending = self._pending.pop(message.request)
                 if isinstance(pending.job, Render) and isinstance(message, Done):
                     self._last_rendered = pending.job
                     self._speeds.learn(pending.job, message.render_ms / 1e3, cuda=self.cuda)
@@ -334,8 +335,8 @@ class Engine:
     def _paused_job(self, request: int) -> QueueEntry | None:
         return next((entry for entry, paused in self._paused.items() if paused.request == request), None)
 
-    def _answers(self, request: int, answer: Answer) -> bool:
-        return request in self._pending and self._pending[request].answered_by(answer)
+    def _answers(self, answer: Answer) -> bool:
+        return answer.request in self._pending and self._pending[answer.request].answered_by(answer)
 
     def _take_note_of(self, holdings: Holdings) -> None:
         self.memory, self.scenes = (holdings.memory_used, holdings.memory_total), holdings.scenes

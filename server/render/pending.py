@@ -4,9 +4,23 @@ import asyncio
 from dataclasses import dataclass
 
 from gpu.errors import OutOfMemoryError, UserError
-from server.wire.worker import Cause, Closed, CloseScene, Done, Job, Opened, OpenScene, Pick, Picked, Render
+from server.wire.worker import (
+    MAX_EXPORT_BYTES,
+    Cause,
+    Closed,
+    CloseScene,
+    Done,
+    Export,
+    Exported,
+    Job,
+    Opened,
+    OpenScene,
+    Pick,
+    Picked,
+    Render,
+)
 
-Answer = Done | Opened | Closed | Picked
+Answer = Done | Opened | Closed | Picked | Exported
 Reply = tuple[Answer, bytes]
 
 # An image takes no more than that: 4 floats a pixel, and a header.
@@ -33,7 +47,9 @@ class PendingJob:
 
     @property
     def most_bytes(self) -> int:
-        """Of the answer's image."""
+        """Of the answer's image or file."""
+        if isinstance(self.job, Export):
+            return MAX_EXPORT_BYTES
         if not isinstance(self.job, Render):
             return 0
         width, height = self.job.size
@@ -50,6 +66,8 @@ class PendingJob:
                 return isinstance(answer, Closed)
             case Pick():
                 return isinstance(answer, Picked)
+            case Export():
+                return isinstance(answer, Exported)
 
     def resolve(self, result: Reply | Exception) -> None:
         """Give the reply, or the error that takes its place, to whoever still waits for it."""

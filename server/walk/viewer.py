@@ -125,6 +125,7 @@ class Viewer:
             codecs=self._codecs,
             still_frames={it: usual_counts(it, cuda=self._service.engines.cuda).frames for it in Quality},
             takes_edits=limits.edits,
+            gives_exports=limits.exports,
             limits=Limits(max_pixels=limits.max_stream_pixels, max_message_bytes=limits.max_message_bytes),
         )
 

@@ -329,6 +329,7 @@ class Welcome(Message):
     still_frames: dict[Quality, int] = Field(
         {}, description="averaged in the final picture of a still view, by quality, if the settings do not say how many"
     )
+    gives_exports: bool = Field(False, description="scenes can be downloaded as GLB files")
     takes_edits: bool = Field(True, description="lights and materials can be changed")
 
 

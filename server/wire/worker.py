@@ -25,6 +25,7 @@ from server.wire.log_format import LogFormat
 STILLS = 0  # the viewer number of renders that no viewer asked for; viewers count from 1
 HEARTBEAT = -1  # the viewer number of renders that only see whether the device still works
 START_UP = 0  # the request number of the start; requests count from 1
+MAX_EXPORT_BYTES = 2**28
 MAX_TEXT_BYTES = 2**24  # of a message's JSON; the largest by far says what is in a scene
 
 # "none": rendered, not encoded; "jpeg": of the quality asked for, made for speed; "h264": the next picture of the
@@ -164,6 +165,19 @@ class Pick:
 
 
 @dataclass(frozen=True)
+class Export:
+    """Write a scene as a GLB file, of MAX_EXPORT_BYTES at most; answered by Free and Exported, or by Failed, then Free.
+
+    edits: as of Render.
+    """
+
+    scene: SceneRef
+    edits: SceneEdits = NO_EDITS
+    request: int = 0
+    kind: Literal["export"] = "export"
+
+
+@dataclass(frozen=True)
 class Leave:
     """A viewer is gone: free what is kept for it. Not answered."""
 
@@ -204,8 +218,8 @@ class Cancel:
     kind: Literal["cancel"] = "cancel"
 
 
-Job = OpenScene | CloseScene | Render | Pick
-ToWorker = Start | OpenScene | Render | Pick | Leave | CloseScene | Yield | Resume | Cancel
+Job = OpenScene | CloseScene | Render | Pick | Export
+ToWorker = Start | OpenScene | Render | Pick | Export | Leave | CloseScene | Yield | Resume | Cancel
 
 # --- from the worker -------------------------------------------------------------------------------------------------
 
@@ -310,6 +324,14 @@ class Picked:
     kind: Literal["picked"] = "picked"
 
 
+@dataclass(frozen=True)
+class Exported:
+    """Answer to Export, with the file as the message's bytes."""
+
+    request: int
+    kind: Literal["exported"] = "exported"
+
+
 class Cause(StrEnum):
     """Whose fault a failure is: the user's, that of a device with too little memory, or the program's."""
 
@@ -328,7 +350,7 @@ class Failed:
     kind: Literal["failed"] = "failed"
 
 
-FromWorker = Ready | Progress | Free | Paused | Opened | Closed | Done | Picked | Failed
+FromWorker = Ready | Progress | Free | Paused | Opened | Closed | Done | Picked | Exported | Failed
 
 # --- the codec -------------------------------------------------------------------------------------------------------
 

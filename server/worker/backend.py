@@ -19,21 +19,23 @@ from typing import TypeVar
 import warp as wp
 
 from gpu.core.device import choose_device
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.features import SceneFeatures, scene_features
 from gpu.errors import OutOfMemoryError, SceneError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.builtin import BUILTIN
-from gpu.scene.edits import NO_EDITS, SceneEdits
+from gpu.scene.edits import NO_EDITS, SceneEdits, edited
 from gpu.scene.environment import with_environment
+from gpu.scene.gltf.writing import glb_of
 from gpu.scene.load import load_scene
 from gpu.settings import RenderSettings
 from gpu.warm_up import warm_up
 from server.scenes.scene_info import describe_scene
 from server.scenes.view_camera import view_camera
 from server.wire.browser import PickedPart, SceneInfo
-from server.wire.worker import STILLS, CameraSpec, Pick, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import MAX_EXPORT_BYTES, STILLS, CameraSpec, Export, Pick, Render, SceneCamera, SceneRef, Start
 from server.worker.device_encode import DeviceEncoder, device_encoder
 from server.worker.kernel_cache import check_kernel_cache, needs_kernel_cache
 from server.worker.loaded_scene import LoadedScene, build, edit
@@ -126,6 +128,17 @@ class GpuBackend:
         """Say what a camera sees at one point of its picture, of the scene as it is edited."""
         what = f"{job.scene.id}: the device has too little memory for this scene; close others, or simplify it"
         return self._with_room(lambda: self._picked(job, report), what)
+
+    def export(self, job: Export, report: Report) -> bytes:
+        """Write a scene, as it is edited, as a GLB file, while others have the device."""
+        what = f"{job.scene.id}: the device has too little memory for this scene; close others, or simplify it"
+        scene = self._with_room(lambda: self._load(job.scene, report), what).scene
+        report(f"writing {job.scene.id}", 0.5)
+        file = DEVICE_SHARING.beside(lambda: glb_of(edited(scene, job.edits)))
+        if len(file) > MAX_EXPORT_BYTES:
+            megabytes = f"{len(file) / 1e6:,.0f} MB, more than the {MAX_EXPORT_BYTES / 1e6:,.0f}"
+            raise UserError(f"{job.scene.id}: as a GLB file has {megabytes} that are given out")
+        return file
 
     def leave(self, viewer: int) -> None:
         """Free what is kept for a viewer."""

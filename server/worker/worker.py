@@ -35,6 +35,8 @@ from server.wire.worker import (
     Closed,
     CloseScene,
     Done,
+    Export,
+    Exported,
     Failed,
     Free,
     FromWorker,
@@ -117,6 +119,9 @@ class Backend(Protocol):
     def pick(self, job: Pick, report: Report) -> PickedPart:
         """Say what a camera sees at one point of its picture."""
 
+    def export(self, job: Export, report: Report) -> bytes:
+        """Write a scene as a GLB file."""
+
     def close(self, scene: SceneRef) -> None:
         """Free a scene and all that was made for it; nothing happens when it is not loaded."""
 
@@ -195,7 +200,7 @@ class Worker:
             case Leave(viewer):
                 self._leave(viewer)
                 self._left_behind.update(it.request for it in self._under_way.values() if it.viewer == viewer)
-            case OpenScene() | CloseScene() | Render() | Pick():
+            case OpenScene() | CloseScene() | Render() | Pick() | Export():
                 self._take_turn(message.request, lambda: self._tasks.start(message.request, partial(self._do, message)))
             case Resume(request) if self._tasks.knows(request):  # it may have ended in another's turn meanwhile
                 self._take_turn(request, lambda: self._tasks.resume(request))
@@ -233,6 +238,7 @@ class Worker:
         report = self._reporter(QUIET_SECONDS)
         began = DEVICE_SHARING.own_time()
         answer: FromWorker | None = None  # sent when all know what it changed
+        file = b""
         try:
             match job:
                 case OpenScene(scene):
@@ -242,6 +248,9 @@ class Worker:
                     answer = Closed(job.request)
                 case Pick():
                     answer = Picked(job.request, self._backend.pick(job, report))
+                case Export():
+                    file = self._backend.export(job, report)
+                    answer = Exported(job.request)
                 case Render():
                     self._under_way[job.request] = job
                     picture = self._backend.render(job, report)
@@ -260,7 +269,7 @@ class Worker:
             self._leave(rendered.viewer)  # again: its last frame was still in the making
         self._send(Free(job.request, self._busy_ms(job.request), self._holdings()))
         if answer is not None:
-            self._answer(job.request, answer)
+            self._answer(job.request, answer, file)
 
     def _holdings(self) -> Holdings:
         return Holdings(*self._backend.memory(), self._backend.scenes())
@@ -285,9 +294,9 @@ class Worker:
         except Exception as error:
             self._fail(job.request, error)
 
-    def _answer(self, request: int, answer: FromWorker) -> None:
+    def _answer(self, request: int, answer: FromWorker, file: bytes) -> None:
         try:
-            self._send(answer)
+            self._send(answer, file)
         except ValueError as error:  # it cannot be told: that is a fault, and not one to die of
             self._fail(request, error)
 

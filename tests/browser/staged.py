@@ -36,6 +36,7 @@ class Stage:
         self.connections = 0
         self.away = False  # a server that takes nobody now
         self.takes_edits = True
+        self.gives_exports = False
         self.closes: list[int | None] = []
         self.page = page
         self._frame = 0
@@ -79,6 +80,7 @@ class Stage:
         limits = {"max_pixels": max_pixels, "max_side": 16384, "window": 2, "max_message_bytes": 65536}
         schema = RenderSettings.model_json_schema()
         words = {"viewer": 1, "scenes": SCENES, "settings_schema": schema, "codecs": ["jpeg", "png", "h264"]}
+        words["gives_exports"] = self.gives_exports
         words["still_frames"] = {"draft": 2, "balanced": 16, "best": 64}
         self.say("welcome", protocol=PROTOCOL, limits=limits, takes_edits=self.takes_edits, **words)
 

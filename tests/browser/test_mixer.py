@@ -1,5 +1,6 @@
 """Lights and materials in a real browser: changed by pointer and keyboard, undone, and seen by others."""
 
+import re
 from contextlib import closing
 from typing import Any
 
@@ -127,3 +128,18 @@ def test_a_server_that_takes_no_edits_offers_none(page: Page, gradients: Running
     expect(page.get_by_role("button", name="Lights, materials and objects")).to_be_hidden()
     page.keyboard.press("KeyG")
     expect(page.locator("#mixer")).to_be_hidden()
+
+
+def test_a_scene_is_downloaded_where_the_server_gives_it_out(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    stage.gives_exports = True
+    page.goto(str(gradients.http.base_url))
+    stage.start()
+    page.keyboard.press("KeyG")
+    link = page.get_by_role("link", name="Download as GLB")
+    expect(link).to_have_attribute("href", re.compile(r"/api/v1/scenes/cornell-box/export\.glb$"))
+    stage.gives_exports = False
+    stage.reload()
+    page.keyboard.press("KeyG")
+    expect(page.locator("#mixer")).to_be_visible()
+    expect(link).to_be_hidden()

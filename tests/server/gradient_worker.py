@@ -15,7 +15,17 @@ from gpu.errors import OutOfMemoryError, UserError
 from gpu.scene.edits import LightEdit, ObjectEdit
 from gpu.scene.parts import LightForm
 from server.wire.browser import Bounds, CameraInfo, LightInfo, MaterialInfo, ObjectInfo, PickedPart, SceneInfo
-from server.wire.worker import HEARTBEAT, MAX_TEXT_BYTES, CameraMatrix, Pick, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import (
+    HEARTBEAT,
+    MAX_TEXT_BYTES,
+    CameraMatrix,
+    Export,
+    Pick,
+    Render,
+    SceneCamera,
+    SceneRef,
+    Start,
+)
 from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
 
@@ -147,6 +157,9 @@ class GradientBackend:
             return PickedPart(material="wall", light="lamp", point=(1.0, 0.0, -1.0), distance=1.0)
         chair = job.edits.objects.get("chair", ObjectEdit())
         return PickedPart() if chair.visible is False else PickedPart(object="chair", material="wall", distance=0.7)
+
+    def export(self, job: Export, report: Report) -> bytes:
+        return f"glTF with {', '.join(job.edits.lights) or 'no edits'}".encode()
 
     def leave(self, viewer: int) -> None:
         self._averaged.pop(viewer, None)

@@ -39,6 +39,7 @@ export class Mixer {
   #undo = button("undo");
   #redo = button("redo");
   #reset = button("edits-reset");
+  #export = byId("export", HTMLAnchorElement);
   #events;
   #history;
   #materials;
@@ -91,6 +92,12 @@ export class Mixer {
 
   get allowed() {
     return !button("toggle-mixer").hidden;
+  }
+
+  /** Where the scene can be downloaded; null where it cannot. @param {string | null} address */
+  set download(address) {
+    this.#export.hidden = address === null;
+    if (address !== null) this.#export.href = address;
   }
 
   /** A scene is there. @param {SceneInfo} scene */

@@ -13,6 +13,8 @@ from server.wire.worker import (
     CameraSpec,
     Cause,
     Done,
+    Export,
+    Exported,
     Failed,
     FromWorker,
     LookAt,
@@ -52,6 +54,8 @@ def test_a_render_crosses_the_border_as_it_is(view: CameraSpec) -> None:
         Failed(1, "bad", Cause.USER),
         Done(2, (1, 2), 3.0, 4.0, 1, 1, {"a": 1.0}, {}, {}),
         Pick(SCENE, SceneCamera(0), (64, 36), (0.25, 0.5), SceneEdits(lights={"lamp": LightEdit(on=False)})),
+        Export(SCENE, SceneEdits(lights={"lamp": LightEdit(on=False)})),
+        Exported(4),
         Picked(3, PickedPart(object="chair", point=(1.0, 2.0, 3.0), distance=4.0)),
     ],
 )

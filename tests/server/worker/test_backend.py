@@ -14,17 +14,30 @@ import simplejpeg
 from harness import IDENTITY, run
 from PIL import Image
 
+import server.worker.backend
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import OutOfMemoryError, UserError
 from gpu.renderer import Renderer
 from gpu.scene.edits import NO_EDITS, LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from gpu.scene.environment_options import EnvironmentOptions
+from gpu.scene.load import load_scene
 from gpu.scene.types import Floats
 from gpu.settings import Method, RenderSettings
 from server.render.engine import WORKER
 from server.settings import ServerSettings
-from server.wire.worker import CameraMatrix, CameraSpec, LookAt, Output, Pick, Render, SceneCamera, SceneRef, Start
+from server.wire.worker import (
+    CameraMatrix,
+    CameraSpec,
+    Export,
+    LookAt,
+    Output,
+    Pick,
+    Render,
+    SceneCamera,
+    SceneRef,
+    Start,
+)
 from server.worker.backend import GpuBackend
 from server.worker.tasks import Tasks, Turn
 
@@ -352,6 +365,18 @@ def test_a_mean_begins_anew_with_an_edit(backend: GpuBackend) -> None:
         edited(backend, NO_EDITS, sample=sample)
     assert not edited(backend, off, sample=2).any()
     assert backend.render(replace(job(), edits=off, sample=1), silent).samples == 2
+
+
+def test_an_export_has_the_edits_of_its_job(
+    backend: GpuBackend, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    red = SceneEdits(materials={"white": MaterialEdit(color=(1.0, 0.0, 0.0))})
+    (tmp_path / "box.glb").write_bytes(backend.export(Export(BOX, red), silent))
+    read = load_scene(str(tmp_path / "box.glb"))
+    assert {it.name: it.base_color[:3] for it in read.materials}["white"] == (1.0, 0.0, 0.0)
+    monkeypatch.setattr(server.worker.backend, "MAX_EXPORT_BYTES", 1000)
+    with pytest.raises(UserError, match="box: as a GLB file has 0 MB, more than"):
+        backend.export(Export(BOX), silent)
 
 
 def test_a_pick_sees_the_scene_as_it_is_edited(backend: GpuBackend) -> None:

@@ -32,6 +32,8 @@ from server.wire.worker import (
     Cause,
     CloseScene,
     Done,
+    Export,
+    Exported,
     Failed,
     Free,
     FromWorker,
@@ -261,3 +263,10 @@ def test_a_pick_is_answered_in_its_turn(pipe: Pipe) -> None:
     picked, payload = pipe.read(Picked)
     assert isinstance(picked, Picked)
     assert (free.request, picked.request, picked.part.object, payload) == (1, 1, "chair", b"")
+
+
+def test_an_export_is_answered_with_the_file(pipe: Pipe) -> None:
+    pipe.send(Export(SCENE, request=1))
+    exported, payload = pipe.read(Exported)
+    assert isinstance(exported, Exported)
+    assert (exported.request, payload) == (1, b"glTF with no edits")

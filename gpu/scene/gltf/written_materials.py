@@ -1,0 +1,87 @@
+"""Materials as glTF has them: metallic-roughness, with the extensions that gpu.scene.gltf.materials reads."""
+
+from math import atan2, hypot, isinf
+from typing import Any
+
+from gpu.scene.types import AlphaMode, Material, TextureSlot
+
+_ALPHA_MODES = {AlphaMode.OPAQUE: "OPAQUE", AlphaMode.MASK: "MASK", AlphaMode.BLEND: "BLEND"}
+_IDENTITY = TextureSlot(0).transform
+_PLAIN = Material()
+
+
+def material_entry(material: Material) -> dict[str, Any]:
+    """A material of the file's JSON; lengths are in metres."""
+    base: dict[str, Any] = {
+        "baseColorFactor": list(material.base_color),
+        "metallicFactor": material.metallic,
+        "roughnessFactor": material.roughness,
+        **_info("baseColorTexture", material.base_color_slot),
+        **_info("metallicRoughnessTexture", material.metallic_roughness_slot),
+    }
+    strength = max(*material.emission, 1.0)
+    entry: dict[str, Any] = {
+        "name": material.name,
+        "pbrMetallicRoughness": base,
+        "emissiveFactor": [value / strength for value in material.emission],
+        **_info("emissiveTexture", material.emission_slot),
+        "alphaMode": _ALPHA_MODES[material.alpha_mode],
+        # Where a file did not tell, both sides are seen, but the front alone is a light.
+        "doubleSided": material.double_sided or (material.double_sided is None and not material.emits),
+        "extensions": _extensions(material, strength),
+    }
+    if material.alpha_mode is AlphaMode.MASK:
+        entry["alphaCutoff"] = material.alpha_cutoff
+    if normal := _info("normalTexture", material.normal_slot):
+        entry["normalTexture"] = {**normal["normalTexture"], "scale": material.normal_scale}
+    return {name: part for name, part in entry.items() if part != {}}
+
+
+def _extensions(material: Material, strength: float) -> dict[str, Any]:
+    made: dict[str, Any] = {}
+    if strength > 1.0:
+        made["emissive_strength"] = {"emissiveStrength": strength}
+    if material.unlit:
+        made["unlit"] = {}
+    if material.ior != _PLAIN.ior:
+        made["ior"] = {"ior": material.ior}
+    if material.transmission > 0.0:
+        factor = {"transmissionFactor": material.transmission}
+        made["transmission"] = factor | _info("transmissionTexture", material.transmission_slot)
+    if material.thickness > 0.0:
+        volume: dict[str, Any] = {
+            "thicknessFactor": material.thickness,
+            "attenuationColor": list(material.attenuation_color),
+        }
+        if not isinf(material.attenuation_distance):
+            volume["attenuationDistance"] = material.attenuation_distance
+        made["volume"] = volume
+    if (material.specular, material.specular_color) != (_PLAIN.specular, _PLAIN.specular_color):
+        made["specular"] = {"specularFactor": material.specular, "specularColorFactor": list(material.specular_color)}
+    if material.clearcoat > 0.0:
+        made["clearcoat"] = {
+            "clearcoatFactor": material.clearcoat,
+            "clearcoatRoughnessFactor": material.clearcoat_roughness,
+            **_info("clearcoatTexture", material.clearcoat_slot),
+            **_info("clearcoatRoughnessTexture", material.clearcoat_roughness_slot),
+        }
+    return {f"KHR_materials_{name}": part for name, part in made.items()}
+
+
+def _info(name: str, slot: TextureSlot | None) -> dict[str, Any]:
+    """A use of a texture under its name; nothing where there is none. A shear of its UVs is left out (there is none in
+    KHR_texture_transform).
+    """
+    if slot is None:
+        return {}
+    info: dict[str, Any] = {"index": slot.texture, "texCoord": slot.uv_set}
+    if slot.transform != _IDENTITY:
+        uu, uv, u, vu, vv, v = slot.transform
+        su = hypot(uu, vu)
+        change = {
+            "offset": [u, v],
+            "rotation": atan2(-vu, uu),
+            "scale": [su, (uu * vv - uv * vu) / su if su > 0.0 else hypot(uv, vv)],
+        }
+        info["extensions"] = {"KHR_texture_transform": change}
+    return {name: info}

@@ -1,0 +1,49 @@
+"""GET /scenes/ID/export.glb: a scene as a file, with its edits in it."""
+
+from pathlib import Path
+from typing import Annotated
+from urllib.parse import quote
+
+from fastapi import APIRouter, Query, Request, Response
+
+from server.addresses import client_network
+from server.errors import refusals
+from server.refusals import ForbiddenError
+from server.render.schedule import Urgency
+from server.render.worker_link import WorkerLostError
+from server.rest.scenes import Reading
+from server.service import TheService
+from server.wire.browser import SceneId
+from server.wire.worker import STILLS, Export
+
+GLB = "model/gltf-binary"
+router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 408, 422, 507))
+
+
+@router.get(
+    "/{scene_id:path}/export.glb",
+    operation_id="exportScene",
+    response_class=Response,
+    responses={200: {"content": {GLB: {"schema": {"type": "string", "format": "binary"}}}}},
+)
+async def export(
+    scene_id: SceneId, request: Request, service: TheService, reading: Annotated[Reading, Query()]
+) -> Response:
+    """The scene as it is edited now, as a GLB file in metres with +Y up; 403 unless this service gives scenes out.
+
+    It is loaded for that. Skies and animations stay out. The parameters say how its file is read, as for GET.
+    """
+    if not service.settings.exports:
+        raise ForbiddenError("this server gives no scenes out; its option --exports allows that")
+    with service.exporting.taken(client_network(request.client.host if request.client else "")):
+        ref = await service.catalogue.look_up(scene_id, reading.options)
+        if not service.engines.ready:
+            raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
+        await service.residency.open(ref)
+        job = Export(ref, service.edited.of(ref))
+        reply = await service.engines.submit(STILLS, ref, Urgency.REFINING, lambda: job)
+        if reply is None:
+            raise WorkerLostError("the renderer was lost; it is being started again")
+        _, file = await reply
+    name = f"attachment; filename*=UTF-8''{quote(Path(scene_id).stem)}.glb"
+    return Response(file, media_type=GLB, headers={"Content-Disposition": name})

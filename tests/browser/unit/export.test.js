@@ -1,0 +1,18 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { exportAddress } from "../../../web/export.js";
+
+const API = new URL("http://here/walk/api/v1/");
+
+/** @param {string} id @param {import("../../../web/protocol.js").ImportOptions} options */
+const address = (id, options) =>
+  exportAddress(API, /** @type {import("../../../web/protocol.js").SceneInfo} */ (/** @type {unknown} */ ({ id, options })));
+
+test("a scene is named by its id, and by how it is read", () => {
+  assert.equal(address("rooms/a hall?.glb", {}), "http://here/walk/api/v1/scenes/rooms/a%20hall%3F.glb/export.glb");
+  const words = new URL(address("a.ifc", { up: "z", origin: [1, 2, 3], storeys: ["ground, east", "first"] })).searchParams;
+  assert.equal(words.get("up"), "z");
+  assert.equal(words.get("origin"), "1,2,3");
+  assert.deepEqual(words.getAll("storeys"), ["ground, east", "first"]);
+});

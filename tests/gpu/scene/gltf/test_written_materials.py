@@ -1,0 +1,65 @@
+import pytest
+
+from gpu.scene.gltf.written_materials import material_entry
+from gpu.scene.types import Material, TextureSlot
+
+
+def test_a_plain_material_says_little() -> None:
+    base = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+    assert material_entry(Material("plain")) == {
+        "name": "plain",
+        "pbrMetallicRoughness": base,
+        "emissiveFactor": [0.0, 0.0, 0.0],
+        "alphaMode": "OPAQUE",
+        "doubleSided": True,
+    }
+
+
+def test_light_of_more_than_one_is_a_factor_and_its_strength() -> None:
+    entry = material_entry(Material(emission=(4.0, 2.0, 0.0)))
+    assert entry["emissiveFactor"] == [1.0, 0.5, 0.0]
+    assert entry["extensions"] == {"KHR_materials_emissive_strength": {"emissiveStrength": 4.0}}
+    assert not entry["doubleSided"]  # a lamp whose file does not tell shines to its front
+    assert material_entry(Material(emission=(0.5, 0.0, 0.0)))["emissiveFactor"] == [0.5, 0.0, 0.0]
+
+
+def test_every_use_of_a_texture_is_written() -> None:
+    slot = TextureSlot(3, 1)
+    material = Material(
+        emission=(1.0, 1.0, 1.0),
+        metallic_roughness_slot=slot,
+        emission_slot=slot,
+        normal_slot=slot,
+        normal_scale=2.0,
+        transmission=0.5,
+        transmission_slot=slot,
+        clearcoat=0.5,
+        clearcoat_slot=slot,
+        clearcoat_roughness_slot=slot,
+    )
+    entry = material_entry(material)
+    use = {"index": 3, "texCoord": 1}
+    coat = entry["extensions"]["KHR_materials_clearcoat"]
+    assert entry["pbrMetallicRoughness"]["metallicRoughnessTexture"] == entry["emissiveTexture"] == use
+    assert entry["normalTexture"] == {**use, "scale": 2.0}
+    assert entry["extensions"]["KHR_materials_transmission"]["transmissionTexture"] == use
+    assert coat["clearcoatTexture"] == coat["clearcoatRoughnessTexture"] == use
+
+
+def test_a_texture_is_moved_turned_and_scaled() -> None:
+    slot = TextureSlot(0, 0, (2.0, 0.0, 0.5, 0.0, -3.0, 0.25))
+    use = material_entry(Material(base_color_slot=slot))["pbrMetallicRoughness"]["baseColorTexture"]
+    change = use["extensions"]["KHR_texture_transform"]
+    assert change == {
+        "offset": [0.5, 0.25],
+        "rotation": pytest.approx(0.0),
+        "scale": [2.0, -3.0],
+    }
+
+
+def test_glass_says_how_deep_light_goes() -> None:
+    glass = material_entry(Material(transmission=1.0, thickness=0.1, attenuation_color=(0.5, 1.0, 1.0)))["extensions"]
+    assert glass["KHR_materials_volume"] == {"thicknessFactor": 0.1, "attenuationColor": [0.5, 1.0, 1.0]}
+    dark = material_entry(Material(transmission=1.0, thickness=0.1, attenuation_distance=0.02, ior=1.3))["extensions"]
+    assert dark["KHR_materials_volume"]["attenuationDistance"] == 0.02
+    assert dark["KHR_materials_ior"] == {"ior": 1.3}
