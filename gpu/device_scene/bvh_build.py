@@ -147,9 +147,15 @@ def bvh_corner_kernel(first: int, mesh: wp.uint64, vertices: wp.array[wp.vec3], 
         corners[3 * place + corner] = wp.vec4(vertex[0], vertex[1], vertex[2], culled[face])
 
 
-def _joined(parts: list[wp.array]) -> wp.array:
-    """Arrays one behind the other."""
-    whole = wp.empty(sum(len(part) for part in parts), dtype=parts[0].dtype, device=parts[0].device)
+def with_room(count: int) -> int:
+    """A length for `count` rows and up to an eighth more, the same for most counts that are nearly the same."""
+    step = 1 << max(count.bit_length() - 4, 0)
+    return -(-count // step) * step
+
+
+def _joined(parts: list[wp.array], length: int) -> wp.array:
+    """Arrays one behind the other, and zeros after them up to a length."""
+    whole = wp.zeros(length, dtype=parts[0].dtype, device=parts[0].device)
     begin = 0
     for part in parts:
         wp.copy(whole, part, dest_offset=begin, count=len(part))
@@ -159,6 +165,8 @@ def _joined(parts: list[wp.array]) -> wp.array:
 
 def build(vertices: wp.array, indices: wp.array, culled: wp.array) -> Bvh:
     """A tree over one triangle or more, of `vertices` (vertex,) with corners `indices` (3·triangle,).
+
+    There is room for some more nodes, so that one over what has moved a little mostly has arrays of the same sizes.
 
     culled (triangle,): 1 where the back can be culled, else 0.
     Raises RuntimeError if it has more levels than a ray's stack is made for.
@@ -188,7 +196,8 @@ def build(vertices: wp.array, indices: wp.array, culled: wp.array) -> Bvh:
         launch(bvh_level_kernel, count, inputs, device)
         nodes = following
     bvh = Bvh()
-    bvh.bounds, bvh.children = _joined(bounds), _joined(children)
+    room = with_room(base)
+    bvh.bounds, bvh.children = _joined(bounds, 6 * room), _joined(children, 2 * room)
     bvh.faces = wp.empty(len(indices) // 3, dtype=int, device=device)
     bvh.corners = wp.empty(len(indices), dtype=wp.vec4, device=device)
     launch(bvh_corner_kernel, len(bvh.faces), [mesh.id, vertices, indices, culled, bvh.corners, bvh.faces], device)

@@ -128,6 +128,7 @@ class DeviceScene:
     def __init__(self, scene: Scene, device: str | None = None, lender: DeviceScene | None = None) -> None:
         """lender: one on the same device and with the same textures, which both share then."""
         self.scene = scene
+        self._lent = False  # whether other scenes have its geometry, too, in the same arrays
         self.device = choose_device(device)
         kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
         numbers = DEVICE_SHARING.beside(lambda: np.argsort(kind, kind="stable").astype(np.int32))
@@ -172,23 +173,35 @@ class DeviceScene:
         if not same or [_kind(it) for it in scene.materials] != [_kind(it) for it in known.materials]:
             return DeviceScene(scene, str(self.device), self)
         other = copy(self)
+        other._lent = True
         other.scene, other.data = scene, duplicate(SceneData, self.data)
         other._set_materials(other.data, self)
         other._set_sky(other.data)
         return other
 
     def can_become(self, other: DeviceScene) -> bool:
-        """Whether `become` can be called with `other`: it has the same geometry, and kernels need to know no more."""
-        same = other.data.vertices is self.data.vertices and alike(SceneData, self.data, other.data)
-        return same and all(
+        """Whether `become` can be called with `other`: it has the same geometry, or as much where this has its own, and
+        kernels need to know no more.
+        """
+        if other.data.vertices is not self.data.vertices:
+            panes = self.__dict__.get("_with_panes")
+            if self._lent or not (panes is None or alike(Bvh, panes, other._with_panes)):
+                return False
+        return alike(SceneData, self.data, other.data) and all(
             scene_features(self.scene, lambertian=lambertian) == scene_features(other.scene, lambertian=lambertian)
             for lambertian in (False, True)
         )
 
     def become(self, other: DeviceScene) -> None:
         """Be `other` from now on, in the arrays that there are, which renderers read."""
+        own = {"data": self.data, "_lent": self._lent}
+        if "_with_panes" in self.__dict__:
+            own["_with_panes"] = self._with_panes
+            if other.data.vertices is not self.data.vertices:
+                overwrite(Bvh, self._with_panes, other._with_panes)
         overwrite(SceneData, self.data, other.data)
-        self.scene, self._material_rows = other.scene, other._material_rows
+        self.__dict__.clear()
+        self.__dict__.update({**other.__dict__, **own})
 
     def _upload_textures(self, data: SceneData) -> None:
         entries, texels = DEVICE_SHARING.beside(lambda: _textures(self.scene.textures))

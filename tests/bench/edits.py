@@ -72,6 +72,9 @@ def edits_of(scene: Scene) -> dict[str, Edit]:
         one, a, _ = inner[0]
         step = (a[1] - low[1]) / (2 * (ROUNDS + WARM_UP))
         kinds["move object"] = lambda number: SceneEdits(objects={one: ObjectEdit(offset=(0.0, -step * number, 0.0))})
+    if scene.motion is not None:
+        seconds, frames = scene.motion.animations[0].seconds, ROUNDS + WARM_UP
+        kinds["time"] = lambda number: SceneEdits(time=seconds * (number + 1) / (frames + 1))
     return kinds
 
 

@@ -69,6 +69,13 @@ def room() -> DeviceScene:
         SceneEdits(lights={"bulb": LightEdit(on=False), "default": LightEdit(intensity=0.0)}),
     ]
 )
+@example(
+    [
+        SceneEdits(objects={"block": ObjectEdit(offset=(0.1, 0.0, -0.1)), "lamp": ObjectEdit(offset=(0.1, -0.1, 0.1))}),
+        SceneEdits(objects={"block": ObjectEdit(offset=(0.0, -0.2, 0.0))}),
+        SceneEdits(lights={"bulb": LightEdit(on=False)}),
+    ]
+)
 @given(st.lists(EDITS, min_size=1, max_size=3))
 @settings(max_examples=3, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck))
 def test_edits_leave_nothing_of_what_was_before(method: Method, steps: list[SceneEdits]) -> None:

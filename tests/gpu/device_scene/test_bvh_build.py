@@ -4,7 +4,7 @@ import warp as wp
 
 from gpu.device_scene import bvh_build
 from gpu.device_scene.bvh import Bvh
-from gpu.device_scene.bvh_build import NO_NODE, build
+from gpu.device_scene.bvh_build import NO_NODE, build, with_room
 
 CPU = wp.get_device("cpu")
 
@@ -47,13 +47,16 @@ def test_each_triangle_is_in_one_leaf_and_in_all_boxes_above(count: int) -> None
                     for lower, upper in ((b[:, 0], b[:, 1]) for b in [*boxes, box]):
                         assert (corners[place] >= lower).all()
                         assert (corners[place] <= upper).all()
-    assert sorted(visited) == list(range(len(children)))
+    assert sorted(visited) == list(range(len(visited)))
+    assert len(children) == with_room(len(visited))
+    assert not children[len(visited) :].any()
     assert sorted(places) == list(range(count))
 
 
 def test_nodes_are_wide_where_there_is_enough_to_hold() -> None:
     bvh, _ = tree_of(3000)
     children = bvh.children.numpy().reshape(-1, 2, 4)
+    children = children[: 1 + children[:, 0].max(initial=0, where=children[:, 1] == 0)]
     used = (children[:, 0] != NO_NODE).sum(axis=1)
     assert used.min() >= 2
     assert (used[: 1 + 4 + 16] == 4).all()  # those of the first levels
@@ -64,3 +67,10 @@ def test_more_levels_than_a_ray_can_keep_in_mind_are_refused(monkeypatch: pytest
     monkeypatch.setattr(bvh_build, "MAX_LEVELS", 2)
     with pytest.raises(RuntimeError, match="3000 triangles has more than 2 levels"):
         tree_of(3000)
+
+
+def test_there_is_room_for_up_to_an_eighth_more_nodes() -> None:
+    lengths = [with_room(count) for count in range(1, 5000)]
+    assert lengths == sorted(lengths)
+    assert all(count <= length <= 1.125 * count for count, length in enumerate(lengths, 1))
+    assert len(set(lengths[3000:4000])) <= 5

@@ -86,6 +86,28 @@ def test_edits_make_mirrors() -> None:
     assert not polished.view(lambertian=True).specular
 
 
+def test_what_moved_takes_the_place_of_what_was_in_arrays_of_its_own() -> None:
+    glass = Material(transmission=1.0, roughness=0.0)
+    base = resident_of([FLOOR, replace(WALL, name="block")], [grey(0.5), glass])
+
+    def moved(by: float) -> DeviceScene:
+        return base.edited(edited(base.scene, SceneEdits(objects={"block": ObjectEdit(offset=(0.0, 0.0, by))})))
+
+    assert not base.edited(base.scene).can_become(moved(0.1))  # whose arrays are the first scene's
+    state, other = moved(0.1), moved(0.05)
+    arrays, both = state.data, state.view(lambertian=True).opaque
+    assert state.can_become(other)
+    state.become(other)
+    assert state.scene is other.scene
+    assert state.data is arrays
+    assert np.array_equal(arrays.vertices.numpy(), other.data.vertices.numpy())
+    assert np.array_equal(arrays.panes.corners.numpy(), other.data.panes.corners.numpy())
+    assert np.array_equal(both.corners.numpy(), other.view(lambertian=True).opaque.corners.numpy())
+    state.become(base)
+    assert np.array_equal(both.corners.numpy(), base.view(lambertian=True).opaque.corners.numpy())
+    assert state.can_become(other)
+
+
 def test_what_edits_leave_as_it_was_is_shared() -> None:
     pixels = Texture("grain", np.zeros((4, 4, 4), np.uint8), srgb=True)
     block = replace(WALL, name="block")
