@@ -11,12 +11,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from types import UnionType
 
 import pytest
 from gradient_worker import (
     BUG_SEED,
     ENOUGH,
     FAULT_SEED,
+    GATHER_SEED,
     LATE_FAULT_SEED,
     MEMORY,
     SLICED_SEED,
@@ -29,6 +31,7 @@ from harness import GRADIENT_WORKER
 from gpu.settings import RenderSettings
 from server.wire.log_format import LogFormat
 from server.wire.worker import (
+    Cancel,
     Cause,
     CloseScene,
     Done,
@@ -70,7 +73,7 @@ class Pipe:
     def send(self, message: ToWorker) -> None:
         self._connection.sendall(pack(message))
 
-    def read(self, kind: type[FromWorker]) -> tuple[FromWorker, bytes]:
+    def read(self, kind: type[FromWorker] | UnionType) -> tuple[FromWorker, bytes]:
         """The next message of this kind and its bytes."""
         while True:
             message, payload = read(self._file)
@@ -145,6 +148,22 @@ def test_a_viewer_that_leaves_in_the_middle_of_a_frame_leaves_nothing(pipe: Pipe
     answers = [pipe.read(Done)[0] for _ in range(ENOUGH + 3)]
     keys = {answer.request: answer.is_key for answer in answers if isinstance(answer, Done)}
     assert (keys[1], keys[11], keys[12]) == (True, True, False)
+
+
+def test_frames_of_several_viewers_are_on_the_device_at_once_and_end_whatever_is_said_meanwhile() -> None:
+    """Neither ends alone."""
+    with worker() as (pipe, _):
+        pipe.send(Start(SCENE, device="lanes 2"))
+        ready, _ = pipe.read(Ready)
+        assert isinstance(ready, Ready)
+        assert ready.lanes == 2
+        pipe.send(render(1, seed=GATHER_SEED))
+        for message in (Yield(1), Cancel(1), Leave(1), Resume(99)):
+            pipe.send(message)
+        pipe.send(replace(render(2, seed=GATHER_SEED), viewer=2))
+        answers = [pipe.read(FromWorker)[0] for _ in range(4)]
+    assert sorted(answer.request for answer in answers if isinstance(answer, Free)) == [1, 2]
+    assert sorted(answer.request for answer in answers if isinstance(answer, Done)) == [1, 2]
 
 
 def test_the_device_is_free_once_a_job(pipe: Pipe) -> None:
