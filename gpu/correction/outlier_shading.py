@@ -1,8 +1,9 @@
 """More rays for the shading points that neighbours must not speak for. Beyond the 2022 paper.
 
 gpu.correction.outliers tells which. Their rays go to VPL clusters in proportion to what these would send were nothing
-between; what clusters of SPs believe does not count. Only SPs that these rays, too, find to be much darker take what
-they say.
+between; what clusters of SPs believe does not count. SPs take as much light as these rays leave possible, if it is less
+than what was believed: what a few rays find is too little in half of all cases, and where light comes from few places
+black specks would show that.
 """
 
 from dataclasses import dataclass
@@ -32,7 +33,7 @@ from gpu.vpl.group_sampling import (
     sample_group,
     sum_parts,
 )
-from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, trace_shadow_rays
+from gpu.vpl.shadow_rays import NO_RAY, ShadowRays, ray_index, shadow_rays, target_of, trace_shadow_rays
 from gpu.vpl.vpl_clusters import VplClusters, is_behind, out_of_reach
 
 # Of each outlier: arrays have room for so many.
@@ -43,13 +44,14 @@ OUTLIER_KEY = wp.constant(wp.uint32(0x2C1B3C6D))
 @wp.struct
 @dataclass
 class RefinementParameters:
-    """When and how much the rays of outliers count.
+    """How much the rays of outliers count.
 
-    confirmed: where they find more than this share of what was believed, that has less noise than they.
+    deviations: what they leave possible lies so far above what they find. With none, SPs are as dark as few rays say by
+    chance; with two, too many of those that are black keep some light.
     most_whole: a cluster near a point counts at most this many times as much as its one disk, by which it is drawn.
     """
 
-    confirmed: float = 0.5
+    deviations: float = 1.0
     most_whole: float = 32.0
 
 
@@ -119,23 +121,46 @@ def outlier_ray_kernel(first: int, gbuffer: GBuffer, points: PointList, vpls: Vp
         rays.share[index] = target.share * wp.min(target.whole / drawn.weight, by.most_whole)
 
 
+@wp.func
+def most_visible(share: float, rays: float, deviations: float) -> float:
+    """The most of all light that may arrive where this `share` of so many `rays` did: the upper end of E. B. Wilson's
+    score interval (Probable Inference, 1927), so many deviations wide. Rays that count more make shares above 1.
+    """
+    part = deviations * deviations / rays
+    radius = deviations * wp.sqrt(wp.max(share * (1.0 - share), 0.0) / rays + 0.25 * part / rays)
+    return wp.max((share + 0.5 * part + radius) / (1.0 + part), share)
+
+
 @wp.kernel
 def outlier_irradiance_kernel(first: int, points: PointList, vpls: VplClusters, table: GroupTable, rays: ShadowRays,
                               irradiance: wp.array[wp.vec3], by: RefinementParameters) -> None:  # fmt: skip
-    """One thread an SP: its irradiance becomes what arrived, if that is so much less that it was not chance."""
+    """One thread an SP: its irradiance becomes the most that may arrive, if that is less.
+
+    What did not arrive has the colour that was believed. Rays that count differently tell as little as fewer of them.
+    """
     place = first + wp.tid()
     if place >= points.count[0]:
         return
     total = wp.vec3(0.0, 0.0, 0.0)
+    shares = float(0.0)
+    squares = float(0.0)
     for ray in range(RAYS):
         index = ray_index(rays, place, ray)
-        vpl = rays.vpl[index]
-        if vpl >= 0:
-            total += light_of(vpls, vpl, rays.share[index])
-    total *= column_total(table, place) / float(RAYS)
+        vpl = target_of(rays.vpl[index])
+        if vpl != NO_RAY:
+            share = rays.share[index]
+            shares += share
+            squares += share * share
+            if rays.vpl[index] == vpl:
+                total += light_of(vpls, vpl, share)
+    whole = column_total(table, place)
+    found = total * (whole / float(RAYS))
+    arrived = brightness(total) / float(RAYS)
+    most = most_visible(arrived, wp.max(shares * shares / wp.max(squares, 1.0e-20), 1.0), by.deviations)
     pixel = points.pixels[place]
-    if brightness(total) < by.confirmed * brightness(irradiance[pixel]):
-        irradiance[pixel] = total
+    believed = brightness(irradiance[pixel])
+    if whole * most < believed:
+        irradiance[pixel] = found + irradiance[pixel] * (whole * (most - arrived) / believed)
 
 
 class Refinement:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import warp as wp
 from pipeline import Pipeline, relative_error
-from scenes import slats
+from scenes import column, results, slats
 
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
@@ -12,6 +12,7 @@ from gpu.correction.outlier_shading import (
     REFINEMENT_PARAMETERS,
     Refinement,
     RefinementParameters,
+    most_visible,
     outlier_part_kernel,
     outlier_ray_kernel,
 )
@@ -32,10 +33,19 @@ def fuzzy() -> Pipeline:
     return Pipeline(device_scene, camera, size, sp_clusters=80)
 
 
-def refine(fuzzy: Pipeline, points: ListedPoints, seeds: int = 1, cluster_visibility: float | None = None) -> Doubles:
+UNBOUNDED = parameters(RefinementParameters, deviations=0.0)
+
+
+def refine(
+    fuzzy: Pipeline,
+    points: ListedPoints,
+    seeds: int = 1,
+    cluster_visibility: float | None = None,
+    by: RefinementParameters = REFINEMENT_PARAMETERS,
+) -> Doubles:
     """Irradiance after refining `points` by each seed, (seed, pixel, 3); believed: before, all over."""
     view, irradiance = fuzzy.view, fuzzy.view.indirect.irradiance
-    refinement = Refinement(points.capacity, fuzzy.lights.count, view.device)
+    refinement = Refinement(points.capacity, fuzzy.lights.count, view.device, by)
     found = []
     for seed in range(seeds):
         fuzzy.shade()
@@ -54,7 +64,7 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
     points = Pipeline(fuzzy.device_scene, fuzzy.camera, (12, 9), sp_clusters=30, vpls=vpls, vpl_clusters=4000)
     assert (points.lights.groups > PARTS) == (vpls == 1500)
     exact = points.exact()[points.pixels]
-    found = refine(points, points.view.shading_points, SEEDS, cluster_visibility=1e6)[:, points.pixels]
+    found = refine(points, points.view.shading_points, SEEDS, 1e6, UNBOUNDED)[:, points.pixels]
     whole = found.sum(axis=1)
     error = whole.std(axis=0, ddof=1) / np.sqrt(SEEDS)
     assert (np.abs(whole.mean(axis=0) - exact.sum(axis=0)) < 4.0 * error).all()
@@ -66,7 +76,7 @@ def test_rays_keep_the_expectation(fuzzy: Pipeline, vpls: int) -> None:
 
 def test_rays_to_members_of_clusters_come_near_the_light_of_all_members(fuzzy: Pipeline) -> None:
     exact = fuzzy.of_members()
-    mean = refine(fuzzy, fuzzy.view.shading_points, 50, cluster_visibility=1e6).mean(axis=0)
+    mean = refine(fuzzy, fuzzy.view.shading_points, 50, 1e6, UNBOUNDED).mean(axis=0)
     assert mean.mean() == pytest.approx(exact.mean(), rel=0.02)
     assert relative_error(mean, exact) < 0.3 * relative_error(fuzzy.irradiance(), exact)
 
@@ -101,14 +111,31 @@ def test_rays_of_their_own_lower_the_error_of_the_worst_and_leave_the_others(fuz
     assert np.allclose(after[others], smoothed[others])
 
 
-def test_only_much_less_light_is_taken_for_more_than_chance(fuzzy: Pipeline) -> None:
-    said = refine(fuzzy, fuzzy.view.shading_points, cluster_visibility=1e6)[0]
-    assert (said[fuzzy.pixels] < 1e5).all()
-    cluster_visibility = float(2.0 * np.median(said))
-    after = refine(fuzzy, fuzzy.view.shading_points, cluster_visibility=cluster_visibility)[0]
-    less = said.mean(axis=1) < 0.5 * cluster_visibility
-    assert 0.2 < less.mean() < 0.8
-    assert np.allclose(after, np.where(less[:, None], said, cluster_visibility))
+def test_light_is_the_most_that_rays_leave_possible_if_that_is_less_than_was_believed(fuzzy: Pipeline) -> None:
+    points, pixels = fuzzy.view.shading_points, fuzzy.pixels
+    said = refine(fuzzy, points, 1, 1e6, UNBOUNDED)[0][pixels].mean(axis=1)
+    most = refine(fuzzy, points, 1, 1e6)[0][pixels].mean(axis=1)
+    assert (most < 1e5).all()
+    assert (most > 0.999 * said).all()
+    assert np.mean(most > 1.05 * said) > 0.5
+    believed = float(np.median(most))
+    after = refine(fuzzy, points, 1, believed)[0][pixels].mean(axis=1)
+    assert after == pytest.approx(np.minimum(most, believed), rel=1e-3)
+
+
+@wp.kernel
+def most_visible_kernel(first: int, shares: wp.array[float], rays: float, deviations: float,
+                        out: wp.array[float]) -> None:  # fmt: skip
+    index = first + wp.tid()
+    out[index] = most_visible(shares[index], rays, deviations)
+
+
+def test_what_rays_leave_possible_is_wilsons_interval_of_one_deviation() -> None:
+    """Its end is a share that finds what was found one deviation below itself."""
+    shares = np.array([0.0, 0.1, 0.5, 1.0])
+    inputs = [column(shares, float), 32.0, REFINEMENT_PARAMETERS.deviations]
+    most = results(most_visible_kernel, 4, inputs, float)
+    assert most - np.sqrt(most * (1.0 - most) / 32.0) == pytest.approx(shares, abs=1e-5)
 
 
 def largest_share(fuzzy: Pipeline, by: RefinementParameters) -> float:
