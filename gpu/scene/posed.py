@@ -23,6 +23,7 @@ _FARTHEST = 1e6  # times the size of the scene
 Values = TypeVar("Values", Floats, Ints)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of what is too far away, which is said
 def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Scene:
     """`scene`, whose `motion` has that animation, at a `time` [s] of it; after its end it stays as it is there.
 
@@ -37,9 +38,8 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
         found = in_world(MeshPart(body.positions, body.triangles, body.normals), body, pose)
         positions = found.positions[body.vertices]
         turned = _flat(positions, local) if found.normals is None else found.normals[body.vertices]
-        unit = (scene.frame.to_world(positions) - scene.placement.centre) * scene.placement.scale
-        if not np.abs(unit).max() < _FARTHEST:  # nor where it is no number
-            raise UserError(f"time: at {time:g} s the animation takes things farther than can be shown")
+        unit = _in_unit_space(scene, positions)
+        _check_near(unit, time)
         vertices[own] = unit
         normals[own] = repaired_normals(scene.frame.turned(turned), vertices[own], local)
         triangles[faces], moved[faces] = local + body.first_vertex, True
@@ -47,6 +47,8 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
     kept[moved] = sound(vertices.astype(np.float64), triangles[moved])
     if not kept.any():
         raise UserError(f"time: at {time:g} s nothing of the scene has an area")
+    for node in {*motion.lights, *motion.cameras} - {STILL}:
+        _check_near(_in_unit_space(scene, pose.to_world[node, :3, 3]), time)
     return replace(
         scene,
         vertices=_as_before(vertices, scene.vertices),
@@ -56,6 +58,17 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
         lights=_lights(scene, motion, pose),
         cameras=_cameras(scene, motion, pose),
     )
+
+
+def _in_unit_space(scene: Scene, positions: Doubles) -> Doubles:
+    """Positions (…, 3) of the file in the scene's unit space."""
+    return (scene.frame.to_world(positions) - scene.placement.centre) * scene.placement.scale
+
+
+def _check_near(unit: Doubles, time: float) -> None:
+    """Raise UserError where something, in unit space, is too far away, or nowhere."""
+    if not np.abs(unit).max() < _FARTHEST:
+        raise UserError(f"time: at {time:g} s the animation takes things farther than can be shown")
 
 
 def _as_before(now: Values, before: Values) -> Values:

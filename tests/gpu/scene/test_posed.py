@@ -69,6 +69,21 @@ def test_what_goes_too_far_away_is_refused(tmp_path: Path, scale: float) -> None
         at(scaled(GltfFile(tmp_path), [scale, 1, 1]), 1.0)
 
 
+@pytest.mark.parametrize("hung", [{"camera": 0}, {"extensions": {"KHR_lights_punctual": {"light": 0}}}])
+def test_lights_and_cameras_that_go_too_far_away_are_refused(tmp_path: Path, hung: dict[str, object]) -> None:
+    gltf = GltfFile(tmp_path)
+    gltf.json["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point"}]}}
+    gltf.add("cameras", type="perspective", perspective={"yfov": 1.0})
+    gltf.mesh_node()
+    gltf.add("nodes", **hung)
+    keys = np.float32([[0, 0, 0], [3e38, 0, 0]])
+    sampler = {"input": gltf.accessor(np.float32([0, 1])), "output": gltf.accessor(keys)}
+    channels = [{"sampler": 0, "target": {"node": 1, "path": "translation"}}]
+    gltf.json["animations"] = [{"samplers": [sampler], "channels": channels}]
+    with pytest.raises(UserError, match=r"^time: at 1 s the animation takes things farther than can be shown$"):
+        at(gltf.load(), 1.0)
+
+
 def test_a_scene_of_which_nothing_is_left_is_refused(tmp_path: Path) -> None:
     scene = scaled(GltfFile(tmp_path), [0, 0, 0])
     alone = replace(scene, triangles=scene.triangles[1:], triangle_material=scene.triangle_material[1:])
