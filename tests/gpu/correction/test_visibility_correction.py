@@ -12,7 +12,7 @@ from gpu.indirect.irradiance import CHECKS
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles
 
-SEEDS = 400
+SEEDS = 200
 SIZE = (16, 12)
 
 
