@@ -108,3 +108,24 @@ def test_what_a_viewer_leaves_is_freed_with_it(room: DeviceScene) -> None:
     assert held() is None
     assert not any(number in key[2] for key in renderer._stages._graphs)
     assert np.isfinite(frame_of(renderer, None, 0, 0).radiance()).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "antialiases"),
+    [
+        ({}, True),
+        ({"antialias": False}, False),
+        ({"smooth": False}, False),
+        ({"skip": {"temporal_reuse": False}}, False),
+        ({"target_error": 2e-3, "sp_clusters": None, "vpl_clusters": None}, False),
+    ],
+)
+def test_pictures_of_a_walk_are_averaged_where_frames_leave_something_to_the_next(
+    room: DeviceScene, changes: dict[str, Any], antialiases: bool
+) -> None:
+    renderer = Renderer(room, SIZE, RenderSettings.model_validate(COUNTS | changes))
+    for number in range(2):
+        stages = frame_of(renderer, None, 0, number).stats.stage_ms
+        assert ("antialias" in stages) == antialiases
+    place = renderer._own_view.camera.numpy()[0]
+    assert ((place["x"], place["y"]) == (0.5, 0.5)) != antialiases
