@@ -61,7 +61,7 @@ class CoarseCut:
 @wp.func
 def node_size(tree: PhotonTree, node: int) -> float:
     """The longest side of a node's box, 0 for one without photons."""
-    sides = tree.upper[node] - tree.lower[node]
+    sides = tree.nodes[node].upper - tree.nodes[node].lower
     return wp.max(wp.max(sides[0], wp.max(sides[1], sides[2])), 0.0)
 
 
@@ -110,8 +110,7 @@ def cut_member_kernel(first: int, tree: PhotonTree, coarse: CoarseCut) -> None:
     under_split = node == 1
     if node > 1:
         under_split = coarse.chosen[node // 2] == 2
-    has_photons = tree.lower[node][0] <= tree.upper[node][0]
-    if under_split and coarse.chosen[node] != 2 and has_photons:
+    if under_split and coarse.chosen[node] != 2 and tree.nodes[node].photons > 0:
         coarse.member[node] = 1
 
 
@@ -150,7 +149,7 @@ def mark_splits_kernel(first: int, tree: PhotonTree, chosen: CutParameters, site
     if entry >= cut.count[0] or cut.level[entry] >= tree.levels:
         return
     node = cut.node[entry]
-    if tree.lower[2 * node][0] > tree.upper[2 * node][0] or tree.lower[2 * node + 1][0] > tree.upper[2 * node + 1][0]:
+    if tree.nodes[2 * node].photons == 0 or tree.nodes[2 * node + 1].photons == 0:
         return
     expected = approximate_irradiance(tree, node)
     found = sites.irradiance[entry]
@@ -195,7 +194,7 @@ class IlluminationCut:
     """
 
     def __init__(self, tree: PhotonTree, size: int, chosen: CutParameters = CUT_PARAMETERS) -> None:
-        device = self.device = tree.lower.device
+        device = self.device = tree.flow.device
         self.tree, self.chosen, self.size = tree, chosen, size
         self._coarse = CoarseCut()
         self._coarse.level = min(max(size.bit_length() - 2, 0), tree.levels)

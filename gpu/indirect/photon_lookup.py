@@ -88,7 +88,7 @@ class FullMapLight:
 
     def __init__(self, tree: PhotonTree) -> None:
         self._tree = tree
-        self._sites = allocate_sites(len(tree.photons.flux), tree.lower.device)
+        self._sites = allocate_sites(len(tree.photons.flux), tree.flow.device)
         self.lit = full_map(tree, self._sites)
 
     def estimate(self, scene: SceneData) -> None:

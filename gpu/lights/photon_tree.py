@@ -25,20 +25,29 @@ COS_NEAR, SIN_NEAR = wp.constant(cos(radians(33.0))), wp.constant(sin(radians(33
 
 
 @wp.struct
+class PhotonNode:
+    """What a search reads of a node, side by side: lower, upper: the box of its photons, turned inside out where it has
+    none; facing: bits of the directions that their normals are near to; photons: how many there are.
+    """
+
+    lower: wp.vec3
+    facing: int
+    upper: wp.vec3
+    photons: int
+
+
+@wp.struct
 class PhotonTree:
     """The hierarchy over the photons of one map.
 
-    levels: below the root; leaves: the number of the first one. lower, upper (node,): box of a node's photons, turned
-    inside out where it has none; facing (node,): bits of the directions that their normals are near to; flow (node,):
-    sum of flux times normal, by brightness [W].
+    levels: below the root; leaves: the number of the first one. nodes (node,); flow (node,): sum of flux times normal,
+    by brightness [W].
     """
 
     photons: Photons
     levels: int
     leaves: int
-    lower: wp.array[wp.vec3]
-    upper: wp.array[wp.vec3]
-    facing: wp.array[int]
+    nodes: wp.array[PhotonNode]
     flow: wp.array[wp.vec3]
 
 
@@ -77,34 +86,38 @@ def photon_leaf_kernel(first: int, tree: PhotonTree) -> None:
     """One thread a leaf: what it holds."""
     number = first + wp.tid()
     count = tree.photons.count[0]
-    lower = wp.vec3(FAR_AWAY, FAR_AWAY, FAR_AWAY)
-    upper = -lower
+    begin, end = run_begin(count, tree.levels, number), run_begin(count, tree.levels, number + 1)
+    node = PhotonNode()
+    node.lower = wp.vec3(FAR_AWAY, FAR_AWAY, FAR_AWAY)
+    node.upper = -node.lower
+    node.photons = end - begin
     flow = wp.vec3(0.0, 0.0, 0.0)
-    facing = int(0)
-    for photon in range(run_begin(count, tree.levels, number), run_begin(count, tree.levels, number + 1)):
-        lower = wp.min(lower, tree.photons.position[photon])
-        upper = wp.max(upper, tree.photons.position[photon])
-        facing = facing | (1 << direction_number(tree.photons.normal[photon]))
+    for photon in range(begin, end):
+        node.lower = wp.min(node.lower, tree.photons.position[photon])
+        node.upper = wp.max(node.upper, tree.photons.position[photon])
+        node.facing = node.facing | (1 << direction_number(tree.photons.normal[photon]))
         flow += tree.photons.normal[photon] * brightness(tree.photons.flux[photon])
-    tree.lower[tree.leaves + number] = lower
-    tree.upper[tree.leaves + number] = upper
-    tree.facing[tree.leaves + number] = facing
+    tree.nodes[tree.leaves + number] = node
     tree.flow[tree.leaves + number] = flow
 
 
 @wp.kernel
 def photon_node_kernel(first: int, begin: int, tree: PhotonTree) -> None:
     """One thread a node of the level that begins with node `begin`: what both children hold."""
-    node = begin + first + wp.tid()
-    tree.lower[node] = wp.min(tree.lower[2 * node], tree.lower[2 * node + 1])
-    tree.upper[node] = wp.max(tree.upper[2 * node], tree.upper[2 * node + 1])
-    tree.facing[node] = tree.facing[2 * node] | tree.facing[2 * node + 1]
-    tree.flow[node] = tree.flow[2 * node] + tree.flow[2 * node + 1]
+    number = begin + first + wp.tid()
+    left, right = tree.nodes[2 * number], tree.nodes[2 * number + 1]
+    node = PhotonNode()
+    node.lower = wp.min(left.lower, right.lower)
+    node.upper = wp.max(left.upper, right.upper)
+    node.facing = left.facing | right.facing
+    node.photons = left.photons + right.photons
+    tree.nodes[number] = node
+    tree.flow[number] = tree.flow[2 * number] + tree.flow[2 * number + 1]
 
 
 def build_tree(tree: PhotonTree) -> None:
     """Fill in the nodes for the photons that there are now."""
-    device = tree.lower.device
+    device = tree.flow.device
     launch(photon_leaf_kernel, tree.leaves, [tree], device)
     for level in reversed(range(tree.levels)):
         launch(photon_node_kernel, 1 << level, [1 << level, tree], device)
@@ -117,23 +130,17 @@ def box_offset(lower: wp.vec3, upper: wp.vec3, position: wp.vec3) -> wp.vec3:
 
 
 @wp.func
-def least_separation(tree: PhotonTree, node: int, alike: ClusteringParameters, position: wp.vec3,
+def least_separation(node: PhotonNode, alike: ClusteringParameters, facing: int, position: wp.vec3,
                      normal: wp.vec3) -> float:  # fmt: skip
-    """What the separation of a surface point from the photons in a node is at least."""
-    lower, upper = tree.lower[node], tree.upper[node]
-    offset = box_offset(lower, upper, position)
-    extent = 0.5 * wp.dot(wp.abs(normal), upper - lower)
-    plane = wp.max(wp.abs(wp.dot(normal, 0.5 * (lower + upper) - position)) - extent, 0.0)
-    return wp.sqrt(wp.length_sq(offset) + (alike.plane_weight * alike.plane_weight - 1.0) * plane * plane)
-
-
-@wp.func
-def child_separation(tree: PhotonTree, node: int, alike: ClusteringParameters, facing: int, position: wp.vec3,
-                     normal: wp.vec3) -> float:  # fmt: skip
-    """`least_separation` of a node that holds normals of the directions `facing`; far away of others."""
-    if (tree.facing[node] & facing) == 0:
+    """What the separation of a surface point from photons in a node is at least; far away if none of them faces one of
+    the directions `facing`.
+    """
+    if (node.facing & facing) == 0:
         return FAR_AWAY
-    return least_separation(tree, node, alike, position, normal)
+    offset = box_offset(node.lower, node.upper, position)
+    extent = 0.5 * wp.dot(wp.abs(normal), node.upper - node.lower)
+    plane = wp.max(wp.abs(wp.dot(normal, 0.5 * (node.lower + node.upper) - position)) - extent, 0.0)
+    return wp.sqrt(wp.length_sq(offset) + (alike.plane_weight * alike.plane_weight - 1.0) * plane * plane)
 
 
 @cache
@@ -156,10 +163,12 @@ def photon_search(number: int) -> wp.Function:
     @wp.func
     def search(tree: PhotonTree, alike: ClusteringParameters, position: wp.vec3, normal: wp.vec3, reach: float,
                own: int) -> NearestPhotons:  # fmt: skip
-        found = NearestPhotons()
+        # In vectors of their own: one in a struct is copied whole wherever its elements are numbered by a variable.
+        near_distance = distances()
+        near_photon = indices()
         for f in range(wp.static(number)):
-            found.distance[f] = reach
-            found.photon[f] = -1
+            near_distance[f] = reach
+            near_photon[f] = -1
         facing = directions_about(normal, alike.normal_threshold)
         stack = NodeStack()
         least = NodeDistances()
@@ -169,12 +178,12 @@ def photon_search(number: int) -> wp.Function:
         while top > 0:
             top -= 1
             node = stack[top]
-            farthest = found.distance[wp.static(number - 1)]
+            farthest = near_distance[wp.static(number - 1)]
             if least[top] >= farthest:
                 continue
             if node < tree.leaves:
-                left = child_separation(tree, 2 * node, alike, facing, position, normal)
-                right = child_separation(tree, 2 * node + 1, alike, facing, position, normal)
+                left = least_separation(tree.nodes[2 * node], alike, facing, position, normal)
+                right = least_separation(tree.nodes[2 * node + 1], alike, facing, position, normal)
                 swap = wp.where(left <= right, 1, 0)
                 if wp.max(left, right) < farthest:
                     stack[top] = 2 * node + swap
@@ -190,18 +199,21 @@ def photon_search(number: int) -> wp.Function:
                 photon_normal = tree.photons.normal[photon]
                 if photon != own and wp.dot(photon_normal, normal) > alike.normal_threshold:
                     distance = separation(alike, position, normal, tree.photons.position[photon], photon_normal)
-                    if distance < found.distance[wp.static(number - 1)]:
+                    if distance < near_distance[wp.static(number - 1)]:
                         place = int(wp.static(number - 1))
                         farther = bool(wp.static(number > 1))
                         while farther:
-                            farther = found.distance[place - 1] > distance
+                            farther = near_distance[place - 1] > distance
                             if farther:
-                                found.distance[place] = found.distance[place - 1]
-                                found.photon[place] = found.photon[place - 1]
+                                near_distance[place] = near_distance[place - 1]
+                                near_photon[place] = near_photon[place - 1]
                                 place -= 1
                                 farther = place > 0
-                        found.distance[place] = distance
-                        found.photon[place] = photon
+                        near_distance[place] = distance
+                        near_photon[place] = photon
+        found = NearestPhotons()
+        found.distance = near_distance
+        found.photon = near_photon
         return found
 
     return search

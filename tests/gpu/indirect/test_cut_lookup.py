@@ -22,7 +22,8 @@ def weighted(light: CutLight, position: Floats, normal: Floats) -> Floats:
     lit, photons = light.lit, light.lit.tree.photons
     count = light.cut.nodes.count.numpy()[0]
     photon, node = lit.sites.photon.numpy()[:count], light.cut.nodes.node.numpy()[:count]
-    sides = (lit.tree.upper.numpy() - lit.tree.lower.numpy())[node].max(axis=1)
+    nodes = lit.tree.nodes.numpy()[node]
+    sides = (nodes["upper"] - nodes["lower"]).max(axis=1)
     radius = lit.sites.radius.numpy()[:count]
     own = COUNT / 2.0 ** light.cut.nodes.level.numpy()[:count]
     widest = lit.chosen.most_radii * radius * np.sqrt(np.maximum(own / NEIGHBOURS, 1.0))

@@ -34,7 +34,8 @@ def listed(cut: IlluminationCut) -> tuple[list[int], list[int]]:
 def coarse_cut(cut: IlluminationCut) -> set[int]:
     """The nodes of the paper's coarse cut, by its words."""
     tree, deepest = cut.tree, cut.size.bit_length() - 2
-    sides = np.maximum(tree.upper.numpy() - tree.lower.numpy(), 0.0).max(axis=1)
+    nodes = tree.nodes.numpy()
+    sides = np.maximum(nodes["upper"] - nodes["lower"], 0.0).max(axis=1)
     approximate = np.linalg.norm(tree.flow.numpy(), axis=1) / np.maximum(sides**2, 1e-12)
     nodes = range(1, 2 << deepest)
     least = approximate[1 << deepest : 2 << deepest].mean()

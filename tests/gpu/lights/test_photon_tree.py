@@ -42,14 +42,15 @@ def test_nodes_hold_what_their_runs_do(count: int) -> None:
     fluxes = np.random.default_rng(1).uniform(size=(count, 3)).astype(np.float32)
     tree = allocate_tree(photons_of(positions, normals, fluxes))
     build_tree(tree)
-    lower, upper, flow = tree.lower.numpy(), tree.upper.numpy(), tree.flow.numpy()
+    nodes, flow = tree.nodes.numpy(), tree.flow.numpy()
     for level in range(tree.levels + 1):
         for number in range(1 << level):
             run = slice(number * count >> level, (number + 1) * count >> level)
             node = (1 << level) + number
+            assert nodes["photons"][node] == run.stop - run.start
             if run.stop > run.start:
-                assert np.array_equal(lower[node], positions[run].min(axis=0))
-                assert np.array_equal(upper[node], positions[run].max(axis=0))
+                assert np.array_equal(nodes["lower"][node], positions[run].min(axis=0))
+                assert np.array_equal(nodes["upper"][node], positions[run].max(axis=0))
             assert flow[node] == pytest.approx((normals[run] * fluxes[run].mean(axis=1)[:, None]).sum(axis=0), abs=1e-4)
 
 
