@@ -26,9 +26,10 @@ export const movedBox = ({ min, max }, offset) => ({ min: sum(min, offset), max:
  * @param {Bounds} box as the file has it @param {Bounds} bounds @param {Vec3} wanted @returns {Vec3}
  */
 export function offsetWithin(box, bounds, wanted) {
+  const size = Math.max(bounds.max[0] - bounds.min[0], bounds.max[1] - bounds.min[1], bounds.max[2] - bounds.min[2]);
   const clamp = (/** @type {0 | 1 | 2} */ axis) => {
     const [low, high] = [bounds.min[axis] - box.min[axis], bounds.max[axis] - box.max[axis]];
-    return low > high ? 0 : rounded(Math.min(Math.max(wanted[axis], low), high), high - low);
+    return low > high ? 0 : rounded(Math.min(Math.max(wanted[axis], low), high), size);
   };
   return [clamp(0), clamp(1), clamp(2)];
 }

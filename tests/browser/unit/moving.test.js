@@ -18,6 +18,8 @@ test("an object stays within its scene", () => {
   assert.deepEqual(offsetWithin(CHAIR, ROOM, [0.5, 0.25, -0.5]), [0.5, 0.25, -0.5]);
   assert.deepEqual(offsetWithin(CHAIR, ROOM, [9, -1, -9]), [2, 0, -1]);
   assert.deepEqual(offsetWithin({ min: [-9, 0, 1], max: [9, 1, 2] }, ROOM, [1, 1, 1]), [0, 1, 1]); // far away on X
+  const wall = /** @type {Bounds} */ ({ min: [0, 0, 0], max: [4 - 1e-7, 3, 5] }); // there is no room to speak of
+  assert.deepEqual(offsetWithin(wall, ROOM, [1, 1, 1]), [0, 0, 0]);
 });
 
 test("places have as many digits as can be seen", () => {
