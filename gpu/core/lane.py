@@ -9,14 +9,14 @@ import warp as wp
 
 # Frames that may be on a GPU at once, since each leaves most of it idle; and memory that it has for each, whose
 # renderers have arrays of their own [bytes].
-CUDA_LANES, LANE_BYTES = 8, 5 << 30
+CUDA_FRAMES, FRAME_BYTES = 8, 5 << 30
 # After this, a frame that is not over is waited for, which tells what the device failed by, if it did.
 LATE_SECONDS = 0.25
 
 
-def lanes_of(device: wp.Device) -> int:
+def frames_at_once(device: wp.Device) -> int:
     """How many frames may be on a device at once. On a CPU one: each launch has all cores, and is over on return."""
-    return min(max(device.total_memory // LANE_BYTES, 1), CUDA_LANES) if device.is_cuda else 1
+    return min(max(device.total_memory // FRAME_BYTES, 1), CUDA_FRAMES) if device.is_cuda else 1
 
 
 class Flight:

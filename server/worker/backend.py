@@ -82,7 +82,7 @@ class GpuBackend:
     @property
     def lanes(self) -> int:
         """How many pictures may be on the device at once."""
-        return self._renderers.lanes
+        return self._renderers.frames
 
     def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""

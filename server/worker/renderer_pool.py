@@ -12,7 +12,7 @@ from math import sqrt
 
 import warp as wp
 
-from gpu.core.lane import Lane, lanes_of
+from gpu.core.lane import Lane, frames_at_once
 from gpu.device_scene.features import has_soft_light
 from gpu.errors import OutOfMemoryError
 from gpu.methods.registry import method_of
@@ -29,6 +29,9 @@ from server.worker.memory import free_bytes
 SHARE = 0.4
 CPU_BYTES = 2 << 30
 MOST = 64  # in a lane
+# Lanes for each frame that may be on the device at once, where that is several: then viewers who share a lane, while
+# others have one alone, still get as many frames as those.
+LANES_A_FRAME = 2
 PICTURE_BYTES = 40  # a pixel: a mean of frames, and the picture on the host as it is encoded
 FEW_BYTES = 64 << 20  # less is not worth asking for what there is
 # Of one scene and settings, that a viewer has: it walks at one size and rests at another, in either of two states that
@@ -58,20 +61,18 @@ class _Entry:
 
 
 class RendererPool:
-    """The renderers of one device by what they render, and what viewers have of them."""
+    """The renderers of one device by what they render, and what viewers have of them.
 
-    def __init__(self, device: wp.Device, lanes: int | None = None) -> None:
-        """lanes: None: as many as frames may be on the device at once."""
-        self._device = device
-        self._lanes = [Lane(device) for _ in range(lanes or lanes_of(device))]
+    frames: how many may be on the device at once.
+    """
+
+    def __init__(self, device: wp.Device, frames: int | None = None) -> None:
+        """frames: that may be on the device at once; None: as many as suit it."""
+        self._device, self.frames = device, frames or frames_at_once(device)
+        self._lanes = [Lane(device) for _ in range(LANES_A_FRAME * self.frames if self.frames > 1 else 1)]
         self._lane_of: dict[int, int] = {}  # by viewer
         self._most_bytes = int(SHARE * device.total_memory) if device.is_cuda else CPU_BYTES
         self._entries: dict[_Key, _Entry] = {}  # in the order of their last use
-
-    @property
-    def lanes(self) -> int:
-        """How many frames may be on the device at once."""
-        return len(self._lanes)
 
     def lane_of(self, viewer: int) -> int:
         """The number of a viewer's lane: of those with fewest viewers when it comes; all stills are in the first."""
@@ -79,7 +80,7 @@ class RendererPool:
             return 0
         if viewer not in self._lane_of:
             crowds = Counter(self._lane_of.values())
-            self._lane_of[viewer] = min(range(self.lanes), key=lambda lane: crowds[lane])
+            self._lane_of[viewer] = min(range(len(self._lanes)), key=lambda lane: crowds[lane])
         return self._lane_of[viewer]
 
     def get(
@@ -151,7 +152,7 @@ class RendererPool:
 
         def is_full() -> bool:
             held = [(key, len(views) + 1), *((other, len(entry.views)) for other, entry in self._entries.items())]
-            return len(held) > MOST * self.lanes or sum(self._bytes_of(*one) for one in held) > self._most_bytes
+            return len(held) > MOST * len(self._lanes) or sum(self._bytes_of(*one) for one in held) > self._most_bytes
 
         while self._entries and is_full():
             del self._entries[next(iter(self._entries))]

@@ -112,6 +112,11 @@ class Tasks:
             return Turn.GIVEN_BACK
         return Turn.OPEN
 
+    def waits(self, request: int) -> bool:
+        """Whether a job under way waits for another that has a turn of its own."""
+        first = self._tasks[request].first
+        return first.request != request and first.request in self._turns
+
     def knows(self, request: int) -> bool:
         """Whether a job is under way."""
         return request in self._tasks
@@ -190,8 +195,7 @@ class Tasks:
 
     def _is_ready(self, request: int) -> bool:
         runs = self._tasks[request].first
-        has_own_turn = runs.request != request and runs.request in self._turns
-        return runs is not self._current and not has_own_turn and runs.can_go_on(request)
+        return runs is not self._current and not self.waits(request) and runs.can_go_on(request)
 
     def _end_turn(self, request: int) -> None:
         self._turns.pop(request, None)

@@ -212,8 +212,11 @@ class Worker:
     def _take_turn(self, request: int, turn: Callable[[], Turn]) -> None:
         """Begin or go on with a job's turn."""
         self._clock.begin(request)
-        if turn() is Turn.GIVEN_BACK:
-            self._send(Paused(request, self._busy_ms(request), self._holdings()))
+        match turn():
+            case Turn.GIVEN_BACK:
+                self._send(Paused(request, self._busy_ms(request), self._holdings()))
+            case Turn.OPEN if self._tasks.waits(request):
+                self._clock.wait(request)
 
     def _busy_ms(self, request: int) -> float:
         return 1e3 * self._clock.end(request)

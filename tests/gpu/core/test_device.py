@@ -8,7 +8,7 @@ from devices import NEEDS_CUDA
 
 from gpu.core import device as launching
 from gpu.core.device import MIN_SLICE, alike, allocate, choose_device, duplicate, launch, launch_together, overwrite
-from gpu.core.lane import CUDA_LANES
+from gpu.core.lane import CUDA_FRAMES
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 from gpu.lights.light_paths import Vpls
@@ -155,4 +155,4 @@ def test_what_is_alike_is_overwritten_in_its_arrays() -> None:
 
 
 def test_a_gpu_has_queues_for_all_lanes() -> None:
-    assert int(environ["CUDA_DEVICE_MAX_CONNECTIONS"]) >= 2 * CUDA_LANES
+    assert int(environ["CUDA_DEVICE_MAX_CONNECTIONS"]) >= 2 * CUDA_FRAMES

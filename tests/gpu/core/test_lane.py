@@ -7,7 +7,7 @@ import warp as wp
 
 from gpu.core import lane as module
 from gpu.core.device import choose_device, launch
-from gpu.core.lane import CUDA_LANES, Flight, Lane, lanes_of
+from gpu.core.lane import CUDA_FRAMES, Flight, Lane, frames_at_once
 
 
 @wp.kernel
@@ -25,14 +25,14 @@ def test_a_cpu_has_one_lane_where_all_is_over_at_once() -> None:
     lane = Lane(device)
     with lane.entered():
         pass
-    assert lanes_of(device) == 1
+    assert frames_at_once(device) == 1
     assert lane.flight().is_over()
     lane.flight().wait()
 
 
-@pytest.mark.parametrize(("gigabytes", "lanes"), [(80, CUDA_LANES), (24, 4), (16, 3), (4, 1)])
+@pytest.mark.parametrize(("gigabytes", "lanes"), [(80, CUDA_FRAMES), (24, 4), (16, 3), (4, 1)])
 def test_a_gpu_has_as_many_lanes_as_its_memory_has_room_for(gigabytes: int, lanes: int) -> None:
-    assert lanes_of(SimpleNamespace(is_cuda=True, total_memory=gigabytes << 30)) == lanes
+    assert frames_at_once(SimpleNamespace(is_cuda=True, total_memory=gigabytes << 30)) == lanes
 
 
 class Never:

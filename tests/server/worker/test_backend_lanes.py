@@ -53,7 +53,8 @@ class SlowLane(Lane):
 @pytest.fixture(scope="module")
 def started(cpu: str) -> Iterator[GpuBackend]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(server.worker.renderer_pool, "lanes_of", lambda device: LANES)
+        patch.setattr(server.worker.renderer_pool, "frames_at_once", lambda device: LANES)
+        patch.setattr(server.worker.renderer_pool, "LANES_A_FRAME", 1)
         patch.setattr(server.worker.renderer_pool, "Lane", SlowLane)
         backend = GpuBackend()
         backend.start(Start(BOX, cpu), lambda what, fraction: None, Tasks())

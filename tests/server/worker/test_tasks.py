@@ -161,6 +161,7 @@ def test_one_who_needs_what_a_frame_on_the_device_has_waits_for_its_end_and_nobo
     device.over.add("c")
     assert tasks.start(1, device.frame("a", "it")) is OPEN
     assert tasks.start(2, device.frame("b", "it")) is OPEN
+    assert [tasks.waits(request) for request in (1, 2)] == [False, True]
     assert tasks.start(3, device.frame("c")) is ENDED
     assert tasks.ready() is None
     device.over |= {"a", "b"}
