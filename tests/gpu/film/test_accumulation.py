@@ -104,12 +104,17 @@ def test_the_first_frames_light_outlives_what_lighting_keeps(
     monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", QUALITY["vpls"])
     renderer = Renderer(room, SIZE, RenderSettings(**QUALITY, seed=31, method=method))
     of = getattr(renderer._method, "lights", renderer._method)
-    first = of._first
+
+    def used() -> object:
+        """The VPLs of the last frame; before one, of the first."""
+        return getattr(of, "vpls", getattr(of, "_vpls", None))
+
+    first = used()
     accumulation = Accumulation(SIZE[0] * SIZE[1], CPU)
     for _ in range(2):
         renderer.render(CAMERA, accumulation)
     renderer.render(CAMERA)
-    assert getattr(of, "vpls", getattr(of, "_vpls", None)) is first
+    assert used() is first
 
 
 def test_frames_of_a_still_view_take_direct_light_samples_that_complement_each_other(
