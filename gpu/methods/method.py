@@ -8,6 +8,7 @@ from typing import ClassVar, Generic, TypeVar
 import warp as wp
 
 from gpu.core.stages import Stages
+from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -51,17 +52,28 @@ class RenderMethod(ABC, Generic[View]):
 
     stage_names: those that a frame may have, in their order; pixel_bytes, view_pixel_bytes: device memory that it takes
     for each pixel of a size, and for each pixel of each viewer of that size; soft_view_pixel_bytes: that much more for
-    the latter where the scene has soft light.
+    the latter where the scene has soft light; specular_pixel_bytes, gloss_pixel_bytes, gloss_view_pixel_bytes: more
+    where it has mirrors or clear glass, or gloss.
     """
 
     stage_names: ClassVar[tuple[str, ...]]
     pixel_bytes: ClassVar[int]
     view_pixel_bytes: ClassVar[int]
     soft_view_pixel_bytes: ClassVar[int] = 0
+    specular_pixel_bytes: ClassVar[int] = 12
+    gloss_pixel_bytes: ClassVar[int] = 0
+    gloss_view_pixel_bytes: ClassVar[int] = 0
 
     @abstractmethod
     def __init__(self, setup: RenderSetup) -> None:
         """Allocate all that frames need, and make the lights that there are not yet."""
+
+    @classmethod
+    def bytes_a_pixel(cls, has: SceneFeatures) -> tuple[int, int]:
+        """Device memory [bytes] for each pixel of a size, and of each viewer, in scenes of these features."""
+        shared = cls.pixel_bytes + cls.specular_pixel_bytes * has.specular + cls.gloss_pixel_bytes * has.gloss
+        view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.gloss
+        return shared, cls.view_pixel_bytes + view
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -13,7 +13,7 @@ from math import sqrt
 import warp as wp
 
 from gpu.core.lane import Lane, frames_at_once
-from gpu.device_scene.features import has_soft_light
+from gpu.device_scene.features import SceneFeatures, scene_features
 from gpu.errors import OutOfMemoryError
 from gpu.methods.registry import method_of
 from gpu.methods.view_state import ViewState
@@ -49,7 +49,7 @@ class _Key:
     scene: SceneRef
     size: tuple[int, int]
     settings: RenderSettings
-    soft: bool  # whether the scene has soft light, of which walks keep more
+    features: SceneFeatures  # of the scene, which tell how much memory it takes
     state: int = 0  # the number of its LoadedScene, whatever its edits
     lane: int = 0
 
@@ -97,8 +97,8 @@ class RendererPool:
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
-        soft = has_soft_light(scene.device_scene.scene)
-        key = _Key(scene.ref, size, lasting(settings), soft, scene.number, lane)
+        features = scene_features(scene.device_scene.scene, lambertian=settings.lambertian)
+        key = _Key(scene.ref, size, lasting(settings), features, scene.number, lane)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
@@ -176,5 +176,5 @@ class RendererPool:
         """Device memory of a renderer and so many views of it, as its method tells."""
         pixels, method = key.size[0] * key.size[1], method_of(key.settings)
         shared, own = method.cluster_bytes(sample_counts_of(key.settings, self._device))
-        a_pixel = method.view_pixel_bytes + (method.soft_view_pixel_bytes if key.soft else 0)
-        return method.pixel_bytes * pixels + shared + views * (a_pixel * pixels + own)
+        a_pixel, a_view_pixel = method.bytes_a_pixel(key.features)
+        return a_pixel * pixels + shared + views * (a_view_pixel * pixels + own)

@@ -1,20 +1,23 @@
 import gc
+from dataclasses import replace
 from typing import Any
 
 import pytest
 import warp as wp
 from scenes import box, grey, quad, resident_of
 
+from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.methods.registry import METHODS, method_of
 from gpu.renderer import Renderer
 from gpu.sample_counts import sample_counts_of
 from gpu.scene.camera import look_at
-from gpu.scene.types import Light, LightKind
+from gpu.scene.types import Light, LightKind, Material
 from gpu.settings import Method, RenderSettings
 from gpu.vpl.light_sets import LightSets
 
 CAMERA = look_at((0.0, 0.0, 0.35), (0.0, -0.1, -0.5), yfov_degrees=70.0)
+POLISHED = replace(grey(0.5), metallic=1.0, roughness=0.0)
 FUZZY = {"vpls": 1500, "samples": 1}
 
 
@@ -65,14 +68,35 @@ def test_stages_have_the_names_that_their_method_tells(room: DeviceScene, method
     ],
 )
 def test_memory_is_told_before_it_is_taken(room: DeviceScene, choice: dict[str, Any]) -> None:
-    check_memory(room, choice, soft=True)
+    check_memory(room, choice)
 
 
 def test_a_viewer_takes_less_where_there_is_no_soft_light(room_of_a_bulb: DeviceScene) -> None:
-    check_memory(room_of_a_bulb, {"sp_clusters": 400, "vpl_clusters": 64}, soft=False)
+    check_memory(room_of_a_bulb, {"sp_clusters": 400, "vpl_clusters": 64})
 
 
-def check_memory(room: DeviceScene, choice: dict[str, Any], *, soft: bool) -> None:
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
+def test_mirrors_and_gloss_take_as_much_more_as_is_told(method: Method) -> None:
+    """Of two rooms whose floors differ, before any frame."""
+    settings = RenderSettings.model_validate({**FUZZY, "method": method, "sp_clusters": 50})
+    plain, polished = (bytes_of_room(floor, settings) for floor in (grey(0.5), POLISHED))
+    assert polished[0] - plain[0] == pytest.approx(polished[1] - plain[1], rel=0.05, abs=5000)
+
+
+def bytes_of_room(floor: Material, settings: RenderSettings) -> tuple[int, int]:
+    """What a renderer and a view of a room take, and what is told of them by pixels."""
+    size, lamp = (160, 120), quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    room = resident_of([*box(0), lamp], [floor, grey(0.0, 5.0)])
+    lights = LightSets(room)
+    Renderer(room, size, settings, None, lights)  # makes the light sets
+    before = held()
+    renderer = Renderer(room, size, settings, None, lights)
+    view = renderer.new_view()
+    told = method_of(settings).bytes_a_pixel(scene_features(room.scene, lambertian=False))
+    return held() - before, sum(told) * view.pixels
+
+
+def check_memory(room: DeviceScene, choice: dict[str, Any]) -> None:
     """A renderer and a view, and then another view, take about as much memory as is told."""
     settings, size = RenderSettings.model_validate({**FUZZY, **choice}), (240, 180)
     light_sets, pixels = LightSets(room), size[0] * size[1]
@@ -86,8 +110,9 @@ def check_memory(room: DeviceScene, choice: dict[str, Any], *, soft: bool) -> No
     renderer.render(CAMERA, view=second)
     method, counts = method_of(settings), sample_counts_of(settings, room.device)
     shared, view = method.cluster_bytes(counts)
-    view += (method.view_pixel_bytes + (method.soft_view_pixel_bytes if soft else 0)) * pixels
+    a_pixel, a_view_pixel = method.bytes_a_pixel(scene_features(room.scene, lambertian=settings.lambertian))
+    view += a_view_pixel * pixels
     assert held() - both == pytest.approx(view, rel=0.1)
-    told = method.pixel_bytes * pixels + shared + view
+    told = a_pixel * pixels + shared + view
     assert both - before == pytest.approx(told, rel=0.15, abs=300_000)  # what the display sums up has one size
     assert first is not second

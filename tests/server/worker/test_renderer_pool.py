@@ -7,6 +7,7 @@ import pytest
 import warp as wp
 
 import server.worker.renderer_pool
+from gpu.device_scene.features import SceneFeatures
 from gpu.errors import OutOfMemoryError
 from gpu.methods.fuzzy_vpl import FuzzyVpl
 from gpu.methods.view_state import ViewState
@@ -20,6 +21,7 @@ from server.worker.loaded_scene import LoadedScene, build, edit
 from server.worker.renderer_pool import LANES_A_FRAME, VIEWS_A_VIEWER, RendererPool
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
+NOTHING = SceneFeatures(**dict.fromkeys(SceneFeatures.__dataclass_fields__, False))
 SETTINGS = RenderSettings(sp_clusters=4, vpls=64, vpl_clusters=4)
 SEEDS = [SETTINGS.model_copy(update={"seed": seed}) for seed in range(4)]
 
@@ -157,11 +159,11 @@ def test_memory_is_what_the_method_takes(cpu: str) -> None:
         size: tuple[int, int] = (100, 100),
         method: Method = Method.FUZZY_VPL,
         *,
-        soft: bool = False,
+        has: SceneFeatures = NOTHING,
         **counts: int,
     ) -> int:
         settings = SETTINGS.model_copy(update={"method": method, **counts})
-        return pool._bytes_of(key(BOX, size, settings, soft), views)
+        return pool._bytes_of(key(BOX, size, settings, has), views)
 
     for views in (1, 2):
         assert took(views, method=Method.PATH) < views * 20 * 10_000  # the pictures' radiance, and little else
@@ -169,7 +171,7 @@ def test_memory_is_what_the_method_takes(cpu: str) -> None:
     shared, own = FuzzyVpl.cluster_bytes(sample_counts_of(SETTINGS, wp.get_device(cpu)))
     assert took(2) - took(1) == 10_000 * FuzzyVpl.view_pixel_bytes + own
     assert took(0) == 10_000 * FuzzyVpl.pixel_bytes + shared
-    assert took(2, soft=True) - took(2) == 2 * 10_000 * FuzzyVpl.soft_view_pixel_bytes
+    assert took(2, has=replace(NOTHING, soft=True)) - took(2) == 2 * 10_000 * FuzzyVpl.soft_view_pixel_bytes
     for count in ("sp_clusters", "vpl_clusters"):
         assert took(1, **{count: 500}) > took(1)
 
@@ -184,7 +186,7 @@ def test_what_there_is_no_memory_for_is_refused_with_what_would_do(
         pool.get(1, 0, scene, (7680, 4320), RenderSettings(), lambda what, fraction: None)
     width, height = (int(side) for side in re.findall(r"at most (\d+)×(\d+)", str(refused.value))[0])
     assert len(pool) == 0
-    pool._check_memory(server.worker.renderer_pool._Key(BOX, (width, height), SETTINGS, False), width * height * 646)
+    pool._check_memory(server.worker.renderer_pool._Key(BOX, (width, height), SETTINGS, NOTHING), width * height * 646)
     free[0] = 0
     pool.get(1, 0, scene, (8, 8), SETTINGS, lambda what, fraction: None)  # small ones are tried in any case
 
