@@ -69,7 +69,8 @@ async def terminated(target: Target, scale: Scale) -> Outcome:
     assert target.process is not None
     async with crowd_of(target, scale, 3) as viewers, target.http() as http:
         still = asyncio.create_task(ask(http, Stills(size=scale.size), answers))
-        await asyncio.sleep(0.05)
+        while not still.done() and not (await probe.scrape(http)).get("lumenwalk_stills_waiting"):
+            await asyncio.sleep(0.01)
         target.process.send_signal(signal.SIGTERM)
         began = perf_counter()
         with suppress(TimeoutError):
