@@ -76,7 +76,6 @@ def room() -> DeviceScene:
     [
         SceneEdits(objects={"block": ObjectEdit(offset=(0.1, 0.0, -0.1)), "lamp": ObjectEdit(offset=(0.1, -0.1, 0.1))}),
         SceneEdits(objects={"block": ObjectEdit(offset=(0.0, -0.2, 0.0))}),
-        SceneEdits(lights={"bulb": LightEdit(on=False)}),
     ]
 )
 @given(st.lists(EDITS, min_size=1, max_size=3))
