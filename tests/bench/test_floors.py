@@ -87,7 +87,8 @@ def test_terms_of_one_rate_add_up_and_those_of_others_hide() -> None:
 
 def test_a_frame_has_launches_by_stage_and_amounts() -> None:
     device_scene = DeviceScene(load_scene("cornell-box"), "cpu")
-    settings = RenderSettings(component=Component.INDIRECT, sp_clusters=16, vpl_clusters=8, vpls=64, lambertian=True)
+    few = {"sp_clusters": 16, "vpl_clusters": 8, "vpls": 64}
+    settings = RenderSettings(component=Component.INDIRECT, lambertian=True, antialias=False, **few)
     renderer = Renderer(device_scene, (16, 12), settings)
     with launches_counted() as launches:
         renderer.render(device_scene.scene.cameras[0])
