@@ -17,20 +17,22 @@ from gpu.indirect.illumination_cut import CutNodes, IlluminationCut, node_size
 from gpu.lights.photon_density import NEIGHBOURS, PhotonSites, answers
 from gpu.lights.photon_tree import PhotonTree, box_offset
 
+# Of the second function beside Eq. 4: any that is next to nothing.
+TAIL_WEIGHT = wp.constant(1.0e-3)
+
 
 @wp.struct
 @dataclass
 class CutLookupParameters:
     """reach: r of Eq. 4, in longest sides of a node's box, which count as one radius of the estimate at least, and as
     most_radii of a disk of all their photons at most: boxes that the Morton order has run through two places are wide,
-    and tell of neither. tail_reach, tail_weight: a second function, so much wider and lower: it answers where no node
-    reaches, which would be dark, and is nothing beside one that does.
+    and tell of neither. tail_reach: a second function, so much wider and next to nothing beside a node that reaches a
+    point, answers where none does, which would be dark.
     """
 
     reach: float = 1.0
     most_radii: float = 2.0
     tail_reach: float = 2.0
-    tail_weight: float = 1.0e-3
 
 
 CUT_LOOKUP_PARAMETERS: CutLookupParameters = parameters(CutLookupParameters)
@@ -134,7 +136,7 @@ def irradiance_in_cut(scene: SceneData, lit: CutMap, position: wp.vec3, normal: 
         if facing > 0.0:
             away = separation(lit.sites.alike, position, normal, lit.tree.photons.position[photon], other)
             share = away / wp.max(lit.reach[site], 1.0e-9)
-            tail = lit.chosen.tail_weight * (1.0 - share * share / (lit.chosen.tail_reach * lit.chosen.tail_reach))
+            tail = TAIL_WEIGHT * (1.0 - share * share / (lit.chosen.tail_reach * lit.chosen.tail_reach))
             weight = (wp.max(1.0 - share * share, 0.0) + tail) * facing
             if weight > 0.0:
                 open_way = answers(scene, lit.tree, lit.sites, site, position, normal)

@@ -4,8 +4,14 @@ import numpy as np
 import warp as wp
 from scenes import column
 
+from gpu.core.device import allocate
+from gpu.device_scene.features import scene_features
+from gpu.device_scene.upload import DeviceScene
+from gpu.indirect.final_gather import FinalGather, Illumination
 from gpu.lights.photon_map import Photons
+from gpu.lights.photon_tree import PhotonTree, allocate_tree, build_tree
 from gpu.scene.types import Floats
+from gpu.sp.shading_clusters import ShadingClusters
 
 STRETCH = 8.0  # how much more distances along the normal count
 COS_30 = 0.8660254
@@ -35,3 +41,36 @@ def separations(p: Floats, p_normal: Floats, q: Floats, q_normal: Floats) -> Flo
     plane = np.maximum(np.abs(way @ p_normal), np.abs((way * q_normal).sum(axis=1)))
     distance = np.sqrt((way**2).sum(axis=1) + (STRETCH**2 - 1.0) * plane**2)
     return np.where(q_normal @ p_normal > COS_30, distance, np.inf)
+
+
+def tree_of(positions: Floats, fluxes: Floats) -> PhotonTree:
+    """A tree of photons that face up, at positions (photon, 3) of one height, of grey flux (photon,) [W]."""
+    cell = ((positions[:, [0, 2]] + 0.5) * 1024.0).astype(int)
+    order = np.argsort(sum((cell[:, axis] >> bit & 1) << (2 * bit + axis) for axis in range(2) for bit in range(10)))
+    up = np.tile((0.0, 1.0, 0.0), (len(positions), 1))
+    tree = allocate_tree(photons_of(positions[order], up, np.repeat(fluxes[order, None], 3, axis=1)))
+    build_tree(tree)
+    return tree
+
+
+def read_at(places: Floats, surface: DeviceScene, albedo: float, light: Illumination) -> tuple[Floats, Floats]:
+    """Irradiance that a gather ray reads close to each of the places (place, 3) of a surface that faces up, for those
+    whose ray goes down steeply, and these places.
+    """
+    count, device = len(places), wp.get_device("cpu")
+    clusters: ShadingClusters = allocate(ShadingClusters, count, device)
+    clusters.position = column(places + np.float32([0.0, 1e-3, 0.0]), wp.vec3)
+    clusters.normal = clusters.geometric_normal = column(np.tile((0.0, -1.0, 0.0), (count, 1)), wp.vec3)
+    clusters.spacing.fill_(1.0)
+    gather = FinalGather(clusters, 1, light)
+    features = scene_features(surface.scene, lambertian=True)
+    gather.run(surface.view(lambertian=True), wp.zeros(1, dtype=int, device=device), features)
+    near = gather.gathered.nearness.numpy() > 1.0 / 0.004
+    return gather.gathered.radiance.numpy()[near] * np.pi / albedo, places[near]
+
+
+def lattice(side: int) -> Floats:
+    """Places all over the unit square on y = 0, (side · side, 3)."""
+    along = (np.arange(side) + 0.5) / side - 0.5
+    x, z = np.meshgrid(along, along)
+    return np.stack([x.ravel(), np.zeros(side * side), z.ravel()], axis=1)

@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
-from photons import photons_of, two_sided_square
+from photons import lattice, photons_of, read_at, tree_of, two_sided_square
 from scenes import grey, quad, resident_of
 
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.upload import DeviceScene
+from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.illumination_cut import CutParameters, IlluminationCut
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.scene.types import Floats
@@ -13,8 +15,13 @@ COUNT = 3000
 
 
 @pytest.fixture(scope="module")
-def square() -> SceneData:
-    return resident_of([quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))], [grey(0.7)]).view(lambertian=True)
+def floor() -> DeviceScene:
+    return resident_of([quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))], [grey(0.7)])
+
+
+@pytest.fixture(scope="module")
+def square(floor: DeviceScene) -> SceneData:
+    return floor.view(lambertian=True)
 
 
 def cut_of(square: SceneData, fluxes: Floats, size: int, **chosen: float) -> IlluminationCut:
@@ -45,11 +52,11 @@ def coarse_cut(cut: IlluminationCut) -> set[int]:
 
 
 @pytest.mark.parametrize("dark_half", [False, True])
-def test_without_rounds_it_is_the_coarse_cut(square: SceneData, dark_half: bool) -> None:
+def test_unless_it_is_refined_it_is_the_coarse_cut(square: SceneData, dark_half: bool) -> None:
     fluxes = np.ones(COUNT, np.float32)
     fluxes[: COUNT // 2] = 0.01 if dark_half else 1.0
-    nodes, levels = listed(cut_of(square, fluxes, 256, rounds=0))
-    cut = cut_of(square, fluxes, 256, rounds=0)
+    cut = cut_of(square, fluxes, 256, max_change=1e9)
+    nodes, levels = listed(cut)
     assert set(nodes) == coarse_cut(cut)
     assert levels == [node.bit_length() - 1 for node in nodes]
     if dark_half:  # one side is dark, and in few nodes
@@ -78,3 +85,34 @@ def test_nodes_cover_all_photons_once_and_sites_are_theirs(square: SceneData) ->
     assert (covered == 1).all()
     count = cut.nodes.count.numpy()[0]
     assert cut.sites.irradiance.numpy()[:count, 0].mean() == pytest.approx(COUNT / 2, rel=0.1)
+
+
+def read_of(floor: DeviceScene, radius: float) -> tuple[IlluminationCut, Floats]:
+    """A cut of up to 256 nodes for nine flecks of light of such a radius, with a tenth of that light between them, and
+    what is read of it there.
+    """
+    rng = np.random.default_rng(1)
+    middles = 0.31 * np.stack(np.meshgrid((-1, 0, 1), (-1, 0, 1)), axis=-1).reshape(-1, 2)
+    middles += rng.uniform(-0.04, 0.04, (9, 2))
+
+    def light_at(places: Floats) -> Floats:
+        away = np.linalg.norm(places[:, None, [0, 2]] - middles, axis=2).min(axis=1)
+        return np.where(away < radius, 1.0, 0.1)
+
+    photons = lattice(64) + rng.uniform(-0.15 / 64, 0.15 / 64, (64 * 64, 3)) * (1.0, 0.0, 1.0)
+    light = CutLight(tree_of(photons, light_at(photons) / 64**2), 256)
+    light.estimate(floor.view(lambertian=True))
+    told, places = read_at(lattice(60), floor, 0.7, light)
+    return light.cut, told[light_at(places) < 1.0, 0]
+
+
+def test_even_light_takes_less_than_half_of_the_nodes_and_is_told_right(floor: DeviceScene) -> None:
+    cut, told = read_of(floor, 0.0)
+    assert cut.nodes.count.numpy()[0] < 128
+    assert told.mean() == pytest.approx(0.1, rel=0.02)
+    assert told.std() < 0.005
+
+
+def test_light_of_small_flecks_makes_what_is_between_them_little_brighter(floor: DeviceScene) -> None:
+    _, told = read_of(floor, 0.07)
+    assert told.mean() < 1.75 * 0.1

@@ -64,6 +64,28 @@ def test_few_photons_are_spread_over_the_widest_disk(square: DeviceScene) -> Non
     assert sites.irradiance.numpy() == pytest.approx(np.tile(0.5 * FLUX / (np.pi * 0.01**2), (3, 1)), rel=1e-3)
 
 
+def test_few_photons_of_a_fleck_of_light_are_not_spread_over_what_is_dark_around(square: DeviceScene) -> None:
+    """Fewer than an estimate takes, in a disk a sixth of the scene wide: its middle keeps more than half its light."""
+    count, fleck = 24, 0.08
+    turn, out = 2.4 * np.arange(count), fleck * np.sqrt((np.arange(count) + 0.5) / count)
+    positions = np.stack([out * np.cos(turn), np.zeros(count), out * np.sin(turn)], axis=1)
+    photons = photons_of(positions, np.tile((0.0, 1.0, 0.0), (count, 1)), np.full((count, 3), np.pi * fleck**2 / count))
+    assert estimated(square, photons).irradiance.numpy()[:4, 0] == pytest.approx(1.0, abs=0.45)
+
+
+def test_the_light_of_a_thin_strip_is_neither_lost_nor_a_bright_spot() -> None:
+    """A slat, 0.3 radii of estimates wide, covers a fifth of their disks, of which few places are looked at."""
+    count, width = 400, 0.012
+    rng = np.random.default_rng(0)
+    x, z = np.sort(rng.uniform(-0.5, 0.5, count)), rng.uniform(-0.5 * width, 0.5 * width, count)
+    positions = np.stack([x, np.zeros(count), z], axis=1)
+    photons = photons_of(positions, np.tile((0.0, 1.0, 0.0), (count, 1)), np.full((count, 3), width / count))
+    slat = resident_of([quad((-0.5, 0.0, -0.5 * width), (0.0, 0.0, width), (1.0, 0.0, 0.0))], [grey(0.7)])
+    irradiance = estimated(slat, photons).irradiance.numpy()
+    assert irradiance.mean() == pytest.approx(1.0, abs=0.1)
+    assert irradiance.max() < 2.7
+
+
 def test_a_disk_off_its_surface_is_believed_to_be_the_least(square: DeviceScene) -> None:
     positions, normals, _ = lit_square(3)
     photons = photons_of(positions + np.float32([0.0, 0.3, 0.0]), normals, np.tile(FLUX, (3, 1)))
