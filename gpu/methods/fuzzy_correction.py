@@ -54,6 +54,8 @@ class FuzzyCorrectionParameters:
 
 
 FUZZY_CORRECTION_PARAMETERS = FuzzyCorrectionParameters()
+# Beyond all passes that a frame may have of all SPs, so that suspects' rays are the same however many that are.
+SUSPECTS_PASS = range(64, 65)
 
 
 class FuzzyCorrection:
@@ -126,7 +128,7 @@ class FuzzyCorrection:
                 filtered = frame.smoothing.share(gbuffer, points, *guide, nearer_on_detail=True)
                 dispute = view.clustering.deficit, indirect.irradiance, rays.own, filtered, frame.brightness
                 self.suspected.find(points, gbuffer, *dispute)
-                trace(self.suspected, *light, Passes(seed, settled, range(passes, passes + 1)))
+                trace(self.suspected, *light, Passes(seed, settled, SUSPECTS_PASS))
                 self.refined.find(self.suspected, gbuffer, *dispute)
             points.add(filtered, indirect.irradiance, bounded=kind.denoise)
 
