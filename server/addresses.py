@@ -104,6 +104,22 @@ def check_network(text: str) -> str:
         raise ValueError(f"{text!r} is no address: write it as 192.0.2.7, or a network as 172.16.0.0/12") from None
 
 
+def replica_prefix(url: str) -> str:
+    """The path prefix of a replica's address, as `check_replica` writes it."""
+    return "/" + url.partition("://")[2].partition("/")[2]
+
+
+def check_replica(text: str) -> str:
+    """The address of a replica, `origin/prefix`; ValueError when it is none."""
+    scheme, _, rest = text.partition("://")
+    place, slash, path = rest.partition("/")
+    origin = origin_of(f"{scheme}://{place}")
+    prefix = check_prefix(slash + path)
+    if origin is None or not prefix:
+        raise ValueError(f"{text!r} is no replica: write its address with its path prefix, as http://10.0.0.2:8000/r/0")
+    return origin + prefix
+
+
 def check_prefix(text: str) -> str:
     """A path prefix as /walk, nothing for none; ValueError when it is none."""
     prefix = text.rstrip("/")

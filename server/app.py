@@ -30,6 +30,7 @@ from server.render.activity import Activity, EngineState
 from server.render.devices import chosen_devices
 from server.render.engine import WORKER
 from server.render.engine_pool import EnginePool
+from server.rest import assign as assign_api
 from server.rest import docs, health
 from server.rest import export as export_api
 from server.rest import films as film_api
@@ -110,7 +111,8 @@ def create_app(settings: ServerSettings, worker: Sequence[str] = WORKER, check: 
     )
     app.add_middleware(Delivery)
     errors.install(app)
-    for part in (docs, health, monitor, render_api, pick_api, export_api, scene_api, job_api, film_api, stream):
+    stills = (render_api, pick_api, export_api)
+    for part in (docs, health, monitor, *stills, scene_api, job_api, film_api, assign_api, stream):
         app.include_router(part.router)
     app.mount("/api/docs/files", docs.swagger)
     app.router.default = Pages()

@@ -14,6 +14,7 @@ from server.places import Places
 from server.rate_limit import Buckets
 from server.refusals import ForbiddenError, TooBusyError
 from server.render.engine_pool import EnginePool
+from server.replicas import Replicas
 from server.scenes.catalogue import Catalogue
 from server.scenes.checker import Checker
 from server.scenes.residency import Residency
@@ -55,6 +56,8 @@ class Service:
 
     def __post_init__(self) -> None:
         limits = self.settings
+        token = limits.token.get_secret_value() if limits.token else None
+        self.replicas = Replicas(limits.replicas, token) if limits.replicas else None
         self.residency = Residency(self.engines, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
         self.jobs = Jobs(
             self.engines,

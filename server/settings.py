@@ -25,7 +25,7 @@ from gpu.scene.environment_options import EnvironmentOptions
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
 from gpu.scene.limits import SceneLimits
 from gpu.settings import Quality, RenderSettings
-from server.addresses import check_host, check_network, check_origin, check_prefix
+from server.addresses import check_host, check_network, check_origin, check_prefix, check_replica, replica_prefix
 from server.wire.browser import MAX_SIDE, describe
 from server.wire.log_format import LogFormat
 
@@ -50,6 +50,22 @@ Name = Annotated[str, StringConstraints(to_lower=True)]
 Hosts = Annotated[tuple[Annotated[Name, AfterValidator(check_host)], ...], NoDecode, BeforeValidator(_split)]
 Origins = Annotated[tuple[Annotated[Name, AfterValidator(check_origin)], ...], NoDecode, BeforeValidator(_split)]
 Networks = Annotated[tuple[Annotated[Name, AfterValidator(check_network)], ...], NoDecode, BeforeValidator(_split)]
+MAX_REPLICAS = 256
+
+
+def _check_replicas(urls: tuple[str, ...]) -> tuple[str, ...]:
+    if len({replica_prefix(url) for url in urls}) < len(urls):
+        raise ValueError("each replica needs a path prefix of its own")
+    return urls
+
+
+Replicas = Annotated[
+    tuple[Annotated[str, AfterValidator(check_replica)], ...],
+    NoDecode,
+    BeforeValidator(_split),
+    AfterValidator(_check_replicas),
+    Field(max_length=MAX_REPLICAS),
+]
 
 
 class ServerSettings(BaseSettings, EnvironmentOptions):
@@ -85,6 +101,11 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     trusted_proxies: Networks = Field(
         default=("127.0.0.1", "::1"),
         description="addresses or networks, comma-separated, of proxies whose X-Forwarded-For, -Proto, -Prefix count",
+    )
+    replicas: Replicas = Field(
+        default=(),
+        description="services, comma-separated, that POST /api/v1/assign chooses of, each as this one reaches it and "
+        "with the path prefix that clients find it below, such as http://10.0.0.2:8000/r/0; they have this one's token",
     )
     keepalive_seconds: float = Field(
         default=20.0,

@@ -94,6 +94,8 @@ def test_pages_walks_and_jobs_stay_with_the_replica_of_their_path(front: httpx.C
             walker.pose(1)
             assert walker.frame()
             assert any(number > before for number in replica.service.viewers)
+    # Answered by a replica, which has no list here.
+    assert front.post("/api/v1/assign", json={"scene": "cornell-box"}).json()["code"] == "forbidden"
     assert front.get("/r/2/healthz").text != '{"status":"ok"}'
 
 
@@ -117,7 +119,10 @@ def pod() -> Any:
 def test_each_pod_has_a_service_and_a_path() -> None:
     names = [f"lumenwalk-{n}" for n in range(manifest("StatefulSet")["replicas"])]
     (rule,) = manifest("Ingress")["rules"]
-    paths = rule["http"]["paths"]
+    assigning, *paths = rule["http"]["paths"]
+    assert (assigning["path"], assigning["backend"]["service"]["name"]) == ("/api/v1/assign", "lumenwalk-assign")
+    labels = manifest("StatefulSet")["template"]["metadata"]["labels"]
+    assert manifest("Service", "lumenwalk-assign")["selector"] == labels
     assert [it["path"] for it in paths] == [f"/r/{name}" for name in names]
     assert [it["backend"]["service"]["name"] for it in paths] == names
     for name in names:
@@ -152,6 +157,9 @@ def test_the_pod_sets_settings_that_exist_and_no_others(monkeypatch: pytest.Monk
         monkeypatch.setenv(variable["name"], value)
     settings = load_settings()
     assert settings.root_path == "/r/lumenwalk-0"
+    assert settings.replicas == tuple(
+        f"http://lumenwalk-{n}.lumenwalk:8000/r/lumenwalk-{n}" for n in range(manifest("StatefulSet")["replicas"])
+    )
     assert settings.trusted_proxies == ("10.0.0.0/8",)
 
 

@@ -7,6 +7,7 @@ from server.addresses import (
     check_network,
     check_origin,
     check_prefix,
+    check_replica,
     client_network,
     host_of,
     is_loopback,
@@ -77,6 +78,8 @@ def test_origins(text: str, origin: str | None) -> None:
         (check_origin, "https://portal.example.org/", "https://portal.example.org"),
         (check_network, "172.16.0.1/12", "172.16.0.0/12"),
         (check_network, "2001:0db8::7", "2001:db8::7"),
+        (check_replica, "HTTP://10.0.0.2:80/r/0/", "http://10.0.0.2/r/0"),
+        (check_replica, "https://lumenwalk-0.walk:8000/r/a", "https://lumenwalk-0.walk:8000/r/a"),
         (check_prefix, "/walk/", "/walk"),
         (check_prefix, "/a/b-c_d.e", "/a/b-c_d.e"),
         (check_prefix, "/", ""),
@@ -91,6 +94,12 @@ def test_what_an_operator_writes(check: Callable[[str], str], text: str, expecte
     ("check", "texts", "words"),
     [
         (check_host, ("https://walk.example.org", "a b", ""), "no name of a host"),
+        (
+            check_replica,
+            ("http://10.0.0.2:8000", "http://10.0.0.2:8000/", "10.0.0.2/r/0", "file:///r/0", "http://me:key@a/r/0"),
+            "no replica",
+        ),
+        (check_replica, ("http://a/r/0?x", "http://a/r/../0", "http://a/r/0#x"), "no path prefix"),
         (check_origin, ("portal.example.org", "*", "https://portal.example.org/page"), "no origin"),
         (check_network, ("*", "proxy.example.org", "10.0.0.0/40"), "no address"),
         (

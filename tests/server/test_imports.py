@@ -15,7 +15,7 @@ FLOORS = (
     {"walk", "rest"},
     {"http"},
     {"service"},
-    {"jobs", "errors", "worker"},
+    {"jobs", "errors", "worker", "replicas"},
     {"scenes"},
     {"render"},
     {"settings", "metrics", "logs", "places", "rate_limit", "results"},

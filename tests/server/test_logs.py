@@ -56,3 +56,9 @@ def test_what_a_client_says_makes_no_line_of_its_own(capsys: pytest.CaptureFixtu
     log.info("viewer left", extra={"reason": "bye\n2026-01-01 ERROR all is lost\x1b[2J\u2028é"})
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith(r"reason=bye\n2026-01-01 ERROR all is lost\x1b[2J\u2028é")
+
+
+def test_questions_to_replicas_are_no_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    configure(LogFormat.TEXT)
+    logging.getLogger("httpx").info("HTTP Request: GET http://10.0.0.2:8000/r/0/readyz")
+    assert capsys.readouterr().err == ""
