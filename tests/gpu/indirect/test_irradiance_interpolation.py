@@ -122,3 +122,16 @@ def test_a_centre_tells_nothing_across_a_kerb_whose_top_its_rays_pass_and_is_not
     assert told_of_one(room_of(kerb(away, 0.25 * away)), 1.2 * away, 1.5 * away) == pytest.approx(0.0)
     # Ripples of a floor, whose ceiling is 2.5 times as far as the point, hide nothing.
     assert told_of_one(room_of(kerb(0.5 * away, 0.04 * away)), away, 2.5 * away) > 0.5
+
+
+def test_a_hall_lights_about_a_spacing_of_a_crack_beside_it_and_is_hardly_darkened_by_it(
+    floor: SceneData, places: tuple[Floats, Floats]
+) -> None:
+    """A lit hall and a dark crack, half of the floor each, whose centres' rays are of 30 and of 0.1 spacings."""
+    centres, points = places
+    hall, in_hall = centres[:, 0] > 0.0, points[:, 0] > 0.0
+    light = np.tile(hall[:, None], (1, 3))
+    told = interpolated(floor, centres, points, gathered_of(light, np.where(hall, 30.0, 0.1) * SPACING))[:, 0]
+    # In the mean over half of the floor, which is five spacings wide.
+    assert told[~in_hall].mean() < 1.05 / 5.0
+    assert 1.0 - told[in_hall].mean() < 0.0045
