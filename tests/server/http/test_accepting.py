@@ -88,15 +88,20 @@ def test_it_goes_on_after_the_system_had_no_descriptor(
     monkeypatch.setattr(module, "RETRY_SECONDS", 0.01)
     running = serve(ready=False)
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    with socket.socket() as client:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (client.fileno() + 1, hard))
+    with ExitStack() as stack:
+        # Several, since what other tests left may close meanwhile, and its descriptors can be had then.
+        clients = [stack.enter_context(socket.socket()) for _ in range(8)]
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(client.fileno() for client in clients) + 1, hard))
         try:
-            client.connect((running.http.base_url.host, running.http.base_url.port))
+            for client in clients:
+                client.connect((running.http.base_url.host, running.http.base_url.port))
             deadline = time.monotonic() + 10.0
             while "cannot be taken in" not in caplog.text:
                 assert time.monotonic() < deadline
+                time.sleep(0.01)
         finally:
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        client = clients[-1]
         client.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
         client.settimeout(10)
         assert client.recv(12) == b"HTTP/1.1 200"
