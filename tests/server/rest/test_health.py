@@ -30,6 +30,7 @@ def wait_unready(running: Running) -> None:
     deadline = time.monotonic() + 10.0
     while (response := running.http.get("/readyz")).status_code == 200:
         assert time.monotonic() < deadline
+        time.sleep(0.01)
     assert response.status_code == 503
     assert response.json()["status"] == "recovering"
     assert int(response.headers["Retry-After"]) > 0
@@ -92,6 +93,7 @@ def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running])
         deadline = time.monotonic() + 10.0
         while own.ready:
             assert time.monotonic() < deadline
+            time.sleep(0.01)
         response = running.http.get("/readyz")
         assert response.status_code == 200
         walker.pose(2)
@@ -101,6 +103,7 @@ def test_one_worker_is_enough_and_each_is_told_of(serve: Callable[..., Running])
         assert workers[engines.engines.index(own)]["viewers"] == 0
     while not own.ready:
         assert time.monotonic() < deadline
+        time.sleep(0.01)
     workers = running.http.get("/readyz").json()["workers"]
     assert [worker["status"] for worker in workers] == ["ready", "ready"]
     assert sorted(worker["restarts"] for worker in workers) == [0, 1]
@@ -112,4 +115,5 @@ def test_a_device_that_cannot_be_used_fails_the_service(serve: Callable[..., Run
     deadline = time.monotonic() + 10.0
     while (told := running.http.get("/readyz").json())["status"] != "failed":
         assert time.monotonic() < deadline
+        time.sleep(0.01)
     assert told["text"] == "no device 'none' here"
