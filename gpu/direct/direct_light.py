@@ -19,7 +19,7 @@ from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.panes import transmittance, transmitted
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import Surface
-from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.gbuffer import GBuffer, surface_of
 from gpu.lights.light_sampling import LightSample, light_at_hit, punctual_sample, sample_light
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair_at
@@ -191,14 +191,7 @@ def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool
             scene.pane_count = 0
         if wp.static(not environment):
             scene.has_environment = False
-        surface = Surface()
-        surface.position = gbuffer.position[pixel]
-        surface.geometric_normal = gbuffer.geometric_normal[pixel]
-        surface.normal = gbuffer.normal[pixel]
-        surface.diffuse = gbuffer.diffuse[pixel]
-        surface.f0 = gbuffer.f0[pixel]
-        surface.f90 = gbuffer.f90[pixel]
-        surface.roughness = gbuffer.roughness[pixel]
+        surface = surface_of(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
         place = morton_2d(pixel % image.width, pixel // image.width)
