@@ -12,12 +12,11 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from server.addresses import replica_prefix
 from server.refusals import UnknownSceneError
 from server.render.activity import EngineState
-from server.render.placement import Candidate, choose
+from server.render.placement import Candidate, choose, still_loading
 from server.render.worker_link import WorkerLostError
 
 KNOWN_SECONDS = 1.0  # that an answer counts
 ASK_SECONDS = 1.0  # that a replica has for its answers, however slowly they drip
-LOADING_SECONDS = 60.0  # after which a scene that was to be loaded counts as given up
 MAX_ANSWER_BYTES = 8 * 2**20  # of 10,000 scenes
 
 
@@ -92,7 +91,7 @@ class Replicas:
         answers, sent = self._answers[url], self._sent[url]
         clients = round((answers.viewers + sent.viewers) / answers.workers)
         holds = answers.scenes[scene] or scene in sent.loading
-        return Candidate(EngineState.READY, holds, has_room=not sent.loading, clients=clients, busy=0.0)
+        return Candidate(EngineState.READY, holds, has_room=True, loads=bool(sent.loading), clients=clients, busy=0.0)
 
     async def _ask_all(self) -> None:
         # trust_env: neither proxies nor passwords of the environment are used.
@@ -104,10 +103,9 @@ class Replicas:
         self._answers = {url: answers for url, answers in zip(self._urls, found, strict=True) if answers is not None}
         self._known_until = self._now() + KNOWN_SECONDS
         for url, answers in self._answers.items():
-            sent = self._sent[url]
-            since = self._now() - LOADING_SECONDS
-            coming = {it: at for it, at in sent.loading.items() if not answers.scenes.get(it, True) and at > since}
-            self._sent[url] = _Sent(loading=coming)
+            loading = {it: at for it, at in self._sent[url].loading.items() if it in answers.scenes}
+            loaded = [it for it, there in answers.scenes.items() if there]
+            self._sent[url] = _Sent(loading=still_loading(loading, loaded, self._now()))
 
     async def _ask(self, client: httpx.AsyncClient, url: str) -> _Answers | None:
         """What a replica says; None where it cannot render, or does not answer as it should."""

@@ -15,7 +15,7 @@ from server.render.busy_meter import BusyMeter
 from server.render.cost import Speeds
 from server.render.engine import WORKER, Engine, Make
 from server.render.pending import Reply
-from server.render.placement import Candidate, choose
+from server.render.placement import Candidate, choose, still_loading
 from server.render.quarantine import Quarantine
 from server.render.schedule import Urgency
 from server.render.worker_link import TurnedAwayError
@@ -49,6 +49,7 @@ class EnginePool:
         self.fits: Callable[[Engine, SceneRef], bool] = lambda _engine, _scene: True  # whether one more scene does
         self._now = now
         self._clients: dict[int, _Client] = {}
+        self._loading: dict[Engine, dict[SceneRef, float]] = {engine: {} for engine in self.engines}  # since when [s]
         self._meters = {engine: BusyMeter(now) for engine in self.engines}
         for engine in self.engines:
             engine.listeners.add(self._heard)
@@ -144,6 +145,8 @@ class EnginePool:
             return known.engine
         own = self.engines.index(known.engine) if known and stays else None
         engine = self.engines[choose(self._candidates(client, scene), own, walks=walks)]
+        if scene not in engine.scenes and self._has_room(engine, client, scene):
+            self._loading[engine].setdefault(scene, now)
         if client != STILLS:
             if known and known.engine is not engine:
                 known.engine.leave(client)
@@ -167,13 +170,16 @@ class EnginePool:
             engine.leave(client)
 
     def _candidates(self, client: int, scene: SceneRef) -> list[Candidate]:
-        lately = self._now() - LATELY_SECONDS
+        now = self._now()
+        lately = now - LATELY_SECONDS
         crowds = Counter(it.engine for key, it in self._clients.items() if key != client and it.wanted > lately)
+        self._loading = {engine: still_loading(sent, engine.scenes, now) for engine, sent in self._loading.items()}
         return [
             Candidate(
                 engine.activity.state,
-                scene in engine.scenes,
+                scene in engine.scenes or scene in self._loading[engine],
                 self._has_room(engine, client, scene),
+                bool(self._loading[engine]),
                 crowds[engine] + engine.queued(STILLS),
                 self._meters[engine].share(engine.busy_seconds),
             )
@@ -186,6 +192,9 @@ class EnginePool:
 
     def _heard(self) -> None:
         """An engine does something else now: who waits for one that cannot render goes to one that can."""
+        for engine in self.engines:
+            if not engine.ready:
+                self._loading[engine].clear()  # it begins anew, with nothing
         if self.ready:
             for engine in self.engines:
                 if not engine.ready:

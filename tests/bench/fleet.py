@@ -116,7 +116,7 @@ class Simulation:
     def place(self, scene: int) -> int | None:
         """The GPU for a viewer of a scene; None where none has room.
 
-        As `server.render.placement.choose` has it, but for `one_load`.
+        As `server.render.placement.choose` has it, but for `one_load` where that is off.
         """
         holds = self.ready_at[:, scene] < np.inf
         fit = self.up & (holds | (self._wanted < self.fleet.scenes_a_gpu))

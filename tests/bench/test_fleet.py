@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,18 +20,20 @@ def test_costs_are_those_that_were_measured() -> None:
 
 
 def test_viewers_are_placed_by_the_rule_of_the_service() -> None:
-    simulation = Simulation(SMALL)
+    simulation = Simulation(replace(SMALL, one_load=True))
     random = np.random.default_rng(2)
     for _ in range(50):
         simulation.clients[:] = random.integers(0, 12, SMALL.gpus)
         simulation.up[:] = random.random(SMALL.gpus) < 0.8
         simulation.up[0] = True
         simulation.ready_at[:, 3] = np.where(random.random(SMALL.gpus) < 0.4, 0.0, np.inf)
+        simulation._loader_free_at[:] = np.where(random.random(SMALL.gpus) < 0.4, 10.0, 0.0)
+        loads = simulation._loader_free_at > simulation.now
         states = [EngineState.READY if up else EngineState.FAILED for up in simulation.up]
         holds = simulation.ready_at[:, 3] < np.inf
         fleet = [
-            Candidate(state, bool(has), True, int(clients), 0.0)
-            for state, has, clients in zip(states, holds, simulation.clients, strict=True)
+            Candidate(state, bool(has), True, bool(at_another), int(clients), 0.0)
+            for state, has, at_another, clients in zip(states, holds, loads, simulation.clients, strict=True)
         ]
         assert simulation.place(3) == choose(fleet)
 

@@ -8,6 +8,7 @@ import pytest
 
 from server import replicas
 from server.refusals import UnknownSceneError
+from server.render.placement import LOADING_SECONDS
 from server.render.worker_link import WorkerLostError
 from server.replicas import Replicas
 
@@ -117,7 +118,7 @@ def test_a_load_that_never_ends_is_forgotten() -> None:
         async with served(Fake(0, hall=False, attic=False), Fake(3, hall=False, attic=False)) as urls:
             chosen = Replicas(urls, None, now)
             assert await chosen.choose("hall") == "/r/0"
-            at[0] = replicas.LOADING_SECONDS + 1.0
+            at[0] = LOADING_SECONDS + 1.0
             assert await chosen.choose("attic") == "/r/0"
 
     asyncio.run(walk())

@@ -94,6 +94,25 @@ def test_a_scene_goes_where_it_fits() -> None:
     assert engines.place(1, HALL, Urgency.STILL) is second
 
 
+def test_an_engine_that_comes_back_empty_gets_nobody_else_while_it_loads() -> None:
+    engines, (first, second) = pool()
+    first.scenes = (BOX, HALL)
+    ready(second, EngineState.RECOVERING)
+    for client in range(20):
+        assert engines.place(client, (BOX, HALL)[client % 2], Urgency.STILL) is first
+    ready(second)
+    second.scenes = ()
+    assert engines.place(100, HALL, Urgency.STILL) is second
+    assert engines.place(101, BOX, Urgency.STILL) is first
+    assert engines.place(102, HALL, Urgency.STILL) is second  # and waits for the same load
+    second.scenes = (HALL,)
+    assert engines.place(103, BOX, Urgency.STILL) is second
+    ready(second, EngineState.RECOVERING)
+    ready(second)
+    second.scenes = ()
+    assert engines.place(104, HALL, Urgency.STILL) is second  # what it was at is lost
+
+
 def test_as_many_scenes_are_viewed_on_a_device_as_it_keeps() -> None:
     engines, (first, second) = pool()
     most = first.max_scenes

@@ -1,13 +1,19 @@
 from server.render.activity import EngineState
-from server.render.placement import LOADING, Candidate, choose
+from server.render.placement import LOADING, LOADING_SECONDS, Candidate, choose, still_loading
 
 READY, RECOVERING, FAILED = EngineState.READY, EngineState.RECOVERING, EngineState.FAILED
 
 
 def at(
-    clients: int = 0, *, state: EngineState = READY, holds: bool = True, room: bool = True, busy: float = 0.0
+    clients: int = 0,
+    *,
+    state: EngineState = READY,
+    holds: bool = True,
+    room: bool = True,
+    loads: bool = False,
+    busy: float = 0.0,
 ) -> Candidate:
-    return Candidate(state, holds, room, clients, busy)
+    return Candidate(state, holds, room, loads, clients, busy)
 
 
 def test_who_comes_goes_where_fewest_are_and_then_where_the_device_is_free() -> None:
@@ -28,6 +34,21 @@ def test_where_there_is_no_room_nothing_is_loaded() -> None:
     assert choose([full, at(40)]) == 1
     assert choose([full, at(3, holds=False)]) == 1
     assert choose([full, at(7, holds=False, room=False)]) == 0  # which says so
+
+
+def test_what_loads_another_scene_is_spared_where_that_can_be() -> None:
+    loading = at(0, holds=False, loads=True)
+    assert choose([loading, at(40)]) == 1
+    assert choose([loading, at(40, holds=False)]) == 1
+    assert choose([loading, at(40, holds=False, room=False)]) == 0
+    assert choose([at(0, loads=True), at(9)]) == 0  # it has this one, or loads it
+    assert choose([loading, at(60)], own=1, walks=True) == 1
+
+
+def test_a_load_is_given_up_after_a_while() -> None:
+    sent = {"hall": 0.0, "attic": 9.0, "box": 9.0}
+    assert still_loading(sent, ["box"], LOADING_SECONDS - 1.0) == {"hall": 0.0, "attic": 9.0}
+    assert still_loading(sent, ["box"], LOADING_SECONDS) == {"attic": 9.0}
 
 
 def test_who_is_somewhere_stays_there() -> None:
