@@ -17,9 +17,6 @@ export function stepIn(diagonal) {
 /** The middle of a box. @param {Bounds} box @returns {Vec3} */
 export const middleOf = ({ min, max }) => [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, (min[2] + max[2]) / 2];
 
-/** @param {Bounds} box @param {Vec3} offset @returns {Bounds} */
-export const movedBox = ({ min, max }, offset) => ({ min: sum(min, offset), max: sum(max, offset) });
-
 /**
  * The offset nearest to `wanted` with which a box stays within a scene's bounds, as the server demands. What is not
  * within them, as it is far away, stays.

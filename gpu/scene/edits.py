@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
 from gpu.scene.moment import Moment
-from gpu.scene.objects import object_boxes, with_objects
+from gpu.scene.objects import Move, object_boxes, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
 from gpu.scene.posed import posed
 from gpu.scene.to_world import as_vector
@@ -32,6 +32,7 @@ Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 Color = Annotated[tuple[Share, Share, Share], Field(description="linear Rec. 709, each channel from 0 to 1")]
 Radiance = Annotated[FiniteFloat, Field(ge=0.0, le=1e6)]
 Metres = Annotated[FiniteFloat, Field(ge=-1e9, le=1e9)]
+Degrees = Annotated[FiniteFloat, Field(ge=-360.0, le=360.0)]
 PartId = Annotated[str, Field(min_length=1, max_length=MOST_ID + 16)]
 
 
@@ -92,6 +93,10 @@ class ObjectEdit(_Edit):
     visible: bool | None = Field(default=None, description="whether it is there")
     offset: tuple[Metres, Metres, Metres] | None = Field(
         default=None, description="by which it is moved, in the world, within the box of the scene [m]"
+    )
+    rotation: tuple[Degrees, Degrees, Degrees] | None = Field(
+        default=None,
+        description="by which it is turned about the world's X, Y and Z through the middle of its box [°], Z first, Y last",
     )
 
 
@@ -228,8 +233,12 @@ def _check_ids(field: str, edits: Collection[str], there: Collection[str]) -> No
 def _edited_objects(scene: Scene, edits: Mapping[str, ObjectEdit]) -> Scene:
     numbers = {one: number for number, one in enumerate(scene.objects)}
     hidden = [numbers[one] for one, edit in edits.items() if edit.visible is False]
-    offsets = {numbers[one]: edit.offset for one, edit in edits.items() if edit.offset is not None}
-    return with_objects(scene, hidden, offsets) if hidden or offsets else scene
+    moves = {
+        numbers[one]: Move(edit.rotation or (0.0, 0.0, 0.0), edit.offset or (0.0, 0.0, 0.0))
+        for one, edit in edits.items()
+        if edit.rotation is not None or edit.offset is not None
+    }
+    return with_objects(scene, hidden, moves) if hidden or moves else scene
 
 
 def _edited_material(material: Material, edit: MaterialEdit) -> Material:

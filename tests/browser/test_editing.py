@@ -86,12 +86,42 @@ def test_keys_move_what_is_chosen_and_not_the_camera(page: Page, stage: Stage) -
     poses = len(stage.all("pose"))
     handle.press("ArrowRight")
     expect(handle).to_have_attribute("aria-valuetext", "0.02 m")
-    page.get_by_label("step of an arrow key").fill("0.5")
+    page.get_by_label("step [m]").fill("0.5")
     handle.press("ArrowLeft")
     expect(handle).to_have_attribute("aria-valuetext", "-0.48 m")
     handle.press("PageUp")  # ten steps: to the end of the scene
     expect(handle).to_have_attribute("aria-valuetext", "0.9 m")
     assert len(stage.all("pose")) == poses
+
+
+def test_what_is_dragged_about_an_axis_turns(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    page.get_by_label("Turn", exact=True).check()
+    drag(page, "Turn chair about Y", right=-40, down=0)
+    turned = float(page.get_by_label("turned about Y").input_value())
+    assert -60.0 < turned < -20.0
+    hears(stage, {"objects": {"chair": {"rotation": [0, turned, 0]}}})
+    page.get_by_role("slider", name="Turn chair about X").press("ArrowUp")
+    expect(page.get_by_role("slider", name="Turn chair about Z")).not_to_have_attribute("aria-valuetext", "0°")
+    page.keyboard.press("Control+z")
+    page.keyboard.press("Control+z")
+    hears(stage, {"objects": {"chair": {"rotation": None}}})
+    page.get_by_label("turned about Z").press("ArrowUp")
+    hears(stage, {"objects": {"chair": {"rotation": [0, 0, 5]}}})
+
+
+def test_a_sun_is_turned_where_the_viewer_looks(page: Page, stage: Stage) -> None:
+    sun = {"id": "sun", "form": "directional", "color": [1, 1, 1], "direction": [0.0, -1.0, 0.0]}
+    stage.scene(lights=[sun])
+    page.keyboard.press("KeyG")
+    page.get_by_role("button", name="Turn: sun").click()
+    handle = page.get_by_role("slider", name="Turn sun about X")
+    page.get_by_label("step [°]").fill("90")
+    handle.press("ArrowUp")
+    hears(stage, {"lights": {"sun": {"direction": [0, 0, -1]}}})
+    expect(page.get_by_label("elevation [°] of sun")).to_have_value("0")
+    page.get_by_label("azimuth [°] of sun").fill("90")
+    hears(stage, {"lights": {"sun": {"direction": [1, 0, 0]}}})
 
 
 def test_a_light_without_a_surface_is_chosen_by_its_mark(page: Page, stage: Stage) -> None:

@@ -34,6 +34,7 @@ OBJECTS = st.builds(
     ObjectEdit,
     visible=st.sampled_from([None, False]),
     offset=st.sampled_from([None, (0.1, 0.0, -0.1), (0.0, -0.2, 0.0)]),
+    rotation=st.sampled_from([None, (0.0, 30.0, 0.0), (-90.0, 0.0, 45.0)]),
 )
 EDITS = st.builds(
     SceneEdits,
@@ -75,7 +76,7 @@ def room() -> DeviceScene:
 @example(
     [
         SceneEdits(objects={"block": ObjectEdit(offset=(0.1, 0.0, -0.1)), "lamp": ObjectEdit(offset=(0.1, -0.1, 0.1))}),
-        SceneEdits(objects={"block": ObjectEdit(offset=(0.0, -0.2, 0.0))}),
+        SceneEdits(objects={"block": ObjectEdit(offset=(0.0, -0.2, 0.0), rotation=(20.0, 0.0, 70.0))}),
     ]
 )
 @given(st.lists(EDITS, min_size=1, max_size=3))

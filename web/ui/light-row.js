@@ -1,8 +1,9 @@
-/** A light in the list: on or off, how bright, of which colour; and where, if it has a place. */
+/** A light in the list: on or off, how bright, of which colour; and where, if it has a place, and where it shines, if it has a direction. */
 
 import { fromHex, toHex } from "../colors.js";
+import { fromAim, toAim } from "../turning.js";
 import { element } from "./page.js";
-import { PlaceFields } from "./place-fields.js";
+import { NumberFields } from "./number-fields.js";
 
 /** @typedef {import("../messages.js").LightEdit} LightEdit */
 /** @typedef {import("../messages.js").LightInfo} LightInfo */
@@ -12,7 +13,8 @@ import { PlaceFields } from "./place-fields.js";
  * @property {(edit: LightEdit, what: string | null) => void} edit  what: the gesture that it is of
  * @property {() => number[]} camera  its place, column-major, camera to world
  * @property {() => number} step  of an arrow key [m]
- * @property {() => void} choose  to be moved, or no more
+ * @property {() => number} turnStep  and [°]
+ * @property {() => void} choose  to be moved or turned, or no more
  */
 
 /** Where a slider leaves a light as its file has it, of 100: its square is the factor, so that there is room for the dark. */
@@ -25,8 +27,10 @@ export class LightRow {
   #intensity;
   #color;
   #events;
-  /** @type {{choose: HTMLButtonElement, list: HTMLElement, fields: PlaceFields} | null} */
-  #place = null;
+  /** @type {HTMLButtonElement | null} */
+  #choose = null;
+  /** What is shown while it is chosen. @type {{list: HTMLElement, fields: NumberFields, shown: (edit: LightEdit | undefined) => readonly number[]}[]} */
+  #fields = [];
 
   /** @param {LightInfo} light @param {number} number @param {LightEvents} events */
   constructor(light, number, events) {
@@ -58,11 +62,11 @@ export class LightRow {
     this.#color.value = toHex(edit?.color ?? this.light.color);
     if (chosen) this.row.setAttribute("aria-current", "true");
     else this.row.removeAttribute("aria-current");
-    const at = this.at(edit);
-    if (!this.#place || !at) return;
-    this.#place.choose.setAttribute("aria-expanded", String(chosen));
-    this.#place.list.hidden = !chosen;
-    this.#place.fields.show(at);
+    this.#choose?.setAttribute("aria-expanded", String(chosen));
+    for (const { list, fields, shown } of this.#fields) {
+      list.hidden = !chosen;
+      fields.show(shown(edit));
+    }
   }
 
   #addPlace() {
@@ -71,22 +75,37 @@ export class LightRow {
     const here = element("button", { type: "button", className: "button", textContent: words, ariaLabel: `${words}: ${light.id}` });
     here.addEventListener("click", () => this.#events.edit(this.#here(), null));
     const buttons = element("div", { className: "buttons" });
-    buttons.append(here);
+    const moves = light.position ? (light.direction ? "Move and turn" : "Move") : "Turn";
+    this.#choose = element("button", { type: "button", className: "button", textContent: moves, ariaLabel: `${moves}: ${light.id}` });
+    this.#choose.addEventListener("click", () => this.#events.choose());
+    buttons.append(this.#choose, here);
     this.row.append(buttons);
-    if (!light.position) return;
-    const choose = element("button", { type: "button", className: "button", textContent: "Move", ariaLabel: `Move: ${light.id}` });
-    choose.addEventListener("click", () => this.#events.choose());
-    buttons.prepend(choose);
+    const { position, direction } = light;
+    if (position) {
+      const changed = (/** @type {number[]} */ [x = 0, y = 0, z = 0]) => this.#events.edit({ position: [x, y, z] }, "position");
+      this.#addFields(["X [m]", "Y [m]", "Z [m]"], changed, this.#events.step, (edit) => edit?.position ?? position);
+    }
+    if (direction) {
+      const changed = (/** @type {number[]} */ [azimuth = 0, elevation = 0]) => this.#events.edit({ direction: fromAim(azimuth, elevation) }, "direction");
+      this.#addFields(["azimuth [°]", "elevation [°]"], changed, this.#events.turnStep, (edit) => toAim(edit?.direction ?? direction));
+    }
+  }
+
+  /**
+   * @param {string[]} names @param {(values: number[]) => void} changed @param {() => number} step
+   * @param {(edit: LightEdit | undefined) => readonly number[]} shown
+   */
+  #addFields(names, changed, step, shown) {
     const list = element("div", { className: "place" });
-    const inputs = ["X", "Y", "Z"].map((axis) => {
-      const input = element("input", { type: "number", step: "any", ariaLabel: `${axis} [m] of ${light.id}` });
-      const label = element("label", { textContent: `${axis} [m]` });
+    const inputs = names.map((name) => {
+      const input = element("input", { type: "number", step: "any", ariaLabel: `${name} of ${this.light.id}` });
+      const label = element("label", { textContent: name });
       label.append(input);
       list.append(label);
       return input;
     });
     this.row.append(list);
-    this.#place = { choose, list, fields: new PlaceFields(inputs, (position) => this.#events.edit({ position }, "position"), this.#events.step) };
+    this.#fields.push({ list, fields: new NumberFields(inputs, changed, step), shown });
   }
 
   /** The light where the camera is, as far as it can be moved and turned. @returns {LightEdit} */

@@ -1,11 +1,12 @@
 /**
  * The sheet of the scene's objects, materials and lights: fields of what is chosen here or picked in the picture, a row
- * for each light. What can be moved has handles over the picture.
+ * for each light. What can be moved or turned has handles over the picture.
  */
 
+import { movedTo, targetOf, turnedFrom } from "../chosen.js";
 import { toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
-import { middleOf, movedBox, offsetWithin, rounded, stepIn, sum } from "../moving.js";
+import { stepIn } from "../moving.js";
 import { offer } from "./choice.js";
 import { Gizmo } from "./gizmo.js";
 import { LightRow } from "./light-row.js";
@@ -16,11 +17,9 @@ import { button, byId, text } from "./page.js";
 import { Sheet } from "./sheet.js";
 
 /** @typedef {import("../messages.js").PickedPart} PickedPart */
-/** @typedef {import("../messages.js").SceneEdits} SceneEdits */
 /** @typedef {import("../messages.js").ScenePatch} ScenePatch */
 /** @typedef {import("../protocol.js").SceneInfo} SceneInfo */
-/** @typedef {[number, number, number]} Vec3 */
-/** @typedef {{kind: "object" | "light", id: string}} Chosen  what handles move, and whose row is marked */
+/** @typedef {import("../chosen.js").Chosen} Chosen  what handles move, and whose row is marked */
 
 /**
  * @typedef {object} MixerEvents
@@ -36,6 +35,8 @@ export class Mixer {
   #material = byId("material", HTMLSelectElement);
   #object = byId("object", HTMLSelectElement);
   #step = byId("move-step", HTMLInputElement);
+  #turnStep = byId("turn-step", HTMLInputElement);
+  #turns = byId("handles-turn", HTMLInputElement);
   #undo = button("undo");
   #redo = button("redo");
   #reset = button("edits-reset");
@@ -58,16 +59,22 @@ export class Mixer {
   /** @param {MixerEvents} events */
   constructor(events) {
     this.#events = events;
-    const step = () => this.#step.valueAsNumber || 1;
     this.#history = new EditHistory(events.send, () => this.#show());
     this.#materials = new MaterialFields((id, edit, what) => {
       this.#history.edit({ materials: { [id]: edit } }, `${id}/${what}`);
     });
     this.#objects = new ObjectFields((id, edit, what) => {
       this.#history.edit({ objects: { [id]: edit } }, `${id}/${what}`);
-    }, step);
+    }, this.#moveStep, this.#angleStep);
     this.#marks = new Marks(this.#overlay, (id) => this.#choose({ kind: "light", id }));
-    this.#gizmo = new Gizmo(this.#overlay, { move: (to) => this.#move(to), end: () => this.#history.end(), step });
+    this.#gizmo = new Gizmo(this.#overlay, {
+      move: (to) => this.#handle("move", (chosen, scene) => movedTo(chosen, scene, to)),
+      turn: (from, axis, angle) => this.#handle("turn", (chosen) => turnedFrom(chosen, from, axis, angle)),
+      end: () => this.#history.end(),
+      step: this.#moveStep,
+      turnStep: () => (this.#angleStep() * Math.PI) / 180,
+    });
+    for (const id of ["handles-move", "handles-turn"]) byId(id, HTMLInputElement).addEventListener("change", () => this.#show());
     this.#object.addEventListener("change", () => {
       this.#choose(this.#object.value ? { kind: "object", id: this.#object.value } : null);
     });
@@ -166,26 +173,20 @@ export class Mixer {
     return new LightRow(light, number, {
       edit: (edit, what) => this.#history.edit({ lights: { [light.id]: edit } }, what && `${light.id}/${what}`),
       camera: this.#events.camera,
-      step: () => this.#step.valueAsNumber || 1,
+      step: this.#moveStep,
+      turnStep: this.#angleStep,
       choose: () => this.#choose(this.#chosen?.kind === "light" && this.#chosen.id === light.id ? null : { kind: "light", id: light.id }),
     });
   }
 
-  /** What is chosen is to be there, in the world. @param {Vec3} to */
-  #move(to) {
-    if (!this.#chosen || !this.#scene) return;
-    const { kind, id } = this.#chosen;
-    const { bounds } = this.#scene;
-    if (kind === "light") {
-      const size = Math.max(...bounds.max.map((high, axis) => high - (bounds.min[axis] ?? high)));
-      const position = /** @type {Vec3} */ (to.map((value) => rounded(value, size)));
-      return this.#history.edit({ lights: { [id]: { position } } }, `${id}/move`);
-    }
-    const box = this.#scene.objects.find((object) => object.id === id)?.box;
-    if (!box) return;
-    const [x, y, z] = middleOf(box);
-    const offset = offsetWithin(box, bounds, [to[0] - x, to[1] - y, to[2] - z]);
-    this.#history.edit({ objects: { [id]: { offset } } }, `${id}/move`);
+  /** Of an arrow key [m]. */
+  #moveStep = () => this.#step.valueAsNumber || 1;
+  /** And [°]. */
+  #angleStep = () => this.#turnStep.valueAsNumber || 1;
+
+  /** Handles move or turn what is chosen. @param {string} what @param {(chosen: Chosen, scene: SceneInfo) => ScenePatch} change */
+  #handle(what, change) {
+    if (this.#chosen && this.#scene) this.#history.edit(change(this.#chosen, this.#scene), `${this.#chosen.id}/${what}`);
   }
 
   #show() {
@@ -205,24 +206,11 @@ export class Mixer {
         return at ? [{ id: row.light.id, at, color, on: edit?.on ?? true, chosen: row.light.id === light }] : [];
       }),
     );
-    const target = this.#target(lights, objects);
+    const target = targetOf(this.#chosen, this.#scene, { lights, objects });
     text("moving").hidden = !target;
+    text("handles-kind").hidden = !target?.at || !target.angles;
     text("pick-hint").hidden = target !== null;
-    this.#gizmo.show(target);
+    this.#gizmo.show(target, target?.angles && (this.#turns.checked || !target.at) ? "turn" : "move");
     this.#events.redraw();
-  }
-
-  /** What handles move. @param {SceneEdits["lights"]} lights @param {SceneEdits["objects"]} objects @returns {import("./gizmo.js").Target | null} */
-  #target(lights, objects) {
-    if (!this.#chosen) return null;
-    const { kind, id } = this.#chosen;
-    if (kind === "light") {
-      const at = this.#rows.find((row) => row.light.id === id)?.at(lights[id]);
-      return at ? { name: id, at, box: null } : null;
-    }
-    const box = this.#scene?.objects.find((object) => object.id === id)?.box;
-    if (!box) return null;
-    const offset = objects[id]?.offset ?? [0, 0, 0];
-    return { name: id, at: sum(middleOf(box), offset), box: movedBox(box, offset) };
   }
 }

@@ -1,7 +1,7 @@
-/** The fields of one object: whether it is there, and by how much it is moved. */
+/** The fields of one object: whether it is there, and by how much it is moved and turned. */
 
 import { byId } from "./page.js";
-import { PlaceFields } from "./place-fields.js";
+import { NumberFields } from "./number-fields.js";
 
 /** @typedef {import("../messages.js").ObjectEdit} ObjectEdit */
 
@@ -9,13 +9,18 @@ export class ObjectFields {
   #fields = byId("object-fields", HTMLFieldSetElement);
   #visible = byId("object-visible", HTMLInputElement);
   #place;
+  #turn;
   #shown = "";
 
-  /** @param {(id: string, edit: ObjectEdit, what: string) => void} edit @param {() => number} step  of an arrow key [m] */
-  constructor(edit, step) {
+  /**
+   * @param {(id: string, edit: ObjectEdit, what: string) => void} edit
+   * @param {() => number} step  of an arrow key [m] @param {() => number} turnStep  and [°]
+   */
+  constructor(edit, step, turnStep) {
     this.#visible.addEventListener("change", () => edit(this.#shown, { visible: this.#visible.checked }, "visible"));
-    const inputs = ["x", "y", "z"].map((axis) => byId(`object-${axis}`, HTMLInputElement));
-    this.#place = new PlaceFields(inputs, (offset) => edit(this.#shown, { offset }, "offset"), step);
+    const inputs = (/** @type {string} */ of) => ["x", "y", "z"].map((axis) => byId(`object-${of}${axis}`, HTMLInputElement));
+    this.#place = new NumberFields(inputs(""), ([x = 0, y = 0, z = 0]) => edit(this.#shown, { offset: [x, y, z] }, "offset"), step);
+    this.#turn = new NumberFields(inputs("turn-"), ([x = 0, y = 0, z = 0]) => edit(this.#shown, { rotation: [x, y, z] }, "rotation"), turnStep);
   }
 
   /** @param {string} id @param {ObjectEdit | undefined} edit  what differs of it */
@@ -24,5 +29,6 @@ export class ObjectFields {
     this.#fields.hidden = !id;
     this.#visible.checked = edit?.visible ?? true;
     this.#place.show(edit?.offset ?? [0, 0, 0]);
+    this.#turn.show(edit?.rotation ?? [0, 0, 0]);
   }
 }

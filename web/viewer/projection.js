@@ -56,6 +56,18 @@ export class Projection {
     return { from: this.#camera, along: scale(along, 1 / Math.hypot(...along)) };
   }
 
+  /** The unit vector from the camera to a point. @param {Vec3} point @returns {Vec3} */
+  towards(point) {
+    const offset = add(point, scale(this.#camera, -1));
+    return scale(offset, 1 / Math.max(Math.hypot(...offset), LEAST_DEPTH));
+  }
+
+  /** A point for what has no place of its own: above the middle of the picture, where no sheet of a phone is. @returns {Vec3} */
+  ahead() {
+    const { from, along } = this.ray({ x: this.#lens.width / 2, y: this.#lens.height / 3 });
+    return add(from, scale(along, Math.max(1, 2 * this.#least)));
+  }
+
   get #least() {
     return Math.max(this.#lens.near, LEAST_DEPTH);
   }
@@ -89,4 +101,19 @@ export function alongAxis(ray, at, axis) {
   const square = 1 - cosine * cosine; // of the sine
   if (square < LEAST_SINE ** 2) return null;
   return (cosine * dot(ray.along, between) - dot(axis, between)) / square;
+}
+
+/**
+ * The angle about an axis of the world of the point that a ray holds of a ball around `at`: where it meets the ball, or
+ * passes nearest to it [rad].
+ * @param {Ray} ray @param {Vec3} at @param {0 | 1 | 2} axis @param {number} radius [m] @returns {number}
+ */
+export function aroundAxis(ray, at, axis, radius) {
+  const between = add(at, scale(ray.from, -1));
+  const nearest = dot(ray.along, between);
+  const square = dot(between, between) - nearest * nearest; // of the distance that it passes at
+  const far = nearest - Math.sqrt(Math.max(radius * radius - square, 0));
+  const held = add(scale(ray.along, far), scale(between, -1));
+  const [u, v] = /** @type {const} */ ([[1, 2], [2, 0], [0, 1]])[axis];
+  return Math.atan2(held[v], held[u]);
 }

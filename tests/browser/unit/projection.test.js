@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { add, Camera, scale } from "../../../web/viewer/camera.js";
-import { alongAxis, Projection } from "../../../web/viewer/projection.js";
+import { alongAxis, aroundAxis, Projection } from "../../../web/viewer/projection.js";
 
 /** @typedef {import("../../../web/viewer/camera.js").Vec3} Vec3 */
 
@@ -55,4 +55,20 @@ test("a pointer tells how far along an axis it is", () => {
 
 test("an axis that is seen from its end tells nothing", () => {
   assert.equal(alongAxis(ahead.ray({ x: 201, y: 100 }), [0, 0, -2], [0, 0, 1]), null);
+});
+
+test("a ring that is dragged follows the pointer, seen from above or from its edge", () => {
+  const at = /** @type {Vec3} */ ([0, 0, -2]);
+  const held = (/** @type {0 | 1 | 2} */ axis, /** @type {Vec3} */ point) => aroundAxis(ahead.ray(ahead.point(point) ?? assert.fail()), at, axis, 0.5);
+  close(held(2, [0.5, 0, -2]), 0);
+  close(held(2, [0, 0.9, -2]), Math.PI / 2);
+  close(held(1, [0, 0, -1.5]), 0); // about Y, from Z to X
+  close(held(1, [0.3, 0, -1.6]), Math.atan2(0.3, 0.4));
+});
+
+test("what has no place is above the middle", () => {
+  const { x, y } = ahead.point(ahead.ahead()) ?? assert.fail();
+  close(x, 200);
+  close(y, 200 / 3);
+  assert.deepEqual(ahead.towards([0, 0, -4]), [0, 0, -1]);
 });

@@ -91,6 +91,8 @@ def test_objects_go_and_move_within_the_box_of_the_scene(scene: Scene) -> None:
     ours = scene.vertex_object == 0
     assert np.allclose(moved.vertices[ours], scene.vertices[ours] + (0.1, 0.0, 0.0))
     assert np.array_equal(moved.vertices[~ours], scene.vertices[~ours])
+    turned = edited(scene, edits_of(objects={"block": {"rotation": [0.0, 0.0, 90.0], "offset": [0.1, 0.0, 0.0]}}))
+    assert np.ptp(turned.vertices[ours], axis=0).tolist() == pytest.approx([0.0, 0.3, 0.3])
     gone = edited(scene, edits_of(objects={"block": {"visible": False}}))
     assert len(gone.triangles) == len(scene.triangles) - 2
 
@@ -146,6 +148,7 @@ def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dic
         ({"lights": {"sun": {"direction": [0, 0, 0]}}}, "lights.sun.direction"),
         ({"lights": {"sun": {"direction": [0, 1e200, 0]}}}, "lights.sun.direction"),
         ({"lights": {"bulb": {"position": [1e300, 0, 0]}}}, "lights.bulb.position.0"),
+        ({"objects": {"block": {"rotation": [0, 361, 0]}}}, "objects.block.rotation.1"),
         ({"materials": {"wall": {"roughness": 1.5}}}, "materials.wall.roughness"),
         ({"materials": {"wall": {"emission": [1e9, 0, 0]}}}, "materials.wall.emission.0"),
     ],

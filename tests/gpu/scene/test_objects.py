@@ -5,7 +5,7 @@ import pytest
 from gltf_file import GltfFile
 from scenes import grey, quad, scene_of
 
-from gpu.scene.objects import numbered, object_boxes, with_objects
+from gpu.scene.objects import Move, numbered, object_boxes, rotation_matrix, with_objects
 from gpu.scene.types import Placement, Scene
 
 CHAIR, TABLE = (replace(quad([x, 0, 0], [1, 0, 0], [0, 0, 1]), name=name) for x, name in ((0, "chair"), (3, "table")))
@@ -35,13 +35,31 @@ def test_boxes_are_in_the_world(scene: Scene) -> None:
 
 
 def test_an_object_is_moved_or_gone_and_the_others_stay(scene: Scene) -> None:
-    moved = with_objects(scene, [], {1: (-1.0, 0.0, 0.5)})
+    moved = with_objects(scene, [], {1: Move(offset=(-1.0, 0.0, 0.5))})
     assert np.allclose(object_boxes(moved)[0], [[0, 0, 0], [2, 0, 0.5]])
     assert moved.triangles is scene.triangles
     gone = with_objects(scene, [0], {})
     assert gone.vertices is scene.vertices
     assert (gone.vertex_object[gone.triangles] == 1).all()
     assert len(gone.triangles) == len(gone.triangle_material) == 2
+
+
+def test_an_object_is_turned_about_the_middle_of_its_box_and_its_normals_with_it(scene: Scene) -> None:
+    turned = with_objects(scene, [], {0: Move((0.0, 90.0, 0.0), (0.0, 0.5, 0.0)), 1: Move((90.0, 0.0, 0.0))})
+    low, high = object_boxes(turned)
+    assert np.allclose(low, [[0.75, 0.5, -0.75], [3.0, -0.5, 0.5]])
+    assert np.allclose(high, [[1.75, 0.5, 1.75], [4.0, 0.5, 0.5]])
+    tables = scene.vertex_object == 1
+    assert np.allclose(turned.normals[~tables], scene.normals[~tables], atol=1e-6)
+    assert np.allclose(turned.normals[tables], scene.normals[tables] @ rotation_matrix((90.0, 0.0, 0.0)).T, atol=1e-6)
+
+
+def test_rotations_are_about_the_axes_of_the_world_z_first_and_y_last() -> None:
+    assert np.allclose(rotation_matrix((90.0, 0.0, 0.0)) @ (0, 1, 0), (0, 0, 1))
+    assert np.allclose(rotation_matrix((0.0, 90.0, 0.0)) @ (0, 0, 1), (1, 0, 0))
+    assert np.allclose(rotation_matrix((0.0, 0.0, 90.0)) @ (1, 0, 0), (0, 1, 0))
+    assert np.allclose(rotation_matrix((90.0, 0.0, 90.0)) @ (1, 0, 0), (0, 0, 1))
+    assert np.allclose(rotation_matrix((90.0, 90.0, 0.0)) @ (0, 1, 0), (1, 0, 0))
 
 
 def test_nodes_of_a_gltf_file_name_objects(tmp_path: object) -> None:

@@ -1,0 +1,41 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { movedTo, targetOf, turnedFrom } from "../../../web/chosen.js";
+
+/** @typedef {import("../../../web/messages.js").SceneInfo} SceneInfo */
+/** @typedef {[number, number, number]} Vec3 */
+
+/** @type {Vec3} */
+const DOWN = [0, -1, 0];
+const bounds = { min: /** @type {Vec3} */ ([-1, -1, -1]), max: /** @type {Vec3} */ ([1, 1, 1]) };
+const scene = /** @type {SceneInfo} */ (/** @type {unknown} */ ({
+  bounds,
+  objects: [{ id: "chair", box: { min: [0, 0, 0], max: [0.4, 0.2, 0.2] } }],
+  lights: [{ id: "spot", position: [0, 1, 0], direction: DOWN }, { id: "sun", position: null, direction: DOWN }, { id: "lamp", position: null, direction: null }],
+}));
+const none = { lights: {}, objects: {} };
+
+test("an object is turned about the middle of its box, then moved, with its box", () => {
+  const chair = targetOf({ kind: "object", id: "chair" }, scene, { ...none, objects: { chair: { offset: [0, 0.5, 0], rotation: [0, 90, 0] } } });
+  assert.deepEqual(chair?.at, [0.2, 0.6, 0.1]);
+  const corner = chair?.corners?.[0]?.map((value) => Number(value.toFixed(9)));
+  assert.deepEqual(corner, [0.1, 0.5, 0.3]);
+  assert.deepEqual(movedTo({ kind: "object", id: "chair" }, scene, [0.3, 0.1, 9]), { objects: { chair: { offset: [0.1, 0, 0.8] } } });
+});
+
+test("what is turned goes on from how it was", () => {
+  const chosen = /** @type {const} */ ({ kind: "object", id: "chair" });
+  const from = targetOf(chosen, scene, { ...none, objects: { chair: { rotation: [0, 30, 0] } } });
+  assert.ok(from);
+  assert.deepEqual(turnedFrom(chosen, from, 1, Math.PI / 6), { objects: { chair: { rotation: [0, 60, 0] } } });
+});
+
+test("lights are turned that shine somewhere, and moved that have a place", () => {
+  const sun = targetOf({ kind: "light", id: "sun" }, scene, none);
+  assert.deepEqual([sun?.at, sun?.direction, sun?.angles], [null, DOWN, [-90, 0, -90]]);
+  assert.ok(sun);
+  assert.deepEqual(turnedFrom({ kind: "light", id: "sun" }, sun, 0, Math.PI / 2), { lights: { sun: { direction: [0, 0, -1] } } });
+  assert.deepEqual(targetOf({ kind: "light", id: "spot" }, scene, { ...none, lights: { spot: { position: [1, 1, 1] } } })?.at, [1, 1, 1]);
+  assert.equal(targetOf({ kind: "light", id: "lamp" }, scene, none), null);
+});

@@ -1,0 +1,61 @@
+/** What is chosen in a scene: where its handles are, and the edits that moving and turning it make. */
+
+import { middleOf, offsetWithin, rounded, sum } from "./moving.js";
+import { about, direction, fromAngles, then, toAim, toAngles, turned } from "./turning.js";
+
+/** @typedef {import("./messages.js").ObjectEdit} ObjectEdit */
+/** @typedef {import("./messages.js").ScenePatch} ScenePatch */
+/** @typedef {import("./messages.js").SceneInfo} SceneInfo */
+/** @typedef {Pick<import("./messages.js").SceneEdits, "lights" | "objects">} Edits */
+/** @typedef {[number, number, number]} Vec3 */
+/** @typedef {{kind: "object" | "light", id: string}} Chosen */
+
+/**
+ * What handles move and turn, in the world, as it is now.
+ * @typedef {object} Target
+ * @property {string} name
+ * @property {Vec3 | null} at  null: it has no place, and cannot be moved
+ * @property {Vec3[] | null} corners  of the box around it, if it has an extent: as middleOf's box, in binary order of x, y, z
+ * @property {Vec3 | null} direction  where it shines
+ * @property {Vec3 | null} angles  about each axis, as far as they tell how it is turned; null: it cannot be turned [°]
+ */
+
+/** @param {Chosen | null} chosen @param {SceneInfo | null} scene @param {Edits} edits @returns {Target | null} */
+export function targetOf(chosen, scene, { lights, objects }) {
+  if (chosen?.kind === "light") {
+    const light = scene?.lights.find(({ id }) => id === chosen.id);
+    if (!light?.position && !light?.direction) return null;
+    const edit = lights[chosen.id];
+    const [at, shines] = [light.position && (edit?.position ?? light.position), light.direction && (edit?.direction ?? light.direction)];
+    const [azimuth, elevation] = shines ? toAim(shines) : [0, 0];
+    return { name: light.id, at, corners: null, direction: shines, angles: shines && [elevation, azimuth, elevation] };
+  }
+  const box = chosen && scene?.objects.find(({ id }) => id === chosen.id)?.box;
+  if (!box) return null;
+  const angles = objects[chosen.id]?.rotation ?? [0, 0, 0];
+  const [rotation, middle] = [fromAngles(angles), middleOf(box)];
+  const at = sum(middle, objects[chosen.id]?.offset ?? [0, 0, 0]);
+  const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((number) => {
+    const corner = /** @type {Vec3} */ (box.min.map((low, axis) => (number & (1 << axis) ? (box.max[axis] ?? low) : low)));
+    return sum(at, turned(sum(corner, [-middle[0], -middle[1], -middle[2]]), rotation));
+  });
+  return { name: chosen.id, at, corners, direction: null, angles };
+}
+
+/** Has what is chosen be there, as far as it can. @param {Chosen} chosen @param {SceneInfo} scene @param {Vec3} to @returns {ScenePatch} */
+export function movedTo({ kind, id }, { bounds, objects }, to) {
+  if (kind === "light") {
+    const size = Math.max(...bounds.max.map((high, axis) => high - (bounds.min[axis] ?? high)));
+    return { lights: { [id]: { position: /** @type {Vec3} */ (to.map((value) => rounded(value, size))) } } };
+  }
+  const box = objects.find((object) => object.id === id)?.box;
+  if (!box) return {};
+  const [x, y, z] = middleOf(box);
+  return { objects: { [id]: { offset: offsetWithin(box, bounds, [to[0] - x, to[1] - y, to[2] - z]) } } };
+}
+
+/** Turns what is chosen on from where it was. @param {Chosen} chosen @param {Target} from @param {0 | 1 | 2} axis @param {number} angle [rad] @returns {ScenePatch} */
+export function turnedFrom({ kind, id }, from, axis, angle) {
+  if (kind === "light") return from.direction ? { lights: { [id]: { direction: direction(turned(from.direction, about(axis, angle))) } } } : {};
+  return { objects: { [id]: { rotation: toAngles(then(fromAngles(from.angles ?? [0, 0, 0]), about(axis, angle))) } } };
+}
