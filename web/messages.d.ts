@@ -118,7 +118,7 @@ export interface ObjectEdit {
   visible?: boolean | null;
   /** by which it is moved, in the world, within the box of the scene [m] */
   offset?: [number, number, number] | null;
-  /** by which it is turned about the world's X, Y and Z through the middle of its box [°], Z first, Y last */
+  /** by which it is turned about the world's X, Y and Z through its box's middle [°], Z first */
   rotation?: [number, number, number] | null;
 }
 

@@ -96,7 +96,7 @@ class ObjectEdit(_Edit):
     )
     rotation: tuple[Degrees, Degrees, Degrees] | None = Field(
         default=None,
-        description="by which it is turned about the world's X, Y and Z through the middle of its box [°], Z first, Y last",
+        description="by which it is turned about the world's X, Y and Z through its box's middle [°], Z first",
     )
 
 
