@@ -22,14 +22,13 @@ WARP = 32  # threads that go together on a GPU
 @wp.struct
 class Gathered:
     """What rays find. radiance (cluster · rays,) [W/m²/sr] and nearness (cluster · rays,): one over the distance, 0 for
-    a ray that meets nothing, of each ray; irradiance (cluster,) [W/m²]; harmonic_distance (cluster,): harmonic mean of
-    the rays' lengths, least_distance (cluster,): the shortest of these, unit space.
+    a ray that meets nothing, of each ray; irradiance (cluster,) [W/m²]; least_distance (cluster,): length of the
+    shortest ray, unit space.
     """
 
     radiance: wp.array[wp.vec3]
     nearness: wp.array[float]
     irradiance: wp.array[wp.vec3]
-    harmonic_distance: wp.array[float]
     least_distance: wp.array[float]
 
 
@@ -72,14 +71,11 @@ def gather_sum_kernel(first: int, rays: int, out: Gathered) -> None:
     """One thread a cluster: the means of its rays, and the shortest."""
     cluster = first + wp.tid()
     total = wp.vec3(0.0, 0.0, 0.0)
-    nearness = float(0.0)
     nearest = float(1.0e-6)
     for ray in range(cluster * rays, (cluster + 1) * rays):
         total += out.radiance[ray]
-        nearness += out.nearness[ray]
         nearest = wp.max(nearest, out.nearness[ray])
     out.irradiance[cluster] = total * (PI / float(rays))
-    out.harmonic_distance[cluster] = float(rays) / wp.max(nearness, 1.0e-6)
     out.least_distance[cluster] = 1.0 / nearest
 
 

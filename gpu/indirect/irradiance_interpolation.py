@@ -1,5 +1,11 @@
 """Irradiance between the centres of shading clusters, interpolated as in irradiance caching (Ward et al., A Ray Tracing
-Solution for Diffuse Interreflection, 1988; 2009 paper, section 3.4).
+Solution for Diffuse Interreflection, 1988; 2009 paper, section 3.4), but for the harmonic mean distance of a centre's
+rays, by which its weight grows there.
+
+That is how far apart Ward's samples are, too: one with much around it rules where there are no others. Centres of
+clusters are placed before their rays are known, so one in the open rules the neighbourhood of another whose rays are
+short, where its light is wrong: in slits, and on what is close to something bright. The spacing that centres have
+around a point takes its place, the same for all of them.
 """
 
 from dataclasses import dataclass
@@ -25,14 +31,10 @@ nearest_centres = nearest_search(SAMPLES, widens=True)
 @wp.struct
 @dataclass
 class InterpolationParameters:
-    """least_distance, most_distance: that the harmonic mean distance of a centre counts as, in spacings of centres: one
-    in a crack must have a say where there is no other, and none may speak for all of a hall. search: of all centres,
-    about so many are looked at where none is near. free_share: of the shortest ray of a centre; what is nearer to it
-    is not hidden from it.
+    """search: of all centres, about so many are looked at where none is near. free_share: of the shortest ray of a
+    centre; what is nearer to it is not hidden from it.
     """
 
-    least_distance: float = 0.5
-    most_distance: float = 8.0
     search: int = 256
     free_share: float = 0.5
 
@@ -68,13 +70,9 @@ def interpolate_irradiance_kernel(
         weight = float(0.0)
         cluster = found.cluster[f]
         if cluster >= 0:
-            spacing = centres.spacing[cluster]
-            mean = wp.clamp(
-                gathered.harmonic_distance[cluster], chosen.least_distance * spacing, chosen.most_distance * spacing
-            )
             other = centres.normal[cluster]
             distance = separation(centres.chosen, position, normal, centres.position[cluster], other)
-            change = distance / mean + wp.sqrt(wp.max(2.0 - 2.0 * wp.dot(normal, other), 0.0))
+            change = distance / points.spacing[sp] + wp.sqrt(wp.max(2.0 - 2.0 * wp.dot(normal, other), 0.0))
             weight = 1.0 / wp.max(change, 1.0e-4)
         found.distance[f] = weight
         least = wp.min(least, weight)

@@ -43,11 +43,11 @@ def kerb(x: float, height: float) -> MeshPart:
     return quad((x, -0.01, -0.5), (0.0, 0.01 + height, 0.0), (0.0, 0.0, 1.0))
 
 
-def gathered_of(irradiance: Floats, harmonic: Floats, least: float = 0.0) -> Gathered:
-    """What centres have: irradiance (centre, 3), harmonic mean distances (centre,), and the length of shortest rays."""
+def gathered_of(irradiance: Floats, least: float | Floats = 0.0) -> Gathered:
+    """What centres have: irradiance (centre, 3), and the length of shortest rays, of all or (centre,)."""
     gathered: Gathered = allocate(Gathered, len(irradiance), CPU)
-    gathered.irradiance, gathered.harmonic_distance = column(irradiance, wp.vec3), column(harmonic, float)
-    gathered.least_distance.fill_(least)
+    gathered.irradiance = column(irradiance, wp.vec3)
+    gathered.least_distance = column(np.broadcast_to(least, len(irradiance)), float)
     return gathered
 
 
@@ -68,14 +68,12 @@ def interpolated(room: SceneData, centres: Floats, points: Floats, gathered: Gat
 def test_it_is_wards_mean_of_the_centres_around(floor: SceneData, places: tuple[Floats, Floats]) -> None:
     centres, points = places
     rng = np.random.default_rng(1)
-    irradiance, distance = rng.uniform(size=(CENTRES, 3)), rng.uniform(0.005, 2.0, CENTRES)
-    chosen = InterpolationParameters.cls()
-    means = np.clip(distance, chosen.least_distance * SPACING, chosen.most_distance * SPACING)
-    found = interpolated(floor, centres, points, gathered_of(irradiance, distance))
+    irradiance, least = rng.uniform(size=(CENTRES, 3)), rng.uniform(0.005, 2.0, CENTRES)
+    found = interpolated(floor, centres, points, gathered_of(irradiance, least))
     for point, light in zip(points, found, strict=True):
         away = np.linalg.norm(centres - point, axis=1)
         nearest = np.argsort(away)[:SAMPLES]
-        weights = means[nearest] / away[nearest]
+        weights = 1.0 / away[nearest]
         weights -= weights.min()
         assert light == pytest.approx(weights @ irradiance[nearest] / weights.sum(), rel=1e-3)
 
@@ -84,15 +82,13 @@ def test_even_light_stays_even_and_a_point_far_from_all_takes_the_nearest(
     floor: SceneData, places: tuple[Floats, Floats]
 ) -> None:
     centres, points = places
-    even = interpolated(floor, centres, points, gathered_of(np.ones((CENTRES, 3)), np.ones(CENTRES)))
+    even = interpolated(floor, centres, points, gathered_of(np.ones((CENTRES, 3))))
     assert even == pytest.approx(1.0, rel=1e-5)
     far = np.float32([[40.0, 0.0, 0.0]])
     light = np.arange(3.0 * CENTRES).reshape(CENTRES, 3)
     # Of all centres one in two is looked at, then.
     nearest = 2 * np.argmin(np.linalg.norm(centres[::2] - far, axis=1))
-    assert interpolated(floor, centres, far, gathered_of(light, np.ones(CENTRES)), search=100)[0] == pytest.approx(
-        light[nearest]
-    )
+    assert interpolated(floor, centres, far, gathered_of(light), search=100)[0] == pytest.approx(light[nearest])
 
 
 def test_points_far_from_all_find_a_centre_about_as_near_as_one_of_256_and_no_more_are_looked_at(
@@ -101,7 +97,7 @@ def test_points_far_from_all_find_a_centre_about_as_near_as_one_of_256_and_no_mo
     rng = np.random.default_rng(2)
     centres, above = (rng.uniform(-0.5, 0.5, (count, 3)) * (1.0, 0.0, 1.0) for count in (4096, 1500))
     points = above + np.array([0.0, 3.0, 0.0])
-    told = interpolated(floor, centres, points, gathered_of(centres, np.ones(4096)))
+    told = interpolated(floor, centres, points, gathered_of(centres))
     assert len(np.unique(told.round(5), axis=0)) <= 256
     # Of 256 on a unit square, the nearest is 1/32 away in the mean.
     assert np.linalg.norm(told - above, axis=1).mean() < 1.2 / 32.0
@@ -112,7 +108,7 @@ def told_of_one(room: SceneData, distance: float, least: float) -> float:
     centre, point = np.zeros((1, 3)), np.array([[distance, 0.0, 0.0]])
     dark = np.array([[distance, 0.0, 1.5 * distance]])
     light = np.array([[1.0, 1.0, 1.0], [0.0, 0.0, 0.0]])
-    gathered = gathered_of(light, np.ones(2), least)
+    gathered = gathered_of(light, least)
     return float(interpolated(room, np.concatenate([centre, dark]), point, gathered)[0, 0])
 
 
@@ -124,14 +120,15 @@ def test_a_centre_tells_nothing_across_a_kerb_whose_top_its_rays_pass_and_is_not
     assert told_of_one(room_of(kerb(0.5 * away, 0.04 * away)), away, 2.5 * away) > 0.5
 
 
-def test_a_hall_lights_about_a_spacing_of_a_crack_beside_it_and_is_hardly_darkened_by_it(
+def test_a_centre_in_the_open_does_not_outweigh_one_in_a_crack_beside_it(
     floor: SceneData, places: tuple[Floats, Floats]
 ) -> None:
-    """A lit hall and a dark crack, half of the floor each, whose centres' rays are of 30 and of 0.1 spacings."""
+    """A lit hall and a dark crack, half of the floor each, whose centres' shortest rays are of 30 and 0.1 spacings."""
     centres, points = places
     hall, in_hall = centres[:, 0] > 0.0, points[:, 0] > 0.0
     light = np.tile(hall[:, None], (1, 3))
     told = interpolated(floor, centres, points, gathered_of(light, np.where(hall, 30.0, 0.1) * SPACING))[:, 0]
-    # In the mean over half of the floor, which is five spacings wide.
-    assert told[~in_hall].mean() < 1.05 / 5.0
-    assert 1.0 - told[in_hall].mean() < 0.0045
+    # In the mean over half of the floor, which is five spacings wide: both sides have alike of the other's light.
+    spill = np.array([told[~in_hall].mean(), 1.0 - told[in_hall].mean()])
+    assert spill.max() < 0.4 / 5.0
+    assert spill.max() < 2.0 * spill.min()
