@@ -79,13 +79,15 @@ class MaterialData:
 class EnvironmentData:
     """Light from all around by a picture, see gpu.scene.types.Environment and gpu.device_scene.environment.
 
-    radiance (height, width) [W/m²/sr]; rows (height,), columns (height, width): where rows, and pixels of a row, end in
-    a choice by brightness, of 2³²; turn: share of a full turn.
+    radiance (height, width) [W/m²/sr], before it is tinted; mean: of all directions and channels of that; rows
+    (height,), columns (height, width): where rows, and pixels of a row, end in a choice by brightness, of 2³²; turn:
+    share of a full turn.
     """
 
     width: int
     height: int
     turn: float
+    mean: float
     radiance: wp.array2d[wp.vec3]
     rows: wp.array[wp.uint32]
     columns: wp.array2d[wp.uint32]
@@ -99,7 +101,8 @@ class SceneData:
 
     vertices, normals (vertex,); uvs (set, vertex); colors (vertex,) linear RGBA, one element when there are none;
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
-    linear; sky: of gpu.scene.types.Sky; has_environment: `environment` is there instead. alpha: rays must test masks;
+    linear; sky (1,): radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where
+    has_environment says so. alpha: rays must test masks;
     textured, glossy, transmissive, specular: rays may hit textures, narrow specular lobes, glass, mirrors or clear
     glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its
     geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or
@@ -126,7 +129,7 @@ class SceneData:
     textures: wp.array[TextureData]
     texels: wp.array[wp.uint32]
     decode: wp.array[float]
-    sky: wp.vec3
+    sky: wp.array[wp.vec3]
     environment: EnvironmentData
     has_environment: bool
     alpha: bool

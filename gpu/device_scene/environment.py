@@ -40,7 +40,7 @@ def place_of(environment: EnvironmentData, direction: wp.vec3) -> wp.vec2:
 
 @wp.func
 def environment_radiance(environment: EnvironmentData, direction: wp.vec3) -> wp.vec3:
-    """Radiance from unit `direction` [W/m²/sr], interpolated between pixels."""
+    """Radiance from unit `direction` [W/m²/sr] before it is tinted, interpolated between pixels."""
     place = place_of(environment, direction)
     x = place[0] - 0.5
     y = wp.clamp(place[1] - 0.5, 0.0, float(environment.height - 1))
@@ -109,7 +109,7 @@ def sample_environment(environment: EnvironmentData, place: Pair) -> Environment
 
 
 def mean_radiance(environment: Environment) -> float:
-    """The mean over all directions and channels [W/m²/sr]."""
+    """The mean over all directions and channels [W/m²/sr], before it is tinted."""
     return float((environment.pixels.astype(np.float64).mean(axis=(1, 2)) * _bands(len(environment.pixels))).sum())
 
 
@@ -121,7 +121,7 @@ def upload_environment(environment: Environment, device: wp.Device) -> Environme
     light += _LEAST_SHARE * light.mean()
     data = EnvironmentData()
     data.height, data.width = light.shape
-    data.turn = environment.turn
+    data.turn, data.mean = environment.turn, mean_radiance(environment)
     data.radiance = wp.array(environment.pixels, dtype=wp.vec3, device=device)
     data.rows = wp.array(_ends(light.mean(axis=1) * _bands(len(light))), dtype=wp.uint32, device=device)
     data.columns = wp.array(_ends(light), dtype=wp.uint32, device=device)

@@ -149,7 +149,7 @@ class DeviceScene:
             self._upload_textures(data)
         else:
             data.textures, data.texels, data.decode = lender.data.textures, lender.data.texels, lender.data.decode
-        self._set_sky(data)
+        self._set_sky(data, lender)
         data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
         data.transmissive = any(material.transmission > 0.0 for material in scene.materials)
@@ -176,7 +176,7 @@ class DeviceScene:
         other._lent = True
         other.scene, other.data = scene, duplicate(SceneData, self.data)
         other._set_materials(other.data, self)
-        other._set_sky(other.data)
+        other._set_sky(other.data, self)
         return other
 
     def can_become(self, other: DeviceScene) -> bool:
@@ -224,13 +224,16 @@ class DeviceScene:
         data.materials = wp.array(rows, dtype=MaterialData, device=self.device)
         data.specular = has_specular(self.scene)
 
-    def _set_sky(self, data: SceneData) -> None:
-        sky = self.scene.sky
+    def _set_sky(self, data: SceneData, known: DeviceScene | None = None) -> None:
+        """`known`: a state of the same scene, whose sky shows the same picture, if any."""
+        sky, color = self.scene.sky, (0.0, 0.0, 0.0)
         data.has_environment = isinstance(sky, Environment)
         if isinstance(sky, Environment):
-            data.environment = upload_environment(sky, self.device)
-        else:
-            data.sky = wp.vec3(*(sky.radiance if sky else (0.0, 0.0, 0.0)))
+            data.environment = known.data.environment if known else upload_environment(sky, self.device)
+            color = sky.tint
+        elif sky is not None:
+            color = sky.radiance
+        data.sky = wp.array([color], dtype=wp.vec3, device=self.device)
 
     def _upload(self, values: np.ndarray, dtype: type) -> wp.array:
         array = wp.array(np.ascontiguousarray(values), dtype=dtype, device=self.device)

@@ -5,8 +5,7 @@ import warp as wp
 
 from gpu.core.constants import PI
 from gpu.core.device import launch
-from gpu.device_scene.data import SceneData
-from gpu.device_scene.environment import mean_radiance
+from gpu.device_scene.data import EnvironmentData, SceneData
 from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.sides import emits_from_back
 from gpu.device_scene.surface import emission_at
@@ -59,9 +58,12 @@ def _light_power(light: Light, radius: float) -> float:
     return intensity * 4.0 * np.pi
 
 
-def _sky_power(sky: Sky | Environment, radius: float) -> float:
-    """Power of the sky [W], the mean of the channels, through the scene's sphere."""
-    mean = mean_radiance(sky) if isinstance(sky, Environment) else float(np.mean(sky.radiance)) / 2.0
+def _sky_power(sky: Sky | Environment, picture: EnvironmentData, radius: float) -> float:
+    """Power of the sky [W], the mean of the channels, through the scene's sphere; picture: of an environment."""
+    if isinstance(sky, Environment):
+        mean = picture.mean * float(np.mean(sky.tint))
+    else:
+        mean = float(np.mean(sky.radiance)) / 2.0
     return 4.0 * np.pi * mean * np.pi * radius**2
 
 
@@ -73,11 +75,11 @@ def emissive_faces(device_scene: DeviceScene) -> Ints:
 
 
 def _power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
-    """Choice in proportion to `power` (emitter,); `count` is 0 when there is none."""
+    """Choice in proportion to `power` (emitter,), or of any alike when none has any."""
     cdf = PowerCdf()
-    total = float(power.sum())
-    cdf.count = len(power) if total > 0.0 else 0
-    ends = np.cumsum(power) / total if total > 0.0 else np.ones(1)
+    cdf.count = len(power)
+    shares = power if power.any() else np.ones(max(len(power), 1))
+    ends = np.cumsum(shares) / float(shares.sum())
     integers = np.minimum(np.floor(ends * 2**32), 2**32 - 1).astype(np.uint32)
     cdf.cumulative = wp.array(integers, dtype=wp.uint32, device=device)
     return cdf
@@ -86,7 +88,7 @@ def _power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
 def build_light_table(
     device_scene: DeviceScene, *, power_samples: int = 16, mask_samples: int = 256, min_solid_angle: float = 0.1
 ) -> LightTable:
-    """The scene's emitters, to be chosen in proportion to their power; `count` is 0 when nothing emits.
+    """The scene's emitters, to be chosen in proportion to their power.
 
     power_samples: points of a triangle whose emission tells its power, in scenes with masks as many as mask_samples;
     min_solid_angle: see LightTable [sr].
@@ -94,7 +96,8 @@ def build_light_table(
     scene, device = device_scene.scene, device_scene.device
     faces = wp.array(emissive_faces(device_scene), dtype=wp.int32, device=device)
     table = LightTable()
-    table.radius = device_scene.solid_radius
+    radius = device_scene.solid_radius
+    table.radius = wp.array([radius], dtype=float, device=device)
     table.min_solid_angle = min_solid_angle
     table.suns = no_sun_maps(device)
     table.triangle_count, table.sky_count = len(faces), int(scene.sky is not None)
@@ -105,9 +108,9 @@ def build_light_table(
     samples = mask_samples if device_scene.data.alpha else power_samples
     launch(triangle_power_kernel, len(faces), [device_scene.data, faces, samples, table.areas, powers], device)
     table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
-    sky = [_sky_power(scene.sky, table.radius)] if scene.sky else []
+    sky = [_sky_power(scene.sky, device_scene.data.environment, radius)] if scene.sky else []
     extended = np.concatenate([powers.numpy().astype(np.float64), sky])
-    power = np.concatenate([extended, [_light_power(light, table.radius) for light in scene.lights]])
+    power = np.concatenate([extended, [_light_power(light, radius) for light in scene.lights]])
     table.all_emitters = _power_cdf(power, device)
     table.count = table.all_emitters.count
     if len(scene.lights) <= MAX_ENUMERATED:

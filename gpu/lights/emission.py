@@ -34,22 +34,27 @@ from gpu.sampling.warps import (
 
 @wp.struct
 class Particle:
-    """A light particle: where it starts (with the surface's normal, or zero), its unit direction and flux [W]."""
+    """A light particle: where it starts (with the surface's normal, or zero), its unit direction and flux [W].
+
+    light: the number of what emits it, as gpu.scene.path_light numbers the parts of a scene.
+    """
 
     origin: wp.vec3
     normal: wp.vec3
     direction: wp.vec3
     flux: wp.vec3
+    light: int
 
 
 @wp.func
 def sun_particle(table: LightTable, light: LightData, place: SunPlace, probability: float) -> Particle:
     """The particle of a directional light that begins at a place and whose light is chosen with this probability."""
     particle = Particle()
-    disk = place.point * table.radius
+    radius = table.radius[0]
+    disk = place.point * radius
     particle.origin = orthonormal(light.direction) * wp.vec3(disk[0], disk[1], -FAR)
     particle.direction = light.direction
-    particle.flux = light.intensity * (PI * table.radius * table.radius / (probability * place.density))
+    particle.flux = light.intensity * (PI * radius * radius / (probability * place.density))
     return particle
 
 
@@ -64,6 +69,7 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
     particle = Particle()
     if is_triangle(table, choice.index):
         face = table.faces[choice.index]
+        particle.light = scene.triangle_material[face]
         uv = triangle_barycentrics(on_emitter.x, on_emitter.y)
         particle.origin = point_on(scene, face, uv)
         particle.normal = triangle_normal(scene, face)
@@ -77,22 +83,27 @@ def emit(scene: SceneData, table: LightTable, pick: wp.uint32, on_emitter: Pair,
         particle.flux = emission_at(scene, face, uv[0], uv[1]) * power
         return particle
     if not is_light(table, choice.index):
-        disk = on_disk(on_emitter.x, on_emitter.y) * table.radius
+        particle.light = scene.materials.shape[0]
+        radius = table.radius[0]
+        disk = on_disk(on_emitter.x, on_emitter.y) * radius
         particle.direction = -sky_direction(outgoing.x, outgoing.y)
         # Of the sky's own distribution: radiance over density is the same everywhere.
-        brightness = scene.sky * (2.0 * PI)
+        brightness = scene.sky[0] * (2.0 * PI)
         if scene.has_environment:
             drawn = sample_environment(scene.environment, outgoing)
             particle.direction = -drawn.direction
             brightness = sky_radiance(scene, drawn.direction) / drawn.density
         particle.origin = orthonormal(particle.direction) * wp.vec3(disk[0], disk[1], -FAR)
-        particle.flux = brightness * (PI * table.radius * table.radius / choice.probability)
+        particle.flux = brightness * (PI * radius * radius / choice.probability)
         return particle
     number = choice.index - table.triangle_count - table.sky_count
     light = table.lights[number]
     if light.kind == DIRECTIONAL:
-        return sun_particle(table, light, sun_place(table.suns, number, outgoing, on_emitter), choice.probability)
+        particle = sun_particle(table, light, sun_place(table.suns, number, outgoing, on_emitter), choice.probability)
+        particle.light = scene.materials.shape[0] + 1 + number
+        return particle
     cos_angle = wp.where(light.kind == SPOT, light.cos_outer, -1.0)
+    particle.light = scene.materials.shape[0] + 1 + number
     particle.origin = light.position
     particle.direction = cone_direction(light.direction, cos_angle, outgoing.x, outgoing.y)
     share = wp.where(light.kind == SPOT, spot_falloff(light, particle.direction), 1.0)

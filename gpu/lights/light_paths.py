@@ -29,7 +29,7 @@ class Vpls:
     """Virtual point lights, neighbours on a surface side by side.
 
     position, normal (vpl,) in unit space; flux (vpl,) [W], reflected; bounce (vpl,): how many surfaces its path met
-    before.
+    before; light (vpl,): what its path began at, as gpu.scene.path_light numbers the parts of a scene.
     A VPL is Lambertian: its intensity in a direction at angle θ from its normal is flux · cosθ / π.
     """
 
@@ -38,6 +38,7 @@ class Vpls:
     normal: wp.array[wp.vec3]
     flux: wp.array[wp.vec3]
     bounce: wp.array[int]
+    light: wp.array[int]
 
 
 def allocate_vpls(count: int, device: wp.Device) -> Vpls:
@@ -94,6 +95,7 @@ def light_path_kernel(texels: bool, environment: bool, arriving: bool) -> wp.Ker
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
             out.bounce[slot] = bounce
+            out.light[slot] = particle.light
             if wp.static(arriving):
                 out.flux[slot] = flux
             reflectance = even_reflectance(surface, -direction)
@@ -131,6 +133,7 @@ def gather_vpls_kernel(first: int, order: wp.array[int], vpls: Vpls, out: Vpls) 
     out.normal[index] = vpls.normal[source]
     out.flux[index] = vpls.flux[source]
     out.bounce[index] = vpls.bounce[source]
+    out.light[index] = vpls.light[source]
 
 
 @wp.kernel

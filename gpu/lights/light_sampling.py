@@ -161,7 +161,7 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
         return sample
     sample.direction = sky_direction(place.x, place.y)
     sample.point = position + sample.direction * FAR
-    sample.irradiance = scene.sky * (2.0 * PI / choice.probability)
+    sample.irradiance = scene.sky[0] * (2.0 * PI / choice.probability)
     sample.solid_angle = 4.0 * PI / (wp.max(1.0 + sample.direction[1], 1.0e-6) * choice.probability)
     return sample
 

@@ -41,13 +41,13 @@ class PowerCdf:
 @wp.struct
 class LightTable:
     """Emitters: `triangle_count` emissive triangles, then the sky (`sky_count` is 0 or 1), then `light_count` punctual
-    lights; `count` in all, 0 when none has power.
+    lights; `count` in all.
 
     all_emitters: the choice among all of them; sampled: that among those which direct light samples. The first
     `enumerated_count` punctual lights it visits one by one instead. faces (triangle,): ascending; areas (triangle,);
-    lights (light,); radius: of the scene's bounding sphere about the origin, in unit space. min_solid_angle: triangles
-    that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area. suns: where light
-    paths of the first punctual lights begin.
+    lights (light,); radius (1,): of the scene's bounding sphere about the origin, in unit space. min_solid_angle:
+    triangles that are seen larger than this [sr] are sampled by solid angle, which takes longer than by area. suns:
+    where light paths of the first punctual lights begin.
     """
 
     count: int
@@ -60,7 +60,7 @@ class LightTable:
     faces: wp.array[int]
     areas: wp.array[float]
     lights: wp.array[LightData]
-    radius: float
+    radius: wp.array[float]
     min_solid_angle: float
     suns: SunMaps
 
@@ -77,8 +77,8 @@ class EmitterChoice:
 def sky_radiance(scene: SceneData, direction: wp.vec3) -> wp.vec3:
     """Radiance that arrives from unit `direction` where no surface is [W/m²/sr]."""
     if scene.has_environment:
-        return environment_radiance(scene.environment, direction)
-    return scene.sky * (0.5 + 0.5 * direction[1])
+        return wp.cw_mul(environment_radiance(scene.environment, direction), scene.sky[0])
+    return scene.sky[0] * (0.5 + 0.5 * direction[1])
 
 
 @wp.func

@@ -26,7 +26,7 @@ RAYS_PER_CPU_LAUNCH = 1 << 22
 class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
-    stage_names = ("light", "vpl-clusters", "gbuffer", "gather", "direct", "near", "interpolate", "gloss")
+    stage_names = ("light", "vpl-clusters", "relight", "gbuffer", "gather", "direct", "near", "interpolate", "gloss")
     pixel_bytes, view_pixel_bytes, gloss_pixel_bytes = 369, 12, 28
 
     def __init__(self, setup: RenderSetup) -> None:

@@ -40,7 +40,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     """The six steps of the 2022 paper, section 3.1. lights: those of the next frame."""
 
     stage_names: ClassVar[tuple[str, ...]] = (
-        "light", "vpl-clusters", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine",
+        "light", "vpl-clusters", "relight", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine",
         "bright", "connect", "paths", "probe", "direct", "near", "interpolate", "gloss",
         "antialias", "keep",
     )  # fmt: skip

@@ -17,6 +17,7 @@ from gpu.errors import UserError
 from gpu.scene.moment import Moment
 from gpu.scene.objects import Move, object_boxes, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
+from gpu.scene.path_light import with_path_light
 from gpu.scene.posed import posed
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene, Sky
@@ -26,7 +27,6 @@ PLACED = (LightForm.POINT, LightForm.SPOT)
 AIMED = (LightForm.SPOT, LightForm.DIRECTIONAL)
 Box = tuple[Sequence[float], Sequence[float]]
 _BOX_TOLERANCE = 1e-4  # of the scene's largest extent, by which what is moved may leave its box
-_BLACK = Sky((0.0, 0.0, 0.0))
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 Color = Annotated[tuple[Share, Share, Share], Field(description="linear Rec. 709, each channel from 0 to 1")]
@@ -182,7 +182,7 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
                 sky = _edited_sky(sky, edit)
             case _:
                 punctual[index] = _edited_light(punctual[index], edit, scene.placement)
-    return replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky)
+    return with_path_light(replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky), scene)
 
 
 def check(edits: SceneEdits, there: Editable) -> None:
@@ -264,5 +264,4 @@ def _edited_light(light: Light, edit: LightEdit, placement: Placement) -> Light:
 def _edited_sky(sky: Sky | Environment, edit: LightEdit) -> Sky | Environment:
     if isinstance(sky, Sky):
         return Sky(edit.scale(sky.radiance))
-    tint = np.array(edit.color or (1.0, 1.0, 1.0), np.float32) * np.float32(edit.factor)
-    return replace(sky, pixels=sky.pixels * tint) if tint.any() else _BLACK
+    return replace(sky, tint=edit.scale(sky.tint))

@@ -67,7 +67,8 @@ def _animations(scene: Scene) -> list[dict[str, Any]]:
 
 def _sky(sky: Sky | Environment) -> dict[str, Any]:
     if isinstance(sky, Environment):
-        return {"name": sky.name, "kind": "environment", "radiance": _list(sky.pixels.max(axis=(0, 1)))}
+        brightest = sky.pixels.max(axis=(0, 1)) * np.array(sky.tint)
+        return {"name": sky.name, "kind": "environment", "radiance": _list(brightest)}
     return {"name": "sky", "kind": "sky", "radiance": list(sky.radiance)}
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -76,7 +77,8 @@ class Material:
 
     double_sided: whether both sides are seen and emit, or the front alone; None where a format does not tell: both are
     seen, and the front emits. backdrop: its triangles are a sky around the scene, seen behind everything; they neither
-    stop nor reflect light. stays_light: it is among the lights even where an edit leaves it no emission.
+    stop nor reflect light. stays_light: it is among the lights even where an edit leaves it no emission. path_color:
+    the emission that light paths are drawn by (gpu.scene.path_light), None: its own.
     """
 
     name: str = "default"
@@ -106,7 +108,8 @@ class Material:
     clearcoat_roughness: float = 0.0
     clearcoat_slot: TextureSlot | None = None
     clearcoat_roughness_slot: TextureSlot | None = None
-    stays_light: bool = False
+    stays_light: bool = field(default=False, compare=False)
+    path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
     @property
     def emits(self) -> bool:
@@ -130,6 +133,7 @@ class Light:
     """A punctual light in unit space. intensity: [W/sr] in unit space (point, spot) or irradiance [W/m²] (directional).
 
     position: unit space; direction: where the light goes, unit length; cones: cosines of the half angles (spot).
+    path_color: the intensity that light paths are drawn by (gpu.scene.path_light), None: its own.
     """
 
     name: str
@@ -139,26 +143,35 @@ class Light:
     direction: Rgb = (0.0, 0.0, -1.0)
     cos_inner: float = 1.0
     cos_outer: float = 0.0
+    path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
 class Sky:
-    """Light from all around: radiance · (1 + ω·up) / 2 for direction ω, so that it is brightest above, black below."""
+    """Light from all around: radiance · (1 + ω·up) / 2 for direction ω, so that it is brightest above, black below.
+
+    path_color: the radiance that light paths are drawn by (gpu.scene.path_light), None: its own.
+    """
 
     radiance: Rgb
+    path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, eq=False)
 class Environment:
-    """Light from all around by an equirectangular picture, pixels (height, width, 3), linear radiance.
+    """Light from all around by an equirectangular picture, pixels (height, width, 3), of which the linear radiance is
+    `tint` times as much.
 
     Its top is towards +Y, its middle towards +Z, a quarter from the left towards +X, before it is turned by the share
-    `turn` of a full turn, counter-clockwise from above.
+    `turn` of a full turn, counter-clockwise from above. path_color: the tint that light paths are drawn by
+    (gpu.scene.path_light), None: its own.
     """
 
     name: str
     pixels: Floats
     turn: float = 0.0
+    tint: Rgb = (1.0, 1.0, 1.0)
+    path_color: Rgb | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -231,3 +244,12 @@ class Scene:
     objects: tuple[str, ...] = ()
     vertex_object: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
     motion: Motion | None = None
+
+    @cached_property
+    def material_areas(self) -> Doubles:
+        """Of all triangles of each material, (material,), in unit space."""
+        a, b, c = (self.vertices.take(self.triangles[:, corner], axis=0).astype(np.float64) for corner in range(3))
+        e, f = b - a, c - a
+        ee, ff, ef = (np.einsum("tk,tk->t", *pair) for pair in ((e, e), (f, f), (e, f)))
+        areas = np.sqrt(np.maximum(ee * ff - ef * ef, 0.0)) / 2.0
+        return np.bincount(self.triangle_material, areas, len(self.materials)).astype(np.float64)

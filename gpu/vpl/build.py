@@ -71,7 +71,8 @@ def neighbour_area_kernel(first: int, vpls: Vpls, medoids: wp.array[int], starts
 @wp.kernel
 def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], least_areas: wp.array[float],
                             out: VplClusters) -> None:  # fmt: skip
-    """One thread a cluster: the disk light that stands for its members, of which each has its flux's share of the area.
+    """One thread a cluster: the disk light that stands for its members, of which each has its flux's share of the area;
+    but for its flux.
 
     least_areas (cluster,): that it has at least; medoids (cluster,): indices of `vpls`, −1 for a cluster without
     members, whose disk sends nothing anywhere.
@@ -85,7 +86,7 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], leas
         return
     centre = vpls.position[medoids[cluster]]
     normal = vpls.normal[medoids[cluster]]
-    flux = Sum()
+    flux = Sum()  # of what paths bring: the disk is the same when a light is dimmed
     mean = wp.vec3(0.0, 0.0, 0.0)
     square = float(0.0)
     normal_cone_cos = float(1.0)
@@ -93,8 +94,7 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], leas
     thickness = float(0.0)
     number = float(out.starts[cluster + 1] - out.starts[cluster])
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
-        member_flux = out.members.flux[member]
-        flux = kahan_add(flux, member_flux)
+        flux = kahan_add(flux, out.path_flux[member])
         # By number: one VPL that carries most of the flux stands for a wide surface, not for a point.
         offset = out.members.position[member] - centre
         mean += offset / number
@@ -105,8 +105,8 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], leas
     variance = wp.max(square - wp.length_sq(mean), 0.0)
     area = wp.max(2.0 * PI * variance, least_areas[cluster])
     for member in range(out.starts[cluster], out.starts[cluster + 1]):
-        out.member_area[member] = area * brightness(out.members.flux[member]) / brightness(flux.total)
-    out.disks[cluster] = disk_of(centre, normal, flux.total, area, variance, normal_cone_cos)
+        out.member_area[member] = area * brightness(out.path_flux[member]) / brightness(flux.total)
+    out.disks[cluster] = disk_of(centre, normal, wp.vec3(0.0, 0.0, 0.0), area, variance, normal_cone_cos)
     out.normal_cone_cos[cluster] = normal_cone_cos
     out.extent[cluster] = extent
     out.thickness[cluster] = thickness
@@ -114,20 +114,20 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], leas
 
 @wp.kernel
 def vpl_subcluster_disk_kernel(first: int, out: VplClusters) -> None:
-    """One thread a cluster: the disks that stand for its subclusters, each with its members' area."""
+    """One thread a cluster: the disks that stand for its subclusters, each with its members' area, but for their
+    flux.
+    """
     cluster = first + wp.tid()
     begin = out.starts[cluster]
     end = out.starts[cluster + 1]
     for subcluster in range(out.subcluster_starts[cluster], out.subcluster_starts[cluster + 1]):
-        flux = wp.vec3(0.0, 0.0, 0.0)
         position = wp.vec3(0.0, 0.0, 0.0)
         normal = wp.vec3(0.0, 0.0, 0.0)
         total = float(0.0)
         last = wp.min(begin + PER_SUBCLUSTER, end)
         for member in range(begin, last):
-            member_flux = out.members.flux[member]
+            member_flux = out.path_flux[member]
             weight = member_flux[0] + member_flux[1] + member_flux[2]
-            flux += member_flux
             position += out.members.position[member] * weight
             normal += out.members.normal[member] * weight
             total += weight
@@ -136,15 +136,41 @@ def vpl_subcluster_disk_kernel(first: int, out: VplClusters) -> None:
         normal_cone_cos = float(1.0)
         square = float(0.0)
         for member in range(begin, last):
-            member_flux = out.members.flux[member]
+            member_flux = out.path_flux[member]
             weight = member_flux[0] + member_flux[1] + member_flux[2]
             square += wp.length_sq(out.members.position[member] - position) * weight
             normal_cone_cos = wp.min(normal_cone_cos, wp.dot(normal, out.members.normal[member]))
         area = float(0.0)
         for member in range(begin, last):
             area += out.member_area[member]
-        out.subclusters[subcluster] = disk_of(position, normal, flux, area, square / total, normal_cone_cos)
+        disk = disk_of(position, normal, wp.vec3(0.0, 0.0, 0.0), area, square / total, normal_cone_cos)
+        out.subclusters[subcluster] = disk
         begin = last
+
+
+@wp.kernel
+def member_flux_kernel(first: int, shares: wp.array[wp.vec3], out: VplClusters) -> None:
+    """One thread a VPL: its flux, by what its light is of that which paths are drawn by: shares (light,)."""
+    member = first + wp.tid()
+    out.members.flux[member] = wp.cw_mul(out.path_flux[member], shares[out.members.light[member]])
+
+
+@wp.kernel
+def disk_flux_kernel(first: int, out: VplClusters) -> None:
+    """One thread a cluster: the flux of its disk and of those of its subclusters, of their members."""
+    cluster = first + wp.tid()
+    begin = out.starts[cluster]
+    end = out.starts[cluster + 1]
+    whole = Sum()
+    for subcluster in range(out.subcluster_starts[cluster], out.subcluster_starts[cluster + 1]):
+        flux = wp.vec3(0.0, 0.0, 0.0)
+        last = wp.min(begin + PER_SUBCLUSTER, end)
+        for member in range(begin, last):
+            whole = kahan_add(whole, out.members.flux[member])
+            flux += out.members.flux[member]
+        out.subclusters[subcluster].flux = flux
+        begin = last
+    out.disks[cluster].flux = whole.total
 
 
 @wp.kernel
@@ -200,6 +226,7 @@ def set_subclusters(clusters: VplClusters, starts: Ints, device: wp.Device) -> N
     clusters.subcluster_starts = wp.array(subcluster_starts, dtype=int, device=device)
     clusters.subclusters = wp.zeros(int(subcluster_starts[-1]), dtype=Disk, device=device)
     launch(vpl_subcluster_disk_kernel, clusters.count, [clusters], device)
+    launch(disk_flux_kernel, clusters.count, [clusters], device)
 
 
 def no_clusters() -> VplClusters:
@@ -224,7 +251,7 @@ def unclustered(device_scene: DeviceScene, clusters: VplClusters) -> VplClusters
     singles: VplClusters = allocate(VplClusters, members.count, device)
     singles.count = members.count
     singles.normal_cone_cos.fill_(1.0)
-    singles.members = members
+    singles.members, singles.path_flux = members, clusters.path_flux
     launch(vpl_singles_kernel, members.count, [clusters, singles.disks], device)
     singles.member_area = clusters.member_area
     starts = np.arange(members.count + 1, dtype=np.int32)

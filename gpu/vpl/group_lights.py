@@ -7,7 +7,7 @@ printed misses 1/π in its far limit; disks send A·cosθ·cosθ′/(π·d² + A
 import warp as wp
 
 from gpu.core.bucket_sort import Buckets
-from gpu.core.device import allocate, launch
+from gpu.core.device import allocate, duplicate, launch
 from gpu.core.intrinsics import lanes_of
 from gpu.core.radix_sort import Groups, running_total
 from gpu.lights.light_paths import Vpls, allocate_vpls, gather_vpls_kernel
@@ -15,7 +15,9 @@ from gpu.vpl.build import (
     VPL_CLUSTER_PARAMETERS,
     VplClusterParameters,
     bound_groups,
+    disk_flux_kernel,
     form_groups,
+    member_flux_kernel,
     neighbour_area_kernel,
     vpl_cluster_disk_kernel,
     vpl_subcluster_disk_kernel,
@@ -34,16 +36,25 @@ def subcluster_count_kernel(first: int, starts: wp.array[int], counts: wp.array[
 class GroupLights:
     """The lights of up to `capacity` VPLs in `count` groups: `vpls`, a cluster each; all is allocated once.
 
-    Members from starts[count] on are of no group.
+    shares (light,): what lights are of what paths are drawn by (gpu.scene.path_light), if not all of it. Members from
+    starts[count] on are of no group.
     """
 
     def __init__(
-        self, capacity: int, count: int, device: wp.Device, chosen: VplClusterParameters = VPL_CLUSTER_PARAMETERS
+        self,
+        capacity: int,
+        count: int,
+        device: wp.Device,
+        chosen: VplClusterParameters = VPL_CLUSTER_PARAMETERS,
+        shares: wp.array | None = None,
     ) -> None:
-        self.chosen, self.device = chosen, device
+        self.chosen, self.device, self._shares = chosen, device, shares
         self.vpls: VplClusters = allocate(VplClusters, count, device)
         self.vpls.count, self.vpls.starts = count, wp.zeros(count + 1, dtype=int, device=device)
         self.vpls.members = allocate_vpls(capacity, device)
+        self.vpls.path_flux = self.vpls.members.flux if shares is None else wp.zeros_like(self.vpls.members.flux)
+        self._gathered: Vpls = duplicate(Vpls, self.vpls.members)
+        self._gathered.flux = self.vpls.path_flux
         self.vpls.member_area = wp.zeros(capacity, dtype=float, device=device)
         self.vpls.subcluster_starts = wp.zeros(count + 1, dtype=int, device=device)
         most = -(-capacity // int(PER_SUBCLUSTER)) + count
@@ -56,7 +67,7 @@ class GroupLights:
         """Make the lights of the `groups` that `vpls` have been put into; medoids (group,): as of a KMeans."""
         lights, device = self.vpls, self.device
         wp.copy(lights.starts, groups.starts)
-        launch(gather_vpls_kernel, len(lights.member_area), [groups.items, vpls, lights.members], device)
+        launch(gather_vpls_kernel, len(lights.member_area), [groups.items, vpls, self._gathered], device)
         lanes, least = lanes_of(device, few=True), self._least_areas
         inputs = [vpls, medoids, lights.starts, self.chosen, lanes, least]
         launch(neighbour_area_kernel, lanes * lights.count, inputs, device)
@@ -65,3 +76,10 @@ class GroupLights:
         running_total(self._counts, lights.subcluster_starts[1:])
         launch(vpl_subcluster_disk_kernel, lights.count, [lights], device)
         bound_groups(lights, device)
+        self.relight()
+
+    def relight(self) -> None:
+        """Have their flux follow the `shares`: all else is as it was."""
+        if self._shares is not None:
+            launch(member_flux_kernel, len(self.vpls.member_area), [self._shares, self.vpls], self.device)
+        launch(disk_flux_kernel, self.vpls.count, [self.vpls], self.device)

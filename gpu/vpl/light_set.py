@@ -56,11 +56,14 @@ class VplMaker:
 
 
 class LightSet:
-    """The VPL clusters of a `choice`. version: that of the scene's light, −1 for none yet; count: of VPLs."""
+    """The VPL clusters of a `choice`. version: that of the scene's light, path_version: of its paths, −1 for none yet;
+    count: of VPLs.
+    """
 
-    def __init__(self, choice: LightSetChoice, device: wp.Device) -> None:
-        self.choice, self.device = choice, device
-        self.version, self.count = -1, 0
+    def __init__(self, choice: LightSetChoice, device: wp.Device, shares: wp.array) -> None:
+        """`shares` (light,): as for GroupLights."""
+        self.choice, self.device, self._shares = choice, device, shares
+        self.version, self.path_version, self.count = -1, -1, 0
         self.seed = wp.full(1, choice.seed, dtype=int, device=device)
         self._filled = wp.zeros(1, dtype=int, device=device)
         self._maker: VplMaker | None = None
@@ -86,7 +89,7 @@ class LightSet:
         """Have room for what `maker`, which has found `count` VPLs, makes next."""
         self.count = count
         if self._lights is None or len(self._lights.vpls.member_area) < maker.vpls.count:
-            self._lights = GroupLights(maker.vpls.count, self.choice.vpl_clusters, self.device)
+            self._lights = GroupLights(maker.vpls.count, self.choice.vpl_clusters, self.device, shares=self._shares)
             self._radiosity, self._number = None, new_number()
         self._lights.vpls.members.count = count
 
@@ -97,6 +100,13 @@ class LightSet:
             self._maker.cluster(self._lights, self.choice.seed)
         if self._radiosity:
             self._radiosity.run(scene)
+
+    def relight(self) -> None:
+        """Have the flux follow the lights' shares, where the paths are as they were."""
+        if self._lights:
+            self._lights.relight()
+        if self._radiosity:
+            self._radiosity.relight()
 
     @property
     def cache(self) -> Any:

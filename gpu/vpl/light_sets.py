@@ -17,6 +17,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
 from gpu.lights.light_table import LightTable
+from gpu.lights.path_light import PathLight
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
 from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
@@ -44,9 +45,10 @@ class LightSets:
         self._makers: dict[LightSetChoice, VplMaker] = {}
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self._busy = False
-        self.version = 0
+        self.version = self._path_version = 0
         self.table: LightTable = build_light_table(device_scene)
         self.table.suns = sun_maps_of(device_scene, self.table)
+        self._path_light = PathLight(device_scene, self.table.suns)
 
     def follow(self, edited: DeviceScene) -> bool:
         """Have the scene become what `edited` (DeviceScene.edited) is, in the arrays that renderers read: whoever has
@@ -59,17 +61,20 @@ class LightSets:
         table.suns = self.table.suns if same_suns else sun_maps_of(edited, table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
+        same_paths = self._path_light.follow(edited, table, same_suns=same_suns)
         scene.become(edited)
         overwrite(LightTable, self.table, table)
         self.version += 1
-        self._paths.clear()
+        if not same_paths:
+            self._path_version = self.version
+            self._paths.clear()
         return True
 
     def at(self, choice: LightSetChoice) -> LightSet:
         """The set of `choice`, which may have to be made (anew) by `renew`; the longest unused ones make room."""
         found = self._sets.pop(choice, None)
         if found is None:
-            found = LightSet(choice, self._device_scene.device)
+            found = LightSet(choice, self._device_scene.device, self._path_light.shares)
             while self._sets and sum(kept.vpls for kept in self._sets) + choice.vpls > KEPT_VPLS:
                 del self._sets[next(iter(self._sets))]
         self._sets[choice] = found
@@ -82,16 +87,21 @@ class LightSets:
     def renew(self, light_set: LightSet, progress: Progress, run: RunPart = _run) -> None:
         """Make a set of the scene's light as it is, mostly into the arrays that it has.
 
-        run: runs the parts `light`, which traces, and `vpl-clusters`.
+        run: runs the parts `light`, which traces, and `vpl-clusters`; or `relight`, where the paths are as they were.
         """
         was_current = self.is_current(light_set)
         with self._making():
-            if was_current or not self.is_current(light_set):  # else it was made in the turn of another
-                self._renew(light_set, progress, run)
+            if not was_current and self.is_current(light_set):
+                return  # it was made in the turn of another
+            if was_current or light_set.path_version != self._path_version:
+                self._make(light_set, progress, run)
+            else:
+                run("relight", light_set.relight)
+                light_set.version = self.version
 
-    def _renew(self, light_set: LightSet, progress: Progress, run: RunPart) -> None:
+    def _make(self, light_set: LightSet, progress: Progress, run: RunPart) -> None:
         choice, scene = light_set.choice, self._view(light_set.choice)
-        light_set.version = -1
+        light_set.version = light_set.path_version = -1
         progress("tracing virtual point lights", 0.0)
         paths = self._paths_of(choice, scene)
         if paths == 0:
@@ -101,20 +111,21 @@ class LightSets:
             progress("clustering virtual point lights", 0.5)
             light_set.take(maker, count)
             run("vpl-clusters", lambda: light_set.make(scene))
-        light_set.version = self.version
+        light_set.version, light_set.path_version = self.version, self._path_version
         progress("clustering virtual point lights", 1.0)
 
     def _view(self, choice: LightSetChoice) -> SceneData:
         """The scene as a set of `choice` sees it, in the arrays that stay when it becomes another."""
         if choice.lambertian not in self._views:
-            self._views[choice.lambertian] = self._device_scene.view(lambertian=choice.lambertian)
+            view = self._device_scene.view(lambertian=choice.lambertian)
+            self._views[choice.lambertian] = self._path_light.seen_by_paths(view)
         return self._views[choice.lambertian]
 
     def _paths_of(self, choice: LightSetChoice, scene: SceneData) -> int:
         same = replace(choice, seed=0)
         if same not in self._paths:
             features = scene_features(self._device_scene.scene, lambertian=choice.lambertian)
-            inputs = self._device_scene, scene, self.table, choice.vpls, choice.bounces, features
+            inputs = self._device_scene, scene, self._path_light.table, choice.vpls, choice.bounces, features
             if choice.bounces not in self._pilots:
                 self._pilots[choice.bounces] = pilot_of(choice.bounces, self._device_scene.device)
             self._paths[same] = paths_for(*inputs, pilot=self._pilots[choice.bounces])
@@ -130,13 +141,14 @@ class LightSets:
         ends = maker.ends
         light_set.trace_by(maker)
         ends.set_paths(paths)
-        run("light", lambda: ends.trace(scene, self.table, light_set.seed, features))
+        table = self._path_light.table
+        run("light", lambda: ends.trace(scene, table, light_set.seed, features))
         count = int(ends.filled.numpy()[0])
         if count > maker.room:
             maker = self._makers[same] = self._maker(choice, paths, count)
             light_set.trace_by(maker)
             maker.ends.set_paths(paths)
-            maker.ends.trace(scene, self.table, light_set.seed, features)
+            maker.ends.trace(scene, table, light_set.seed, features)
         return maker, count
 
     def _maker(self, choice: LightSetChoice, paths: int, vpls: int) -> VplMaker:

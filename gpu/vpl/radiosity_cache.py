@@ -127,7 +127,7 @@ def neighbour_spacing_kernel(first: int, clusters: VplClusters, most_area: float
 
 
 @wp.kernel
-def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3], lit: RadiosityCache) -> None:
+def radiosity_kernel(first: int, vpls: Representatives, clusters: VplClusters, lit: RadiosityCache) -> None:
     """One thread a VPL: flux per area of the disk that its neighbours fill, and that disk's radius."""
     vpl = first + wp.tid()
     lit.radius[vpl] = 0.0
@@ -141,21 +141,26 @@ def radiosity_kernel(first: int, vpls: Representatives, flux: wp.array[wp.vec3],
     if disk <= 0.0:
         return
     total = wp.vec3(0.0, 0.0, 0.0)
+    path_total = wp.vec3(0.0, 0.0, 0.0)
     strongest = wp.vec3(0.0, 0.0, 0.0)
+    path_strongest = wp.vec3(0.0, 0.0, 0.0)
     counted = int(0)
     for place in range(wp.static(NEIGHBOURS)):
         if found.distance[place] < disk:
             other = found.cluster[place]
             off = wp.dot(vpls.position[other] - vpls.position[vpl], vpls.normal[vpl])
             if wp.abs(off) < lit.chosen.plane_share * disk:
-                total += flux[other]
+                flux = clusters.members.flux[other]
+                path_flux = clusters.path_flux[other]
+                total += flux
+                path_total += path_flux
                 counted += 1
-                if brightness(flux[other]) > brightness(strongest):
-                    strongest = flux[other]
+                if brightness(path_flux) > brightness(path_strongest):
+                    strongest = flux
+                    path_strongest = path_flux
     if counted > 1:
-        rest = total - strongest
-        most = lit.chosen.most_of_mean * brightness(rest) / float(counted - 1)
-        total = rest + strongest * wp.min(most / brightness(strongest), 1.0)
+        most = lit.chosen.most_of_mean * brightness(path_total - path_strongest) / float(counted - 1)
+        total = (total - strongest) + strongest * wp.min(most / brightness(path_strongest), 1.0)
     lit.radius[vpl] = disk
     lit.radiosity[vpl] = total / (PI * disk * disk)
 
@@ -251,12 +256,18 @@ class RadiosityBuilder:
         inputs = [clusters, self._chosen.most_area, self._number, vpls]
         launch(neighbour_spacing_kernel, clusters.count, inputs, device)
         self._grid.build()
-        launch(radiosity_kernel, count, [vpls, clusters.members.flux, lit], device)
+        launch(radiosity_kernel, count, [vpls, clusters, lit], device)
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
         launch(covered_radiosity_kernel, count, [covered, lit], device)
         if self._lobes:
             find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance)
         self._cells.sort()
+
+    def relight(self) -> None:
+        """Estimate it again, where nothing but the members' flux has changed."""
+        lit, count = self.cache, len(self.cache.radius)
+        launch(radiosity_kernel, count, [self._grid.data, self._clusters, lit], self.device)
+        launch(covered_radiosity_kernel, count, [self._covered, lit], self.device)
 
 
 def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,

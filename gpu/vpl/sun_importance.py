@@ -5,6 +5,7 @@ light is (P. Christensen, Adjoints and Importance in Rendering, 2003). Bounces l
 count, too.
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import warp as wp
@@ -21,7 +22,7 @@ from gpu.lights.light_table import DIRECTIONAL, FAR, LightTable
 from gpu.lights.sun_map import SUN_MAP_PARAMETERS, SunMaps, cell_of, no_sun_maps, sun_maps
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction, orthonormal
-from gpu.scene.types import LightKind, Rgb, Scene
+from gpu.scene.types import LightKind, Scene
 
 # What a vertex that the sun meets head on counts, in whole numbers, whose sums do not depend on their order.
 WHOLE = wp.constant(256.0)
@@ -64,7 +65,7 @@ def sunlit_walk_kernel(first: int, scene: SceneData, table: LightTable, cameras:
             if sun.kind == DIRECTIONAL and cosine > 0.0:
                 towards = offset_origin(surface.position, normal, -sun.direction)
                 if not occluded(scene, towards, -sun.direction, 2.0 * FAR):
-                    at = wp.transpose(orthonormal(sun.direction)) * surface.position / table.radius
+                    at = wp.transpose(orthonormal(sun.direction)) * surface.position / table.radius[0]
                     cell = cell_of(wp.vec2(at[0], at[1]), side)
                     wp.atomic_add(seen, light, cell, int(wp.ceil(WHOLE * cosine)))
         bounce = sobol_pair(walk, 1 + vertex, 0)
@@ -72,10 +73,10 @@ def sunlit_walk_kernel(first: int, scene: SceneData, table: LightTable, cameras:
         origin = offset_origin(surface.position, normal, direction)
 
 
-def suns_of(scene: Scene, chosen: WalkParameters = WALK_PARAMETERS) -> list[tuple[LightKind, Rgb | None]]:
-    """What maps of the lights of `scene` depend on besides its geometry and cameras."""
-    lights = scene.lights[: chosen.most_lights]
-    return [(one.kind, one.direction if one.kind is LightKind.DIRECTIONAL else None) for one in lights]
+def suns_of(scene: Scene, chosen: WalkParameters = WALK_PARAMETERS) -> Hashable:
+    """What maps of the lights of `scene` depend on besides its geometry."""
+    suns = [one.kind is LightKind.DIRECTIONAL and one.direction for one in scene.lights[: chosen.most_lights]]
+    return tuple(suns), any(suns) and tuple(camera.view_key for camera in scene.cameras)
 
 
 def sun_maps_of(device_scene: DeviceScene, table: LightTable, chosen: WalkParameters = WALK_PARAMETERS) -> SunMaps:

@@ -25,7 +25,9 @@ class VplClusters:
     representative's normal and a member's; extent: farthest member's distance; thickness: that along the normal.
     Cluster c's members are starts[c] … starts[c + 1] − 1 of `members`. Of these, each PER_SUBCLUSTER that follow each
     other are a subcluster: disks subcluster_starts[c] … subcluster_starts[c + 1] − 1 of `subclusters`.
-    member_area (vpl,): each one's share of its cluster's disk, as large as that of its flux.
+    path_flux (vpl,): that members bring by the light that paths are drawn by (gpu.scene.path_light), of which all but
+    the flux of disks and members is made; member_area (vpl,): each one's share of its cluster's disk, as large as that
+    of its path flux.
     Each `per_group` clusters that are neighbours form a group, of which there are `groups`. centre, radius, axis,
     spread (group,): a sphere that holds all of its members, and a cone, given by its axis and its angle's cosine, that
     holds their normals.
@@ -40,6 +42,7 @@ class VplClusters:
     thickness: wp.array[float]
     starts: wp.array[int]
     members: Vpls
+    path_flux: wp.array[wp.vec3]
     member_area: wp.array[float]
     subcluster_starts: wp.array[int]
     subclusters: wp.array[Disk]

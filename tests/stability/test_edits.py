@@ -6,6 +6,7 @@ The renderer goes on with what it has made of the states before, where they need
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
@@ -15,8 +16,8 @@ from scenes import box, grey, quad, scene_of
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
-from gpu.scene.types import Light, LightKind, Sky
-from gpu.settings import Method, RenderSettings
+from gpu.scene.types import Doubles, Light, LightKind, Sky
+from gpu.settings import Component, Method, RenderSettings, Skips
 from gpu.vpl.light_sets import LightSets
 
 SIZE = (24, 18)
@@ -94,3 +95,23 @@ def test_edits_leave_nothing_of_what_was_before(method: Method, steps: list[Scen
         found = renderer.render(CAMERA, walks=True)
         anew = DeviceScene(edited(base.scene, step), "cpu")
         assert found.radiance().tobytes() == Renderer(anew, SIZE, options).render(CAMERA).radiance().tobytes()
+
+
+@pytest.mark.parametrize("method", [Method.EXACT_VPL, Method.FUZZY_VPL])
+def test_a_light_that_is_dimmed_counts_by_what_it_is_dimmed_to(method: Method) -> None:
+    """Indirect light of two lights is that of each alone, summed, by all that does not ask how bright something is."""
+    skip = Skips(shared_weak_rays=False, far_field_sums=False)
+    once = {"correct": False, "smooth": False, "component": Component.INDIRECT, "skip": skip}
+    base, options = DeviceScene(replace(room().scene, sky=None), "cpu"), RenderSettings(**COUNTS, **once, method=method)
+    now = base.edited(base.scene)
+    sets = LightSets(now)
+    renderer = Renderer(now, SIZE, options, light_sets=sets)
+
+    def lit(**factors: float) -> Doubles:
+        lights = {one: LightEdit(intensity=factor) for one, factor in factors.items()}
+        assert sets.follow(base.edited(edited(base.scene, SceneEdits(lights=lights))))
+        return np.asarray(renderer.render(CAMERA).radiance(), np.float64)
+
+    lamp, bulb, mixed = lit(bulb=0.0), lit(default=0.0), lit(default=0.5, bulb=2.0)
+    assert min(lamp.mean(), bulb.mean()) > 0.05 * mixed.mean()
+    assert np.abs(mixed - (0.5 * lamp + 2.0 * bulb)).max() < 1e-5 * mixed.max()

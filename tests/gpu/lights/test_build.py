@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from emitters import POINT, lamp_room, share_kernel
@@ -15,8 +17,18 @@ def test_punctual_lights_are_visited_when_few_and_sampled_when_many() -> None:
 
 
 def test_nothing_emits() -> None:
-    table = build_light_table(resident_of([*box()], [grey(0.5)], sky=Sky((0.0, 0.0, 0.0))))
+    dark = resident_of([*box()], [grey(0.5)], lights=[POINT])
+    dark = dark.edited(replace(dark.scene, lights=()))
+    table = build_light_table(dark)
     assert (table.count, table.all_emitters.count, table.sampled.count) == (0, 0, 0)
+
+
+def test_lights_that_are_all_off_are_chosen_alike() -> None:
+    """So that nothing else is to be made when one goes on."""
+    off = replace(POINT, intensity=(0.0, 0.0, 0.0))
+    table = build_light_table(resident_of([*box()], [grey(0.5)], lights=[off], sky=Sky((0.0, 0.0, 0.0))))
+    assert table.count == 2
+    assert results(share_kernel, 2, [table.all_emitters], float).tolist() == pytest.approx([0.5, 0.5])
 
 
 def test_unlit_materials_are_no_lights() -> None:

@@ -1,13 +1,16 @@
 import gc
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 from weakref import ref
 
+import numpy as np
 import pytest
 from scenes import box, grey, resident_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import paths_for
+from gpu.scene.edits import LightEdit, SceneEdits, edited
 from gpu.scene.types import Light, LightKind, Material
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
@@ -66,6 +69,48 @@ def test_a_set_is_renewed_in_its_own_arrays(device_scene: DeviceScene) -> None:
     assert light_sets.clusters(CHOICE, silent) is made
     assert made.disks.numpy().tobytes() == positions.tobytes()
     assert made.members.flux.numpy().tobytes() == fluxes.tobytes()
+
+
+def test_dimming_a_light_traces_no_path_and_moves_no_cluster(device_scene: DeviceScene) -> None:
+    bulb = Light("bulb", LightKind.POINT, (0.05, 0.1, 0.05), (0.2, 0.2, 0.0))
+    scene = replace(device_scene.scene, lights=(bulb,))
+    base = DeviceScene(scene, "cpu")
+    light_sets = LightSets(base.edited(scene))
+    light_set = light_sets.made(CHOICE, silent)
+    light_sets.radiosity(light_set)
+    told: list[str] = []
+
+    def run(name: str, part: Callable[[], None]) -> None:
+        told.append(name)
+        part()
+
+    def kept() -> dict[str, bytes]:
+        clusters = light_set.clusters
+        arrays = {name: getattr(clusters.members, name) for name in ("position", "normal", "bounce", "light")}
+        arrays |= {name: getattr(clusters, name) for name in ("path_flux", "member_area", "starts", "centre", "radius")}
+        disks = {name: clusters.disks.numpy()[name] for name in ("position", "normal", "area", "radius", "tilt")}
+        values = {name: array.numpy() for name, array in arrays.items()} | disks
+        return {name: value.tobytes() for name, value in values.items()}
+
+    before, flux, paths = (
+        kept(),
+        light_set.clusters.members.flux.numpy().copy(),
+        light_set.clusters.members.light.numpy(),
+    )
+    assert set(paths) == {0, len(scene.materials) + 1}
+    dimmed = SceneEdits(lights={"bulb": LightEdit(intensity=0.5)})
+    assert light_sets.follow(base.edited(edited(scene, dimmed)))
+    assert not light_sets.is_current(light_set)
+    light_sets.renew(light_set, silent, run)
+    assert told == ["relight"]
+    assert kept() == before
+    share = np.where(paths == 0, 1.0, 0.5)[:, None]
+    assert np.allclose(light_set.clusters.members.flux.numpy(), flux * share, rtol=1e-6)
+    assert np.allclose(light_set.clusters.disks.numpy()["flux"].sum(axis=0), (flux * share).sum(axis=0), rtol=1e-4)
+    moved = SceneEdits(lights={"bulb": LightEdit(position=(0.1, 0.2, 0.0))})
+    assert light_sets.follow(base.edited(edited(scene, moved)))
+    light_sets.renew(light_set, silent, run)
+    assert told == ["relight", "light", "vpl-clusters"]
 
 
 @pytest.mark.parametrize("change", [{"vpls": 500}, {"vpl_clusters": 20}, {"bounces": 3}, {"seed": 1}])

@@ -1,0 +1,63 @@
+"""The light that light paths are drawn by (gpu.scene.path_light), on a device, in arrays that stay."""
+
+import warp as wp
+
+from gpu.core.device import duplicate, overwrite
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.upload import DeviceScene
+from gpu.lights.build import build_light_table
+from gpu.lights.light_table import LightTable
+from gpu.lights.sun_map import SunMaps
+from gpu.scene.path_light import path_light, path_light_shares
+from gpu.scene.types import Environment, Scene
+
+
+def _same_paths(one: Scene, other: Scene) -> bool:
+    """Whether light paths of both scenes, as they are drawn, are the same: nothing differs that they meet."""
+    arrays = "vertices", "triangles", "triangle_material", "uvs", "colors"
+    if any(getattr(one, name) is not getattr(other, name) for name in arrays):
+        return False
+    if isinstance(one.sky, Environment) and isinstance(other.sky, Environment):
+        same_sky = one.sky.tint == other.sky.tint  # the picture is the same
+    else:
+        same_sky = one.sky == other.sky
+    return same_sky and one.materials == other.materials and one.lights == other.lights
+
+
+class PathLight:
+    """What paths begin at: `table`; shares (light,): what each light is of that, as gpu.scene.path_light numbers the
+    parts of a scene.
+    """
+
+    def __init__(self, device_scene: DeviceScene, suns: SunMaps) -> None:
+        drawn = device_scene.edited(path_light(device_scene.scene))
+        self._scene, self.table = drawn.scene, build_light_table(drawn)
+        self.table.suns = suns
+        self._materials, self._sky = drawn.data.materials, drawn.data.sky
+        shares = path_light_shares(device_scene.scene)
+        self.shares = wp.array(shares, dtype=wp.vec3, device=device_scene.device)
+
+    def seen_by_paths(self, view: SceneData) -> SceneData:
+        """A view of the scene in whose place paths are traced: what emits in it, emits what they are drawn by."""
+        seen = duplicate(SceneData, view)
+        seen.materials, seen.sky = self._materials, self._sky
+        return seen
+
+    def follow(self, edited: DeviceScene, table: LightTable, *, same_suns: bool) -> bool:
+        """Become the light of `edited`, which has as much of everything, and emitters in this `table`; whether paths
+        are the same as before. same_suns: their maps are.
+        """
+        self.shares.assign(path_light_shares(edited.scene))
+        scene = path_light(edited.scene)
+        if same_suns and _same_paths(self._scene, scene):
+            return True
+        drawn = edited
+        if scene is not edited.scene:
+            drawn = edited.edited(scene)
+            suns, table = table.suns, build_light_table(drawn)
+            table.suns = suns
+        wp.copy(self._materials, drawn.data.materials)
+        wp.copy(self._sky, drawn.data.sky)
+        overwrite(LightTable, self.table, table)
+        self._scene = drawn.scene
+        return False
