@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from gpu.scene.edits import SceneEdits
 from server.jobs import ENDED, Jobs
 from server.metrics import Metrics
 from server.places import Places
@@ -49,7 +50,7 @@ class Service:
     exporting: Places = field(default_factory=lambda: Places("exports", MAX_EXPORTS, 1))
     uploading: Places = field(default_factory=lambda: Places("uploads", MAX_AT_ONCE, MAX_AT_ONCE // 2))
     metrics: Metrics = field(default_factory=Metrics)
-    edited: EditedScenes = field(default_factory=EditedScenes)
+    edited: EditedScenes = field(init=False)
     edit_rates: Buckets = field(default_factory=lambda: Buckets(EDIT_RATE, EDIT_BURST))
     pick_rates: Buckets = field(default_factory=lambda: Buckets(PICK_RATE, PICK_BURST))
     stopping: asyncio.Event = field(default_factory=asyncio.Event)  # set once: the service ends
@@ -58,6 +59,7 @@ class Service:
         limits = self.settings
         token = limits.token.get_secret_value() if limits.token else None
         self.replicas = Replicas(limits.replicas, token) if limits.replicas else None
+        self.edited = EditedScenes(limits.max_own_edits)
         self.residency = Residency(self.engines, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
         self.jobs = Jobs(
             self.engines,
@@ -80,6 +82,14 @@ class Service:
         if self.edit_rates.empty(client):
             raise TooBusyError(f"more than {EDIT_RATE:.0f} edits a second came from you; send fewer")
         self.edit_rates.take(client)
+
+    def edits_of(self, scene: SceneRef, own: SceneEdits | None) -> SceneEdits:
+        """What a client has pictures of: its `own` edits, which ForbiddenError refuses here, or those of all."""
+        if own is None:
+            return self.edited.of(scene)
+        if not self.settings.edits:
+            raise ForbiddenError("this server takes no edits of its scenes")
+        return own
 
     def check_picks(self, client: Hashable) -> None:
         """TooBusyError where a client picks too often."""

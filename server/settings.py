@@ -158,7 +158,10 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
         default=512 * 2**20, ge=0, description="of the device's memory, that loading a scene leaves free [bytes]"
     )
     edits: bool = Field(
-        default=True, description="clients may change lights and materials of scenes, for all who look at them"
+        default=True, description="clients may change lights, materials and objects of scenes, for all who look"
+    )
+    max_own_edits: int = Field(
+        default=8, ge=0, le=1000, description="viewers at once that may change scenes for themselves alone"
     )
     exports: bool = Field(default=False, description="clients may download scenes, with their edits, as GLB files")
     uploads: bool = Field(default=True, description="clients may upload scenes")

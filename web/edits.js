@@ -1,6 +1,7 @@
 /**
  * What differs of a scene from its file: what the server says, and on top of it what was asked for and is on its way,
- * so that a slider stays where the user has it. What was done here can be undone; what others do shows up.
+ * so that a slider stays where the user has it. What was done here can be undone; what others do shows up, unless edits
+ * are this viewer's own.
  */
 
 import { compose, inverse, merge, removal } from "./merge.js";
@@ -15,7 +16,12 @@ const REST = 40;
 const NONE = { time: null, animation: null, lights: {}, materials: {}, objects: {} };
 
 export class EditHistory {
+  /** Whether edits are this viewer's own, as is known or was asked for. */
+  own = false;
+  /** Own ones of the same scene on the connection before, until the server says what differs. @type {SceneEdits | null} */
+  #kept = null;
   #send;
+  #sendOwn;
   #changed;
   /** @type {SceneEdits} */
   #known = NONE;
@@ -34,10 +40,12 @@ export class EditHistory {
 
   /**
    * @param {(id: number, patch: ScenePatch) => void} send
-   * @param {() => void} changed  `edits` or what can be undone have changed
+   * @param {(id: number, own: boolean, share: boolean) => void} sendOwn
+   * @param {() => void} changed  `edits`, whose they are, or what can be undone have changed
    */
-  constructor(send, changed) {
+  constructor(send, sendOwn, changed) {
     this.#send = send;
+    this.#sendOwn = sendOwn;
     this.#changed = changed;
   }
 
@@ -56,8 +64,13 @@ export class EditHistory {
     return this.#undone.length > 0;
   }
 
-  /** Another scene, or the same on another connection: nothing is on its way, and nothing can be undone. */
-  restart() {
+  /**
+   * Another scene, or the same on another connection: nothing is on its way, and nothing can be undone.
+   * @param {boolean} stays  it is the same: edits of its own are so again
+   */
+  restart(stays) {
+    this.#kept = stays && this.own ? this.edits : null;
+    this.own = false;
     clearTimeout(this.#timer);
     this.#timer = undefined;
     this.#known = NONE;
@@ -68,10 +81,32 @@ export class EditHistory {
     this.#changed();
   }
 
-  /** The server says what differs. @param {SceneEdits} edits @param {number} edit  the newest of this viewer's that it knows */
-  told(edits, edit) {
+  /** The server says what differs. @param {import("./messages.js").Edits} message  edit: the newest of this viewer's that it knows */
+  told({ edits, edit, own }) {
     this.#known = edits;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
+    if (this.#sent.length === 0) this.own = own;
+    const kept = this.#kept;
+    this.#kept = null;
+    if (kept) {
+      this.setOwn(true);
+      this.set(/** @type {ScenePatch} */ (compose(removal(edits), kept)));
+    }
+    this.#changed();
+  }
+
+  /**
+   * Has edits be this viewer's own, or again those of all.
+   * @param {boolean} own @param {boolean} [share]  those of all become what its own were
+   */
+  setOwn(own, share = false) {
+    clearTimeout(this.#timer);
+    this.#flush();
+    this.own = own;
+    this.#done = [];
+    this.#undone = [];
+    this.#sent.push({ id: ++this.#id, patch: {} });
+    this.#sendOwn(this.#id, own, share);
     this.#changed();
   }
 

@@ -67,7 +67,12 @@ const panel = new Panel({
   stream: (stream) => change({ stream }),
   reading: (options) => change({ ...(scene && { scene: scene.id }), scene_options: options }),
 });
-const mixer = new Mixer({ send: (id, patch) => session.edit(id, patch), camera: () => camera.matrix(), redraw: wake });
+const mixer = new Mixer({
+  send: (id, patch) => session.edit(id, patch),
+  own: (id, own, share) => session.own(id, own, share),
+  camera: () => camera.matrix(),
+  redraw: wake,
+});
 const player = new Player((patch) => mixer.set(patch));
 const wanted = {
   size: viewport.size,
@@ -121,7 +126,7 @@ const film = new FilmSection(api, {
   view: here,
   go: visit,
   fly: (way) => (way ? flight.start(way) : flight.stop()),
-  wanted: () => session.wanted,
+  wanted: () => ({ ...session.wanted, edits: mixer.ownEdits }),
 });
 const uploader = new Uploader(scenes, openUploaded, (words) => notice.complain(words));
 
@@ -192,7 +197,7 @@ async function choose(x, y) {
   const [columns, rows] = viewport.size;
   const size = /** @type {[number, number]} */ ([columns, rows]);
   const pixel = /** @type {[number, number]} */ ([((x ?? width / 2) / width) * columns, ((y ?? height / 2) / height) * rows]);
-  const view = { scene, matrix: camera.matrix(), yfov: viewport.fov, near: viewport.near, size };
+  const view = { scene, edits: mixer.ownEdits, matrix: camera.matrix(), yfov: viewport.fov, near: viewport.near, size };
   try {
     const part = await pick(api, view, pixel);
     if (scene !== view.scene) return;

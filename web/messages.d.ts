@@ -67,7 +67,7 @@ export interface Settings {
   stream?: Stream | null;
 }
 
-/** A change of the scene itself, for all who look at it. */
+/** A change of the scene itself, for all who look at it, or for a viewer that has edits of its own. */
 export interface Edit {
   type: "edit";
   id: number;
@@ -120,6 +120,16 @@ export interface ObjectEdit {
   offset?: [number, number, number] | null;
   /** by which it is turned about the world's X, Y and Z through its box's middle [°], Z first */
   rotation?: [number, number, number] | null;
+}
+
+/** Whether this viewer's edits are its own, or those of all. */
+export interface Own {
+  type: "own";
+  /** one of an edit's */
+  id: number;
+  own: boolean;
+  /** those of all become what its own were, which end */
+  share?: boolean;
 }
 
 /** The viewer has dealt with this frame and all before it. */
@@ -270,6 +280,8 @@ export interface Edits {
   edits: SceneEdits;
   /** the newest of this viewer's that was dealt with, 0: none */
   edit: number;
+  /** they are this viewer's own, which nobody else sees */
+  own: boolean;
 }
 
 /** All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give. What moves with time comes first: an edit of a light or an object is of what is there then. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */
@@ -319,6 +331,6 @@ export interface PickedPart {
   distance: number | null;
 }
 
-export type ViewerMessage = Hello | Pose | Settings | Edit | Ack;
+export type ViewerMessage = Hello | Pose | Settings | Edit | Own | Ack;
 
 export type ServerMessage = Welcome | SceneInfo | Edits | Status | ServerError;

@@ -5,6 +5,7 @@
 /**
  * @typedef {object} View
  * @property {import("./protocol.js").SceneInfo} scene
+ * @property {import("./messages.js").SceneEdits | null} edits  if they are the viewer's own
  * @property {number[]} matrix  camera to world, column-major
  * @property {number} yfov  vertical field of view [rad]
  * @property {number} near  what is less far in front of the camera is cut away [m]
@@ -14,9 +15,9 @@
 export class PickError extends Error {}
 
 /** @param {URL} api @param {View} view @param {[number, number]} pixel @returns {Promise<PickedPart>} rejects with PickError and words for the user */
-export async function pick(api, { scene, matrix, yfov, near, size }, pixel) {
+export async function pick(api, { scene, edits, matrix, yfov, near, size }, pixel) {
   const camera = { matrix, yfov_degrees: (yfov * 180) / Math.PI, near };
-  const body = JSON.stringify({ scene: scene.id, scene_options: scene.options, camera, size, pixel });
+  const body = JSON.stringify({ scene: scene.id, scene_options: scene.options, edits, camera, size, pixel });
   let answer;
   try {
     answer = await fetch(new URL("pick", api), { method: "POST", headers: { "Content-Type": "application/json" }, body });

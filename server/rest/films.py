@@ -46,7 +46,7 @@ async def add(wanted: FilmRequest, service: TheService, request: Request, respon
     scene = await service.catalogue.look_up(wanted.scene, wanted.scene_options)
     service.settings.check_render(wanted.size, wanted.settings, service.settings.max_pixels)
     frames, settings = wanted.frames()
-    edits = service.edited.of(scene)
+    edits = service.edits_of(scene, wanted.edits)
     render = Render(service.number(), scene, views[0], wanted.size, settings, "rgb", edits=edits)
     service.check_cost(render, frames, len(views))
     film = Film(views, wanted.film, service.settings.job_results_bytes, await _animations(service, scene))

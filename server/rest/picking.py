@@ -6,6 +6,7 @@ from fastapi import APIRouter, Request
 from pydantic import Field, FiniteFloat
 
 from gpu.errors import UserError
+from gpu.scene.edits import SceneEdits
 from gpu.scene.import_options import ImportOptions
 from server.addresses import client_network
 from server.errors import WITH_BODY, refusals
@@ -27,6 +28,9 @@ class PickRequest(Message):
         default=None, description="how its file is read; as the service does when not given"
     )
     camera: CameraChoice = Field(default=0, description="one of the scene's by index or name, or one of your own")
+    edits: SceneEdits | None = Field(
+        default=None, description="all that differs from its file; as all who look see it when not given"
+    )
     size: Size = Field(default=(1280, 720), description="width and height of the picture [px]")
     pixel: tuple[FiniteFloat, FiniteFloat] = Field(
         description="from the picture's top left [px]; pixels' centres are at halves"
@@ -43,7 +47,7 @@ class PickRequest(Message):
 
 @router.post("/pick", operation_id="pick")
 async def pick(wanted: PickRequest, request: Request, service: TheService) -> PickedPart:
-    """What a camera sees at a pixel of its picture: object, material, light, and where; as the scene is edited now.
+    """What a camera sees at a pixel of its picture: object, material, light, and where; as the scene is edited.
 
     The scene is loaded for that.
     """
@@ -53,7 +57,7 @@ async def pick(wanted: PickRequest, request: Request, service: TheService) -> Pi
     if not service.engines.ready:
         raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
     await service.residency.open(ref)
-    job = Pick(ref, view_of(wanted.camera), wanted.size, place, service.edited.of(ref))
+    job = Pick(ref, view_of(wanted.camera), wanted.size, place, service.edits_of(ref, wanted.edits))
     try:
         async with asyncio.timeout(service.settings.max_wait_seconds):
             reply = await service.engines.submit(STILLS, ref, Urgency.STILL, lambda: job)

@@ -45,7 +45,9 @@ async def render(
             "POST it to /api/v1/jobs instead"
         )
     # Frames that are averaged are kept by viewer number; a lone one needs no number of its own.
-    job = request.render(STILLS if frames == 1 else service.number(), scene, output, service.edited.of(scene))
+    job = request.render(
+        STILLS if frames == 1 else service.number(), scene, output, service.edits_of(scene, request.edits)
+    )
     service.check_cost(job, frames)
     began = monotonic()
     done, image = await _still(service, job, frames)

@@ -23,6 +23,9 @@ class PictureRequest(Message):
     scene_options: ImportOptions | None = Field(
         default=None, description="how its file is read; as the service does when not given"
     )
+    edits: SceneEdits | None = Field(
+        default=None, description="all that differs from its file; as all who look see it when not given"
+    )
     size: Size = Field(default=(1280, 720), description="width and height [px]")
     settings: RenderSettings = Field(
         default=RenderSettings(),

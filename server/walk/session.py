@@ -72,7 +72,7 @@ class Session:
         self._video_choice = VideoChoice(now)
         self._video = 0  # pictures of it that were asked for
         self._settings_id = 0
-        self._edits = NO_EDITS
+        self._edits, self._own = NO_EDITS, False
         self._pose: Pose | None = None
         self._scaler = ResolutionScaler()
         self._now = now
@@ -132,15 +132,21 @@ class Session:
         self._restart()
         self._touch()
 
-    def edit(self, edits: SceneEdits) -> None:
-        """The scene differs by these from its file from now on: it looks different."""
-        self._edits = edits
+    def edit(self, edits: SceneEdits, *, own: bool = False) -> bool:
+        """The scene differs by these from its file from now on, own: for this viewer alone; whether that is new.
+
+        Then it looks different.
+        """
+        if (self._edits, self._own) == (edits, own):
+            return False
+        self._edits, self._own = edits, own
         self._blocked = False
         self._touch()
+        return True
 
     def show(self, scene: SceneRef | None, edits: SceneEdits = NO_EDITS) -> None:
         """From now on this scene, from a pose that is yet to come; None while the next one is being opened."""
-        self.scene, self._edits = scene, edits
+        self.scene, self._edits, self._own = scene, edits, False
         self._pose = None
         self._scaler.restart()
         self._restart()
@@ -176,6 +182,7 @@ class Session:
             self._settings,
             "jpeg",
             edits=self._edits,
+            own=self._own,
         )
         if self._settings.method.refines_by_samples and self._settings.samples is None:
             render = replace(render, settings=self._settings.model_copy(update={"samples": SAMPLES_A_FRAME}))

@@ -33,6 +33,7 @@ from server.wire.browser import (
     ErrorCode,
     Hello,
     Limits,
+    Own,
     Pose,
     SceneInfo,
     Settings,
@@ -112,6 +113,7 @@ class Viewer:
         finally:
             self._service.engines.listeners.discard(self._news.set)
             self._service.edited.listeners.discard(self._edited)
+            self._service.edited.end_own(self._session.viewer)
             while not self._rendering.empty():
                 self._rendering.get_nowait()[2].cancel()
             self._service.metrics.windows.pop(self._session.viewer, None)
@@ -145,7 +147,7 @@ class Viewer:
                         self._times.acknowledged(message)
                     case Settings():
                         await self._change(message)
-                    case Edit():
+                    case Edit() | Own():
                         await self._edit(message)
                     case Hello():
                         raise UserError("type: hello was already said")
@@ -171,12 +173,19 @@ class Viewer:
             self._wanted = scene
             self._session.show(None)
 
-    async def _edit(self, message: Edit) -> None:
+    async def _edit(self, message: Edit | Own) -> None:
+        edited, viewer = self._service.edited, self._session.viewer
         try:
             if self._shown is None or self._wanted is not None:
                 raise UserError("no scene is open that could be edited")
-            self._service.check_edits(self._session.viewer)
-            self._service.edited.change(*self._shown, message.patch)
+            self._service.check_edits(viewer)
+            if isinstance(message, Edit):
+                edited.change(*self._shown, message.patch, viewer)
+            elif message.own:
+                edited.begin_own(self._shown[0], viewer)
+            else:
+                edited.end_own(viewer, share=message.share)
+            self._edited(self._shown[0])
         except (UserError, TooBusyError) as error:
             await self._fail(ErrorCode.EDIT_REFUSED, error)
         self._last_edit = message.id
@@ -185,9 +194,10 @@ class Viewer:
     def _edited(self, scene: SceneRef) -> None:
         """Somebody has edited a scene."""
         if self._shown is not None and self._shown[0] == scene == self._session.scene:
-            self._session.edit(self._service.edited.of(scene))
-            self._edits_changed.set()
-            self._stir()
+            edited, viewer = self._service.edited, self._session.viewer
+            if self._session.edit(edited.of(scene, viewer), own=edited.is_own(scene, viewer)):
+                self._edits_changed.set()
+                self._stir()
 
     @property
     def _scene_id(self) -> str | None:
@@ -257,6 +267,7 @@ class Viewer:
         self._wanted = None
         self._shown = shown
         if shown is not None:
+            self._service.edited.end_own(self._session.viewer)
             self._service.viewing[self._session.viewer] = shown[0]
             self._session.show(shown[0], self._service.edited.of(shown[0]))
             await self._socket.send(shown[1])
@@ -332,9 +343,9 @@ class Viewer:
             await self._edits_changed.wait()
             self._edits_changed.clear()
             if self._shown is not None:
-                scene = self._shown[0]
-                edits = self._service.edited.of(scene)
-                await self._socket.send(Edits(scene=scene.id, edits=edits, edit=self._last_edit))
+                scene, edited, viewer = self._shown[0], self._service.edited, self._session.viewer
+                edits, own = edited.of(scene, viewer), edited.is_own(scene, viewer)
+                await self._socket.send(Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own))
             await asyncio.sleep(EDITS_SECONDS)
 
     def _status(self) -> Status:

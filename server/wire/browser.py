@@ -21,11 +21,16 @@ A session
                 acknowledges nothing for long is closed. age_ms: from the sending of the frame's pose until the
                 picture was shown, for the first frame of a pose; decode_ms: what decoding took of that.
     viewer  edit {id, patch}
-                lights and materials of the scene change for all who look at it; `patch` is a JSON Merge Patch (RFC
-                7396) of the edits.
-    server  edits {scene, edits, edit}
+                lights, materials and objects of the scene change, for all who look at it or for this viewer alone;
+                `patch` is a JSON Merge Patch (RFC 7396) of the edits.
+    viewer  own {id, own, share?}
+                its edits are its own from now on, until it changes scene or leaves: they begin as those of all, who do
+                not see them, nor it what all change; or they are those of all again, which with `share` become what
+                its own were.
+    server  edits {scene, edits, edit, own}
                 after each scene, and when somebody has edited it: all that differs from its file; `edit` is the newest
-                of this viewer's that was dealt with, also if it was refused. The next frame shows it.
+                id of this viewer's `edit` and `own` that was dealt with, also if it was refused. The next frame shows
+                it.
     viewer  settings {id, scene?, scene_options?, size?, settings?, stream?}
                 what is left out stays as it is; `settings`, `stream` and `scene_options` are replaced as a whole (what
                 they leave out gets its default). The newest pose is rendered again. After a change of scene, or of how
@@ -157,11 +162,20 @@ class ScenePatch(Moment):
 
 
 class Edit(Message):
-    """A change of the scene itself, for all who look at it."""
+    """A change of the scene itself, for all who look at it, or for a viewer that has edits of its own."""
 
     type: Literal["edit"]
     id: Id
     patch: ScenePatch
+
+
+class Own(Message):
+    """Whether this viewer's edits are its own, or those of all."""
+
+    type: Literal["own"]
+    id: Id = Field(description="one of an edit's")
+    own: bool
+    share: bool = Field(False, description="those of all become what its own were, which end")
 
 
 class Ack(Message):
@@ -174,8 +188,9 @@ class Ack(Message):
     broken: bool = Field(False, description="it could not be decoded: the next picture of the video needs no other")
 
 
-ViewerMessage = Annotated[Hello | Pose | Settings | Edit | Ack, Field(discriminator="type")]
-_viewer_message: TypeAdapter[Hello | Pose | Settings | Edit | Ack] = TypeAdapter(ViewerMessage)
+AnyViewerMessage = Hello | Pose | Settings | Edit | Own | Ack
+ViewerMessage = Annotated[AnyViewerMessage, Field(discriminator="type")]
+_viewer_message: TypeAdapter[AnyViewerMessage] = TypeAdapter(ViewerMessage)
 
 
 # --- server to viewer ------------------------------------------------------------------------------------------------
@@ -340,6 +355,7 @@ class Edits(Message):
     scene: str
     edits: SceneEdits
     edit: int = Field(0, description="the newest of this viewer's that was dealt with, 0: none")
+    own: bool = Field(False, description="they are this viewer's own, which nobody else sees")
 
 
 class Status(Message):
@@ -376,7 +392,7 @@ def check_rigid(matrix: tuple[float, ...]) -> None:
         raise ValueError("must be a rotation and a translation, column after column, without scale or mirroring")
 
 
-def parse_viewer_message(text: str | bytes) -> Hello | Pose | Settings | Edit | Ack:
+def parse_viewer_message(text: str | bytes) -> AnyViewerMessage:
     """The typed message in a JSON text; UserError says which field is wrong and why."""
     try:
         return _viewer_message.validate_json(text)

@@ -130,8 +130,8 @@ class Render:
     sample: None is a frame by itself. Otherwise the frame is averaged with that many earlier ones of this view; 0
     starts anew. If the worker does not have those, it starts anew too, which Done.samples tells. walks: it is one of
     many on a viewer's way, so it may build on the one before; else it depends on nothing but what is said here. edits:
-    all that differs from the scene's file, so that no worker has to remember them. video: the picture's number in the
-    viewer's video; after one that was not the one before, it is a key frame.
+    all that differs from the scene's file, so that no worker has to remember them; own: for this viewer alone.
+    video: the picture's number in the viewer's video; after one that was not the one before, it is a key frame.
     """
 
     viewer: int
@@ -144,6 +144,7 @@ class Render:
     walks: bool = False
     quality: int = 85
     edits: SceneEdits = NO_EDITS
+    own: bool = False
     video: int = 0
     request: int = 0
     kind: Literal["render"] = "render"

@@ -187,8 +187,10 @@ class GpuBackend:
         return loaded
 
     @contextmanager
-    def _state(self, ref: SceneRef, edits: SceneEdits, viewer: int, report: Report) -> Iterator[LoadedScene]:
-        """A scene with `edits`, as long as something is rendered of it for a viewer."""
+    def _state(
+        self, ref: SceneRef, edits: SceneEdits, viewer: int, report: Report, *, own: bool = False
+    ) -> Iterator[LoadedScene]:
+        """A scene with `edits`, as long as something is rendered of it for a viewer; own: which nobody else sees."""
         with ExitStack() as used:
             with self._tasks.holding(ref):
                 loaded = self._loaded(ref, report)
@@ -196,7 +198,7 @@ class GpuBackend:
                     self._states.leave(viewer)
                 else:
                     make = partial(self._edited, loaded, edits, report)
-                    loaded = used.enter_context(self._states.using(ref, edits, viewer, make))
+                    loaded = used.enter_context(self._states.using(ref, edits, viewer, make, own=own))
             yield loaded
 
     def _edited(
@@ -243,7 +245,7 @@ class GpuBackend:
             return picked_part(self._scenes[job.scene].scene, state.device_scene, camera, job.place)
 
     def _picture(self, job: Render, report: Report) -> Picture:
-        with self._state(job.scene, job.edits, job.viewer, report) as loaded:
+        with self._state(job.scene, job.edits, job.viewer, report, own=job.own) as loaded:
             job = replace(job, edits=loaded.edits)  # the same object from now on: no part of it is compared again
             # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)

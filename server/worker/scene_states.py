@@ -16,6 +16,7 @@ from server.worker.loaded_scene import LoadedScene
 # with. Frames under way may need more for as long as they take.
 MOST_STATES = 2
 # A scene with these edits, made of a state that nobody needs any more if there is one that can become it.
+EVERYONE = None  # in place of a viewer whose states they are
 MakeState = Callable[[LoadedScene | None], LoadedScene]
 
 
@@ -33,12 +34,20 @@ class SceneStates:
 
     def __init__(self, dropped: Callable[[LoadedScene], None]) -> None:
         self._dropped = dropped
-        self._states: dict[SceneRef, list[_State]] = {}  # in the order of their last use
+        # By whose they are, in the order of their last use.
+        self._states: dict[tuple[SceneRef, int | None], list[_State]] = {}
 
     @contextmanager
-    def using(self, ref: SceneRef, edits: SceneEdits, viewer: int, make: MakeState) -> Iterator[LoadedScene]:
-        """A scene with `edits` for a frame of a viewer, which no other frame changes meanwhile."""
-        states = self._states.setdefault(ref, [])
+    def using(
+        self, ref: SceneRef, edits: SceneEdits, viewer: int, make: MakeState, *, own: bool = False
+    ) -> Iterator[LoadedScene]:
+        """A scene with `edits` for a frame of a viewer, which no other frame changes meanwhile.
+
+        own: nobody else sees them, so that it has states of its own, which go once it sees what others see.
+        """
+        if not own:
+            self._close(ref, viewer)
+        states = self._states.setdefault((ref, viewer if own else EVERYONE), [])
         for other in states:
             other.users.discard(viewer)
         state = next((one for one in states if one.loaded.edits == edits), None) or self._made(states, viewer, make)
@@ -75,20 +84,28 @@ class SceneStates:
         return _State(loaded)
 
     def leave(self, viewer: int) -> None:
-        """Have a viewer look at none."""
+        """Have a viewer look at none, and free its own."""
+        for ref, owner in [*self._states]:
+            if owner == viewer:
+                self._close(ref, owner)
         for states in self._states.values():
             for state in states:
                 state.users.discard(viewer)
 
     def close(self, ref: SceneRef) -> None:
         """Free those of a scene."""
-        for state in self._states.pop(ref, []):
+        for scene, owner in [*self._states]:
+            if scene == ref:
+                self._close(ref, owner)
+
+    def _close(self, ref: SceneRef, owner: int | None) -> None:
+        for state in self._states.pop((ref, owner), []):
             self._dropped(state.loaded)
 
     def clear(self) -> None:
         """Free all of them."""
-        for ref in [*self._states]:
-            self.close(ref)
+        for ref, owner in [*self._states]:
+            self._close(ref, owner)
 
     def __len__(self) -> int:
         return sum(map(len, self._states.values()))

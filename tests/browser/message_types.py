@@ -8,10 +8,23 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from server.wire.browser import Ack, Edit, Edits, Error, Hello, PickedPart, Pose, SceneInfo, Settings, Status, Welcome
+from server.wire.browser import (
+    Ack,
+    Edit,
+    Edits,
+    Error,
+    Hello,
+    Own,
+    PickedPart,
+    Pose,
+    SceneInfo,
+    Settings,
+    Status,
+    Welcome,
+)
 
 FILE = Path(__file__).parents[2] / "web" / "messages.d.ts"
-TO_SERVER = (Hello, Pose, Settings, Edit, Ack)
+TO_SERVER = (Hello, Pose, Settings, Edit, Own, Ack)
 TO_VIEWER = (Welcome, SceneInfo, Edits, Status, Error)
 ANSWERS = (PickedPart,)  # to requests, over REST
 # Names that mean something else in a browser.

@@ -10,6 +10,8 @@ from looking import pixel, wait_for
 from playwright.sync_api import Browser, Page, expect
 from staged import FRONT, Stage, visit
 
+from gpu.scene.edits import NO_EDITS
+
 
 @pytest.fixture
 def stage(page: Page, gradients: Running) -> Stage:
@@ -45,6 +47,27 @@ def test_what_one_does_all_see(page: Page, browser: Browser, gradients: Running)
         wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
         other.get_by_role("button", name="All as the file says").click()
         wait_for(page, lambda: pixel(page, 0.9)[0] > 200)
+
+
+def test_what_one_does_alone_others_see_once_it_is_shared(page: Page, browser: Browser, gradients: Running) -> None:
+    with closing(browser.new_context(viewport={"width": 800, "height": 600})) as context:
+        other = context.new_page()
+        for one in (page, other):
+            one.goto(str(gradients.http.base_url))
+            expect(one.locator("body[data-picture]")).to_be_attached()
+            one.keyboard.press("KeyG")
+        page.get_by_label("changes for me alone").check()
+        page.get_by_label("lamp", exact=True).click()
+        wait_for(page, lambda: pixel(page, 0.9)[0] < 30)
+        other.get_by_label("Intensity of lamp").fill("25")  # a quarter as bright, which only others see
+        wait_for(other, lambda: 30 < pixel(other, 0.9)[0] < 100)
+        expect(other.get_by_label("lamp", exact=True)).to_be_checked()
+        expect(page.get_by_label("Intensity of lamp")).to_have_value("50")
+        page.get_by_role("button", name="Show mine to all").click()
+        wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
+        expect(page.get_by_label("changes for me alone")).not_to_be_checked()
+        page.get_by_role("button", name="All as the file says").click()
+        wait_for(other, lambda: pixel(other, 0.9)[0] > 200)
 
 
 def test_a_slider_that_is_dragged_is_one_step(page: Page, stage: Stage) -> None:
@@ -114,7 +137,7 @@ def test_a_refused_edit_is_said_and_taken_back(page: Page, stage: Stage) -> None
     expect(page.get_by_label("lamp", exact=True)).not_to_be_checked()
     number = stage.hear("edit")["id"]
     stage.say("error", code="edit-refused", message="this server takes no edits of its scenes")
-    stage.say("edits", scene="cornell-box", edits={"lights": {}, "materials": {}, "objects": {}}, edit=number)
+    stage.say("edits", scene="cornell-box", edits=NO_EDITS.model_dump(), edit=number, own=False)
     expect(page.get_by_label("lamp", exact=True)).to_be_checked()
     expect(page.locator("#toast")).to_contain_text("takes no edits")
 

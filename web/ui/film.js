@@ -16,7 +16,7 @@ import { download } from "./share.js";
  * @property {() => View} view  of now
  * @property {(view: View, name: string) => void} go
  * @property {(way: import("../viewer/camera-path.js").CameraPath | null) => void} fly  along it, or no more
- * @property {() => {scene_options?: unknown, settings?: Readonly<Record<string, unknown>>}} wanted  of the session
+ * @property {() => {scene_options?: unknown, edits?: unknown, settings?: Readonly<Record<string, unknown>>}} wanted  of the session
  */
 
 export class FilmSection {
@@ -148,8 +148,8 @@ export class FilmSection {
 
   #wanted() {
     if (!this.#scene || this.#stops.length < 2) return null;
-    const { scene_options, settings = {} } = this.#events.wanted();
-    const wanted = { scene: this.#scene.id, scene_options, path: pathOf(this.#stops, this.#scene) };
+    const { scene_options, edits, settings = {} } = this.#events.wanted();
+    const wanted = { scene: this.#scene.id, scene_options, edits, path: pathOf(this.#stops, this.#scene) };
     return { name: this.#scene.name, wanted, settings };
   }
 }

@@ -24,6 +24,7 @@ import { Sheet } from "./sheet.js";
 /**
  * @typedef {object} MixerEvents
  * @property {(id: number, patch: ScenePatch) => void} send
+ * @property {(id: number, own: boolean, share: boolean) => void} own  edits are this viewer's own, or those of all
  * @property {() => number[]} camera  its place, column-major, camera to world
  * @property {() => void} redraw  asks for `draw`
  */
@@ -40,7 +41,11 @@ export class Mixer {
   #undo = button("undo");
   #redo = button("redo");
   #reset = button("edits-reset");
+  #own = byId("edits-own", HTMLInputElement);
+  #share = button("edits-share");
   #export = byId("export", HTMLAnchorElement);
+  /** @type {string | null} */
+  #address = null;
   #events;
   #history;
   #materials;
@@ -59,7 +64,7 @@ export class Mixer {
   /** @param {MixerEvents} events */
   constructor(events) {
     this.#events = events;
-    this.#history = new EditHistory(events.send, () => this.#show());
+    this.#history = new EditHistory(events.send, events.own, () => this.#show());
     this.#materials = new MaterialFields((id, edit, what) => {
       this.#history.edit({ materials: { [id]: edit } }, `${id}/${what}`);
     });
@@ -81,6 +86,8 @@ export class Mixer {
     this.#material.addEventListener("change", () => this.#show());
     this.#undo.addEventListener("click", () => this.#history.undo());
     this.#redo.addEventListener("click", () => this.#history.redo());
+    this.#own.addEventListener("change", () => this.#history.setOwn(this.#own.checked));
+    this.#share.addEventListener("click", () => this.#history.setOwn(false, true));
     this.#reset.addEventListener("click", () => this.#history.reset());
     this.sheet.onShow = (open) => {
       this.#overlay.toggleAttribute("hidden", !open);
@@ -101,14 +108,21 @@ export class Mixer {
     return !button("toggle-mixer").hidden;
   }
 
-  /** Where the scene can be downloaded; null where it cannot. @param {string | null} address */
+  /** Where the scene can be downloaded, as all see it; null where it cannot. @param {string | null} address */
   set download(address) {
-    this.#export.hidden = address === null;
+    this.#address = address;
     if (address !== null) this.#export.href = address;
+    this.#show();
+  }
+
+  /** All that differs, if that is this viewer's own; null where it sees what all see. */
+  get ownEdits() {
+    return this.#history.own ? this.#history.edits : null;
   }
 
   /** A scene is there. @param {SceneInfo} scene */
   scene(scene) {
+    const stays = this.#scene?.id === scene.id && JSON.stringify(this.#scene.options) === JSON.stringify(scene.options);
     this.#scene = scene;
     this.#chosen = null;
     this.#rows = scene.lights.map((light, number) => this.#row(light, number));
@@ -121,12 +135,12 @@ export class Mixer {
     this.#materials.materials = scene.materials;
     const { min, max } = scene.bounds;
     this.#step.value = String(stepIn(Math.hypot(max[0] - min[0], max[1] - min[1], max[2] - min[2])));
-    this.#history.restart();
+    this.#history.restart(stays);
   }
 
   /** The server says what differs. @param {import("../messages.js").Edits} message */
-  told({ edits, edit }) {
-    this.#history.told(edits, edit);
+  told(message) {
+    this.#history.told(message);
   }
 
   /** What was pointed at is chosen. @param {PickedPart} part */
@@ -197,6 +211,11 @@ export class Mixer {
     this.#objects.show(this.#object.value, objects[this.#object.value]);
     this.#undo.disabled = !this.#history.canUndo;
     this.#redo.disabled = !this.#history.canRedo;
+    const { own } = this.#history;
+    this.#own.checked = own;
+    this.#share.hidden = !own;
+    text("own-hint").textContent = own ? "Only you see these changes, and none of others." : "All who look at this scene see these changes.";
+    this.#export.hidden = this.#address === null || own;
     this.#reset.disabled = time === null && [lights, materials, objects].every((parts) => Object.keys(parts).length === 0);
     this.#marks.show(
       this.#rows.flatMap((row) => {

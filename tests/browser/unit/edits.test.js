@@ -7,6 +7,8 @@ import { EditHistory } from "../../../web/edits.js";
 
 /** @type {{id: number, patch: ScenePatch}[]} */
 let sent = [];
+/** @type {[number, boolean, boolean][]} */
+let owned = [];
 /** @type {EditHistory} */
 let history;
 
@@ -15,8 +17,12 @@ beforeEach((context) => {
   timers.reset();
   timers.enable({ apis: ["setTimeout"] });
   sent = [];
-  history = new EditHistory((id, patch) => sent.push({ id, patch }), () => {});
+  owned = [];
+  history = new EditHistory((id, patch) => sent.push({ id, patch }), (...asked) => owned.push(asked), () => {});
 });
+
+/** The server says what differs. @param {unknown} edits @param {number} edit @param {boolean} [own] */
+const told = (edits, edit, own = false) => history.told(/** @type {any} */ ({ edits, edit, own }));
 
 /** @param {number} intensity @returns {ScenePatch} */
 const lamp = (intensity) => ({ lights: { lamp: { intensity } } });
@@ -27,11 +33,11 @@ test("what is on its way stays over what the server says", (context) => {
   history.edit(lamp(1), "drag");
   history.edit(lamp(2), "drag");
   assert.deepEqual(sent, [{ id: 1, patch: lamp(1) }]);
-  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} }), 1);
+  told({ lights: { lamp: { intensity: 1 } }, materials: {}, objects: {} }, 1);
   assert.equal(shown(), 2);
   context.mock.timers.tick(50);
   assert.deepEqual(sent.at(-1), { id: 2, patch: lamp(2) });
-  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 7 } }, materials: {}, objects: {} }), 2);
+  told({ lights: { lamp: { intensity: 7 } }, materials: {}, objects: {} }, 2);
   assert.equal(shown(), 7);
 });
 
@@ -56,22 +62,22 @@ test("a gesture is undone as one, and done again", () => {
 
 test("an undo leaves what others did elsewhere", () => {
   history.edit(lamp(2));
-  history.told(/** @type {any} */ ({ lights: { lamp: { intensity: 2, on: false }, sky: { on: false } }, materials: {}, objects: {} }), 1);
+  told({ lights: { lamp: { intensity: 2, on: false }, sky: { on: false } }, materials: {}, objects: {} }, 1);
   history.undo();
   assert.deepEqual(JSON.parse(JSON.stringify(history.edits.lights)), { lamp: { on: false }, sky: { on: false } });
 });
 
 test("after a new start nothing is left", () => {
   history.edit(lamp(2));
-  history.restart();
+  history.restart(false);
   assert.deepEqual([history.canUndo, shown()], [false, undefined]);
 });
 
 test("what is on its way in another scene is not taken for what was sent in the one before", () => {
   history.edit(lamp(2));
-  history.restart();
+  history.restart(false);
   history.edit(lamp(3));
-  history.told({ time: null, animation: null, lights: {}, materials: {}, objects: {} }, 1);
+  told({ time: null, animation: null, lights: {}, materials: {}, objects: {} }, 1);
   assert.equal(shown(), 3);
 });
 
@@ -83,4 +89,30 @@ test("what is set is sent, and no step to be undone", () => {
   assert.deepEqual([shown(), history.edits.time, history.canUndo], [undefined, 1.5, false]);
   history.reset();
   assert.equal(history.edits.time, null);
+});
+
+test("edits are this viewer's own from when it asks, whatever others do, and nothing before can be undone", () => {
+  history.edit(lamp(1));
+  history.setOwn(true);
+  assert.deepEqual([owned, history.own, history.canUndo], [[[2, true, false]], true, false]);
+  told({ lights: {}, materials: {}, objects: {} }, 1);
+  assert.equal(history.own, true); // the server does not know yet
+  told({ lights: {}, materials: {}, objects: {} }, 2, false); // and refuses
+  assert.equal(history.own, false);
+  history.setOwn(false, true);
+  assert.deepEqual(owned.at(-1), [3, false, true]);
+});
+
+test("own edits of a scene outlast a connection", (context) => {
+  history.setOwn(true);
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 1, true);
+  history.restart(true);
+  told({ lights: { sky: { on: false } }, materials: {}, objects: {} }, 0);
+  assert.deepEqual(owned.at(-1), [2, true, false]);
+  context.mock.timers.tick(50);
+  assert.deepEqual(sent.at(-1)?.patch.lights, { lamp: { intensity: 3 }, sky: { on: null } });
+  told({ lights: { lamp: { intensity: 3 } }, materials: {}, objects: {} }, 3, true);
+  history.restart(false);
+  told({ lights: {}, materials: {}, objects: {} }, 0);
+  assert.deepEqual([history.own, shown()], [false, undefined]);
 });

@@ -9,7 +9,7 @@ afterEach(() => (globalThis.fetch = fetch));
 const API = new URL("http://here/walk/api/v1/");
 const OPTIONS = { up: "z" };
 const VIEW = /** @type {import("../../../web/picking.js").View} */ (/** @type {unknown} */ ({
-  scene: { id: "rooms/hall.glb", options: OPTIONS }, matrix: [1], yfov: Math.PI / 2, near: 0.5, size: [80, 40],
+  scene: { id: "rooms/hall.glb", options: OPTIONS }, edits: null, matrix: [1], yfov: Math.PI / 2, near: 0.5, size: [80, 40],
 }));
 const NOTHING = { object: null, material: null, light: null, point: null, distance: null };
 
@@ -28,7 +28,7 @@ test("the server is asked for a pixel of the view", async () => {
   const asked = answer(200, NOTHING);
   assert.deepEqual(await pick(API, VIEW, [20, 10]), NOTHING);
   const camera = { matrix: [1], yfov_degrees: 90, near: 0.5 };
-  const body = { scene: "rooms/hall.glb", scene_options: OPTIONS, camera, size: [80, 40], pixel: [20, 10] };
+  const body = { scene: "rooms/hall.glb", scene_options: OPTIONS, edits: null, camera, size: [80, 40], pixel: [20, 10] };
   assert.deepEqual(asked, [{ url: "http://here/walk/api/v1/pick", body }]);
 });
 

@@ -28,6 +28,18 @@ def test_what_was_hidden_is_not_picked(running: Running) -> None:
     assert pick(running, LEFT).json()["object"] == "chair"
 
 
+def test_a_client_can_have_edits_of_its_own(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    hidden = {**LEFT, "edits": {"objects": {"chair": {"visible": False}}}}
+    assert pick(running, hidden).json()["object"] is None
+    assert pick(running, LEFT).json()["object"] == "chair"
+    still = {"size": [64, 36]}
+    dark = {**still, "edits": {"lights": {"lamp": {"on": False}}}}
+    pictures = [running.http.post("/api/v1/render", json=body).content for body in (still, dark)]
+    assert pictures[0] != pictures[1]
+    monkeypatch.setattr(running.service, "settings", running.service.settings.model_copy(update={"edits": False}))
+    assert pick(running, hidden).status_code == 403
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [

@@ -3,6 +3,7 @@ import pytest
 from gpu.errors import UserError
 from gpu.scene.edits import NO_EDITS, LightEdit, SceneEdits
 from gpu.scene.parts import LightForm
+from server.refusals import TooBusyError
 from server.scenes.scene_edits import MOST_EDITED, EditedScenes
 from server.wire.browser import AnimationInfo, Bounds, LightInfo, SceneInfo, ScenePatch
 from server.wire.worker import SceneRef
@@ -52,3 +53,36 @@ def test_a_time_needs_an_animation() -> None:
     with pytest.raises(UserError, match=r"^time: the scene has no animations$"):
         scenes.change(HALL, INFO, ScenePatch(time=1.0))
     assert scenes.change(HALL, walks, ScenePatch(time=1.0)) == SceneEdits(time=1.0)
+
+
+def test_edits_of_a_viewer_begin_as_those_of_all_and_others_neither_see_nor_hear_of_them() -> None:
+    scenes, told = EditedScenes(), []
+    scenes.change(HALL, INFO, OFF, viewer=1)
+    scenes.listeners.add(told.append)
+    scenes.begin_own(HALL, 1)
+    assert scenes.of(HALL, 1) == scenes.of(HALL, 2) == scenes.of(HALL) != NO_EDITS
+    scenes.change(HALL, INFO, ScenePatch(lights=None), viewer=1)
+    assert (scenes.of(HALL, 1), scenes.of(HALL, 2).lights) == (NO_EDITS, {"lamp": LightEdit(on=False)})
+    assert (scenes.is_own(HALL, 1), scenes.is_own(HALL, 2), told) == (True, False, [])
+    scenes.end_own(1)
+    assert scenes.of(HALL, 1) == scenes.of(HALL)
+
+
+def test_edits_of_a_viewer_can_become_those_of_all() -> None:
+    scenes, told = EditedScenes(), []
+    scenes.listeners.add(told.append)
+    scenes.begin_own(HALL, 1)
+    scenes.change(HALL, INFO, OFF, viewer=1)
+    scenes.end_own(1, share=True)
+    assert scenes.of(HALL).lights == {"lamp": LightEdit(on=False)}
+    assert told == [HALL]
+
+
+def test_few_viewers_have_edits_of_their_own() -> None:
+    scenes = EditedScenes(most_own=1)
+    scenes.begin_own(HALL, 1)
+    scenes.begin_own(HALL, 1)
+    with pytest.raises(TooBusyError, match="1 viewers have edits of their own, as many as may"):
+        scenes.begin_own(HALL, 2)
+    scenes.end_own(1)
+    scenes.begin_own(HALL, 2)

@@ -1,6 +1,8 @@
-"""What the stream does with those who ask for too much."""
+"""What the stream does with those who ask for too much, and with edits."""
 
 import json
+import os
+import signal
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -8,6 +10,7 @@ from threading import Event, Thread
 from typing import Any
 
 import pytest
+import simplejpeg
 from harness import IDENTITY, Running, Walker
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
@@ -115,3 +118,95 @@ def test_nobody_is_let_in_while_the_service_stops(serve: Callable[..., Running],
     response = running.http.get("/api/v1/scenes")
     assert (response.status_code, response.json()["code"]) == (503, "stopping")
     assert "Retry-After" in response.headers
+
+
+def brightest(frame: tuple[object, bytes]) -> int:
+    """The red of a picture's right end, which the lamp lights."""
+    return int(simplejpeg.decode_jpeg(frame[1])[18, -2, 0])
+
+
+def moving(walker: Walker) -> int:
+    """How bright the next frame is."""
+    frame = walker.frame()
+    walker.send("ack", frame=frame[0].frame)
+    return brightest(frame)
+
+
+def test_an_edit_shows_in_the_next_frame_of_all_who_look(serve: Callable[..., Running], visit: Visit) -> None:
+    running = serve()
+    walkers = [visit(running), visit(running)]
+    for walker in walkers:
+        walker.hello()
+        none = {"time": None, "animation": None, "lights": {}, "materials": {}, "objects": {}}
+        assert walker.word("edits") == {"type": "edits", "scene": "cornell-box", "edits": none, "edit": 0, "own": False}
+        walker.pose(1)
+        assert moving(walker) > 200
+    walkers[0].send("edit", id=3, patch={"lights": {"lamp": {"on": False}}})
+    for walker, edit in zip(walkers, (3, 0), strict=True):
+        told = walker.word("edits")
+        assert (told["edits"]["lights"]["lamp"]["on"], told["edit"]) == (False, edit)
+        while moving(walker) > 50:  # those of before, that were on their way
+            pass
+    os.kill(running.service.engines.engines[0].worker_pid or 0, signal.SIGKILL)
+    walkers[1].word("status", state="recovering")
+    walkers[1].pose(2, x=0.5)
+    while (shown := walkers[1].frame())[0].pose < 2:
+        pass
+    assert brightest(shown) < 50
+    late = visit(running)
+    late.hello()
+    assert late.word("edits")["edits"]["lights"]["lamp"]["on"] is False
+
+
+def test_edits_of_a_viewers_own_are_seen_by_nobody_else_until_it_shares_them(
+    serve: Callable[..., Running], visit: Visit
+) -> None:
+    running = serve(max_own_edits=1)
+    walkers = [visit(running), visit(running)]
+    for walker in walkers:
+        walker.hello()
+        walker.word("edits")
+        walker.pose(1)
+        assert moving(walker) > 200
+    mine, other = walkers
+    mine.send("own", id=1, own=True)
+    told = mine.word("edits")
+    assert (told["own"], told["edit"]) == (True, 1)
+    other.send("own", id=1, own=True)
+    assert "as many as may" in other.word("error", code="edit-refused")["message"]
+    mine.send("edit", id=2, patch={"lights": {"lamp": {"on": False}}})
+    while moving(mine) > 50:
+        pass
+    other.pose(2, x=0.5)
+    while (shown := other.frame())[0].pose < 2:
+        pass
+    assert brightest(shown) > 200
+    assert running.http.get("/api/v1/scenes/cornell-box").json()["edits"]["lights"] == {}
+    mine.send("own", id=3, own=False, share=True)
+    while moving(other) > 50:
+        pass
+    assert running.http.get("/api/v1/scenes/cornell-box").json()["edits"]["lights"]["lamp"]["on"] is False
+
+
+def test_a_bad_edit_changes_nothing_and_says_why(running: Running, visit: Visit) -> None:
+    walker = visit(running)
+    walker.hello()
+    walker.word("edits")
+    walker.send("edit", id=1, patch={"lights": {"moon": {"on": False}}})
+    error = walker.word("error", code="edit-refused")
+    assert error["message"] == "lights.moon: the scene has no such light; it has lamp"
+    assert walker.word("edits")["edit"] == 1
+    walker.send("edit", id=2, patch={"lights": {"lamp": {"intensity": -1}}})
+    assert "patch.lights.lamp.intensity" in walker.word("error", code="bad-message")["message"]
+
+
+def test_a_service_may_take_no_edits(serve: Callable[..., Running], visit: Visit) -> None:
+    running = serve(edits=False)
+    walker = visit(running)
+    walker.send("hello", protocol=PROTOCOL, size=[64, 36])
+    assert walker.word("welcome")["takes_edits"] is False
+    walker.word("edits")
+    walker.send("edit", id=1, patch={"lights": {"lamp": {"on": False}}})
+    assert walker.word("error")["message"] == "this server takes no edits of its scenes"
+    answer = running.http.patch("/api/v1/scenes/cornell-box", json={})
+    assert (answer.status_code, answer.json()["code"]) == (403, "forbidden")

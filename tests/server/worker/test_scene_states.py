@@ -38,12 +38,12 @@ class Shown:
 
         return make
 
-    def using(self, viewer: int, number: int, *, fits: bool = True) -> Any:
+    def using(self, viewer: int, number: int, *, fits: bool = True, own: bool = False) -> Any:
         edits = edits_of(number)
-        return self.states.using(BOX, edits, viewer, self._make(edits, fits=fits))
+        return self.states.using(BOX, edits, viewer, self._make(edits, fits=fits), own=own)
 
-    def show(self, viewer: int, number: int, *, fits: bool = True) -> LoadedScene:
-        with self.using(viewer, number, fits=fits) as state:
+    def show(self, viewer: int, number: int, *, fits: bool = True, own: bool = False) -> LoadedScene:
+        with self.using(viewer, number, fits=fits, own=own) as state:
             assert state.edits == edits_of(number)
         return cast("LoadedScene", state)
 
@@ -116,3 +116,14 @@ def test_closed_scenes_leave_nothing(shown: Shown) -> None:
     shown.show(2, 1)
     shown.states.clear()
     assert (shown.dropped, len(shown.states)) == (2, 0)
+
+
+def test_each_viewer_with_edits_of_its_own_has_a_state_that_goes_with_them(shown: Shown) -> None:
+    viewers = range(1, 6)
+    states = [shown.show(viewer, 100 * viewer, own=True) for viewer in viewers]
+    for viewer, state in zip(viewers, states, strict=True):
+        assert shown.show(viewer, 100 * viewer + 1, own=True) is state
+    assert (shown.made, shown.dropped, len(shown.states)) == (5, 0, 5)
+    assert shown.show(1, 301) is not states[2]
+    shown.states.leave(2)
+    assert (shown.dropped, len(shown.states)) == (2, 4)
