@@ -2,7 +2,7 @@
 
 import asyncio
 import ssl
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from time import monotonic
 
@@ -38,20 +38,55 @@ _scenes = TypeAdapter(list[_Scene])
 
 
 @dataclass(frozen=True)
-class _Answers:
+class Answers:
     """What a replica said last: its scenes, whether each is on a device, and viewers for each device."""
 
-    scenes: dict[str, bool]
+    scenes: Mapping[str, bool]
     viewers: int
-    workers: int
+    workers: int = 1
 
 
 @dataclass
 class _Sent:
-    """What a replica was sent: newcomers since it was asked, and scenes that it has to load, with the time of each."""
+    """What a replica was sent: newcomers since it was heard, and scenes that it has to load, with the time of each."""
 
     viewers: int = 0
     loading: dict[str, float] = field(default_factory=dict)
+
+
+class Roster:
+    """What is known of replicas that can render, by their names; no I/O here."""
+
+    def __init__(self, now: Callable[[], float] = monotonic) -> None:
+        self.answers: Mapping[str, Answers] = {}
+        self._sent: dict[str, _Sent] = {}
+        self._now = now
+
+    def hear(self, answers: Mapping[str, Answers]) -> None:
+        """Of all that can render now; newcomers that were sent to one count until it says something new."""
+        for name, said in answers.items():
+            if said is self.answers.get(name):
+                continue
+            sent = self._sent.get(name, _Sent())
+            there = [scene for scene, loaded in said.scenes.items() if loaded]
+            self._sent[name] = _Sent(loading=still_loading(sent.loading, there, self._now()))
+        self.answers = answers
+
+    def choose(self, scene: str, names: Sequence[str]) -> str:
+        """Of `names`, that for one more viewer of a scene: where it is on a device, then where fewest viewers are. One
+        that loads another scene is spared where there is one that does not.
+        """
+        name = names[choose([self._candidate(name, scene) for name in names])]
+        self._sent[name].viewers += 1
+        if not self.answers[name].scenes[scene]:
+            self._sent[name].loading.setdefault(scene, self._now())
+        return name
+
+    def _candidate(self, name: str, scene: str) -> Candidate:
+        answers, sent = self.answers[name], self._sent[name]
+        clients = round((answers.viewers + sent.viewers) / answers.workers)
+        holds = answers.scenes[scene] or scene in sent.loading
+        return Candidate(EngineState.READY, holds, has_room=True, loads=bool(sent.loading), clients=clients, busy=0.0)
 
 
 class Replicas:
@@ -63,35 +98,24 @@ class Replicas:
         self._headers = {"Accept-Encoding": "identity"} | ({"Authorization": f"Bearer {token}"} if token else {})
         self._tls = ssl.create_default_context()
         self._lock = asyncio.Lock()
-        self._answers: dict[str, _Answers] = {}
-        self._sent = {url: _Sent() for url in urls}
+        self._roster = Roster(now)
         self._known_until = -1.0
 
     async def choose(self, scene: str) -> str:
-        """The path prefix of a replica for a viewer of a scene: where it is on a device, then where fewest viewers are.
+        """The path prefix of a replica for a viewer of a scene, as `Roster.choose` has it.
 
-        A replica that loads another scene is spared where there is one that does not. Raises WorkerLostError where none
-        can render, UnknownSceneError where those that can have no such scene.
+        Raises WorkerLostError where none can render, UnknownSceneError where those that can have no such scene.
         """
         async with self._lock:
             if self._now() >= self._known_until:
                 await self._ask_all()
-        if not self._answers:
+        answers = self._roster.answers
+        if not answers:
             raise WorkerLostError(f"none of the {len(self._urls)} replicas can render now; try again later")
-        fit = [url for url in self._urls if url in self._answers and scene in self._answers[url].scenes]
+        fit = [url for url in answers if scene in answers[url].scenes]
         if not fit:
             raise UnknownSceneError(f"scene: there is no {scene!r} at any replica that can render now")
-        url = fit[choose([self._candidate(url, scene) for url in fit])]
-        self._sent[url].viewers += 1
-        if not self._answers[url].scenes[scene]:
-            self._sent[url].loading.setdefault(scene, self._now())
-        return replica_prefix(url)
-
-    def _candidate(self, url: str, scene: str) -> Candidate:
-        answers, sent = self._answers[url], self._sent[url]
-        clients = round((answers.viewers + sent.viewers) / answers.workers)
-        holds = answers.scenes[scene] or scene in sent.loading
-        return Candidate(EngineState.READY, holds, has_room=True, loads=bool(sent.loading), clients=clients, busy=0.0)
+        return replica_prefix(self._roster.choose(scene, fit))
 
     async def _ask_all(self) -> None:
         # trust_env: neither proxies nor passwords of the environment are used.
@@ -100,14 +124,10 @@ class Replicas:
             headers=self._headers, verify=self._tls, limits=limits, trust_env=False, follow_redirects=False
         ) as client:
             found = await asyncio.gather(*(self._ask(client, url) for url in self._urls))
-        self._answers = {url: answers for url, answers in zip(self._urls, found, strict=True) if answers is not None}
+        self._roster.hear({url: said for url, said in zip(self._urls, found, strict=True) if said is not None})
         self._known_until = self._now() + KNOWN_SECONDS
-        for url, answers in self._answers.items():
-            loading = {it: at for it, at in self._sent[url].loading.items() if it in answers.scenes}
-            loaded = [it for it, there in answers.scenes.items() if there]
-            self._sent[url] = _Sent(loading=still_loading(loading, loaded, self._now()))
 
-    async def _ask(self, client: httpx.AsyncClient, url: str) -> _Answers | None:
+    async def _ask(self, client: httpx.AsyncClient, url: str) -> Answers | None:
         """What a replica says; None where it cannot render, or does not answer as it should."""
         try:
             async with asyncio.timeout(ASK_SECONDS):
@@ -116,7 +136,7 @@ class Replicas:
         except (httpx.HTTPError, TimeoutError, ValidationError):
             return None
         workers = sum(it.status == EngineState.READY for it in readiness.workers)
-        return _Answers({it.id: it.loaded for it in scenes}, readiness.viewers, max(workers, 1))
+        return Answers({it.id: it.loaded for it in scenes}, readiness.viewers, max(workers, 1))
 
 
 async def _read(client: httpx.AsyncClient, url: str) -> bytes:

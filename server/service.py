@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Protocol
 
 from fastapi import Depends
 from starlette.requests import HTTPConnection
@@ -33,6 +33,13 @@ EDIT_RATE, EDIT_BURST = 40.0, 80.0
 PICK_RATE, PICK_BURST = 10.0, 40.0
 
 
+class Assigner(Protocol):
+    """Knows the replicas that viewers can be sent to."""
+
+    async def choose(self, scene: str) -> str:
+        """The path prefix of one for a viewer of a scene; errors as `Replicas.choose`."""
+
+
 @dataclass
 class Service:
     """One running service."""
@@ -58,7 +65,7 @@ class Service:
     def __post_init__(self) -> None:
         limits = self.settings
         token = limits.token.get_secret_value() if limits.token else None
-        self.replicas = Replicas(limits.replicas, token) if limits.replicas else None
+        self.replicas: Assigner | None = Replicas(limits.replicas, token) if limits.replicas else None
         self.edited = EditedScenes(limits.max_own_edits)
         self.residency = Residency(self.engines, self.checker, limits.reserve_bytes, self.in_use, self.catalogue.touch)
         self.jobs = Jobs(

@@ -26,8 +26,8 @@ class Forwarded(ProxyHeadersMiddleware):
     """ASGI middleware, the outermost one: uvicorn's own for client and scheme, with the prefix besides."""
 
     def __init__(self, app: ASGIApp, root_path: str, trusted: Collection[str], names: Collection[str]) -> None:
-        """root_path: a prefix that is always there, whatever proxies say; trusted: addresses and networks of proxies;
-        names: of everything at the top of this service.
+        """root_path: a prefix that is always there, whatever proxies say, else it is the server's; trusted: addresses
+        and networks of proxies; names: of everything at the top of this service.
         """
         inner: Any = app
         super().__init__(inner, list(trusted))
@@ -41,7 +41,8 @@ class Forwarded(ProxyHeadersMiddleware):
             return
         host, port = scope["client"] or ("", 0)
         host = plain_address(host)
-        prefix = self._root_path or (_forwarded_prefix(scope) if host in self.trusted_hosts else "")
+        trusted = host in self.trusted_hosts
+        prefix = self._root_path or scope.get("root_path", "") or (_forwarded_prefix(scope) if trusted else "")
         given = scope["path"]
         path = given if self._holds(prefix, given) else prefix + given
         scope = scope | {"client": (host, port), "root_path": prefix, "path": path}

@@ -48,6 +48,16 @@ def test_a_prefix_is_found_whether_the_proxy_takes_it_away_or_not(
     assert known["path"] == prefix + known["route"]
 
 
+def test_a_prefix_of_the_server_counts() -> None:
+    async def get() -> httpx.Response:
+        transport = httpx.ASGITransport(Forwarded(echo, "", [], NAMES), root_path="/r/one")
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as http:
+            return await http.get("/r/one/api/v1/jobs")
+
+    known = asyncio.run(get()).json()
+    assert (known["root"], known["route"], known["path"]) == ("/r/one", "/api/v1/jobs", "/r/one/api/v1/jobs")
+
+
 def test_without_a_prefix_nothing_changes() -> None:
     assert ask("/walk/main.js").json()["route"] == "/walk/main.js"
 
