@@ -14,7 +14,7 @@ from tests.load.checks import Scale, quick
 from tests.load.crowd import measure, plans
 from tests.load.faults import check, chosen
 from tests.load.figures import Row, table
-from tests.load.options import level_of, open_target, parser, plan_of, serve_flags, server_log
+from tests.load.options import SPARE_VIEWERS, level_of, open_target, parser, plan_of, serve_flags, server_log
 from tests.load.paths import write_path
 from tests.load.ramp import climb, search
 from tests.load.recorder import Recorder
@@ -87,6 +87,8 @@ async def faults(options: argparse.Namespace) -> int:
 
     names, rows, missed = chosen(options.checks), {}, []
     scale = replace(quick(ILLEGAL_SEED) if options.quick else Scale(ILLEGAL_SEED), size=options.size)
+    if options.viewers:
+        scale = replace(scale, viewers=options.viewers, walkers=max(options.viewers - SPARE_VIEWERS, 0))
     log = server_log(options)
     for name in names:
         outcome = await check(name, scale, FAULT_WORKER[-1], serve_flags(options), log)

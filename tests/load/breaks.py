@@ -27,13 +27,13 @@ async def worker_killed(target: Target, scale: Scale) -> Outcome:
     pid = _pid(target)
     async with crowd_of(target, scale, 3) as viewers:
         for number in range(1, scale.kills + 1):
-            worker = probe.worker_of(pid)
-            if worker is None:
+            workers = probe.workers_of(pid)
+            if not workers:
                 outcome.expect(False, f"kill {number}: there is no renderer")
                 break
-            os.kill(worker, signal.SIGKILL)
+            os.kill(min(workers), signal.SIGKILL)
             killed = perf_counter()
-            await wait_for(lambda old=worker: probe.worker_of(pid) not in (None, old), NEXT_FRAME_SECONDS)  # type: ignore[misc]
+            await wait_for(lambda old=workers: bool(probe.workers_of(pid) - old), NEXT_FRAME_SECONDS)  # type: ignore[misc]
             started = perf_counter()  # what comes later is not of the one that was killed
             left = NEXT_FRAME_SECONDS - (started - killed)
             back = await wait_for(lambda since=started: all(one.log.last > since for one in viewers), left)  # type: ignore[misc]
@@ -89,6 +89,21 @@ async def terminated(target: Target, scale: Scale) -> Outcome:
     outcome.expect(all(log.closed and log.closed[0] == RESTART for log in logs), "not all were closed with 1012")
     outcome.expect(all("stopping" in log.states for log in logs), "not all were told")
     outcome.expect(answers.statuses == {200: 1}, f"the still under way: {answers.statuses}, {answers.errors}")
+    return outcome
+
+
+async def web_killed(target: Target, scale: Scale) -> Outcome:
+    """SIGKILL to the web process: its renderers, which nobody needs any more, end by themselves."""
+    outcome = Outcome()
+    assert target.process is not None
+    async with crowd_of(target, scale, 3):
+        workers = probe.workers_of(target.process.pid)
+        target.process.kill()
+        seconds = await wait_for(lambda: not any(map(probe.rss_bytes, workers)), DRAIN_SECONDS)
+        await target.process.wait()
+    outcome.measured = {"workers": len(workers), "seconds": seconds}
+    outcome.expect(bool(workers), "there was no renderer")
+    outcome.expect(seconds is not None, f"not all renderers ended within {DRAIN_SECONDS:.0f} s")
     return outcome
 
 

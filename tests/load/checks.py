@@ -18,15 +18,16 @@ NEXT_FRAME_SECONDS = 10.0
 class Scale:
     """How much of each: the full numbers, or few, for tests on a busy machine, which assert no timings.
 
-    fault_seed: render settings of this seed meet an illegal access; viewers: that the service lets in; phase_seconds,
-    phases: of the slow reader, whose neighbours' p99 age may move by `change`, a share; refused_ms: until one too many
-    is turned away; size: of frames; still: of jobs, beside which a walker may be without frames for `gap_seconds` more
-    than alone.
+    fault_seed: render settings of this seed meet an illegal access; viewers: that the service lets in; walkers: that
+    walk at least in each check with walkers; phase_seconds, phases: of the slow reader, whose neighbours' p99 age may
+    move by `change`, a share; refused_ms: until one too many is turned away; size: of frames; still: of jobs, beside
+    which a walker may be without frames for `gap_seconds` more than alone.
     """
 
     fault_seed: int
     kills: int = 20
     viewers: int = 32
+    walkers: int = 0
     phase_seconds: float = 20.0
     phases: int = 3
     change: float = 0.1
@@ -77,9 +78,9 @@ def quick(fault_seed: int) -> Scale:
 
 @asynccontextmanager
 async def crowd_of(target: Target, scale: Scale, count: int) -> AsyncIterator[list[Viewer]]:
-    """Viewers who walk and have seen their first frames."""
+    """So many viewers, or as many as the scale wants, who walk and have seen their first frames."""
     async with AsyncExitStack() as stack:
-        plans = [Plan(scale.size, seed=seed) for seed in range(count)]
+        plans = [Plan(scale.size, seed=seed) for seed in range(max(count, scale.walkers))]
         viewers = [await stack.enter_async_context(walking(target, plan)) for plan in plans]
         if await wait_for(lambda: all(viewer.log.seen for viewer in viewers), START_SECONDS) is None:
             raise TimeoutError(f"no first frames within {START_SECONDS:.0f} s: {[viewer.log for viewer in viewers]}")

@@ -21,6 +21,7 @@ CHECKS: dict[str, Check] = {
     "knocked": uninvited.knocked,
     "long-jobs": greedy.long_jobs,
     "terminated": breaks.terminated,
+    "web-killed": breaks.web_killed,
 }
 
 

@@ -20,7 +20,7 @@ LONG: dict[str, dict[str, Any]] = {
 async def long_jobs(target: Target, scale: Scale) -> Outcome:
     """The longest time without a frame, alone and beside each of some jobs, may differ by `scale.gap_seconds`."""
     outcome = Outcome()
-    async with crowd_of(target, scale, 1) as (walker,), target.http() as http:
+    async with crowd_of(target, scale, 1) as (walker, *_), target.http() as http:
         gaps = {"alone": await _longest_gap(walker, scale.phase_seconds)}
         for name, settings in LONG.items():
             answer = await http.post("/api/v1/jobs", json={"size": scale.still, "settings": settings})

@@ -58,6 +58,7 @@ def parser() -> argparse.ArgumentParser:
     faults = commands.add_parser("faults", parents=[_serve(), out], help="what a service of its own must survive")
     faults.add_argument("checks", nargs="*", metavar="CHECK", help="only these; all when none is named")
     faults.add_argument("--size", type=parse_size, default="640x360", metavar="WxH", help="of frames (%(default)s)")
+    faults.add_argument("--viewers", type=int, metavar="N", help="let in so many, most of whom walk beside each check")
     faults.add_argument("--quick", action="store_true", help="with smaller numbers")
 
     record = commands.add_parser("record", parents=[target, out], help="record a walk in a browser as a camera path")

@@ -38,11 +38,9 @@ def children(pid: int) -> dict[int, str]:
     return found
 
 
-def worker_of(pid: int) -> int | None:
-    """The renderer of the service `pid`, None while there is none. It is named by what it runs."""
-    return next(
-        (child for child, command in children(pid).items() if "worker" in command or "backend" in command), None
-    )
+def workers_of(pid: int) -> set[int]:
+    """The renderers of the service `pid`, that live. They are named by what they run."""
+    return {child for child, command in children(pid).items() if "worker" in command or "backend" in command}
 
 
 def rss_bytes(pid: int) -> int:

@@ -159,8 +159,8 @@ class Life:
         if metrics.get("lumenwalk_device_memory_bytes"):
             sample["device_mb"] = metrics["lumenwalk_device_memory_used_bytes"] / MB
         process = self._target.process
-        if process is not None and (worker := probe.worker_of(process.pid)) is not None:
-            sample["worker_mb"] = probe.rss_bytes(worker) / MB
+        if process is not None and (workers := probe.workers_of(process.pid)):
+            sample["worker_mb"] = sum(map(probe.rss_bytes, workers)) / MB
         return sample
 
 
