@@ -14,7 +14,7 @@ from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
 from gpu.sampling.sobol import pixel_seed, sobol_pair
 from gpu.sampling.warps import cosine_direction
-from gpu.sp.shading_clusters import ShadingClusters
+from gpu.sp.centres import ShadingClusters
 
 WARP = 32  # threads that go together on a GPU
 

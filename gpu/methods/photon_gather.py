@@ -1,6 +1,7 @@
 """`photon-gather`: photon mapping with a final gather at the centres of shading clusters, by the 2009 paper.
 
-Everything is made anew in each frame, so light, camera and scene may change between two.
+All light is made anew in each frame, so light, camera and scene may change between two. Only the places where it is
+gathered are kept in a walk.
 """
 
 from gpu.core.reduce import Counter
@@ -14,19 +15,19 @@ from gpu.lights.light_paths import paths_for
 from gpu.lights.photon_map import PhotonMap
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.gather_view_state import GatherViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
-from gpu.methods.passes import Passes, frame_kind
-from gpu.methods.view_state import ViewState
+from gpu.methods.passes import FrameKind, Passes, frame_kind
 from gpu.sample_counts import SampleCounts
 from gpu.settings import Component
 from gpu.sp.shading_clusters import ShadingClustering
 
 
-class PhotonGather(RenderMethod[ViewState]):
+class PhotonGather(RenderMethod[GatherViewState]):
     """The stages of the 2009 paper's Fig. 2, for diffuse surfaces."""
 
     stage_names = ("gbuffer", "photons", "illumination", "cluster", "gather", "irradiance", "direct", "interpolate")
-    pixel_bytes, view_pixel_bytes = 436, 12
+    pixel_bytes, view_pixel_bytes = 444, 12
 
     def __init__(self, setup: RenderSetup) -> None:
         settings, counts = setup.settings, setup.sample_counts
@@ -65,13 +66,13 @@ class PhotonGather(RenderMethod[ViewState]):
         nothing.
         """
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
-        return 212 * sample_counts.photons + 255 * sample_counts.sp_clusters + 16 * rays, 0
+        return 212 * sample_counts.photons + 283 * sample_counts.sp_clusters + 16 * rays, 52 * sample_counts.sp_clusters
 
-    def new_view(self) -> ViewState:
-        """One whose frames leave nothing to the next."""
-        return ViewState(self._setup.device_scene, self._setup.size)
+    def new_view(self) -> GatherViewState:
+        """One whose walk keeps the places where light is gathered."""
+        return GatherViewState(self._setup.device_scene, self._setup.size, self._clustering.most)
 
-    def render(self, view: ViewState, stages: Stages, sample: int) -> None:
+    def render(self, view: GatherViewState, stages: Stages, sample: int) -> None:
         """Direct light, beside photons, their illumination and what is gathered of it."""
         frame, passes, points = self._frame, self._passes, self._frame.shading_points
         kind = frame_kind(self._setup.settings, view, sample)
@@ -82,7 +83,7 @@ class PhotonGather(RenderMethod[ViewState]):
         if self._has_indirect:
             stages.run("photons", self._trace)
             stages.run("illumination", lambda: self._light.estimate(frame.scene))
-            stages.run("cluster", lambda: self._clustering.run(frame.gbuffer, frame.seed))
+            self._cluster(view, kind, stages)
             stages.run("gather", lambda: self._gather.run(frame.scene, frame.seed, frame.features))
             stages.run("irradiance", self._interpolate)
         passes.end_direct(view, kind, stages)
@@ -93,16 +94,31 @@ class PhotonGather(RenderMethod[ViewState]):
         self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)
         build_tree(self._tree)
 
+    def _cluster(self, view: GatherViewState, kind: FrameKind, stages: Stages) -> None:
+        """Clusters about the centres of the walk's last frame and new ones, or all anew."""
+        clustering, frame, walks, skip = self._clustering, self._frame, kind.sample == 0, self._setup.settings.skip
+        goes_on = walks and view.reuses_history and view.keeps_centres and skip.kept_clusters
+        seen = frame.gbuffer, frame.seed
+
+        def cluster() -> None:
+            if goes_on:
+                clustering.go_on(*seen, view.centres, view.camera, frame.size)
+            else:
+                clustering.run(*seen, view.centres if walks else None)
+
+        stages.run("cluster", cluster, branch=(goes_on, walks))
+        view.keeps_centres |= walks
+
     def _interpolate(self) -> None:
         clustering, frame = self._clustering, self._frame
         inputs = clustering.points, frame.shading_points.points, clustering.grid.data, self._gather.gathered
         interpolate_irradiance(frame.scene, *inputs, frame.indirect.irradiance)
 
-    def count(self, view: ViewState) -> None:
+    def count(self, view: GatherViewState) -> None:
         """Count pixels that see nothing."""
         self._counter.run([], [(self._frame.gbuffer.face, int(NO_HIT))])
 
-    def statistics(self, view: ViewState) -> FrameStatistics:
+    def statistics(self, view: GatherViewState) -> FrameStatistics:
         """Photons at most, clusters, and rays of each."""
         (empty,) = self._counter.totals()
         counts = {"photons": 0, "sp_clusters": 0, "gather_rays": 0, "empty": empty}

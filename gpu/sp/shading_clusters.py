@@ -8,10 +8,12 @@ from gpu.clustering.grid import ClusteringParameters, Representatives, separatio
 from gpu.clustering.kmeans import KMeans
 from gpu.clustering.points import Points
 from gpu.core.device import allocate, launch
-from gpu.gbuffer.gbuffer import GBuffer
+from gpu.gbuffer.gbuffer import GBuffer, apparent_position
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ListedPoints
 from gpu.sampling.sobol import hashed
+from gpu.sp.centres import KeptCentres, ShadingClusters
+from gpu.sp.kept_centres import CentreKeeping
 from gpu.sp.variation_tree import (
     SEEDING_PARAMETERS,
     SeedingParameters,
@@ -20,6 +22,9 @@ from gpu.sp.variation_tree import (
     build_variation_tree,
     seeded_run,
 )
+
+# A pixel sees more of a surface along which it looks; of what is seen along its whole length, next to nothing.
+MIN_COSINE = wp.constant(0.1)
 
 
 @cache
@@ -38,18 +43,6 @@ def illumination_change(position_weight: float) -> wp.Function:
     return illumination_change
 
 
-@wp.struct
-class ShadingClusters:
-    """The clusters' centres, which are SPs: position, normal, geometric_normal (cluster,); spacing (cluster,): the
-    distance to neighbours, 0 for a cluster that is not in use.
-    """
-
-    position: wp.array[wp.vec3]
-    normal: wp.array[wp.vec3]
-    geometric_normal: wp.array[wp.vec3]
-    spacing: wp.array[float]
-
-
 @wp.kernel
 def listed_points_kernel(first: int, gbuffer: GBuffer, listed: PointList, out: Points) -> None:
     """One thread an SP: what clustering knows of it."""
@@ -65,13 +58,21 @@ def listed_points_kernel(first: int, gbuffer: GBuffer, listed: PointList, out: P
 
 @wp.kernel
 def run_spacing_kernel(first: int, gbuffer: GBuffer, listed: PointList, chosen: SeedingParameters, tree: VariationTree,
-                       seeds: int, random: wp.array[int], out: Points) -> None:  # fmt: skip
-    """One thread an SP: how far apart seeds are around it, by how many SPs share one."""
+                       seeds: int, random: wp.array[int], out: Points,
+                       pixel_spacing: wp.array[float]) -> None:  # fmt: skip
+    """One thread an SP: how far apart seeds are around it, by how many SPs share one.
+
+    pixel_spacing (pixel,): the same by pixel.
+    """
     sp = first + wp.tid()
     if sp >= out.count[0]:
         return
     run = seeded_run(chosen, out, tree, wp.min(seeds, out.count[0]), -1, sp, random[0])
-    out.spacing[sp] = gbuffer.spacing[listed.pixels[sp]] * wp.sqrt(float(wp.max(run.end - run.begin, 1)))
+    pixel = listed.pixels[sp]
+    cosine = wp.max(wp.dot(gbuffer.geometric_normal[pixel], gbuffer.to_camera[pixel]), MIN_COSINE)
+    spacing = gbuffer.spacing[pixel] * wp.sqrt(float(wp.max(run.end - run.begin, 1)) / cosine)
+    out.spacing[sp] = spacing
+    pixel_spacing[pixel] = spacing
 
 
 @wp.kernel
@@ -98,7 +99,9 @@ def centre_kernel(first: int, gbuffer: GBuffer, listed: PointList, medoids: wp.a
     """One thread a cluster: what rays from its centre need."""
     cluster = first + wp.tid()
     if clusters.spacing[cluster] > 0.0:
-        clusters.geometric_normal[cluster] = gbuffer.geometric_normal[listed.pixels[medoids[cluster]]]
+        pixel = listed.pixels[medoids[cluster]]
+        clusters.geometric_normal[cluster] = gbuffer.geometric_normal[pixel]
+        clusters.apparent[cluster] = apparent_position(gbuffer, pixel)
 
 
 class ShadingClustering:
@@ -119,17 +122,36 @@ class ShadingClustering:
         self.clusters: ShadingClusters = allocate(ShadingClusters, self.most, device)
         data = self.grid.data
         self.clusters.position, self.clusters.normal, self.clusters.spacing = data.position, data.normal, data.spacing
+        seeds = listed, self.points, self._tree, chosen
+        self._keeping = CentreKeeping(*seeds, self.grid, self.clusters)
 
-    def run(self, gbuffer: GBuffer, random: wp.array) -> None:
-        """Seed clusters where the geometry varies, refine them by k-means; random (1,): the frame's seed."""
-        points, chosen, tree, most = self.points, self._chosen, self._tree, self.most
-        capacity, device = self._listed.capacity, self.device
-        launch(listed_points_kernel, capacity, [gbuffer, self._listed.points, points], device)
-        build_variation_tree(points, tree)
-        inputs = [gbuffer, self._listed.points, chosen, tree, most, random, points]
-        launch(run_spacing_kernel, capacity, inputs, device)
+    def run(self, gbuffer: GBuffer, random: wp.array, kept: "KeptCentres | None" = None) -> None:
+        """Seed clusters where the geometry varies, refine them by k-means; random (1,): the frame's seed.
+
+        kept: what the next frame may go on with.
+        """
+        points, chosen, tree, most, device = self.points, self._chosen, self._tree, self.most, self.device
+        self._spread(gbuffer, random)
         launch(variation_seed_kernel, most, [points, chosen, tree, random, self.grid.data], device)
         self._kmeans.refine(points, int(chosen.iterations), 0)
         self.grid.build()
         inputs = [gbuffer, self._listed.points, self._kmeans.medoids, self.clusters]
         launch(centre_kernel, most, inputs, device)
+        if kept is not None:
+            self._keeping.begin(kept)
+
+    def go_on(self, gbuffer: GBuffer, random: wp.array, kept: KeptCentres, camera: wp.array,
+              size: tuple[int, int]) -> None:  # fmt: skip
+        """In place of `run`: clusters about the centres that the frame before has `kept`, and new ones where these do
+        not serve; camera (1,): CameraData of `gbuffer`, a picture of `size`.
+        """
+        self._spread(gbuffer, random)
+        self._keeping.run(gbuffer, random, kept, camera, size)
+
+    def _spread(self, gbuffer: GBuffer, random: wp.array) -> None:
+        """List the SPs, and tell how far apart seeds are around them."""
+        points, tree, capacity = self.points, self._tree, self._listed.capacity
+        launch(listed_points_kernel, capacity, [gbuffer, self._listed.points, points], self.device)
+        build_variation_tree(points, tree)
+        inputs = [gbuffer, self._listed.points, self._chosen, tree, self.most, random, points]
+        launch(run_spacing_kernel, capacity, [*inputs, self._keeping.pixel_spacing], self.device)

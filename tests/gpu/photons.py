@@ -11,7 +11,7 @@ from gpu.indirect.final_gather import FinalGather, Illumination
 from gpu.lights.photon_map import Photons
 from gpu.lights.photon_tree import PhotonTree, allocate_tree, build_tree
 from gpu.scene.types import Floats
-from gpu.sp.shading_clusters import ShadingClusters
+from gpu.sp.centres import ShadingClusters
 
 STRETCH = 8.0  # how much more distances along the normal count
 COS_30 = 0.8660254

@@ -18,7 +18,7 @@ from gpu.indirect.photon_lookup import (
 )
 from gpu.lights.photon_tree import allocate_tree, build_tree
 from gpu.scene.types import Floats
-from gpu.sp.shading_clusters import ShadingClusters
+from gpu.sp.centres import ShadingClusters
 
 CPU = wp.get_device("cpu")
 RAYS, ALBEDO, RADIUS = 256, 0.7, 0.09

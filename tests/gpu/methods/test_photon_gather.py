@@ -4,8 +4,10 @@ from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
+from gpu.scene.camera import rotated
 from gpu.scene.types import Floats
-from gpu.settings import Component, Method, RenderSettings
+from gpu.settings import EVERY_SKIP, Component, Method, RenderSettings
+from tests.bench.figures import flicker
 
 INDIRECT = {"component": Component.INDIRECT, "lambertian": True}
 COUNTS = {"photons": 16_000, "gather_rays": 64}
@@ -28,7 +30,25 @@ def test_it_agrees_with_path_tracing(room: DeviceScene, paths: Floats, cut_nodes
     assert relative_error(gathered, paths) < 0.005
 
 
-def test_each_frame_makes_everything_anew(room: DeviceScene) -> None:
+def walked(room: DeviceScene, settings: RenderSettings) -> Floats:
+    """Frames of a viewer that turns."""
+    renderer = Renderer(room, SIZE, settings)
+    view = renderer.new_view()
+    cameras = [rotated(CAMERA, 0.5 * number) for number in range(4)]
+    return np.stack([renderer.render(camera, view=view, walks=True).radiance() for camera in cameras])
+
+
+def test_a_walk_flickers_less_as_it_keeps_where_it_gathers(room: DeviceScene) -> None:
+    choice = {"method": Method.PHOTON_GATHER, **INDIRECT, **COUNTS, "sp_clusters": 200}
+    kept = walked(room, RenderSettings(**choice))
+    anew = walked(room, RenderSettings(**choice, skip=EVERY_SKIP.model_copy(update={"kept_clusters": False})))
+    assert np.array_equal(kept[0], anew[0])
+    every = walked(room, RenderSettings(**choice | {"sp_clusters": SIZE[0] * SIZE[1]}))
+    assert flicker(kept, every).error_change < 0.85 * flicker(anew, every).error_change
+    assert relative_error(kept[-1], every[-1]) < 1.2 * relative_error(anew[-1], every[-1])
+
+
+def test_each_frame_makes_all_light_anew(room: DeviceScene) -> None:
     settings = RenderSettings(method=Method.PHOTON_GATHER, **INDIRECT, **COUNTS, sp_clusters=200)
     renderer = Renderer(room, SIZE, settings)
     first, again = (renderer.render(CAMERA, walks=True) for _ in range(2))
