@@ -11,6 +11,7 @@ import warp as wp
 from gpu.core.lane import Lane
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.upload import DeviceScene
 from gpu.errors import UserError
 from gpu.film.accumulation import Accumulation
@@ -70,6 +71,7 @@ class Renderer:
         self._lane = lane or Lane(self._device)
         self._stages = Stages(self._device, self._lane)
         self._tonemap = Tonemap(self._pixels, self._device)
+        self._display = StagingBuffer(self._tonemap.pixels)
         self._light_sets, counts = light_sets or LightSets(device_scene), sample_counts_of(settings, self._device)
         setup = RenderSetup(device_scene, self._light_sets, size, settings, counts, progress or _silent)
         self._method = make_method(setup)
@@ -178,4 +180,4 @@ class Renderer:
         if stages.steady and not stages.captured and not unchanged and sample == 0:
             host_ms = 1e3 * (DEVICE_SHARING.own_time() - begun) - sum(stats.stage_ms.values())
             stats = replace(stats, host_ms=max(host_ms, 0.0))
-        return Frame(self._size, launched.radiance, self._tonemap.pixels, stats)
+        return Frame(self._size, launched.radiance, self._display, stats, self._lane)

@@ -1,6 +1,7 @@
 """The counts of a render: those the user chose, and for the others what suits the device."""
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Protocol
 
 from gpu.settings import Quality, RenderSettings
@@ -70,6 +71,7 @@ QUALITY_FACTORS = {
 LEAST_SHADOW_MAP = 64
 
 
+@cache
 def usual_counts(quality: Quality, *, cuda: bool) -> SampleCounts:
     """Those of a quality that suit a GPU or, where that is not so, a CPU."""
     usual, factors = ON_CUDA if cuda else ON_CPU, QUALITY_FACTORS[quality]

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import warp as wp
 
+from gpu.core.lane import Lane
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.scene.types import Bytes, Floats
 
 
@@ -43,12 +45,21 @@ class FrameStats:
 
 @dataclass(frozen=True)
 class Frame:
-    """An image of `size` (width, height) on the device; it is the renderer's until the next frame overwrites it."""
+    """An image of `size` (width, height) on the device; it is the renderer's until the next frame overwrites it.
+
+    display: its pixels, which are copied to the host in the `lane` that it was rendered in.
+    """
 
     size: tuple[int, int]
     device_radiance: wp.array
-    device_pixels: wp.array
+    display: StagingBuffer
     stats: FrameStats
+    lane: Lane
+
+    @property
+    def device_pixels(self) -> wp.array:
+        """Display-ready sRGB, (pixel, 3) uint8."""
+        return self.display.array
 
     def radiance(self) -> Floats:
         """Linear Rec. 709 radiance [W/m²/sr], shape (height, width, 3), a copy."""
@@ -56,6 +67,12 @@ class Frame:
         return np.array(self.device_radiance.numpy(), np.float32).reshape(height, width, 3)
 
     def pixels(self) -> Bytes:
-        """Display-ready sRGB, shape (height, width, 3) uint8, a copy."""
+        """Display-ready sRGB, shape (height, width, 3) uint8, a copy.
+
+        Frames of other lanes do not delay it: an ordinary copy would wait for what they have on the device.
+        """
         width, height = self.size
-        return np.array(self.device_pixels.numpy(), np.uint8).reshape(height, width, 3)
+        with self.lane.entered():
+            self.display.download()
+        self.lane.flight().wait()
+        return self.display.host.reshape(height, width, 3).copy()

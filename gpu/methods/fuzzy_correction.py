@@ -1,7 +1,7 @@
 """The order in which rays of single SPs correct what their clusters tell, in frames of `fuzzy-vpl`."""
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import warp as wp
 
@@ -12,7 +12,8 @@ from gpu.correction.outlier_shading import Refinement
 from gpu.correction.outliers import OutlierPoints
 from gpu.correction.visibility_correction import Correction, Passes
 from gpu.correction.vpl_connections import Connections, connect
-from gpu.indirect.clustered_light import clustered_light
+from gpu.indirect.clustered_light import ClusteredLight, clustered_light
+from gpu.indirect.irradiance import Indirect
 from gpu.lights.light_table import LightTable
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_view_state import FuzzyViewState, KeptLight
@@ -112,15 +113,17 @@ class FuzzyCorrection:
         """
         frame, history, points = self._frame, view.histories.indirect, view.points
         scene, gbuffer, indirect, seed = frame.scene, frame.gbuffer, frame.indirect, frame.seed
-        known = clustered_light(view.clustering.clusters, kept.visibility.words, vpls, kept.far.data)
-        light = known, indirect
         passes = self._quality.refining_passes if kind.refines else self._passes
         settled = history.settled if kind.denoise else frame.nothing
+
+        @cache
+        def light() -> tuple[ClusteredLight, Indirect]:  # which graphs do not ask for
+            return clustered_light(view.clustering.clusters, kept.visibility.words, vpls, kept.far.data), indirect
 
         def correct() -> None:
             rays = self._rays
             trace = partial(rays.trace, scene, gbuffer)
-            trace(points, *light, Passes(seed, settled, range(passes), as_wanted=not kind.refines))
+            trace(points, *light(), Passes(seed, settled, range(passes), as_wanted=not kind.refines))
             filtered = rays.own
             if kind.denoise:
                 residual = history.take_light(points, indirect.irradiance, rays.own)
@@ -128,12 +131,12 @@ class FuzzyCorrection:
                 filtered = frame.smoothing.share(gbuffer, points, *guide, nearer_on_detail=True)
                 dispute = view.clustering.deficit, indirect.irradiance, rays.own, filtered, frame.brightness
                 self.suspected.find(points, gbuffer, *dispute)
-                trace(self.suspected, *light, Passes(seed, settled, SUSPECTS_PASS))
+                trace(self.suspected, *light(), Passes(seed, settled, SUSPECTS_PASS))
                 self.refined.find(self.suspected, gbuffer, *dispute)
             points.add(filtered, indirect.irradiance, bounded=kind.denoise)
 
         def bright_rays() -> None:
-            self.bright.trace(scene, gbuffer, points, *light, seed, frame.brightness)
+            self.bright.trace(scene, gbuffer, points, *light(), seed, frame.brightness)
 
         def refine() -> None:
             self._refinement.run(scene, gbuffer, self.refined, vpls, seed, indirect.irradiance)

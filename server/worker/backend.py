@@ -20,7 +20,7 @@ import warp as wp
 
 from gpu.core.device import choose_device
 from gpu.core.sharing import DEVICE_SHARING
-from gpu.device_scene.features import SceneFeatures, scene_features
+from gpu.device_scene.features import SceneFeatures
 from gpu.errors import OutOfMemoryError, SceneError, UserError
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
@@ -76,7 +76,7 @@ class GpuBackend:
         self._viewed: dict[int, SceneRef] = {}  # by viewer
         self._stills: dict[int, _Still] = {}  # by viewer
         self._encoder: DeviceEncoder | None = None
-        self._memory_free, self._memory_asked = 0, 0.0
+        self._memory_all, self._memory_free, self._memory_asked = 0, 0, 0.0
         self._tasks = Tasks()
 
     @property
@@ -153,8 +153,9 @@ class GpuBackend:
         if monotonic() - self._memory_asked > MEMORY_SECONDS:
             self._memory_asked = monotonic()
             self._memory_free = self._device.free_memory if self._device.is_cuda else free_host_bytes()
+            self._memory_all = self._device.total_memory if self._device.is_cuda else 0
         if self._device.is_cuda:
-            return self._device.total_memory - self._memory_free, self._device.total_memory
+            return self._memory_all - self._memory_free, self._memory_all
         used = own_bytes()
         return used, used + self._memory_free
 
@@ -206,8 +207,8 @@ class GpuBackend:
     ) -> LoadedScene:
         with _named(loaded.ref):
             state = edit(loaded, edits, before)
-        features = scene_features(state.scene, lambertian=False)
-        if features not in self._warm | {scene_features(loaded.scene, lambertian=False)}:
+        features = state.features(lambertian=False)
+        if features not in self._warm | {loaded.features(lambertian=False)}:
             self._warm.add(features)
             report("compiling kernels, which the first time takes a minute", 0.8)
             warm_up(state.device_scene, RenderSettings())

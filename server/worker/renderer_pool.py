@@ -13,7 +13,7 @@ from math import sqrt
 import warp as wp
 
 from gpu.core.lane import Lane, frames_at_once
-from gpu.device_scene.features import SceneFeatures, scene_features
+from gpu.device_scene.features import SceneFeatures
 from gpu.errors import OutOfMemoryError
 from gpu.methods.registry import method_of
 from gpu.methods.view_state import ViewState
@@ -97,14 +97,14 @@ class RendererPool:
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
-        features = scene_features(scene.device_scene.scene, lambertian=settings.lambertian)
+        features = scene.features(lambertian=settings.lambertian)
         key = _Key(scene.ref, size, lasting(settings), features, scene.number, lane)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
         view = views.pop(viewer, None)
-        self._make_room(key, views)
         if entry is None or view is None:
+            self._make_room(key, views)
             self._check_memory(key, self._bytes_of(key, 1) - (self._bytes_of(key, 0) if entry else 0))
         if entry is None:
             shared = scene.device_scene, size, key.settings, progress, scene.light_sets

@@ -1,6 +1,7 @@
 import pytest
 import warp as wp
 
+from gpu.device_scene.features import scene_features
 from gpu.errors import UserError
 from gpu.renderer import Renderer
 from gpu.scene.edits import NO_EDITS, LightEdit, ObjectEdit, SceneEdits
@@ -50,3 +51,9 @@ def test_an_edited_scene_shares_geometry_and_has_lights_of_its_own(cpu: str) -> 
     assert (state.ref, state.edits, loaded.edits) == (loaded.ref, off, NO_EDITS)
     assert state.device_scene.data.vertices is loaded.device_scene.data.vertices
     assert (state.light_sets.table.count, loaded.light_sets.table.count) == (0, 2)
+
+
+def test_what_a_scene_has_is_looked_for_once(cpu: str) -> None:
+    loaded = build(SceneRef("box", "cornell-box"), load_scene("cornell-box"), wp.get_device(cpu))
+    assert loaded.features(lambertian=False) == scene_features(loaded.scene, lambertian=False)
+    assert loaded.features(lambertian=False) is loaded.features(lambertian=False)

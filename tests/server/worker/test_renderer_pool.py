@@ -237,3 +237,10 @@ def test_as_many_frames_as_the_device_has_lanes(cpu: str) -> None:
     pool = RendererPool(wp.get_device(cpu))
     assert pool.frames == 1
     assert {pool.lane_of(viewer) for viewer in range(9)} == {0}
+
+
+def test_what_is_there_already_is_not_weighed_again(scene: LoadedScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    pool = Pool(scene)
+    kept = pool.take()
+    monkeypatch.setattr(pool, "_bytes_of", None)
+    assert pool.take() == kept
