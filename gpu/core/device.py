@@ -7,6 +7,7 @@ from os import cpu_count, environ
 from time import perf_counter, thread_time
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from gpu.core.kernel_loading import is_noted
@@ -160,6 +161,20 @@ def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:
             shape = (rows, count) if variable.type.ndim == 2 else count
             setattr(instance, name, wp.zeros(shape, dtype=variable.type.dtype, device=device))
     return instance
+
+
+def layout_of(struct: Any) -> np.dtype:
+    """How NumPy lays out rows of the Warp struct type `struct`. To find out takes Warp a fraction of a millisecond."""
+    return np.dtype(struct.numpy_dtype())
+
+
+def struct_array(struct: Any, rows: np.ndarray, device: wp.Device) -> wp.array:
+    """An array of the Warp struct type `struct` of `rows` (row,), which are laid out as it is. Warp's own way takes the
+    host a millisecond.
+    """
+    array = wp.empty(len(rows), dtype=struct, device=device)
+    wp.array(ptr=array.ptr, dtype=wp.uint8, shape=rows.nbytes, device=device).assign(np.frombuffer(rows, np.uint8))
+    return array
 
 
 def alike(struct: Any, one: Any, other: Any) -> bool:

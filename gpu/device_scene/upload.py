@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import warp as wp
 
-from gpu.core.device import alike, choose_device, duplicate, overwrite
+from gpu.core.device import alike, choose_device, duplicate, overwrite, struct_array
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
@@ -215,13 +215,16 @@ class DeviceScene:
         changed = [*range(len(materials))]
         if known is not None:
             changed = [index for index in changed if materials[index] is not known.scene.materials[index]]
+        if known is not None and not changed:
+            data.materials = wp.clone(known.data.materials)
+            return
         made = wp.array([_material(materials[index], units) for index in changed], dtype=MaterialData, device="cpu")
         rows = made.numpy()
         if known is not None:
             rows = known._material_rows.copy()
             rows[changed] = made.numpy()
         self._material_rows = rows
-        data.materials = wp.array(rows, dtype=MaterialData, device=self.device)
+        data.materials = struct_array(MaterialData, rows, self.device)
         data.specular = has_specular(self.scene)
 
     def _set_sky(self, data: SceneData, known: DeviceScene | None = None) -> None:

@@ -1,10 +1,12 @@
 """Makes the table of a scene's emitters."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import warp as wp
 
 from gpu.core.constants import PI
-from gpu.core.device import launch
+from gpu.core.device import launch, layout_of, struct_array
 from gpu.device_scene.data import EnvironmentData, SceneData
 from gpu.device_scene.features import MAX_ENUMERATED
 from gpu.device_scene.sides import emits_from_back
@@ -40,12 +42,16 @@ def triangle_power_kernel(first: int, scene: SceneData, faces: wp.array[int], sa
     powers[index] = wp.where(emits_from_back(scene, face), 2.0, 1.0) * PI * area * total
 
 
-def _light(light: Light) -> LightData:
-    data = LightData()
-    data.kind, data.cos_inner, data.cos_outer = int(light.kind), light.cos_inner, light.cos_outer
-    data.intensity = wp.vec3(*light.intensity)
-    data.position, data.direction = wp.vec3(*light.position), wp.vec3(*light.direction)
-    return data
+_LIGHT = layout_of(LightData)
+
+
+def _lights(lights: Sequence[Light], device: wp.Device) -> wp.array:
+    """`lights` as kernels take them; one that nobody reads where there are none."""
+    rows = np.zeros(max(len(lights), 1), _LIGHT)
+    for row, light in zip(rows, lights, strict=False):
+        row["kind"], row["cos_inner"], row["cos_outer"] = int(light.kind), light.cos_inner, light.cos_outer
+        row["intensity"], row["position"], row["direction"] = light.intensity, light.position, light.direction
+    return struct_array(LightData, rows, device)
 
 
 def _light_power(light: Light, radius: float) -> float:
@@ -107,7 +113,7 @@ def build_light_table(
     powers = wp.zeros(len(faces), dtype=float, device=device)
     samples = mask_samples if device_scene.data.alpha else power_samples
     launch(triangle_power_kernel, len(faces), [device_scene.data, faces, samples, table.areas, powers], device)
-    table.lights = wp.array([_light(light) for light in scene.lights] or [LightData()], dtype=LightData, device=device)
+    table.lights = _lights(scene.lights, device)
     sky = [_sky_power(scene.sky, device_scene.data.environment, radius)] if scene.sky else []
     extended = np.concatenate([powers.numpy().astype(np.float64), sky])
     power = np.concatenate([extended, [_light_power(light, radius) for light in scene.lights]])

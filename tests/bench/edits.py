@@ -1,10 +1,10 @@
 """What live edits of a scene cost: `python -m tests.bench.edits [DEVICE] [SCENE …]` prints a line of JSON a scene and
 kind of edit.
 
-Each frame of a walk has an edit that was never seen before, as while somebody drags a slider or carries a light.
-Medians [ms]: `edit`, putting it on the device; `trace` and `cluster`, of its VPLs; `frame`, all of the frame with these
-two; `moving`, edit and frame. Beside them `first`, edit and first frame; `walking`, a frame that nothing changed for;
-and `anew`, how many of the edits needed renderers, arrays and graphs of their own.
+Each frame of a walk has an edit that was never seen before, as while somebody drags a slider or carries a light, or an
+animation plays. Medians [ms]: `edit`, putting it on the device; `frame`, and `stages`, those of that; `moving`, edit
+and frame. Beside them `first`, edit and first frame; `walking`, a frame that nothing changed for; and `anew`, how many
+of the edits needed renderers, arrays and graphs of their own.
 """
 
 import json
@@ -15,6 +15,7 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from gpu.core.device import choose_device
@@ -22,9 +23,10 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from gpu.scene.load import load_scene
+from gpu.scene.motion import STILL, Animation, Body, Channel, Interpolation, Motion, Property
 from gpu.scene.objects import object_boxes
-from gpu.scene.parts import material_ids
-from gpu.scene.types import Light, LightKind, Scene
+from gpu.scene.parts import lights_of, material_ids
+from gpu.scene.types import Doubles, Light, LightKind, Scene
 from gpu.settings import RenderSettings
 from server.wire.worker import SceneRef
 from server.worker.loaded_scene import LoadedScene, build, edit
@@ -59,23 +61,66 @@ def edits_of(scene: Scene) -> dict[str, Edit]:
 
     kinds: dict[str, Edit] = {
         "dim": lambda number: light(intensity=0.5 + number / 100.0),
+        "mix": lambda number: mixed(scene, 0.5 + number / 100.0),
         "recolour": lambda number: light(color=(1.0, 0.5 + number / 100.0, 0.5)),
         "move light": lambda number: light(position=(x + number * STEP * extent, y, z)),
         "material": lambda number: surface(color=(0.5, 0.3 + number / 100.0, 0.5)),
     }
-    inner = [
-        (one, a, b)
-        for one, a, b in zip(scene.objects, *object_boxes(scene), strict=True)
-        if all(c < d and e < f for c, d, e, f in zip(low, a, b, high, strict=True))
-    ]
+    inner = inner_objects(scene)
     if inner:
-        one, a, _ = inner[0]
+        one, a = inner[0]
         step = (a[1] - low[1]) / (2 * (ROUNDS + WARM_UP))
         kinds["move object"] = lambda number: SceneEdits(objects={one: ObjectEdit(offset=(0.0, -step * number, 0.0))})
     if scene.motion is not None:
         seconds, frames = scene.motion.animations[0].seconds, ROUNDS + WARM_UP
         kinds["time"] = lambda number: SceneEdits(time=seconds * (number + 1) / (frames + 1))
     return kinds
+
+
+def mixed(scene: Scene, factor: float) -> SceneEdits:
+    """Every other light dimmed, and the others brightened."""
+    factors = {part.id: factor if number % 2 else 2.0 - factor for number, part in enumerate(lights_of(scene))}
+    return SceneEdits(lights={one: LightEdit(intensity=value) for one, value in factors.items()})
+
+
+def with_motion(scene: Scene, seconds: float = 4.0) -> Scene:
+    """`scene` with an animation in which an object of it, which lies within it, goes halfway to its floor; as it is
+    where there is none, or it has one.
+    """
+    inner = inner_objects(scene)
+    if scene.motion is not None or not inner:
+        return scene
+    one, low = inner[0]
+    own = np.flatnonzero(scene.vertex_object == scene.objects.index(one))
+    assert np.array_equal(own, own[0] + np.arange(len(own)))
+    faces = scene.triangles[(scene.triangles[:, 0] >= own[0]) & (scene.triangles[:, 0] <= own[-1])]
+    positions = scene.vertices[own].astype(np.float64) / scene.placement.scale + scene.placement.centre
+    body = Body(
+        node=0,
+        positions=positions,
+        normals=scene.normals[own].astype(np.float64),
+        triangles=faces.astype(np.int64) - own[0],
+        instances=np.eye(4)[None],
+        first_vertex=int(own[0]),
+        vertices=np.arange(len(own), dtype=np.int32),
+    )
+    down = np.array([[0.0, 0.0, 0.0], [0.0, 0.5 * (scene.bounds[0][1] - low[1]), 0.0]])
+    times = np.array([0.0, seconds])
+    channel = Channel(0, Property.TRANSLATION, Interpolation.LINEAR, times, down[:, None])
+    rest = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]])
+    animation = Animation("down", seconds, (channel,))
+    motion = Motion(np.array([STILL], np.int32), np.eye(4)[None], rest, (animation,), (body,))
+    return replace(scene, motion=motion)
+
+
+def inner_objects(scene: Scene) -> list[tuple[str, Doubles]]:
+    """The objects that lie within the scene's box, and the least coordinates of each."""
+    low, high = scene.bounds
+    return [
+        (one, a)
+        for one, a, b in zip(scene.objects, *object_boxes(scene), strict=True)
+        if all(c < d and e < f for c, d, e, f in zip(low, a, b, high, strict=True))
+    ]
 
 
 class Frames:
@@ -112,10 +157,11 @@ def timed(device: wp.Device, work: Callable[[], Any]) -> tuple[float, Any]:
 
 def measure(
     base: LoadedScene, edit_of: Edit, settings: RenderSettings, size: tuple[int, int] = SIZE, rounds: int = ROUNDS
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Medians of one kind of edit [ms]; the first WARM_UP frames, which load kernels, do not count."""
     frames, device = Frames(base, size, settings), base.device_scene.device
     found: dict[str, list[float]] = {}
+    stages: dict[str, list[float]] = {}
 
     def note(**times: float) -> None:
         for name, value in times.items():
@@ -125,25 +171,28 @@ def measure(
     for number in range(WARM_UP + rounds):
         edits = edit_of(number)
         editing, _ = timed(device, lambda edits=edits: frames.edit(edits))
-        taken, stages = timed(device, frames.frame)
+        taken, parts = timed(device, frames.frame)
         if number == 0:
             first = editing + taken
         if number >= WARM_UP:
-            parts = {"trace": stages.get("light", 0.0), "cluster": stages.get("vpl-clusters", 0.0)}
-            note(edit=editing, frame=taken, moving=editing + taken, **parts)
+            note(edit=editing, frame=taken, moving=editing + taken)
+            for name, value in parts.items():
+                stages.setdefault(name, []).append(value)
     anew = frames.anew
     for _ in range(WARM_UP + rounds):
         note(walking=timed(device, frames.frame)[0])
-    return {"first": first, **{name: median(times[-rounds:]) for name, times in found.items()}, "anew": float(anew)}
+    medians = {name: round(median(times[-rounds:]), 2) for name, times in found.items()}
+    parts = {name: round(median(times), 3) for name, times in stages.items()}
+    return {"first": round(first, 2), **medians, "anew": anew, "stages": parts}
 
 
 def main(arguments: list[str]) -> None:
     device, scenes = choose_device((arguments or ["cuda:0"])[0]), arguments[1:] or SCENES
     for name in scenes:
-        base = build(SceneRef(name, name), with_bulb(load_scene(name)), device)
+        base = build(SceneRef(name, name), with_motion(with_bulb(load_scene(name))), device)
         for kind, edit_of in edits_of(base.scene).items():
             found = measure(base, edit_of, RenderSettings())
-            print(json.dumps({"scene": name, "edit": kind, **{k: round(v, 2) for k, v in found.items()}}), flush=True)
+            print(json.dumps({"scene": name, "edit": kind, **found}), flush=True)
 
 
 if __name__ == "__main__":

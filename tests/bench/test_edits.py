@@ -1,29 +1,25 @@
-from pathlib import Path
+import numpy as np
 
-from gltf_motion import SECONDS, moving
-
-from gpu.core.device import choose_device
+from gpu.scene.edits import SceneEdits, edited
 from gpu.scene.load import load_scene
-from gpu.settings import RenderSettings
-from server.wire.worker import SceneRef
-from server.worker.loaded_scene import build
-from tests.bench.edits import ROUNDS, WARM_UP, edits_of, measure, with_bulb
+from gpu.scene.parts import lights_of
+from tests.bench.edits import edits_of, inner_objects, mixed, with_bulb, with_motion
 
 
-def test_every_kind_of_edit_is_timed_and_goes_on_in_its_arrays(cpu: str) -> None:
-    settings = RenderSettings(sp_clusters=16, vpls=256, vpl_clusters=16)
-    base = build(SceneRef("box", "cornell-box"), with_bulb(load_scene("cornell-box")), choose_device(cpu))
-    kinds = edits_of(base.scene)
-    assert {"dim", "recolour", "move light", "material"} <= kinds.keys()
-    for edit_of in kinds.values():
-        found = measure(base, edit_of, settings, size=(32, 18), rounds=1)
-        parts = ("first", "edit", "frame", "moving", "walking", "trace", "cluster")
-        assert min(found[part] for part in parts) > 0.0
-        assert found["anew"] == 1
+def test_the_scene_that_is_measured_has_a_bulb_and_an_object_that_goes_down() -> None:
+    scene = with_motion(with_bulb(load_scene("cornell-box")))
+    assert {"dim", "mix", "recolour", "move light", "material", "move object", "time"} == set(edits_of(scene))
+    (one, low), *_ = inner_objects(scene)
+    own = scene.vertex_object == scene.objects.index(one)
+    rest, end = (edited(scene, SceneEdits(time=time)).vertices for time in (0.0, 4.0))
+    assert np.allclose(rest, scene.vertices, atol=1e-6)
+    assert np.array_equal(end[~own], scene.vertices[~own])
+    moved = (end[own] - scene.vertices[own]) / scene.placement.scale
+    assert np.allclose(moved, (0.0, 0.5 * (scene.bounds[0][1] - low[1]), 0.0), atol=1e-5)
+    assert moved[0, 1] < 0.0
 
 
-def test_time_is_an_edit_of_a_scene_with_animations(tmp_path: Path) -> None:
-    edit_of = edits_of(moving(tmp_path).load())["time"]
-    times = [edit_of(number).time for number in range(WARM_UP + ROUNDS)]
-    assert times == sorted(set(times))
-    assert 0.0 < times[0] < times[-1] < SECONDS
+def test_a_mix_changes_all_lights() -> None:
+    scene = with_bulb(load_scene("cornell-box"))
+    assert len({edit.intensity for edit in mixed(scene, 0.7).lights.values()}) == 2
+    assert set(mixed(scene, 0.7).lights) == {part.id for part in lights_of(scene)}

@@ -7,11 +7,23 @@ import warp as wp
 from devices import NEEDS_CUDA
 
 from gpu.core import device as launching
-from gpu.core.device import MIN_SLICE, alike, allocate, choose_device, duplicate, launch, launch_together, overwrite
+from gpu.core.device import (
+    MIN_SLICE,
+    alike,
+    allocate,
+    choose_device,
+    duplicate,
+    launch,
+    launch_together,
+    layout_of,
+    overwrite,
+    struct_array,
+)
 from gpu.core.lane import CUDA_FRAMES
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 from gpu.lights.light_paths import Vpls
+from gpu.sampling.sobol import Pair
 
 
 @wp.struct
@@ -156,3 +168,11 @@ def test_what_is_alike_is_overwritten_in_its_arrays() -> None:
 
 def test_a_gpu_has_queues_for_all_lanes() -> None:
     assert int(environ["CUDA_DEVICE_MAX_CONNECTIONS"]) >= 2 * CUDA_FRAMES
+
+
+def test_rows_of_structs_are_put_on_a_device() -> None:
+    rows = np.zeros(3, layout_of(Pair))
+    rows["a"], rows["b"] = [1, 2, 3], [4, 5, 2**32 - 1]
+    found = struct_array(Pair, rows, wp.get_device("cpu")).numpy()
+    assert found["a"].tolist() == [1, 2, 3]
+    assert found["b"].tolist() == [4, 5, 2**32 - 1]

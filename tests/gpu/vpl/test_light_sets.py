@@ -6,16 +6,20 @@ from weakref import ref
 
 import numpy as np
 import pytest
-from scenes import box, grey, resident_of
+from scenes import box, grey, quad, resident_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import paths_for
-from gpu.scene.edits import LightEdit, SceneEdits, edited
+from gpu.scene.edits import LightEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Light, LightKind, Material
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
 
 CHOICE = LightSetChoice(vpls=300, vpl_clusters=10, bounces=2, seed=0, lambertian=True)
+
+
+def moved_inwards(by: float) -> SceneEdits:
+    return SceneEdits(objects={"corner": ObjectEdit(offset=(-by, -by, -by)), "mesh": ObjectEdit(offset=(by, by, by))})
 
 
 def silent(what: str, fraction: float) -> None:
@@ -111,6 +115,20 @@ def test_dimming_a_light_traces_no_path_and_moves_no_cluster(device_scene: Devic
     assert light_sets.follow(base.edited(edited(scene, moved)))
     light_sets.renew(light_set, silent, run)
     assert told == ["relight", "light", "vpl-clusters"]
+
+
+def test_a_scene_that_becomes_wider_keeps_its_arrays() -> None:
+    """As animated ones do in most frames."""
+    corner = replace(quad((0.1, 0.1, 0.1), (0.0, 0.0, 0.4), (0.4, 0.0, 0.0)), name="corner")
+    wall = quad((-0.3, -0.3, -0.3), (0.0, 0.0, 0.3), (0.3, 0.0, 0.0))
+    sun = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    base = resident_of([wall, corner], [grey(0.5)], lights=[sun])
+    light_sets = LightSets(base.edited(edited(base.scene, moved_inwards(0.2))))
+    radius = light_sets.table.radius
+    before = float(radius.numpy()[0])
+    assert light_sets.follow(base.edited(edited(base.scene, moved_inwards(0.1))))
+    assert light_sets.table.radius is radius
+    assert radius.numpy()[0] > 1.05 * before
 
 
 @pytest.mark.parametrize("change", [{"vpls": 500}, {"vpl_clusters": 20}, {"bounces": 3}, {"seed": 1}])
