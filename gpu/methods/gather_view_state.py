@@ -2,7 +2,7 @@
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.methods.view_state import ViewState
-from gpu.sp.centres import no_centres
+from gpu.sp.kept_centres import no_centres
 
 
 class GatherViewState(ViewState):

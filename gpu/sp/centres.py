@@ -2,8 +2,6 @@
 
 import warp as wp
 
-from gpu.core.device import allocate
-
 
 @wp.struct
 class ShadingClusters:
@@ -33,10 +31,3 @@ class KeptCentres:
     used: wp.array[int]
     accepted: wp.array[float]
     frames: wp.array[int]
-
-
-def no_centres(most: int, device: wp.Device) -> KeptCentres:
-    """Room for `most` centres."""
-    kept: KeptCentres = allocate(KeptCentres, most, device)
-    kept.accepted, kept.frames = wp.zeros(1, dtype=float, device=device), wp.zeros(1, dtype=int, device=device)
-    return kept

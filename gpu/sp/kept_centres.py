@@ -55,6 +55,13 @@ class KeepingParameters:
 KEEPING_PARAMETERS: KeepingParameters = parameters(KeepingParameters)
 
 
+def no_centres(most: int, device: wp.Device) -> KeptCentres:
+    """Room for `most` centres."""
+    kept: KeptCentres = allocate(KeptCentres, most, device)
+    kept.accepted, kept.frames = wp.zeros(1, dtype=float, device=device), wp.zeros(1, dtype=int, device=device)
+    return kept
+
+
 @wp.struct
 class KeepingWork:
     """What a frame only works with. unserved (sp,): 1 where no kept centre
