@@ -14,7 +14,7 @@ import warp as wp
 from gpu.core.color import from_ycocg, to_ycocg
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
-from gpu.core.image_size import ImageSize
+from gpu.core.image_size import ImageSize, column_of, pixel_at, row_of, tile_of
 from gpu.core.parameters import parameters
 from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData, bilinear_tap, blend
 from gpu.device_scene.data import NO_HIT
@@ -59,10 +59,10 @@ class PictureData:
 
 @wp.func
 def pixel_beside(pixel: int, number: int, image: ImageSize) -> int:
-    """Pixel `number`, 0 … 8, of the 3×3 about one; at the image's border the nearest there is."""
-    x = wp.clamp(pixel % image.width + number % 3 - 1, 0, image.width - 1)
-    y = wp.clamp(pixel // image.width + number // 3 - 1, 0, image.height - 1)
-    return y * image.width + x
+    """Pixel `number`, 0 … 8, of the 3×3 about one; at its tile's border the nearest there is."""
+    x = wp.clamp(column_of(pixel, image) + number % 3 - 1, 0, image.width - 1)
+    y = wp.clamp(row_of(pixel, image) + number // 3 - 1, 0, image.height - 1)
+    return pixel_at(tile_of(pixel, image), x, y, image)
 
 
 @wp.func
@@ -95,7 +95,7 @@ def frames_before(previous: PreviousFrameData, frames: wp.array[int], gbuffer: G
         else:
             column = wp.clamp(int(wp.floor(place[0])) + corner % 2, 0, previous.image.width - 1)
             row = wp.clamp(int(wp.floor(place[1])) + corner // 2, 0, previous.image.height - 1)
-            count = frames[row * previous.image.width + column]
+            count = frames[pixel_at(tile_of(pixel, previous.image), column, row, previous.image)]
             if count < 0:
                 total += 0.25
                 number -= 0.25 * float(count)
@@ -116,8 +116,8 @@ def cubic_weight(distance: float) -> float:
 
 
 @wp.func
-def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, image: ImageSize) -> wp.vec3:
-    """A picture (pixel,) between its pixels, at a place [pixels]."""
+def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, tile: int, image: ImageSize) -> wp.vec3:
+    """A picture (pixel,) between the pixels of a tile, at a place in it [pixels]."""
     left = int(wp.floor(place[0])) - 1
     top = int(wp.floor(place[1])) - 1
     total = wp.vec3(0.0, 0.0, 0.0)
@@ -125,8 +125,9 @@ def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, image: ImageSize) -
         column = left + tap % 4
         row = top + tap // 4
         weight = cubic_weight(place[0] - float(column)) * cubic_weight(place[1] - float(row))
-        inside = wp.clamp(row, 0, image.height - 1) * image.width + wp.clamp(column, 0, image.width - 1)
-        total += picture[inside] * weight
+        x = wp.clamp(column, 0, image.width - 1)
+        y = wp.clamp(row, 0, image.height - 1)
+        total += picture[pixel_at(tile, x, y, image)] * weight
     return total
 
 
@@ -156,30 +157,34 @@ def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData],
                      now: PictureData) -> None:  # fmt: skip
     """One thread a pixel: the mean of this frame's `radiance` (pixel,) and of what is `known` from those before.
 
-    camera (1,): this frame's; reads: whether there is a previous frame.
+    camera (tile,): this frame's; reads: whether there is a previous frame.
     """
     pixel = first + wp.tid()
     image = previous.image
+    tile = tile_of(pixel, image)
     sign = wp.where(gbuffer.face[pixel] == NO_HIT, -1, 1)
     now.radiance[pixel] = radiance[pixel]
     now.frames[pixel] = sign
     if not reads:
         return
     shown = nearest_beside(gbuffer, pixel, image)
-    ray = pixel_ray(camera[0], shown, image)
+    ray = pixel_ray(camera[tile], shown, image)
     point = ray.origin + ray.direction * SKY_DISTANCE
     if gbuffer.face[shown] != NO_HIT:
         point = apparent_position(gbuffer, shown)
-    place = image_point(previous.camera[0], point, image)
+    place = image_point(previous.camera[tile], point, image)
     if place[0] <= -1.0 or place[1] <= -1.0:
         return
     frames = frames_before(previous, known.frames, gbuffer, shown, place, chosen)
     if frames == 0:
         return
     # Pictures are of whole pixels: what moves in them does so by as much, wherever in the pixels rays went through.
-    x = place[0] + previous.camera[0].x - camera[0].x + float(pixel % image.width - shown % image.width)
-    y = place[1] + previous.camera[0].y - camera[0].y + float(pixel // image.width - shown // image.width)
-    before = bounded(interpolated(known.radiance, wp.vec2(x, y), image), radiance, pixel, image, chosen.deviations)
+    across = column_of(pixel, image) - column_of(shown, image)
+    down = row_of(pixel, image) - row_of(shown, image)
+    x = place[0] + previous.camera[tile].x - camera[tile].x + float(across)
+    y = place[1] + previous.camera[tile].y - camera[tile].y + float(down)
+    found = interpolated(known.radiance, wp.vec2(x, y), tile, image)
+    before = bounded(found, radiance, pixel, image, chosen.deviations)
     # What is not finite is of its frame alone, which counts it.
     if wp.isfinite(before):
         now.radiance[pixel] = blend(radiance[pixel], before, frames, chosen.max_frames)
@@ -187,13 +192,13 @@ def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData],
 
 
 class PictureHistory:
-    """The mean of the pictures of a viewer's walk, of `size` (width, height); its arrays are allocated once."""
+    """The mean of the pictures of a walk, of `tiles` of `size` (width, height); its arrays are allocated once."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device,
+    def __init__(self, size: tuple[int, int], device: wp.Device, tiles: int = 1,
                  chosen: AntialiasingParameters = ANTIALIASING_PARAMETERS) -> None:  # fmt: skip
         self._chosen = chosen
-        self._now: PictureData = allocate(PictureData, size[0] * size[1], device)
-        self._known: PictureData = allocate(PictureData, size[0] * size[1], device)
+        self._now: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
+        self._known: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
 
     def for_another_viewer(self) -> "PictureHistory":
         """One with pictures of its own; both share what a frame only works with, so they run one after the other."""
@@ -203,7 +208,7 @@ class PictureHistory:
 
     def take(self, gbuffer: GBuffer, camera: wp.array, previous: PreviousFrame, radiance: wp.array, *,
              read_history: bool) -> None:  # fmt: skip
-        """Make of a frame's `radiance` (pixel,) the mean of all frames', and keep that; camera: (1,), the frame's.
+        """Make of a frame's `radiance` (pixel,) the mean of all frames', and keep that; camera: (tile,), the frame's.
 
         read_history: whether there is a `previous` frame that this one may build on.
         """

@@ -1,10 +1,15 @@
 """Cameras as kernels see them: rays through pixels, and pixels of points."""
 
+from typing import Any
+
 import numpy as np
 import warp as wp
 
-from gpu.core.image_size import ImageSize
+from gpu.core.image_size import ImageSize, column_of, row_of
 from gpu.scene.types import Camera, Placement
+
+# In unit space; its square is a number, too.
+BEYOND = 1.0e15
 
 
 @wp.struct
@@ -27,19 +32,30 @@ class CameraData:
     y: float
 
 
+def camera_values(
+    camera: Camera, placement: Placement, aspect: float, place: tuple[float, float] = (0.5, 0.5)
+) -> tuple[Any, ...]:
+    """The fields of CameraData in their order, as `camera_data` has them, for an array of such on the host."""
+    axes = camera.to_world[:3, :3] / np.linalg.norm(camera.to_world[:3, :3], axis=0)
+    origin = (camera.to_world[:3, 3] - np.asarray(placement.centre)) * placement.scale
+    half_height = camera.half_height * (placement.scale if camera.orthographic else 1.0)
+    halves = half_height * aspect, half_height
+    return origin, *axes.T, *halves, camera.orthographic, camera.near * placement.scale, *place
+
+
+# Of a camera whose view begins beyond all that there is: of tiles that nobody looks at, and of frames that are to tell
+# nothing.
+BLIND_CAMERA = (np.zeros(3), *np.eye(3), 1.0, 1.0, False, BEYOND, 0.0, 0.0)
+
+
 def camera_data(
     camera: Camera, placement: Placement, aspect: float, place: tuple[float, float] = (0.5, 0.5)
 ) -> CameraData:
     """`camera` in unit space, for an image whose width is `aspect` times its height; place: in each pixel, for rays."""
-    axes = camera.to_world[:3, :3] / np.linalg.norm(camera.to_world[:3, :3], axis=0)
-    origin = (camera.to_world[:3, 3] - np.asarray(placement.centre)) * placement.scale
-    half_height = camera.half_height * (placement.scale if camera.orthographic else 1.0)
-    data = CameraData()
-    data.origin = wp.vec3(*origin)
-    data.right, data.up, data.back = (wp.vec3(*axes[:, k]) for k in range(3))
-    data.half_height, data.half_width = half_height, half_height * aspect
-    data.orthographic, data.near = camera.orthographic, camera.near * placement.scale
-    data.x, data.y = place
+    struct: Any = CameraData
+    data: CameraData = struct()
+    for name, value in zip(struct.vars, camera_values(camera, placement, aspect, place), strict=True):
+        setattr(data, name, wp.vec3(*value) if isinstance(value, np.ndarray) else value)
     return data
 
 
@@ -72,8 +88,8 @@ def camera_ray(camera: CameraData, x: float, y: float) -> CameraRay:
 @wp.func
 def pixel_ray(camera: CameraData, pixel: int, image: ImageSize) -> CameraRay:
     """The ray through the camera's place in `pixel` of an image."""
-    x = (float(pixel % image.width) + camera.x) / float(image.width)
-    y = (float(pixel // image.width) + camera.y) / float(image.height)
+    x = (float(column_of(pixel, image)) + camera.x) / float(image.width)
+    y = (float(row_of(pixel, image)) + camera.y) / float(image.height)
     return camera_ray(camera, x, y)
 
 
