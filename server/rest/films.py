@@ -58,6 +58,7 @@ async def add(wanted: FilmRequest, service: TheService, request: Request, respon
 async def _animations(service: Service, scene: SceneRef) -> dict[str, float]:
     """How long each animation of a scene lasts [s], by id; a file is read for that if nobody has asked for it yet."""
     if scene.source in BUILTIN:
-        return {}
+        motion = (await asyncio.to_thread(BUILTIN[scene.source])).motion
+        return {} if motion is None else {animation.id: animation.seconds for animation in motion.animations}
     checked = await service.residency.inspect(scene)
     return {animation.id: animation.seconds for animation in checked.info.animations}

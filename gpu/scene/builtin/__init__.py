@@ -14,5 +14,5 @@ def _maker(module: str) -> Callable[[], Scene]:
     return make
 
 
-_NAMES = ("conference-room", "living-room", "atrium", "cornell-box", "glass-box")
+_NAMES = ("conference-room", "living-room", "atrium", "cornell-box", "glass-box", "water-box")
 BUILTIN: dict[str, Callable[[], Scene]] = {name: _maker(name.replace("-", "_")) for name in _NAMES}

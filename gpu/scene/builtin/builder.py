@@ -10,6 +10,8 @@ from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.builtin.shape import Shape, join
 from gpu.scene.builtin.textures import LEAST_ALBEDO, MOST_ALBEDO, palette
 from gpu.scene.colors import srgb_to_linear
+from gpu.scene.motion import STILL, Animation, Body, MorphTarget, Motion
+from gpu.scene.pose import at_rest, in_world
 from gpu.scene.types import Bytes, Camera, Light, Material, Rgb, Scene, Sky, Texture, TextureSlot
 
 
@@ -21,6 +23,7 @@ class Builder:
         self._materials: dict[str, int] = {}
         self._made: list[tuple[Material, list[Shape]]] = []
         self._textures: list[Texture] = []
+        self._moving: list[tuple[MeshPart, Body]] = []
         self._frame: tuple[float, Sequence[float]] | None = None
 
     def paints(self, paints: str) -> None:
@@ -63,12 +66,38 @@ class Builder:
                 shape = shape.at(self._frame[1], self._frame[0])
             self._made[self._materials[name]][1].append(shape)
 
-    def scene(self, cameras: Sequence[Camera], lights: Sequence[Light] = (), sky: Sky | None = None) -> Scene:
+    def add_moving(self, name: str, s: Shape, targets: Sequence[MorphTarget], weights: Sequence[float]) -> None:
+        """Put a shape of the material `name`, which `weights` of `targets` change; its node's number counts from 0."""
+        node, place = len(self._moving), np.eye(4)[None]
+        body = Body(node, s.positions, s.normals, s.triangles.astype(np.int64), place, tuple(targets), tuple(weights))
+        number = self._materials[name]
+        part = MeshPart(s.positions, s.triangles, s.normals, (s.uvs,), material=number, name=name, body=body)
+        self._moving.append((part, body))
+
+    def scene(
+        self,
+        cameras: Sequence[Camera],
+        lights: Sequence[Light] = (),
+        sky: Sky | None = None,
+        animations: Sequence[Animation] = (),
+    ) -> Scene:
         """The finished scene."""
-        parts = []
+        parts, materials, motion = [], [material for material, _ in self._made], self._motion(animations)
         for number, (material, shapes) in enumerate(self._made):
+            if not shapes:
+                continue
             s = join(shapes)
             parts.append(MeshPart(s.positions, s.triangles, s.normals, (s.uvs,), material=number, name=material.name))
-        materials = [material for material, _ in self._made]
-        found = SceneParts(parts, materials, self._textures, lights, cameras, sky, up="y", metres_per_unit=1.0)
+        if motion is not None:
+            pose = at_rest(motion)
+            parts += [in_world(part, body, pose) for part, body in self._moving]
+        found = SceneParts(
+            parts, materials, self._textures, lights, cameras, sky, up="y", metres_per_unit=1.0, motion=motion
+        )
         return assemble(self._name, found)
+
+    def _motion(self, animations: Sequence[Animation]) -> Motion | None:
+        """Of as many nodes as shapes move, each where the scene is."""
+        count = len(self._moving)
+        still, places = np.full(count, STILL, np.int32), np.tile(np.eye(4), (count, 1, 1))
+        return Motion(still, places, np.zeros((count, 10)), tuple(animations)) if animations else None

@@ -16,6 +16,7 @@ from gpu.scene.types import LightKind
     [
         ("cornell-box", 30, 40),
         ("glass-box", 2000, 2500),
+        ("water-box", 6000, 7000),
         ("conference-room", 300_000, 450_000),
         ("living-room", 50_000, 300_000),
         ("atrium", 50_000, 300_000),
