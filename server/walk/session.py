@@ -2,7 +2,8 @@
 
 While the view changes, each frame is a picture of its own, as small as it must be to come in time. When the view has
 rested for a moment it is rendered at full size, then again and again with other samples, and averaged; some of these
-means are sent, until one has as many frames as were wanted. Then nothing is due before something changes.
+means are sent, until one has as many frames as were wanted. Then nothing is due before something changes. A walk whose
+frames were whole leaves its last one to the mean, so that nothing changes as it comes to rest.
 """
 
 from collections.abc import Callable
@@ -82,6 +83,7 @@ class Session:
         self._averaged = 0  # frames of the still view that were asked for
         self._target_frames = settings.frames
         self._still_ms = 0.0  # what a still frame took
+        self._moving_size = (0, 0)  # of the last frame of a walk
         self._shrinks = 0
         self._blocked = False  # these settings failed: wait for others
         self._losses = 0  # workers lost in a row while rendering for this viewer
@@ -189,15 +191,18 @@ class Session:
         if urgency is Urgency.MOVING:
             self._fresh = False
             size = self._scaler.size(self._still_size, self._settings, self._stream.motion_scale)
+            self._moving_size = size
             render = replace(render, size=size, walks=True, quality=self._qualities.moving)
             if self._takes_video and (self._video_choice.is_video if (wish := self._stream.video) is None else wish):
                 self._video += 1
                 render = replace(render, output="h264", video=self._video)
             return self._request(render, self._changed_at, None), _for_a_turn(render)
         rested_at = self._changed_at + REST_SECONDS if urgency is Urgency.STILL else self._now()
-        sample = self._averaged
+        sample, size = self._averaged, self._still_size
         self._averaged += 1
-        render = replace(render, size=self._still_size, sample=sample, quality=self._qualities.still)
+        # Counts for a target are chosen for walks and for views that rest apart.
+        walks = sample == 0 and size == self._moving_size and not self._settings.has_target
+        render = replace(render, size=size, sample=sample, walks=walks, quality=self._qualities.still)
         if not self._shown(self._averaged):
             render = replace(render, output="none")
         elif self._averaged == self._target_frames and self._stream.lossless and self._takes_png:

@@ -136,6 +136,17 @@ def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk:
     assert desk.session.due is None
 
 
+@pytest.mark.parametrize(("changes", "leaves"), [({}, True), ({"target_ms": 9.0}, False)])
+def test_a_walk_whose_frames_were_whole_leaves_its_last_one_to_the_mean(changes: Any, leaves: bool) -> None:
+    desk = Desk(settings=RenderSettings(**changes))
+    desk.session.change(1, stream=Stream(motion_scale=1.0))
+    desk.session.pose(pose(1))
+    assert desk.serve()[1].size == FULL
+    desk.rest()
+    jobs = [desk.serve()[1] for _ in range(3)]
+    assert [(job.sample, job.walks) for job in jobs] == [(0, leaves), (1, False), (2, False)]
+
+
 @pytest.mark.parametrize("target", [{"target_ms": 9.0}, {"target_error": 1e-3}])
 def test_moving_frames_with_a_target_are_whole_unless_the_viewer_locks_their_size(
     desk: Desk, target: dict[str, float]

@@ -136,6 +136,19 @@ def test_only_a_walk_builds_on_the_frame_before(backend: GpuBackend) -> None:
     assert linear(backend, 1, 0, view=views[2])[1].tobytes() == single.tobytes()
 
 
+def test_a_view_that_rests_begins_with_what_its_walk_showed(backend: GpuBackend) -> None:
+    views = [CameraMatrix((*IDENTITY[:12], 0.5 + 0.02 * number, 0.5, 3.0, 1.0), 0.7) for number in range(3)]
+    for view in views:
+        moving = backend.render(replace(job(view=view, output=".npy"), walks=True), silent)
+    assert moving.radiance is not None
+    first = backend.render(replace(job(view=views[2], output=".npy"), walks=True, sample=0), silent)
+    assert first.radiance is not None
+    assert first.radiance.tobytes() == moving.radiance.tobytes()
+    samples, mean = linear(backend, 1, 1, view=views[2])
+    assert samples == 2
+    assert np.abs(mean - moving.radiance).max() > 0.0
+
+
 def test_two_walkers_see_what_each_sees_alone(backend: GpuBackend) -> None:
     def walk(viewer: int, z: float) -> list[bytes]:
         return [frame(viewer, z, number) for number in range(3)]
