@@ -16,8 +16,9 @@ from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, column_of, image_size, is_inside, pixel_at, row_of, tile_of
 from gpu.core.parameters import parameters
+from gpu.core.sample_mean import SAMPLES
 from gpu.correction.adaptive_ray_sampling import RAYS, adaptive_near_kernel, adaptive_ray_kernel, adaptive_step_kernel
-from gpu.correction.brightness import SAMPLES, MeanBrightness
+from gpu.correction.brightness import MeanBrightness
 from gpu.correction.top_k import LAST, Selection
 from gpu.correction.vpl_sampling import VPL_SAMPLE_PARAMETERS
 from gpu.denoise.atrous import ATROUS_PARAMETERS, luminance_weight

@@ -3,13 +3,11 @@
 import warp as wp
 
 from gpu.core.color import brightness
-from gpu.core.device import BLOCK, launch
+from gpu.core.device import launch
+from gpu.core.sample_mean import SAMPLES, find_sample_mean
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
-
-# SPs whose brightness stands for that of the picture.
-SAMPLES = wp.constant(1024)
 
 
 @wp.kernel
@@ -31,14 +29,6 @@ def brightness_sample_kernel(first: int, gbuffer: GBuffer, points: PointList, st
         samples[sample] = brightness(wp.cw_mul(reflectance(gbuffer, pixel), irradiance[pixel]))
 
 
-@wp.kernel(module="unique")
-def mean_brightness_kernel(samples: wp.array[float], mean: wp.array[float]) -> None:
-    """One block a tile: the mean of its samples."""
-    tile = wp.tid()
-    total = wp.tile_sum(wp.tile_load(samples, shape=SAMPLES, offset=tile * SAMPLES))
-    wp.tile_store(mean, total * wp.static(1.0 / float(SAMPLES)), offset=tile)
-
-
 class MeanBrightness:
     """About how bright each tile is: `value` (tile,) [W/m²/sr], the mean of its `samples` (SAMPLES a tile,)."""
 
@@ -51,5 +41,4 @@ class MeanBrightness:
         """Measure it by some of all `sps`; irradiance (pixel,)."""
         inputs = [gbuffer, sps.points, sps.starts, irradiance, self.samples]
         launch(brightness_sample_kernel, len(self.samples), inputs, self.device)
-        inputs = [self.samples, self.value]
-        wp.launch_tiled(mean_brightness_kernel, dim=[self.tiles], inputs=inputs, device=self.device, block_dim=BLOCK)
+        find_sample_mean(self.samples, self.value)

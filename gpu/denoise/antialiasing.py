@@ -2,8 +2,10 @@
 
 The picture before is looked up where it showed the same surface (gpu.denoise.reprojection) and bounded by what this
 frame has around (B. Karis, High-Quality Temporal Supersampling, 2014; M. Salvi, An Excursion in Temporal Supersampling,
-2016; survey: L. Yang et al., A Survey of Temporal Antialiasing Techniques, 2020). A pixel takes 168 bytes of memory
-traffic, 56 of them to copy what was made.
+2016; survey: L. Yang et al., A Survey of Temporal Antialiasing Techniques, 2020). Each look-up between pixels brings a
+little of what is bright over an edge. Beside what is hundreds of times brighter that shows more than stairs do, for the
+mean of such an edge looks as bright as its bright side: means are of few frames there, all alike on both sides, so that
+no light is lost. A pixel takes 168 bytes of memory traffic, 56 of them to copy what was made.
 """
 
 from copy import copy
@@ -11,18 +13,21 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.core.color import from_ycocg, to_ycocg
+from gpu.core.color import brightness, from_ycocg, to_ycocg
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, column_of, pixel_at, row_of, tile_of
 from gpu.core.parameters import parameters
-from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData, bilinear_tap, blend
+from gpu.core.sample_mean import SAMPLES, find_sample_mean
+from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData, bilinear_tap
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData, image_point, pixel_ray
 from gpu.gbuffer.gbuffer import GBuffer, apparent_position
 
 # The sky is so far away, in unit space, that it hardly moves as the camera does.
 SKY_DISTANCE = wp.constant(100.0)
+# Multiples of it, in turn, are spread evenly between whole numbers, and so are the columns of pixels chosen by them.
+GOLDEN_RATIO = wp.constant(0.6180339887)
 
 
 @wp.struct
@@ -35,12 +40,18 @@ class AntialiasingParameters:
     saw other surfaces in the same pixels. plane_tolerance: how far off its plane a point is of a surface, in spacings.
     deviations: of this frame's colours around a pixel, which earlier ones may differ from their mean by: what is left
     of things that have moved on is cut off; thin things that this frame missed are, too.
+    soft_contrast, stark_contrast: of the brightest around a pixel to the darkest: up to the one a mean is of
+    max_frames, from the other on it is this frame alone. dark: times the picture's mean; what is darker counts as that,
+    for little of it shows.
     """
 
     max_frames: int = 8
     min_share: float = 0.05
     plane_tolerance: float = 2.0
     deviations: float = 1.25
+    soft_contrast: float = 5.0
+    stark_contrast: float = 200.0
+    dark: float = 0.1
 
 
 ANTIALIASING_PARAMETERS: AntialiasingParameters = parameters(AntialiasingParameters)
@@ -131,33 +142,80 @@ def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, tile: int, image: I
     return total
 
 
-@wp.func
-def bounded(colour: wp.vec3, picture: wp.array[wp.vec3], pixel: int, image: ImageSize, deviations: float) -> wp.vec3:
-    """A colour moved towards the mean of a picture's 3×3 pixels until it is so many deviations from that (Salvi 2016).
+@wp.struct
+class Surroundings:
+    """3×3 pixels about one: mean and variance of luma and chroma, brightness of the darkest and of the brightest."""
 
-    It has no channel below zero.
-    """
+    mean: wp.vec3
+    variance: wp.vec3
+    least: float
+    most: float
+
+
+@wp.func
+def surroundings(picture: wp.array[wp.vec3], pixel: int, image: ImageSize) -> Surroundings:
+    """What is around a pixel of a picture (pixel,)."""
+    around = Surroundings()
+    around.least = FAR_AWAY
     mean = wp.vec3(0.0, 0.0, 0.0)
     square = wp.vec3(0.0, 0.0, 0.0)
     for number in range(9):
-        beside = to_ycocg(picture[pixel_beside(pixel, number, image)])
+        colour = picture[pixel_beside(pixel, number, image)]
+        around.least = wp.min(around.least, brightness(colour))
+        around.most = wp.max(around.most, brightness(colour))
+        beside = to_ycocg(colour)
         mean += beside / 9.0
         square += wp.cw_mul(beside, beside) / 9.0
+    around.mean = mean
+    around.variance = wp.max(square - wp.cw_mul(mean, mean), wp.vec3(0.0, 0.0, 0.0))
+    return around
+
+
+@wp.func
+def bounded(colour: wp.vec3, around: Surroundings, deviations: float) -> wp.vec3:
+    """A colour moved towards the mean of what is `around` until it is so many deviations from that (Salvi 2016).
+
+    It has no channel below zero.
+    """
+    mean, variance = around.mean, around.variance
     offset = to_ycocg(colour) - mean
     excess = float(1.0)
     for channel in range(3):
-        deviation = deviations * wp.sqrt(wp.max(square[channel] - mean[channel] * mean[channel], 0.0))
-        excess = wp.max(excess, wp.abs(offset[channel]) / wp.max(deviation, 1.0e-12))
+        most = deviations * wp.sqrt(variance[channel])
+        excess = wp.max(excess, wp.abs(offset[channel]) / wp.max(most, 1.0e-12))
     return wp.max(from_ycocg(mean + offset / excess), wp.vec3(0.0, 0.0, 0.0))
+
+
+@wp.func
+def frames_across(around: Surroundings, picture_mean: float, chosen: AntialiasingParameters) -> float:
+    """Of how many frames the mean is with so much contrast around: fewer the more, from `max_frames` to 1."""
+    dark = wp.max(chosen.dark * picture_mean, 1.0e-12)
+    contrast = wp.max(around.most, dark) / wp.max(around.least, dark)
+    steps = wp.log(chosen.stark_contrast / chosen.soft_contrast)
+    return wp.pow(float(chosen.max_frames), wp.clamp(wp.log(chosen.stark_contrast / contrast) / steps, 0.0, 1.0))
+
+
+@wp.kernel
+def sample_picture_kernel(first: int, radiance: wp.array[wp.vec3], image: ImageSize,
+                          samples: wp.array[float]) -> None:  # fmt: skip
+    """One thread a sample: the brightness of one of SAMPLES pixels spread over each tile's `radiance` (pixel,)."""
+    sample = first + wp.tid()
+    tile = sample // SAMPLES
+    count = image.width * image.height
+    place = float(sample - tile * SAMPLES) * GOLDEN_RATIO
+    pixel = wp.min(int((place - wp.floor(place)) * float(count)), count - 1)
+    value = brightness(radiance[tile * count + pixel])
+    samples[sample] = wp.where(wp.isfinite(value), value, 0.0)
 
 
 @wp.kernel
 def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData], previous: PreviousFrameData,
-                     known: PictureData, radiance: wp.array[wp.vec3], reads: bool, chosen: AntialiasingParameters,
-                     now: PictureData) -> None:  # fmt: skip
+                     known: PictureData, radiance: wp.array[wp.vec3], picture_mean: wp.array[float], reads: bool,
+                     chosen: AntialiasingParameters, now: PictureData) -> None:  # fmt: skip
     """One thread a pixel: the mean of this frame's `radiance` (pixel,) and of what is `known` from those before.
 
-    camera (tile,): this frame's; reads: whether there is a previous frame.
+    camera (tile,): this frame's; picture_mean (tile,): about how bright each is in the mean; reads: whether there is a
+    previous frame.
     """
     pixel = first + wp.tid()
     image = previous.image
@@ -184,11 +242,13 @@ def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData],
     x = place[0] + previous.camera[tile].x - camera[tile].x + float(across)
     y = place[1] + previous.camera[tile].y - camera[tile].y + float(down)
     found = interpolated(known.radiance, wp.vec2(x, y), tile, image)
-    before = bounded(found, radiance, pixel, image, chosen.deviations)
+    around = surroundings(radiance, pixel, image)
+    before = bounded(found, around, chosen.deviations)
     # What is not finite is of its frame alone, which counts it.
     if wp.isfinite(before):
-        now.radiance[pixel] = blend(radiance[pixel], before, frames, chosen.max_frames)
-        now.frames[pixel] = sign * wp.min(frames + 1, chosen.max_frames)
+        most = wp.min(float(frames + 1), frames_across(around, picture_mean[tile], chosen))
+        now.radiance[pixel] = radiance[pixel] / most + before * (1.0 - 1.0 / most)
+        now.frames[pixel] = sign * int(most + 0.5)
 
 
 class PictureHistory:
@@ -199,6 +259,8 @@ class PictureHistory:
         self._chosen = chosen
         self._now: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
         self._known: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
+        self._samples = wp.zeros(tiles * SAMPLES, dtype=float, device=device)
+        self._mean = wp.zeros(tiles, dtype=float, device=device)
 
     def for_another_viewer(self) -> "PictureHistory":
         """One with pictures of its own; both share what a frame only works with, so they run one after the other."""
@@ -212,7 +274,11 @@ class PictureHistory:
 
         read_history: whether there is a `previous` frame that this one may build on.
         """
-        inputs = [gbuffer, camera, previous.data, self._known, radiance, read_history, self._chosen, self._now]
+        inputs = [radiance, previous.data.image, self._samples]
+        launch(sample_picture_kernel, len(self._samples), inputs, radiance.device)
+        find_sample_mean(self._samples, self._mean)
+        inputs = [gbuffer, camera, previous.data, self._known, radiance, self._mean]
+        inputs += [read_history, self._chosen, self._now]
         launch(antialias_kernel, len(radiance), inputs, radiance.device)
         wp.copy(self._known.frames, self._now.frames)
         wp.copy(self._known.radiance, self._now.radiance)

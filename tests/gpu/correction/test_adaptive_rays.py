@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 from bright import SIZE, Bright, picture_of
 
-from gpu.correction.brightness import SAMPLES
+from gpu.core.sample_mean import SAMPLES
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.indirect.irradiance import CHECKS
 

@@ -4,7 +4,8 @@ import warp as wp
 from scenes import column
 from walls import CPU, HEIGHT, LEFT, WIDTH, wall
 
-from gpu.correction.brightness import SAMPLES, MeanBrightness
+from gpu.core.sample_mean import SAMPLES
+from gpu.correction.brightness import MeanBrightness
 from gpu.gbuffer.shading_points import ShadingPoints
 
 COUNT = WIDTH * HEIGHT

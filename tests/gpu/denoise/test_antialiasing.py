@@ -16,9 +16,12 @@ from gpu.denoise.antialiasing import (
     ANTIALIASING_PARAMETERS,
     AntialiasingParameters,
     PictureHistory,
+    Surroundings,
     bounded,
+    frames_across,
     frames_before,
     interpolated,
+    surroundings,
 )
 from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData
 from gpu.device_scene.upload import DeviceScene
@@ -41,9 +44,10 @@ def room() -> DeviceScene:
 
 
 class Seen:
-    """Frames of a walk, whose pictures show the post as 1 and all else as 0."""
+    """Frames of a walk, whose pictures show the post as 1 and all else as `behind`."""
 
-    def __init__(self, device_scene: DeviceScene, **changes: float) -> None:
+    def __init__(self, device_scene: DeviceScene, behind: float = 0.0, **changes: float) -> None:
+        self.behind = behind
         self.view = FrameView(device_scene, SIZE, lambertian=True)
         self.view.antialiases = True
         self.history = PictureHistory(SIZE, self.view.device, chosen=parameters(AntialiasingParameters, **changes))
@@ -58,7 +62,9 @@ class Seen:
 
     def frame(self, camera: Camera, picture: Doubles | None = None) -> Doubles:
         self.post = self.look(camera)
-        grey_picture = np.repeat((self.post if picture is None else picture)[:, None], 3, axis=1)
+        grey_picture = np.repeat(
+            (np.maximum(self.post, self.behind) if picture is None else picture)[:, None], 3, axis=1
+        )
         radiance = column(grey_picture.astype(np.float32), wp.vec3)
         reads = self.view.history_length > 0
         self.history.take(self.view.gbuffer, self.view.camera, self.last, radiance, read_history=reads)
@@ -78,7 +84,7 @@ def around(mask: Doubles, reach: int) -> np.ndarray:
 
 
 def test_edges_of_a_walk_are_smooth_and_nothing_is_left_behind(room: DeviceScene) -> None:
-    seen = Seen(room)
+    seen = Seen(room, soft_contrast=1e6, stark_contrast=1e7)
     truth = np.mean([Seen(room).look(pose(11), sample) for sample in range(1, 65)], axis=0)
     for number in range(12):
         picture = seen.frame(pose(number))
@@ -99,12 +105,43 @@ def test_a_still_camera_sees_its_walk_through_other_places_and_a_first_frame_thr
 
 
 def test_a_mean_is_of_eight_frames_about(room: DeviceScene) -> None:
-    seen, nearly_black = Seen(room, deviations=1e6), 1e-4 * (np.arange(PIXELS) % 2)
+    seen, nearly_black = Seen(room, deviations=1e6), 1e-4 * (1 + np.arange(PIXELS) % 2)
     seen.frame(pose(0), np.ones(PIXELS))
     for number in range(1, 10):
         picture = seen.frame(pose(0), nearly_black)
         assert np.median(np.abs(seen.frames())) == min(number + 1, 8)
     assert np.median(picture) == pytest.approx(1 / 8 * (7 / 8) ** 2, rel=0.01)
+
+
+def test_nothing_comes_over_an_edge_of_stark_contrast_or_is_lost_there(room: DeviceScene) -> None:
+    seen = Seen(room, behind=1e-3, dark=0.0)
+    for number in range(6):
+        picture = seen.frame(pose(number))
+        assert picture == pytest.approx(np.maximum(seen.post, 1e-3), rel=1e-3)
+
+
+def test_contrast_is_that_to_a_tenth_of_the_pictures_mean(room: DeviceScene) -> None:
+    seen, picture = Seen(room), np.random.default_rng(1).uniform(0.0, 2.0, PIXELS)
+    picture[5] = np.nan
+    seen.frame(pose(0), picture)
+    assert seen.history._mean.numpy()[0] == pytest.approx(1.0, rel=0.05)
+
+
+@wp.kernel
+def frames_across_kernel(first: int, least: wp.array[float], most: float, mean: float, chosen: AntialiasingParameters,
+                         out: wp.array[float]) -> None:  # fmt: skip
+    index = first + wp.tid()
+    around = Surroundings()
+    around.least = least[index]
+    around.most = most
+    out[index] = frames_across(around, mean, chosen)
+
+
+@pytest.mark.parametrize(("mean", "expected"), [(0.0, [8.0, 8.0, 8.0**0.5, 1.0, 1.0]), (2.0, [8.0] * 5)])
+def test_the_more_contrast_is_around_the_fewer_frames_count(mean: float, expected: list[float]) -> None:
+    least = column(1.0 / np.array([3.0, 5.0, 1000.0**0.5, 200.0, 3e3]), float)
+    out = results(frames_across_kernel, 5, [least, 1.0, mean, ANTIALIASING_PARAMETERS], float)
+    assert out == pytest.approx(expected, rel=1e-4)
 
 
 def test_what_is_not_finite_is_not_handed_on(room: DeviceScene) -> None:
@@ -162,7 +199,7 @@ def test_the_sky_is_found_where_nothing_else_was() -> None:
 def bounded_kernel(first: int, colours: wp.array[wp.vec3], picture: wp.array[wp.vec3], pixel: int, image: ImageSize,
                    deviations: float, out: wp.array[wp.vec3]) -> None:  # fmt: skip
     index = first + wp.tid()
-    out[index] = bounded(colours[index], picture, pixel, image, deviations)
+    out[index] = bounded(colours[index], surroundings(picture, pixel, image), deviations)
 
 
 def test_a_colour_is_cut_off_beyond_a_deviation_and_a_quarter() -> None:
