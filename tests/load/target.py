@@ -45,8 +45,8 @@ class Target:
 
     def http(self) -> httpx.AsyncClient:
         """A client for its REST interface."""
-        # Idle connections go before the service closes them, which could cross with a request.
-        limits = httpx.Limits(max_connections=None, keepalive_expiry=2.0)
+        # Idle connections go long before the service closes them, which could cross with a request, cores being busy.
+        limits = httpx.Limits(max_connections=None, keepalive_expiry=0.5)
         return httpx.AsyncClient(base_url=self.url, headers=self.headers, timeout=120, limits=limits, trust_env=False)
 
     def socket(self, url: str | None = None, **options: Any) -> connect:

@@ -15,6 +15,7 @@ from harness import IDENTITY, Running, Walker
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
+from gpu.settings import RenderSettings
 from server.walk import stream, viewer
 from server.walk.viewer import MESSAGE_BURST, MESSAGE_RATE
 from server.wire.browser import PROTOCOL, parse_viewer_message
@@ -210,3 +211,18 @@ def test_a_service_may_take_no_edits(serve: Callable[..., Running], visit: Visit
     assert walker.word("error")["message"] == "this server takes no edits of its scenes"
     answer = running.http.patch("/api/v1/scenes/cornell-box", json={})
     assert (answer.status_code, answer.json()["code"]) == (403, "forbidden")
+
+
+def test_what_settings_there_are_is_found_out_once(
+    running: Running, visit: Visit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    viewer._settings_schema.cache_clear()
+    made, make = [], RenderSettings.model_json_schema
+    monkeypatch.setattr(RenderSettings, "model_json_schema", lambda: made.append(1) or make())
+    schemas = []
+    for _ in range(2):
+        walker = visit(running)
+        walker.send("hello", protocol=PROTOCOL, size=[64, 36])
+        schemas.append(walker.word("welcome")["settings_schema"])
+    assert schemas[0] == schemas[1] == make()
+    assert len(made) == 1
