@@ -61,11 +61,13 @@ ANTIALIASING_PARAMETERS: AntialiasingParameters = parameters(AntialiasingParamet
 class PictureData:
     """A mean of pictures, (pixel,) each.
 
-    frames: how many it is of, below zero where there is no surface, 0 where there was no picture; radiance [W/m²/sr].
+    frames: how many it is of, below zero where there is no surface, 0 where there was no picture; radiance [W/m²/sr];
+    brightness (tile,): about the mean of the last picture's.
     """
 
     frames: wp.array[int]
     radiance: wp.array[wp.vec3]
+    brightness: wp.array[float]
 
 
 @wp.func
@@ -210,12 +212,11 @@ def sample_picture_kernel(first: int, radiance: wp.array[wp.vec3], image: ImageS
 
 @wp.kernel
 def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData], previous: PreviousFrameData,
-                     known: PictureData, radiance: wp.array[wp.vec3], picture_mean: wp.array[float], reads: bool,
-                     chosen: AntialiasingParameters, now: PictureData) -> None:  # fmt: skip
+                     known: PictureData, radiance: wp.array[wp.vec3], reads: bool, chosen: AntialiasingParameters,
+                     now: PictureData) -> None:  # fmt: skip
     """One thread a pixel: the mean of this frame's `radiance` (pixel,) and of what is `known` from those before.
 
-    camera (tile,): this frame's; picture_mean (tile,): about how bright each is in the mean; reads: whether there is a
-    previous frame.
+    camera (tile,): this frame's; reads: whether there is a previous frame. now: has its brightness already.
     """
     pixel = first + wp.tid()
     image = previous.image
@@ -246,7 +247,7 @@ def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData],
     before = bounded(found, around, chosen.deviations)
     # What is not finite is of its frame alone, which counts it.
     if wp.isfinite(before):
-        most = wp.min(float(frames + 1), frames_across(around, picture_mean[tile], chosen))
+        most = wp.min(float(frames + 1), frames_across(around, now.brightness[tile], chosen))
         now.radiance[pixel] = radiance[pixel] / most + before * (1.0 - 1.0 / most)
         now.frames[pixel] = sign * int(most + 0.5)
 
@@ -260,7 +261,7 @@ class PictureHistory:
         self._now: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
         self._known: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
         self._samples = wp.zeros(tiles * SAMPLES, dtype=float, device=device)
-        self._mean = wp.zeros(tiles, dtype=float, device=device)
+        self._now.brightness = wp.zeros(tiles, dtype=float, device=device)
 
     def for_another_viewer(self) -> "PictureHistory":
         """One with pictures of its own; both share what a frame only works with, so they run one after the other."""
@@ -276,9 +277,8 @@ class PictureHistory:
         """
         inputs = [radiance, previous.data.image, self._samples]
         launch(sample_picture_kernel, len(self._samples), inputs, radiance.device)
-        find_sample_mean(self._samples, self._mean)
-        inputs = [gbuffer, camera, previous.data, self._known, radiance, self._mean]
-        inputs += [read_history, self._chosen, self._now]
+        find_sample_mean(self._samples, self._now.brightness)
+        inputs = [gbuffer, camera, previous.data, self._known, radiance, read_history, self._chosen, self._now]
         launch(antialias_kernel, len(radiance), inputs, radiance.device)
         wp.copy(self._known.frames, self._now.frames)
         wp.copy(self._known.radiance, self._now.radiance)

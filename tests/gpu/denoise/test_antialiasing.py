@@ -124,7 +124,7 @@ def test_contrast_is_that_to_a_tenth_of_the_pictures_mean(room: DeviceScene) -> 
     seen, picture = Seen(room), np.random.default_rng(1).uniform(0.0, 2.0, PIXELS)
     picture[5] = np.nan
     seen.frame(pose(0), picture)
-    assert seen.history._mean.numpy()[0] == pytest.approx(1.0, rel=0.05)
+    assert seen.history._now.brightness.numpy()[0] == pytest.approx(1.0, rel=0.05)
 
 
 @wp.kernel

@@ -114,12 +114,12 @@ def test_a_section_begins_where_the_pose_says(desk: Desk) -> None:
     assert desk.take()[1].view == CameraMatrix(pose(1).matrix, 1.0, 2.5)
 
 
-def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk: Desk) -> None:
-    desk.session.change(1, stream=Stream(motion_scale=0.5))
+@pytest.mark.parametrize(("scale", "size"), [(0.5, (320, 180)), (1.0, FULL)])
+def test_a_view_that_rests_is_rendered_whole_and_refined(desk: Desk, scale: float, size: tuple[int, int]) -> None:
+    desk.session.change(1, stream=Stream(motion_scale=scale))
     desk.session.pose(pose(1))
     _, moving = desk.serve()
-    assert (moving.size, moving.sample, moving.quality) == ((320, 180), None, 80)
-    assert moving.walks
+    assert (moving.size, moving.sample, moving.quality, moving.walks) == (size, None, 80, True)
     assert desk.session.due is None
     assert desk.session.rest_seconds == pytest.approx(REST_SECONDS)
     desk.rest()
@@ -128,7 +128,7 @@ def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk:
     for expected in range(4):
         request, job = desk.serve()
         assert (job.sample, request.samples, job.size, job.quality) == (expected, expected + 1, FULL, 92)
-        assert not job.walks
+        assert job.walks == (expected == 0 and size == FULL)  # a walk leaves its last frame to the mean
         frames.append((request.frame, job.output))
         assert desk.session.due is (Urgency.REFINING if expected < 3 else None)
     assert frames == [(2, "jpeg"), (3, "jpeg"), (None, "none"), (4, "jpeg")]
@@ -136,21 +136,8 @@ def test_a_view_that_rests_is_rendered_whole_and_refined_until_it_is_final(desk:
     assert desk.session.due is None
 
 
-@pytest.mark.parametrize(("changes", "leaves"), [({}, True), ({"target_ms": 9.0}, False)])
-def test_a_walk_whose_frames_were_whole_leaves_its_last_one_to_the_mean(changes: Any, leaves: bool) -> None:
-    desk = Desk(settings=RenderSettings(**changes))
-    desk.session.change(1, stream=Stream(motion_scale=1.0))
-    desk.session.pose(pose(1))
-    assert desk.serve()[1].size == FULL
-    desk.rest()
-    jobs = [desk.serve()[1] for _ in range(3)]
-    assert [(job.sample, job.walks) for job in jobs] == [(0, leaves), (1, False), (2, False)]
-
-
 @pytest.mark.parametrize("target", [{"target_ms": 9.0}, {"target_error": 1e-3}])
-def test_moving_frames_with_a_target_are_whole_unless_the_viewer_locks_their_size(
-    desk: Desk, target: dict[str, float]
-) -> None:
+def test_moving_frames_with_a_target_are_whole_unless_locked(desk: Desk, target: dict[str, float]) -> None:
     desk.render_ms = 900.0
     sizes = []
     for number, settings in enumerate((RenderSettings(**target), RenderSettings()), 1):
@@ -158,6 +145,8 @@ def test_moving_frames_with_a_target_are_whole_unless_the_viewer_locks_their_siz
         for step in range(6):
             desk.session.pose(pose(10 * number + step))
             sizes.append(desk.serve()[1].size)
+        desk.rest()
+        assert not desk.serve()[1].walks
     assert sizes[:6] == [FULL] * 6
     assert sizes[-1] < FULL
     desk.session.change(3, settings=RenderSettings(**target), stream=Stream(motion_scale=0.5))
