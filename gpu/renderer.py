@@ -90,7 +90,7 @@ class Renderer:
     def new_view(self) -> ViewState:
         """What a new viewer's walk leaves behind from frame to frame; freed with the last reference to it."""
         view = self._method.new_view()
-        view.version = self._light_sets.version
+        view.version, view.surface_version = self._light_sets.version, self._light_sets.surface_version
         finalize(view, self._stages.forget, view.number)
         return view
 
@@ -168,8 +168,11 @@ class Renderer:
     ) -> _Launched:
         stages, sample = self._stages, accumulation.samples if accumulation else 0
         if view.version != self._light_sets.version:
-            view.forget()
-            view.version = self._light_sets.version
+            if view.surface_version == self._light_sets.surface_version:
+                view.forget_light()
+            else:
+                view.forget()
+            view.version, view.surface_version = self._light_sets.version, self._light_sets.surface_version
         shown = tuple(camera and camera.view_key for camera in cameras), sample
         # What a walk shows may depend on how it came there.
         unchanged = self._settings.skip.unchanged_camera and shown == view.shown and (walks or not view.walked)

@@ -1,5 +1,7 @@
 """The light that light paths are drawn by (gpu.scene.path_light), on a device, in arrays that stay."""
 
+from dataclasses import replace
+
 import warp as wp
 
 from gpu.core.device import duplicate, overwrite
@@ -11,11 +13,20 @@ from gpu.lights.sun_map import SunMaps
 from gpu.scene.path_light import path_light, path_light_shares
 from gpu.scene.types import Environment, Scene
 
+_SURFACES = "vertices", "normals", "triangles", "triangle_material", "uvs", "colors"
+
+
+def same_surfaces(one: Scene, other: Scene) -> bool:
+    """Whether two states of a scene have the same surfaces, whatever these emit."""
+    if any(getattr(one, name) is not getattr(other, name) for name in _SURFACES):
+        return False
+    pairs = zip(one.materials, other.materials, strict=True)
+    return all(a is b or replace(a, emission=b.emission) == b for a, b in pairs)
+
 
 def _same_paths(one: Scene, other: Scene) -> bool:
     """Whether light paths of both scenes, as they are drawn, are the same: nothing differs that they meet."""
-    arrays = "vertices", "triangles", "triangle_material", "uvs", "colors"
-    if any(getattr(one, name) is not getattr(other, name) for name in arrays):
+    if any(getattr(one, name) is not getattr(other, name) for name in _SURFACES):
         return False
     if isinstance(one.sky, Environment) and isinstance(other.sky, Environment):
         same_sky = one.sky.tint == other.sky.tint  # the picture is the same

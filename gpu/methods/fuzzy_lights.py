@@ -92,13 +92,15 @@ class FuzzyLights(ClusteredLights):
         return Convergence(table, self.vpls, bounds, self._areas, settings.bounces, settings.seed)
 
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
-        """Whether the last frame's clusters are of this one's lights, and it sees much the same.
+        """Whether the last frame's clusters are of this one's lights, or see others now, and it sees much the same.
 
         Of a still view's frames the smoothed ones and the first of each light set of many VPLs begin from nothing.
         """
         sample, last = kind.sample, kept.last_sample
-        if not (self.are_kept and self._setup.settings.skip.kept_clusters):
+        if not self._setup.settings.skip.kept_clusters:
             return False
+        if not self.are_kept:
+            return sample == 0 and kept.relit and view.reuses_history
         if sample == 0:
             return last == 0 and view.reuses_history
         begins = not kind.refines or sample % STILL_VIEW_PARAMETERS.frames_a_set == 0

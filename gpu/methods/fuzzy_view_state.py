@@ -28,7 +28,8 @@ class KeptLight:
 
     last_sample: the number in a still view of the frame that left this, None where none did; reads_history: whether
     the last frame built on light of those before; corrected: whether SPs that neighbours must not speak for had more
-    rays in it; near: whether near-field light was looked for.
+    rays in it; near: whether near-field light was looked for; relit: whether a walk's last frame had other light, and
+    nothing is known of this but where its clusters are.
     """
 
     visibility: Visibility
@@ -37,10 +38,12 @@ class KeptLight:
     reads_history: bool = False
     corrected: bool = False
     near: bool = False
+    relit: bool = False
 
     def begin(self, *, reads_history: bool, corrected: bool, near: bool) -> None:
         """Begin a frame, which leaves nothing should it fail."""
-        self.last_sample, self.reads_history, self.corrected, self.near = None, reads_history, corrected, near
+        self.last_sample, self.relit = None, False
+        self.reads_history, self.corrected, self.near = reads_history, corrected, near
 
     def for_another_viewer(self) -> "KeptLight":
         """One that knows nothing yet; both share what a frame only works with."""
@@ -97,7 +100,13 @@ class FuzzyViewState(ViewState):
         """As any viewer does: what clusters have seen was of other light."""
         super().forget()
         for kept in self.lights.values():
-            kept.last_sample = None
+            kept.last_sample, kept.relit = None, False
+
+    def forget_light(self) -> None:
+        """As any viewer does; what clusters have seen was of other light, but they are where they were."""
+        super().forget_light()
+        for kept in self.lights.values():
+            kept.last_sample, kept.relit = None, kept.relit or kept.last_sample == 0
 
     def set_cameras(self, cameras: Sequence[Camera | None], sample: int = 0, *, walks: bool = False) -> None:
         """As any viewer does; where the frame before saw much the same, pixels where light ended then are shaded."""

@@ -132,6 +132,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         lights.choose(view, kind, stages)
         vpls, kept = lights.vpls, lights.known_to(view)
         reuses, reads = lights.reuses_clusters(view, kept, kind), self._options.keeps_light and kind.read_history
+        # Clusters that are kept in other light are where they were, but know nothing of it.
+        relights = lights.relights or not lights.are_kept
         convergence = lights.convergence(kind)
         near = lights.has_near and convergence is None
         kept.begin(reads_history=reads, corrected=lights.corrects and kind.denoise, near=near)
@@ -146,20 +148,20 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
         def cluster() -> None:
             if reuses:
-                clustering.go_on(frame.gbuffer, view.camera, frame.size, relit=lights.relights)
+                clustering.go_on(frame.gbuffer, view.camera, frame.size, relit=relights)
             else:
                 clustering.run(frame.gbuffer, frame_seed(settings.seed, kind.sample))
 
         def shade_points() -> None:
-            lights.shade(view, few=reuses and not lights.relights)
+            lights.shade(view, few=reuses and not relights)
             if kind.denoise:
                 lights.correction.remember(view)
 
         # Step 4: SPs are clustered. Step 5: visibility between representatives. Step 6: every SP is shaded.
-        stages.run("cluster", cluster, repeats=captured, branch=reuses)
+        stages.run("cluster", cluster, repeats=captured, branch=(reuses, relights))
         stages.run("visibility", partial(lights.trace, view), repeats=captured)
         kept.last_sample = kind.sample
-        stages.run("shade", shade_points, repeats=captured, branch=reuses)
+        stages.run("shade", shade_points, repeats=captured, branch=(reuses, relights))
         if convergence is not None:
             lights.correction.converge(view, kept, convergence, kind, stages)
             return

@@ -37,8 +37,8 @@ class ViewState:
     frame may build on the last one; is_still: whether that had the same cameras. A method whose frames leave something
     to the next says so by `wrote_history`; history_length: the number of such frames before this one in a walk.
     antialiases: each of these looks through another place in the pixels. shown: what `radiance` is of, None when that
-    is no sound picture; version: of the scene's light then (gpu.vpl.light_sets); number: of this view alone, for
-    captured graphs.
+    is no sound picture; version, surface_version: of the scene's light and surfaces then (gpu.vpl.light_sets); number:
+    of this view alone, for captured graphs.
     """
 
     def __init__(self, device_scene: DeviceScene, size: tuple[int, int], tiles: int = 1) -> None:
@@ -52,7 +52,7 @@ class ViewState:
         self.walks = [TileWalk() for _ in range(tiles)]
         self.reuses_history = self.is_still = self.wrote_history = self.antialiases = False
         self.history_length = 0
-        self.version = 0
+        self.version = self.surface_version = 0
         self.shown: Hashable = None
         self.walked = False
         self.statistics: tuple[dict[str, int], dict[str, int]] = {}, {}
@@ -63,6 +63,11 @@ class ViewState:
             walk.last = None
         self.shown = None
         self.wrote_history = self.walked = False
+
+    def forget_light(self) -> None:
+        """Know nothing of the light of frames before; what they saw is as it was."""
+        self.shown = None
+        self.wrote_history = False
 
     def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
         """As `set_cameras`, where there is one tile."""

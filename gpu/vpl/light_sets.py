@@ -17,7 +17,7 @@ from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import PathEnds, paths_for, pilot_of
 from gpu.lights.light_table import LightTable
-from gpu.lights.path_light import PathLight
+from gpu.lights.path_light import PathLight, same_surfaces
 from gpu.vpl.light_set import ROOM, LightSet, LightSetChoice, RunPart, VplMaker
 from gpu.vpl.sun_importance import sun_maps_of, suns_of
 from gpu.vpl.vpl_clusters import VplClusters
@@ -33,7 +33,9 @@ def _run(name: str, part: Callable[[], None]) -> None:
 
 
 class LightSets:
-    """A scene's light sets by choice, and the table of its emitters. version: of its light, which edits change."""
+    """A scene's light sets by choice, and the table of its emitters. version: of its light, which edits change;
+    surface_version: of what is lit, which edits of lights leave as it is.
+    """
 
     def __init__(self, device_scene: DeviceScene) -> None:
         self._device_scene = device_scene
@@ -45,7 +47,7 @@ class LightSets:
         self._makers: dict[LightSetChoice, VplMaker] = {}
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self._busy = False
-        self.version = self._path_version = 0
+        self.version = self.surface_version = self._path_version = 0
         self.table: LightTable = build_light_table(device_scene)
         self.table.suns = sun_maps_of(device_scene, self.table)
         self._path_light = PathLight(device_scene, self.table.suns)
@@ -61,6 +63,8 @@ class LightSets:
         table.suns = self.table.suns if same_suns else sun_maps_of(edited, table)
         if not (scene.can_become(edited) and alike(LightTable, self.table, table)):
             return False
+        if not same_surfaces(scene.scene, edited.scene):
+            self.surface_version += 1
         same_paths = self._path_light.follow(edited, table, same_suns=same_suns)
         scene.become(edited)
         overwrite(LightTable, self.table, table)

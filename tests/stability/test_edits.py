@@ -15,6 +15,7 @@ from scenes import box, grey, quad, scene_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
+from gpu.scene.camera import rotated
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits, edited
 from gpu.scene.types import Doubles, Light, LightKind, Sky
 from gpu.settings import Component, Method, RenderSettings, Skips
@@ -92,9 +93,33 @@ def test_edits_leave_nothing_of_what_was_before(method: Method, steps: list[Scen
         if not sets.follow(state):
             sets = LightSets(state)
             renderer = Renderer(state, SIZE, options, light_sets=sets)
-        found = renderer.render(CAMERA, walks=True)
+        found = renderer.render(CAMERA)
         anew = DeviceScene(edited(base.scene, step), "cpu")
         assert found.radiance().tobytes() == Renderer(anew, SIZE, options).render(CAMERA).radiance().tobytes()
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.RSM_DISKS, Method.PHOTON_GATHER])
+def test_a_walk_keeps_nothing_of_the_light_before_but_where_things_are(method: Method) -> None:
+    """Its clusters stay in place, so that they do not flicker while somebody drags a light."""
+    base, options = room(), RenderSettings(**COUNTS, method=method)
+    bulb = LightEdit(position=(0.1, -0.1, 0.2), intensity=3.0, color=(1.0, 0.4, 0.1))
+    wanted = SceneEdits(lights={"bulb": bulb, "sky": LightEdit(intensity=0.5)})
+
+    def walked(*edits: SceneEdits) -> bytes:
+        now = base.edited(edited(base.scene, edits[0]))
+        sets = LightSets(now)
+        renderer = Renderer(now, SIZE, options, light_sets=sets)
+        for number, edit in enumerate(edits):
+            assert number == 0 or sets.follow(base.edited(edited(base.scene, edit)))
+            picture = renderer.render(rotated(CAMERA, 0.3 * number), walks=True).radiance().tobytes()
+        return picture
+
+    dim, moved = LightEdit(intensity=0.2), LightEdit(position=(-0.3, 0.2, 0.1))
+    before = SceneEdits(lights={"bulb": dim, "default": dim}), SceneEdits(lights={"bulb": moved})
+    first, second = (walked(edits, wanted) for edits in before)
+    assert first == second
+    alone = Renderer(base.edited(edited(base.scene, wanted)), SIZE, options).render(rotated(CAMERA, 0.3))
+    assert (first == alone.radiance().tobytes()) == (method is Method.RSM_DISKS)
 
 
 @pytest.mark.parametrize("method", [Method.EXACT_VPL, Method.FUZZY_VPL])

@@ -117,6 +117,23 @@ def test_dimming_a_light_traces_no_path_and_moves_no_cluster(device_scene: Devic
     assert told == ["relight", "light", "vpl-clusters"]
 
 
+def test_a_file_that_says_what_edits_say_has_as_much_light_by_other_paths(device_scene: DeviceScene) -> None:
+    choice = replace(CHOICE, vpls=5000, vpl_clusters=50)
+    scene = replace(device_scene.scene, lights=(Light("bulb", LightKind.POINT, (2.0, 1.0, 2.0), (0.2, 0.2, 0.0)),))
+    dimmed = edited(scene, SceneEdits(lights={"bulb": LightEdit(intensity=0.2)}))
+    (bulb,) = dimmed.lights
+    says_so = replace(scene, lights=(replace(bulb, path_color=None),))
+    sets = [LightSets(DeviceScene(one, "cpu")).clusters(choice, silent) for one in (dimmed, says_so)]
+    edit, file = (one.members for one in sets)
+    numbers = [np.count_nonzero(one.light.numpy()[: one.count]) for one in (edit, file)]
+    assert numbers[0] > 2.0 * numbers[1]
+    for light in (0, len(scene.materials) + 1):
+        sums = [
+            one.flux.numpy()[: one.count][one.light.numpy()[: one.count] == light].sum(axis=0) for one in (edit, file)
+        ]
+        assert sums[0] == pytest.approx(sums[1], rel=0.05)
+
+
 def test_a_scene_that_becomes_wider_keeps_its_arrays() -> None:
     """As animated ones do in most frames."""
     corner = replace(quad((0.1, 0.1, 0.1), (0.0, 0.0, 0.4), (0.4, 0.0, 0.0)), name="corner")
