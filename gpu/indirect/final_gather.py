@@ -32,6 +32,14 @@ class Gathered:
     least_distance: wp.array[float]
 
 
+@wp.func
+def gather_direction(clusters: ShadingClusters, order: wp.array[int], seeds: wp.array[int], cluster: int,
+                     place: int) -> wp.vec3:  # fmt: skip
+    """Direction of the ray at a place of the `order` of a cluster's, with density cosθ/π; seeds: one element."""
+    point = sobol_pair(order[place], 0, pixel_seed(cluster, seeds[0]))
+    return cosine_direction(clusters.normal[cluster], point.y, point.x)
+
+
 @cache
 def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.Kernel:
     """The kernel that reads illumination(scene, data, position, normal), irradiance, where rays end."""
@@ -51,8 +59,7 @@ def gather_ray_kernel(illumination: wp.Function, data: Any, texels: bool) -> wp.
         if clusters.spacing[cluster] <= 0.0:
             return
         normal = clusters.geometric_normal[cluster]
-        place = sobol_pair(order[index % rays], 0, pixel_seed(cluster, seeds[0]))
-        direction = cosine_direction(clusters.normal[cluster], place.y, place.x)
+        direction = gather_direction(clusters, order, seeds, cluster, index % rays)
         if wp.dot(direction, normal) <= 0.0:
             return
         hit = closest_hit(scene, offset_origin(clusters.position[cluster], normal, direction), direction, RAY_LENGTH)
@@ -98,11 +105,14 @@ def coherent_order(rays: int) -> list[int]:
 
 
 class FinalGather:
-    """`rays` rays from the centre of each of `clusters`, which read `light`; `gathered` after `run`."""
+    """`rays` rays from the centre of each of `clusters`, which read `light`; `gathered` after `run`.
+
+    order (ray,): which of a Sobol sequence's points a cluster's rays are.
+    """
 
     def __init__(self, clusters: ShadingClusters, rays: int, light: Illumination) -> None:
         self._clusters, self._rays, self._light = clusters, rays, light
-        self._order = wp.array(coherent_order(rays), dtype=int, device=clusters.spacing.device)
+        self.order = wp.array(coherent_order(rays), dtype=int, device=clusters.spacing.device)
         self.device, self._count = clusters.spacing.device, len(clusters.spacing)
         self.gathered: Gathered = allocate(Gathered, self._count, self.device)
         self.gathered.radiance = wp.zeros(rays * self._count, dtype=wp.vec3, device=self.device)
@@ -111,6 +121,6 @@ class FinalGather:
     def run(self, scene: SceneData, seed: wp.array, features: SceneFeatures) -> None:
         """Gather what the rays see; seed (1,): of their directions."""
         kernel = gather_ray_kernel(self._light.lookup, self._light.data, features.texels)
-        inputs = [scene, self._clusters, self._light.lit, self._order, seed, self.gathered]
+        inputs = [scene, self._clusters, self._light.lit, self.order, seed, self.gathered]
         launch(kernel, self._count * self._rays, inputs, self.device)
         launch(gather_sum_kernel, self._count, [self._rays, self.gathered], self.device)

@@ -9,6 +9,7 @@ around a point takes its place, the same for all of them.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import warp as wp
 
@@ -17,10 +18,15 @@ from gpu.clustering.nearest import nearest_of_some, nearest_search
 from gpu.clustering.points import Points
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
+from gpu.device_scene.bsdf import traced_share
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import unblocked
+from gpu.gbuffer.gbuffer import GBuffer, surface_of
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.final_gather import Gathered
+from gpu.indirect.gathered_directions import GlossyReceivers
+from gpu.indirect.lobe_harmonics import lobe_harmonics, reflected_channel
+from gpu.indirect.spherical_harmonics import Harmonics
 
 # Centres that are looked for around an SP; the last only bounds the weights of the others.
 SAMPLES = 8
@@ -42,58 +48,95 @@ class InterpolationParameters:
 INTERPOLATION_PARAMETERS: InterpolationParameters = parameters(InterpolationParameters)
 
 
-@wp.kernel
-def interpolate_irradiance_kernel(
-    first: int,
-    scene: SceneData,
-    points: Points,
-    listed: PointList,
-    centres: Representatives,
-    gathered: Gathered,
-    chosen: InterpolationParameters,
-    irradiance: wp.array[wp.vec3],
-) -> None:
-    """One thread an SP: the mean of the centres around it by Ward's weights, less the weight of the farthest one, so
-    that no centre comes or goes with a step; of those that it sees, if there are any. irradiance (pixel,) [W/m²].
-    """
-    sp = first + wp.tid()
-    if sp >= points.count[0]:
-        return
-    position = points.position[sp]
-    normal = points.normal[sp]
-    found = nearest_centres(centres, position, normal, level_of(centres.chosen, points.spacing[sp]))
-    if found.cluster[0] < 0:
-        count = centres.spacing.shape[0]
-        found.cluster[0] = nearest_of_some(centres, count, position, normal, chosen.search)
-    least = float(1.0e30)
-    for f in range(wp.static(SAMPLES)):
-        weight = float(0.0)
-        cluster = found.cluster[f]
-        if cluster >= 0:
-            other = centres.normal[cluster]
-            distance = separation(centres.chosen, position, normal, centres.position[cluster], other)
-            change = distance / points.spacing[sp] + wp.sqrt(wp.max(2.0 - 2.0 * wp.dot(normal, other), 0.0))
-            weight = 1.0 / wp.max(change, 1.0e-4)
-        found.distance[f] = weight
-        least = wp.min(least, weight)
-    total = float(0.0)
-    light = wp.vec3(0.0, 0.0, 0.0)
-    for f in range(wp.static(SAMPLES)):
-        weight = found.distance[f] - least
-        if weight > 0.0:
+@cache
+def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
+    """The kernel for a scene with or without gloss."""
+
+    @wp.kernel(module="unique")
+    def interpolate_irradiance_kernel(
+        first: int,
+        scene: SceneData,
+        points: Points,
+        listed: PointList,
+        centres: Representatives,
+        gathered: Gathered,
+        chosen: InterpolationParameters,
+        irradiance: wp.array[wp.vec3],
+        gbuffer: GBuffer,
+        receivers: GlossyReceivers,
+    ) -> None:
+        """One thread an SP: the mean of the centres around it by Ward's weights, less the weight of the farthest one,
+        so that no centre comes or goes with a step; of those that it sees, if there are any. irradiance (pixel,)
+        [W/m²].
+        """
+        sp = first + wp.tid()
+        if sp >= points.count[0]:
+            return
+        position = points.position[sp]
+        normal = points.normal[sp]
+        found = nearest_centres(centres, position, normal, level_of(centres.chosen, points.spacing[sp]))
+        if found.cluster[0] < 0:
+            count = centres.spacing.shape[0]
+            found.cluster[0] = nearest_of_some(centres, count, position, normal, chosen.search)
+        least = float(1.0e30)
+        for f in range(wp.static(SAMPLES)):
+            weight = float(0.0)
             cluster = found.cluster[f]
-            centre = centres.position[cluster]
-            free = wp.length(centre - position) < chosen.free_share * gathered.least_distance[cluster]
-            if not free:
-                free = unblocked(scene, position, normal, centre, centres.normal[cluster])
-            if free:
-                light += gathered.irradiance[cluster] * weight
-                total += weight
-    if total > 0.0:
-        light = light / total
-    elif found.cluster[0] >= 0:
-        light = gathered.irradiance[found.cluster[0]]
-    irradiance[listed.pixels[sp]] = light
+            if cluster >= 0:
+                other = centres.normal[cluster]
+                distance = separation(centres.chosen, position, normal, centres.position[cluster], other)
+                change = distance / points.spacing[sp] + wp.sqrt(wp.max(2.0 - 2.0 * wp.dot(normal, other), 0.0))
+                weight = 1.0 / wp.max(change, 1.0e-4)
+            found.distance[f] = weight
+            least = wp.min(least, weight)
+        total = float(0.0)
+        light = wp.vec3(0.0, 0.0, 0.0)
+        for f in range(wp.static(SAMPLES)):
+            weight = found.distance[f] - least
+            found.distance[f] = 0.0
+            if weight > 0.0:
+                cluster = found.cluster[f]
+                centre = centres.position[cluster]
+                free = wp.length(centre - position) < chosen.free_share * gathered.least_distance[cluster]
+                if not free:
+                    free = unblocked(scene, position, normal, centre, centres.normal[cluster])
+                if free:
+                    light += gathered.irradiance[cluster] * weight
+                    total += weight
+                    found.distance[f] = weight
+        if total > 0.0:
+            light = light / total
+        elif found.cluster[0] >= 0:
+            light = gathered.irradiance[found.cluster[0]]
+            found.distance[0] = 1.0
+            total = 1.0
+        pixel = listed.pixels[sp]
+        irradiance[pixel] = light
+        if wp.static(glossy):
+            receivers.light[pixel] = wp.vec3(0.0, 0.0, 0.0)
+            share = traced_share(gbuffer.roughness[pixel], gbuffer.f90[pixel])
+            if share == 0.0 or total == 0.0:
+                return
+            red = Harmonics()
+            green = Harmonics()
+            blue = Harmonics()
+            for f in range(wp.static(SAMPLES)):
+                weight = found.distance[f] / total
+                if weight > 0.0:
+                    cluster = found.cluster[f]
+                    red += receivers.coefficients[cluster, 0] * weight
+                    green += receivers.coefficients[cluster, 1] * weight
+                    blue += receivers.coefficients[cluster, 2] * weight
+            surface = surface_of(gbuffer, pixel)
+            lobe = lobe_harmonics(surface, gbuffer.to_camera[pixel])
+            reflected = wp.vec3(
+                reflected_channel(lobe, surface.f0[0], surface.f90, red),
+                reflected_channel(lobe, surface.f0[1], surface.f90, green),
+                reflected_channel(lobe, surface.f0[2], surface.f90, blue),
+            )
+            receivers.light[pixel] = wp.cw_mul(gbuffer.throughput[pixel], reflected) * share
+
+    return interpolate_irradiance_kernel
 
 
 def interpolate_irradiance(
@@ -103,8 +146,13 @@ def interpolate_irradiance(
     centres: Representatives,
     gathered: Gathered,
     irradiance: wp.array,
+    gbuffer: GBuffer,
+    receivers: "GlossyReceivers | None" = None,
     chosen: InterpolationParameters = INTERPOLATION_PARAMETERS,
 ) -> None:
-    """Fill in `irradiance` (pixel,) of all SPs of `scene`, which are `listed`, by what their `centres` `gathered`."""
-    inputs = [scene, points, listed, centres, gathered, chosen, irradiance]
-    launch(interpolate_irradiance_kernel, len(points.spacing), inputs, irradiance.device)
+    """Fill in `irradiance` (pixel,) of all SPs of `scene`, which are `listed`, by what their `centres` `gathered`; and
+    the light of `receivers`, if it is asked for, as the lobes in `gbuffer` reflect it.
+    """
+    inputs = [scene, points, listed, centres, gathered, chosen, irradiance, gbuffer]
+    kernel = interpolate_irradiance_kernel(receivers is not None)
+    launch(kernel, len(points.spacing), [*inputs, receivers or GlossyReceivers()], irradiance.device)

@@ -9,6 +9,7 @@ from gpu.core.stages import Stages, new_number
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.cut_lookup import CutLight
 from gpu.indirect.final_gather import FinalGather
+from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
 from gpu.indirect.irradiance_interpolation import interpolate_irradiance
 from gpu.indirect.photon_lookup import FullMapLight
 from gpu.lights.light_paths import paths_for
@@ -24,10 +25,21 @@ from gpu.sp.shading_clusters import ShadingClustering
 
 
 class PhotonGather(RenderMethod[GatherViewState]):
-    """The stages of the 2009 paper's Fig. 2, for diffuse surfaces."""
+    """The stages of the 2009 paper's Fig. 2."""
 
-    stage_names = ("gbuffer", "photons", "illumination", "cluster", "gather", "irradiance", "direct", "interpolate")
+    stage_names = (
+        "gbuffer",
+        "photons",
+        "illumination",
+        "cluster",
+        "gather",
+        "irradiance",
+        "direct",
+        "interpolate",
+        "gloss",
+    )
     pixel_bytes, view_pixel_bytes = 444, 12
+    gloss_pixel_bytes = 12
 
     def __init__(self, setup: RenderSetup) -> None:
         settings, counts = setup.settings, setup.sample_counts
@@ -36,6 +48,11 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._passes = Passes(setup, self._frame)
         self._counter = Counter(1, setup.device)
         self._clustering = ShadingClustering(self._frame.shading_points, counts.sp_clusters)
+        self._receivers = None
+        if self._frame.features.gloss:
+            # What their narrow lobes reflect is left out of what they reflect of even light.
+            self._frame.gbuffer.traces_gloss = True
+            self._receivers = glossy_receivers(self._clustering.most, setup.pixels, setup.device)
         self._version = self._paths = -1
         self._follow_lights()
         setup.progress("photons are traced in each frame", 1.0)
@@ -62,11 +79,11 @@ class PhotonGather(RenderMethod[GatherViewState]):
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
-        """Of photons, about half as many places again as there are, and of clusters with their rays; of a cut next to
-        nothing.
+        """Of photons, about half as many places again as there are, and of clusters with their rays, as if there were
+        gloss; of a cut next to nothing.
         """
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
-        return 212 * sample_counts.photons + 283 * sample_counts.sp_clusters + 16 * rays, 52 * sample_counts.sp_clusters
+        return 212 * sample_counts.photons + 475 * sample_counts.sp_clusters + 16 * rays, 52 * sample_counts.sp_clusters
 
     def new_view(self) -> GatherViewState:
         """One whose walk keeps the places where light is gathered."""
@@ -84,11 +101,14 @@ class PhotonGather(RenderMethod[GatherViewState]):
             stages.run("photons", self._trace)
             stages.run("illumination", lambda: self._light.estimate(frame.scene))
             self._cluster(view, kind, stages)
-            stages.run("gather", lambda: self._gather.run(frame.scene, frame.seed, frame.features))
+            stages.run("gather", self._gather_light)
             stages.run("irradiance", self._interpolate)
         passes.end_direct(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=False)
+            if self._receivers is not None:
+                gloss = self._receivers.light
+                stages.run("gloss", lambda: points.add(gloss, view.radiance, bounded=False))
 
     def _trace(self) -> None:
         self._map.trace(self._frame.scene, self._table, self._frame.seed, self._frame.features)
@@ -109,10 +129,18 @@ class PhotonGather(RenderMethod[GatherViewState]):
         stages.run("cluster", cluster, branch=(goes_on, walks))
         view.keeps_centres |= walks
 
+    def _gather_light(self) -> None:
+        frame, gather, receivers = self._frame, self._gather, self._receivers
+        gather.run(frame.scene, frame.seed, frame.features)
+        if receivers is not None:
+            inputs = self._clustering.clusters, gather.order, frame.seed, gather.gathered
+            project_radiance(*inputs, receivers.coefficients)
+
     def _interpolate(self) -> None:
         clustering, frame = self._clustering, self._frame
         inputs = clustering.points, frame.shading_points.points, clustering.grid.data, self._gather.gathered
-        interpolate_irradiance(frame.scene, *inputs, frame.indirect.irradiance)
+        glossy = frame.gbuffer, self._receivers
+        interpolate_irradiance(frame.scene, *inputs, frame.indirect.irradiance, *glossy)
 
     def count(self, view: GatherViewState) -> None:
         """Count pixels that see nothing."""

@@ -8,6 +8,7 @@ from gpu.clustering.points import Points
 from gpu.core.device import allocate
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
+from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.final_gather import Gathered
 from gpu.indirect.irradiance_interpolation import SAMPLES, InterpolationParameters, interpolate_irradiance
@@ -61,7 +62,8 @@ def interpolated(room: SceneData, centres: Floats, points: Floats, gathered: Gat
     sps.spacing, sps.count = wp.full(len(points), SPACING, device=CPU), column([len(points)], wp.int32)
     listed.pixels, listed.count = column(np.arange(len(points))[::-1], wp.int32), sps.count
     out = wp.zeros(len(points), dtype=wp.vec3, device=CPU)
-    interpolate_irradiance(room, sps, listed, grid.data, gathered, out, parameters(InterpolationParameters, **chosen))
+    how = parameters(InterpolationParameters, **chosen)
+    interpolate_irradiance(room, sps, listed, grid.data, gathered, out, GBuffer(), None, how)
     return np.asarray(out.numpy())[::-1]
 
 

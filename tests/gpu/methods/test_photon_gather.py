@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 from pictures import CAMERA, SIZE, lamp_room, picture, relative_error
+from scenes import box, grey, quad, resident_of
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.renderer import Renderer
 from gpu.scene.camera import rotated
-from gpu.scene.types import Floats
+from gpu.scene.types import Floats, Material
 from gpu.settings import EVERY_SKIP, Component, Method, RenderSettings
 from tests.bench.figures import flicker
 
@@ -28,6 +29,23 @@ def test_it_agrees_with_path_tracing(room: DeviceScene, paths: Floats, cut_nodes
     gathered = picture(room, method=Method.PHOTON_GATHER, cut_nodes=cut_nodes, **INDIRECT, **COUNTS)
     assert gathered.mean() == pytest.approx(paths.mean(), rel=0.03)
     assert relative_error(gathered, paths) < 0.005
+
+
+def test_a_glossy_floor_shows_what_its_lobes_reflect() -> None:
+    """A room with a dark block in polished metal, in parts of the floor; as even light they would be off by 0.009."""
+    lamp = quad((-0.2, 0.49, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
+    block = quad((-0.1, -0.3, -0.3), (0.35, 0.0, 0.0), (0.0, 0.4, 0.1), 2)
+    floor = quad((-0.5, -0.45, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), 3)
+    metal = Material(base_color=(0.8, 0.8, 0.8, 1.0), metallic=1.0, roughness=0.35)
+    room = resident_of([*box(), lamp, block, floor], [grey(0.7), grey(0.0, 5.0), grey(0.2), metal])
+    choice = {"component": Component.INDIRECT, "sp_clusters": 300}
+    gathers = {"method": Method.PHOTON_GATHER, "photons": 16_000, "gather_rays": 128}
+    seen, paths = (
+        picture(room, **choice, **method)[22:].reshape(2, 7, 6, 8, 3).mean(axis=(1, 3))
+        for method in (gathers, {"method": Method.PATH, "samples": 128})
+    )
+    assert seen.mean() == pytest.approx(paths.mean(), rel=0.05)
+    assert relative_error(seen, paths) < 0.005
 
 
 def walked(room: DeviceScene, settings: RenderSettings) -> Floats:
