@@ -6,7 +6,7 @@ import { about, direction, fromAngles, then, toAim, toAngles, turned } from "./t
 /** @typedef {import("./messages.js").ObjectEdit} ObjectEdit */
 /** @typedef {import("./messages.js").ScenePatch} ScenePatch */
 /** @typedef {import("./messages.js").SceneInfo} SceneInfo */
-/** @typedef {Pick<import("./messages.js").SceneEdits, "lights" | "objects">} Edits */
+/** @typedef {Pick<import("./messages.js").SceneEdits, "lights" | "objects"> & Pick<import("./messages.js").Edits, "suns">} Edits */
 /** @typedef {[number, number, number]} Vec3 */
 /** @typedef {{kind: "object" | "light", id: string}} Chosen */
 
@@ -21,12 +21,12 @@ import { about, direction, fromAngles, then, toAim, toAngles, turned } from "./t
  */
 
 /** @param {Chosen | null} chosen @param {SceneInfo | null} scene @param {Edits} edits @returns {Target | null} */
-export function targetOf(chosen, scene, { lights, objects }) {
+export function targetOf(chosen, scene, { lights, objects, suns }) {
   if (chosen?.kind === "light") {
     const light = scene?.lights.find(({ id }) => id === chosen.id);
     if (!light?.position && !light?.direction) return null;
     const edit = lights[chosen.id];
-    const [at, shines] = [light.position && (edit?.position ?? light.position), light.direction && (edit?.direction ?? light.direction)];
+    const [at, shines] = [light.position && (edit?.position ?? light.position), light.direction && (edit?.direction ?? suns[light.id] ?? light.direction)];
     const [azimuth, elevation] = shines ? toAim(shines) : [0, 0];
     return { name: light.id, at, corners: null, direction: shines, angles: shines && [elevation, azimuth, elevation] };
   }

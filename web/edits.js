@@ -18,6 +18,8 @@ const NONE = { time: null, animation: null, lights: {}, materials: {}, objects: 
 export class EditHistory {
   /** Whether edits are this viewer's own, as is known or was asked for. */
   own = false;
+  /** Where lights shine that are the sun of a date. @type {import("./messages.js").Edits["suns"]} */
+  suns = {};
   /** Own ones of the same scene on the connection before, until the server says what differs. @type {SceneEdits | null} */
   #kept = null;
   #send;
@@ -71,6 +73,7 @@ export class EditHistory {
   restart(stays) {
     this.#kept = stays && this.own ? this.edits : null;
     this.own = false;
+    this.suns = {};
     clearTimeout(this.#timer);
     this.#timer = undefined;
     this.#known = NONE;
@@ -82,8 +85,9 @@ export class EditHistory {
   }
 
   /** The server says what differs. @param {import("./messages.js").Edits} message  edit: the newest of this viewer's that it knows */
-  told({ edits, edit, own }) {
+  told({ edits, edit, own, suns }) {
     this.#known = edits;
+    this.suns = suns;
     this.#sent = this.#sent.filter(({ id }) => id > edit);
     if (this.#sent.length === 0) this.own = own;
     const kept = this.#kept;

@@ -100,6 +100,12 @@ export interface LightEdit {
   position?: [number, number, number] | null;
   /** where the light of a spot or a directional light goes, in the world, of any length */
   direction?: [number, number, number] | null;
+  /** a directional light is the sun at this time, with its zone: it shines from there, unless a direction is given, and as much of it as comes through the air of what does when it is overhead */
+  date?: string | null;
+  /** of that sun: latitude and longitude, north and east are positive [°] */
+  place?: [number, number] | null;
+  /** for that sun: from −Z to the north, clockwise as seen from above [°] */
+  north?: number | null;
 }
 
 /** What differs of a material; None is as the file says. As in glTF, factors on what its textures say. */
@@ -282,6 +288,8 @@ export interface Edits {
   edit: number;
   /** they are this viewer's own, which nobody else sees */
   own: boolean;
+  /** where lights shine that are the sun of a date, by id */
+  suns: Readonly<Record<string, [number, number, number]>>;
 }
 
 /** All that differs from a scene's file, by the ids that gpu.scene.parts and gpu.scene.objects give. What moves with time comes first: an edit of a light or an object is of what is there then. Materials come before lights: an emissive surface shines as its material's emission says, times what its light's edit says. */

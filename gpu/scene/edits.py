@@ -11,7 +11,7 @@ from math import hypot
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 
 from gpu.errors import UserError
 from gpu.scene.moment import Moment
@@ -19,6 +19,7 @@ from gpu.scene.objects import Move, object_boxes, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
 from gpu.scene.path_light import with_path_light
 from gpu.scene.posed import posed
+from gpu.scene.sun import sun_direction, sun_position, sun_strength
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Environment, Light, Material, Placement, Rgb, Scene, Sky
 
@@ -32,6 +33,8 @@ Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 Color = Annotated[tuple[Share, Share, Share], Field(description="linear Rec. 709, each channel from 0 to 1")]
 Radiance = Annotated[FiniteFloat, Field(ge=0.0, le=1e6)]
 Metres = Annotated[FiniteFloat, Field(ge=-1e9, le=1e9)]
+Latitude = Annotated[FiniteFloat, Field(ge=-90.0, le=90.0)]
+Longitude = Annotated[FiniteFloat, Field(ge=-180.0, le=180.0)]
 Degrees = Annotated[FiniteFloat, Field(ge=-360.0, le=360.0)]
 PartId = Annotated[str, Field(min_length=1, max_length=MOST_ID + 16)]
 
@@ -55,12 +58,36 @@ class LightEdit(_Edit):
         default=None, description="where the light of a spot or a directional light goes, in the world, of any length"
     )
 
+    date: AwareDatetime | None = Field(
+        default=None,
+        description="a directional light is the sun at this time, with its zone: it shines from there, unless a "
+        "direction is given, and as much of it as comes through the air of what does when it is overhead",
+    )
+    place: tuple[Latitude, Longitude] | None = Field(
+        default=None, description="of that sun: latitude and longitude, north and east are positive [°]"
+    )
+    north: Degrees | None = Field(
+        default=None, description="for that sun: from −Z to the north, clockwise as seen from above [°]"
+    )
+
     @field_validator("direction")
     @classmethod
     def _goes_somewhere(cls, direction: Rgb | None) -> Rgb | None:
         if direction is not None and not 1e-6 < hypot(*direction) < 1e6:
             raise ValueError("must have a length from 1e-6 to 1e6")
         return direction
+
+    @property
+    def sun(self) -> tuple[float, float] | None:
+        """Azimuth, clockwise from north, and height above the horizon [°] of the sun that it is, if it is one."""
+        return None if self.date is None or self.place is None else sun_position(*self.place, self.date)
+
+    @property
+    def shines(self) -> Rgb | None:
+        """The direction that it has by this edit."""
+        if self.direction is not None or (sun := self.sun) is None:
+            return self.direction
+        return sun_direction(*sun, self.north or 0.0)
 
     def scale(self, color: Rgb) -> Rgb:
         """A light's `color`, of any unit, with this edit: its largest channel changes by `factor` alone."""
@@ -200,6 +227,10 @@ def _check_look(edits: SceneEdits, lights: Mapping[str, LightForm], materials: C
         for field, moved, movable in (("position", light.position, PLACED), ("direction", light.direction, AIMED)):
             if moved is not None and lights[one] not in movable:
                 raise UserError(f"lights.{one}.{field}: a light of this kind ({lights[one]}) has none")
+        if light.date is not None and lights[one] is not LightForm.DIRECTIONAL:
+            raise UserError(f"lights.{one}.date: only a directional light can be the sun, not {lights[one]}")
+        if light.date is not None and light.place is None:
+            raise UserError(f"lights.{one}.place: must be given for the sun of a date")
 
 
 def _check_shape(edits: SceneEdits, objects: Mapping[str, Box], bounds: Box, animations: Sequence[str]) -> None:
@@ -256,9 +287,12 @@ def _edited_light(light: Light, edit: LightEdit, placement: Placement) -> Light:
     position, direction = light.position, light.direction
     if edit.position is not None:
         position = as_vector((np.array(edit.position) - placement.centre) * placement.scale)
-    if edit.direction is not None:
-        direction = as_vector(np.array(edit.direction) / np.linalg.norm(edit.direction))
-    return replace(light, intensity=edit.scale(light.intensity), position=position, direction=direction)
+    if (shines := edit.shines) is not None:
+        direction = as_vector(np.array(shines) / np.linalg.norm(shines))
+    intensity = edit.scale(light.intensity)
+    if (sun := edit.sun) is not None:
+        intensity = as_vector(np.array(intensity) * sun_strength(sun[1]))
+    return replace(light, intensity=intensity, position=position, direction=direction)
 
 
 def _edited_sky(sky: Sky | Environment, edit: LightEdit) -> Sky | Environment:

@@ -347,7 +347,10 @@ class Viewer:
             if self._shown is not None:
                 scene, edited, viewer = self._shown[0], self._service.edited, self._session.viewer
                 edits, own = edited.of(scene, viewer), edited.is_own(scene, viewer)
-                await self._socket.send(Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own))
+                suns = {
+                    one: it.shines for one, it in edits.lights.items() if it.sun is not None and it.shines is not None
+                }
+                await self._socket.send(Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own, suns=suns))
             await asyncio.sleep(EDITS_SECONDS)
 
     def _status(self) -> Status:

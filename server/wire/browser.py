@@ -356,6 +356,9 @@ class Edits(Message):
     edits: SceneEdits
     edit: int = Field(0, description="the newest of this viewer's that was dealt with, 0: none")
     own: bool = Field(False, description="they are this viewer's own, which nobody else sees")
+    suns: dict[PartId, tuple[float, float, float]] = Field(
+        {}, description="where lights shine that are the sun of a date, by id"
+    )
 
 
 class Status(Message):

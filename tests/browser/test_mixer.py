@@ -114,6 +114,28 @@ def test_objects_go_and_move(page: Page, stage: Stage) -> None:
     assert patches(stage, 4)[-1] == {"objects": {"chair": {"offset": [0, -0.02, 0]}}}
 
 
+def test_a_sun_stands_by_day_and_hour(page: Page, gradients: Running) -> None:
+    stage = Stage(page)
+    page.goto(str(gradients.http.base_url))
+    stage.welcome()
+    stage.scene(lights=[{"id": "sun", "form": "directional", "color": [1, 1, 1], "direction": [0, -1, 0]}])
+    stage.hear("pose")
+    page.keyboard.press("KeyG")
+    page.get_by_role("button", name="Turn: sun").click()
+    page.get_by_label("Sun by date: sun").check()
+    page.get_by_label("longitude [°] of sun").fill("-74")
+    page.get_by_label("Day of sun").fill("60")
+    page.get_by_label("Hour of sun").fill("6.5")
+    expect(page.locator(".slider span")).to_have_text(["1 Mar", "6:30"])
+    wait_for(page, lambda: patches(stage, 1)[-1]["lights"]["sun"].get("date", "")[4:] == "-03-01T06:30:00-05:00")
+    edits = {**NO_EDITS.model_dump(), "lights": {"sun": {"date": "2026-03-01T12:00:00Z", "place": [40, -74]}}}
+    stage.say("edits", scene="cornell-box", edits=edits, edit=9, own=False, suns={"sun": [-1, 0, 0]})
+    expect(page.get_by_label("azimuth [°] of sun")).to_have_value("-90")
+    expect(page.locator(".slider span")).to_have_text(["1 Mar", "7:00"])
+    page.get_by_label("Sun by date: sun").uncheck()
+    wait_for(page, lambda: patches(stage, 1)[-1]["lights"]["sun"]["date"] is None)
+
+
 def test_a_light_is_brought_to_the_camera(page: Page, gradients: Running) -> None:
     stage = Stage(page)
     page.goto(str(gradients.http.base_url))
@@ -137,7 +159,7 @@ def test_a_refused_edit_is_said_and_taken_back(page: Page, stage: Stage) -> None
     expect(page.get_by_label("lamp", exact=True)).not_to_be_checked()
     number = stage.hear("edit")["id"]
     stage.say("error", code="edit-refused", message="this server takes no edits of its scenes")
-    stage.say("edits", scene="cornell-box", edits=NO_EDITS.model_dump(), edit=number, own=False)
+    stage.say("edits", scene="cornell-box", edits=NO_EDITS.model_dump(), edit=number, own=False, suns={})
     expect(page.get_by_label("lamp", exact=True)).to_be_checked()
     expect(page.locator("#toast")).to_contain_text("takes no edits")
 

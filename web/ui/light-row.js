@@ -3,10 +3,12 @@
 import { fromHex, toHex } from "../colors.js";
 import { fromAim, toAim } from "../turning.js";
 import { element } from "./page.js";
+import { SunFields } from "./sun-fields.js";
 import { NumberFields } from "./number-fields.js";
 
 /** @typedef {import("../messages.js").LightEdit} LightEdit */
 /** @typedef {import("../messages.js").LightInfo} LightInfo */
+/** @typedef {[number, number, number]} Vec3 */
 
 /**
  * @typedef {object} LightEvents
@@ -29,8 +31,10 @@ export class LightRow {
   #events;
   /** @type {HTMLButtonElement | null} */
   #choose = null;
-  /** What is shown while it is chosen. @type {{list: HTMLElement, fields: NumberFields, shown: (edit: LightEdit | undefined) => readonly number[]}[]} */
+  /** What is shown while it is chosen. @type {{list: HTMLElement, fields: NumberFields, shown: (edit: LightEdit | undefined, sun: Vec3 | undefined) => readonly number[]}[]} */
   #fields = [];
+  /** @type {SunFields | null} */
+  #sun = null;
 
   /** @param {LightInfo} light @param {number} number @param {LightEvents} events */
   constructor(light, number, events) {
@@ -53,8 +57,8 @@ export class LightRow {
     return this.light.position && (edit?.position ?? this.light.position);
   }
 
-  /** @param {LightEdit | undefined} edit  what differs of it @param {boolean} chosen */
-  show(edit, chosen) {
+  /** @param {LightEdit | undefined} edit  what differs of it @param {Vec3 | undefined} sun  where it shines if it is that @param {boolean} chosen */
+  show(edit, sun, chosen) {
     const factor = edit?.intensity ?? 1;
     this.#on.checked = edit?.on ?? true;
     this.#intensity.valueAsNumber = MIDDLE * Math.sqrt(factor);
@@ -65,8 +69,11 @@ export class LightRow {
     this.#choose?.setAttribute("aria-expanded", String(chosen));
     for (const { list, fields, shown } of this.#fields) {
       list.hidden = !chosen;
-      fields.show(shown(edit));
+      fields.show(shown(edit, sun));
     }
+    if (!this.#sun) return;
+    this.#sun.list.hidden = !chosen;
+    this.#sun.show(edit);
   }
 
   #addPlace() {
@@ -87,13 +94,16 @@ export class LightRow {
     }
     if (direction) {
       const changed = (/** @type {number[]} */ [azimuth = 0, elevation = 0]) => this.#events.edit({ direction: fromAim(azimuth, elevation) }, "direction");
-      this.#addFields(["azimuth [°]", "elevation [°]"], changed, this.#events.turnStep, (edit) => toAim(edit?.direction ?? direction));
+      this.#addFields(["azimuth [°]", "elevation [°]"], changed, this.#events.turnStep, (edit, sun) => toAim(edit?.direction ?? sun ?? direction));
     }
+    if (light.form !== "directional") return;
+    this.#sun = new SunFields(light.id, this.#events.edit);
+    this.row.append(this.#sun.list);
   }
 
   /**
    * @param {string[]} names @param {(values: number[]) => void} changed @param {() => number} step
-   * @param {(edit: LightEdit | undefined) => readonly number[]} shown
+   * @param {(edit: LightEdit | undefined, sun: Vec3 | undefined) => readonly number[]} shown
    */
   #addFields(names, changed, step, shown) {
     const list = element("div", { className: "place" });

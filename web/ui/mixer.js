@@ -206,7 +206,7 @@ export class Mixer {
   #show() {
     const { time, lights, materials, objects } = this.#history.edits;
     const light = this.#chosen?.kind === "light" ? this.#chosen.id : null;
-    for (const row of this.#rows) row.show(lights[row.light.id], row.light.id === light || row.light.id === this.#shining);
+    for (const row of this.#rows) row.show(lights[row.light.id], this.#history.suns[row.light.id], row.light.id === light || row.light.id === this.#shining);
     this.#materials.show(this.#material.value, materials[this.#material.value]);
     this.#objects.show(this.#object.value, objects[this.#object.value]);
     this.#undo.disabled = !this.#history.canUndo;
@@ -225,7 +225,7 @@ export class Mixer {
         return at ? [{ id: row.light.id, at, color, on: edit?.on ?? true, chosen: row.light.id === light }] : [];
       }),
     );
-    const target = targetOf(this.#chosen, this.#scene, { lights, objects });
+    const target = targetOf(this.#chosen, this.#scene, { lights, objects, suns: this.#history.suns });
     text("moving").hidden = !target;
     text("handles-kind").hidden = !target?.at || !target.angles;
     text("pick-hint").hidden = target !== null;

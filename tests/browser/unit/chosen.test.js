@@ -14,7 +14,7 @@ const scene = /** @type {SceneInfo} */ (/** @type {unknown} */ ({
   objects: [{ id: "chair", box: { min: [0, 0, 0], max: [0.4, 0.2, 0.2] } }],
   lights: [{ id: "spot", position: [0, 1, 0], direction: DOWN }, { id: "sun", position: null, direction: DOWN }, { id: "lamp", position: null, direction: null }],
 }));
-const none = { lights: {}, objects: {} };
+const none = { lights: {}, objects: {}, suns: {} };
 
 test("an object is turned about the middle of its box, then moved, with its box", () => {
   const chair = targetOf({ kind: "object", id: "chair" }, scene, { ...none, objects: { chair: { offset: [0, 0.5, 0], rotation: [0, 90, 0] } } });
@@ -38,4 +38,5 @@ test("lights are turned that shine somewhere, and moved that have a place", () =
   assert.deepEqual(turnedFrom({ kind: "light", id: "sun" }, sun, 0, Math.PI / 2), { lights: { sun: { direction: [0, 0, -1] } } });
   assert.deepEqual(targetOf({ kind: "light", id: "spot" }, scene, { ...none, lights: { spot: { position: [1, 1, 1] } } })?.at, [1, 1, 1]);
   assert.equal(targetOf({ kind: "light", id: "lamp" }, scene, none), null);
+  assert.deepEqual(targetOf({ kind: "light", id: "sun" }, scene, { ...none, suns: { sun: [1, 0, 0] } })?.direction, [1, 0, 0]);
 });

@@ -22,7 +22,7 @@ beforeEach((context) => {
 });
 
 /** The server says what differs. @param {unknown} edits @param {number} edit @param {boolean} [own] */
-const told = (edits, edit, own = false) => history.told(/** @type {any} */ ({ edits, edit, own }));
+const told = (edits, edit, own = false) => history.told(/** @type {any} */ ({ edits, edit, own, suns: {} }));
 
 /** @param {number} intensity @returns {ScenePatch} */
 const lamp = (intensity) => ({ lights: { lamp: { intensity } } });

@@ -73,9 +73,25 @@ def test_lights_are_moved_and_turned_in_the_world(scene: Scene) -> None:
     assert sun.direction == (0.0, -1.0, 0.0)
 
 
+def test_a_sun_stands_and_shines_by_date(scene: Scene) -> None:
+    noon = {"date": "2024-03-20T12:07:00Z", "place": [0.0, 0.0]}
+    (_, sun), (_, before) = edited(scene, edits_of(lights={"sun": noon})).lights, scene.lights
+    assert sun.direction == pytest.approx((0.0, -1.0, 0.0), abs=0.01)
+    assert sun.intensity == pytest.approx(before.intensity, rel=0.01)
+    evening = {**noon, "date": "2024-03-20T19:00:00+01:00", "north": 90.0, "intensity": 2.0}
+    (_, sun) = edited(scene, edits_of(lights={"sun": evening})).lights
+    assert sun.direction == pytest.approx((0.0, 0.0, 1.0), abs=0.04)  # the west is −Z where the north is +X
+    assert sun.intensity[0] > sun.intensity[2] > 0.0
+    night = {**evening, "date": "2024-03-21T00:00:00Z", "direction": [1.0, 0.0, 0.0]}
+    (_, sun) = edited(scene, edits_of(lights={"sun": night})).lights
+    assert (sun.direction, sun.intensity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
 @pytest.mark.parametrize(
     ("one", "change", "words"),
     [
+        ("sun", {"date": "2024-03-20T12:00:00Z"}, "lights.sun.place: must be given"),
+        ("bulb", {"date": "2024-03-20T12:00:00Z"}, "lights.bulb.date: only a directional light"),
         ("sun", {"position": [0, 0, 0]}, "lights.sun.position: a light of this kind .directional. has none"),
         ("bulb", {"direction": [0, 1, 0]}, "lights.bulb.direction: a light of this kind .point. has none"),
         ("sky", {"direction": [0, 1, 0]}, "lights.sky.direction"),
@@ -149,6 +165,8 @@ def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dic
         ({"lights": {"bulb": {"intensity": float("nan")}}}, "lights.bulb.intensity"),
         ({"lights": {"bulb": {"color": [1, 2, 0]}}}, "lights.bulb.color.1"),
         ({"lights": {"bulb": {"flux": 1}}}, "lights.bulb.flux"),
+        ({"lights": {"sun": {"date": "2024-03-20T12:00:00"}}}, "lights.sun.date"),
+        ({"lights": {"sun": {"place": [91, 0]}}}, "lights.sun.place.0"),
         ({"lights": {"sun": {"direction": [0, 0, 0]}}}, "lights.sun.direction"),
         ({"lights": {"sun": {"direction": [0, 1e200, 0]}}}, "lights.sun.direction"),
         ({"lights": {"bulb": {"position": [1e300, 0, 0]}}}, "lights.bulb.position.0"),

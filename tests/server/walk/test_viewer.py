@@ -139,7 +139,14 @@ def test_an_edit_shows_in_the_next_frame_of_all_who_look(serve: Callable[..., Ru
     for walker in walkers:
         walker.hello()
         none = {"time": None, "animation": None, "lights": {}, "materials": {}, "objects": {}}
-        assert walker.word("edits") == {"type": "edits", "scene": "cornell-box", "edits": none, "edit": 0, "own": False}
+        assert walker.word("edits") == {
+            "type": "edits",
+            "scene": "cornell-box",
+            "edits": none,
+            "edit": 0,
+            "own": False,
+            "suns": {},
+        }
         walker.pose(1)
         assert moving(walker) > 200
     walkers[0].send("edit", id=3, patch={"lights": {"lamp": {"on": False}}})

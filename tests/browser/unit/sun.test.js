@@ -1,0 +1,17 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { dateOf, momentOf, wordsOf, zoneOf } from "../../../web/sun.js";
+
+test("a day and hour are a date in the place's zone, and back", () => {
+  const moment = { year: 2026, day: 172, hour: 18.25 };
+  assert.equal(dateOf(moment, 11.6), "2026-06-21T18:15:00+01:00");
+  assert.equal(dateOf(moment, -74), "2026-06-21T18:15:00-05:00");
+  for (const longitude of [0, 11.6, -74, 180]) assert.deepEqual(momentOf(dateOf(moment, longitude), longitude), moment);
+  assert.deepEqual(momentOf("2026-01-01T00:30:00Z", -74), { year: 2025, day: 365, hour: 19.5 });
+  assert.equal(zoneOf(-7), -0);
+});
+
+test("they are said in words", () => {
+  assert.deepEqual(wordsOf({ year: 2026, day: 172, hour: 6.25 }), ["21 Jun", "6:15"]);
+});
