@@ -15,7 +15,7 @@ import warp as wp
 
 from gpu.core.color import brightness, from_ycocg, to_ycocg
 from gpu.core.constants import FAR_AWAY
-from gpu.core.device import allocate, launch
+from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, column_of, pixel_at, row_of, tile_of
 from gpu.core.parameters import parameters
 from gpu.core.sample_mean import SAMPLES, find_sample_mean
@@ -68,6 +68,15 @@ class PictureData:
     frames: wp.array[int]
     radiance: wp.array[wp.vec3]
     brightness: wp.array[float]
+
+
+def new_pictures(pixels: int, tiles: int, device: wp.Device) -> PictureData:
+    """Of none yet, for so many pixels of so many tiles."""
+    pictures = PictureData()
+    pictures.frames = wp.zeros(pixels, dtype=int, device=device)
+    pictures.radiance = wp.zeros(pixels, dtype=wp.vec3, device=device)
+    pictures.brightness = wp.zeros(tiles, dtype=float, device=device)
+    return pictures
 
 
 @wp.func
@@ -258,15 +267,15 @@ class PictureHistory:
     def __init__(self, size: tuple[int, int], device: wp.Device, tiles: int = 1,
                  chosen: AntialiasingParameters = ANTIALIASING_PARAMETERS) -> None:  # fmt: skip
         self._chosen = chosen
-        self._now: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
-        self._known: PictureData = allocate(PictureData, tiles * size[0] * size[1], device)
+        self._now = new_pictures(tiles * size[0] * size[1], tiles, device)
+        self._known = new_pictures(tiles * size[0] * size[1], tiles, device)
         self._samples = wp.zeros(tiles * SAMPLES, dtype=float, device=device)
-        self._now.brightness = wp.zeros(tiles, dtype=float, device=device)
 
     def for_another_viewer(self) -> "PictureHistory":
         """One with pictures of its own; both share what a frame only works with, so they run one after the other."""
         other = copy(self)
-        other._known = allocate(PictureData, len(self._known.frames), self._known.frames.device)
+        known = self._known
+        other._known = new_pictures(len(known.frames), len(known.brightness), known.frames.device)
         return other
 
     def take(self, gbuffer: GBuffer, camera: wp.array, previous: PreviousFrame, radiance: wp.array, *,

@@ -1,7 +1,7 @@
 """Edges in a walk: its last frame against path tracing spread over the pixels, with `antialias` and without.
 
-A walk steps to its left, turns right and ends at the scene's camera; then it rests. Pictures of both last frames and of
-the reference, side by side, go into OUT/edges.
+A walk steps to its left, turns right and ends at the scene's camera; then it rests, as in the service: the mean begins
+with the walk's last frame. Pictures of both last frames and of the reference, side by side, go into OUT/edges.
 """
 
 from functools import partial
@@ -25,10 +25,12 @@ from tests.bench.temporal import walk
 
 # Frames of a walk, and how many of them times are the median of, when all kernels are loaded and graphs captured.
 FRAMES, TIMED, QUICK_FRAMES = 32, 20, 4
+# Frames of the view that rests, of which the last mean is compared with the walk's last frame.
+RESTING, QUICK_RESTING = 64, 2
 
 
-def measure_walk(subject: Subject, settings: RenderSettings, frames: int) -> tuple[Floats, Floats, Row]:
-    """The last frame of a walk, the first of the view that rests there, and the walk's times."""
+def measure_walk(subject: Subject, settings: RenderSettings, frames: int, resting: int) -> tuple[Floats, Floats, Row]:
+    """The last frame of a walk, the mean of so many `resting` there, and the walk's times."""
     renderer = Renderer(subject.device_scene, subject.size, settings)
     extent = 1.0 / subject.device_scene.scene.placement.scale
     times, stages = [], []
@@ -38,9 +40,10 @@ def measure_walk(subject: Subject, settings: RenderSettings, frames: int) -> tup
         times.append(sum(frame.stats.stage_ms.values()))
     last = frame.radiance()  # before another frame is rendered into its array
     accumulation = Accumulation(subject.size[0] * subject.size[1], subject.device_scene.device)
-    rests = renderer.render(subject.camera, accumulation).radiance()
+    for number in range(resting):
+        frame = renderer.render(subject.camera, accumulation, walks=number == 0)
     named = {name: spread([one[name] for one in stages[-TIMED:]]) for name in stages[-1]}
-    return last, rests, {"frame_ms": spread(times[-TIMED:]), "stages": named}
+    return last, frame.radiance(), {"frame_ms": spread(times[-TIMED:]), "stages": named}
 
 
 def save_pictures(path: Path, pictures: list[Floats]) -> None:
@@ -50,15 +53,15 @@ def save_pictures(path: Path, pictures: list[Floats]) -> None:
 
 
 def measure_row(suite: Suite, name: str, settings: RenderSettings) -> Row:
-    """One scene: errors of the last frame and times of the walk with and without, and how much the rest changes."""
+    """One scene: errors of the last frame and times of the walk with and without, and how much it changes at rest."""
     subject = suite.subject(name)
     reference = subject.spread_reference(partial(trace_spread, suite, subject))
-    frames = QUICK_FRAMES if suite.quick else FRAMES
+    frames, resting = (QUICK_FRAMES, QUICK_RESTING) if suite.quick else (FRAMES, RESTING)
     row: dict[str, Any] = {"scene": name, "size": list(subject.size), "settings": settings.model_dump(mode="json")}
     pictures = []
     for label, antialias in (("with", True), ("without", False)):
         choice = settings.model_copy(update={"antialias": antialias})
-        last, rests, times = measure_walk(subject, choice, frames)
+        last, rests, times = measure_walk(subject, choice, frames, resting)
         pictures.append(last)
         change = tile_change(last, rests)
         row[label] = {**times, "errors": suite.errors(last, reference), "change_at_rest": change}
