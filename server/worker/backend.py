@@ -272,9 +272,9 @@ class GpuBackend:
                 return table.render(job.viewer, view_camera(loaded.scene, job.view, job.size))
             except LostFrameError:
                 continue
-            except BaseException:
-                self._renderers.discard(table)
-                raise
+            finally:
+                if table.broken:
+                    self._renderers.discard(table)
         return None
 
     def _frame(self, job: Render, lane: int, loaded: LoadedScene, report: Report) -> Picture:

@@ -21,7 +21,7 @@ def tiles_of(size: tuple[int, int]) -> int:
 
 
 class LostFrameError(Exception):
-    """The frame that a picture was to be a tile of was broken off; it is to be asked for again, at another table."""
+    """The picture was to be a tile of a frame that was broken off, or found no tile; it is to be asked for again."""
 
 
 @dataclass(eq=False)
@@ -35,17 +35,18 @@ class _Wish:
 
 
 class Table:
-    """Viewers who sit at the tiles of a renderer's frames."""
+    """Viewers who sit at the tiles of a renderer's frames. broken: it is not to be used any more."""
 
     def __init__(self, renderer: Renderer) -> None:
         self.tiles = TiledFrames(renderer)
         self._count = renderer.tiles
         self._wishes: list[_Wish] = []
-        self._busy = False
+        self._busy = self.broken = False
 
     def render(self, viewer: int, camera: Camera) -> Frame:
-        """The next picture of a viewer's walk, which stays as it is. LostFrameError when another's error broke it off,
-        after which this table is not to be used.
+        """The next picture of a viewer's walk, which stays as it is.
+
+        An error while it is rendered breaks the table; others whose pictures that takes get a LostFrameError.
         """
         wish = _Wish(viewer, camera)
         self._wishes.append(wish)
@@ -68,6 +69,7 @@ class Table:
         try:
             frames = self.tiles.render({wish.viewer: wish.camera for wish in served})
         except BaseException:
+            self.broken = True
             for wish in self._wishes:
                 wish.lost = True
             raise

@@ -12,7 +12,7 @@ from gpu.renderer import Renderer
 from gpu.scene.camera import look_at
 from gpu.tiled_frames import MOST_ABSENT
 from server.worker.table import FRAME_PIXELS, MOST_TILES, LostFrameError, Table, tiles_of
-from server.worker.tasks import Tasks, Turn
+from server.worker.tasks import CancelledError, Tasks, Turn
 
 TILES = 3
 CAMERA = look_at((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
@@ -117,6 +117,18 @@ def test_an_error_is_its_frame_s_and_others_are_to_ask_elsewhere(crowd: Crowd) -
     assert crowd.seen[7] is crowd.renderer.error
     assert [type(crowd.seen[viewer]) for viewer in (8, 9)] == [LostFrameError] * 2
     assert crowd.renderer.frames == [[0]]
+    assert crowd.table.broken
+
+
+def test_who_wants_no_picture_any_more_takes_nothing_from_others(crowd: Crowd) -> None:
+    crowd.renderer.over = False
+    crowd.want(7, 8, 9)
+    crowd.tasks.cancel(2)
+    with pytest.raises(CancelledError):
+        crowd.tasks.resume(2)
+    crowd.end()
+    assert crowd.seen == {7: 0, 9: 1}
+    assert not crowd.table.broken
 
 
 def test_who_finds_no_tile_left_is_to_ask_elsewhere(crowd: Crowd) -> None:
