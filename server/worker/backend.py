@@ -255,6 +255,8 @@ class GpuBackend:
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
             with self._tasks.holding(who):
                 if (frame := self._tile(job, loaded, report)) is not None:
+                    if mean := self._accumulation(job):
+                        mean.add(frame.device_radiance)
                     return self._result(job, frame)
                 lane = self._renderers.lane_of(job.viewer)
                 renderer = job.scene, loaded.number, job.size, lasting(job.settings), lane
@@ -263,7 +265,7 @@ class GpuBackend:
 
     def _tile(self, job: Render, loaded: LoadedScene, report: Report) -> Frame | None:
         """The frame of one who walks where others do, with theirs; None for who has frames alone."""
-        while job.walks and job.sample is None and job.viewer > STILLS:
+        while job.walks and not job.sample and job.viewer > STILLS:
             with self._tasks.holding(("lights", loaded.number)):
                 table = self._renderers.table(job.viewer, loaded, job.size, job.settings, report)
             if table is None:

@@ -189,8 +189,12 @@ def test_many_who_walk_in_the_same_have_frames_together(backend: GpuBackend, mon
     assert [it.table.tiles.free for it in entries if it.table] == [MOST_TILES - len(viewers)]
     assert seen == expected
     assert len({picture for step in seen for picture in step}) == 2 * len(viewers)
-    frames.begin(replace(jobs[0][0], sample=0, walks=False))  # who rests has a frame of its own
-    assert frames.end() == expected[0][:1]
+    frames.begin(replace(jobs[0][1], sample=0, walks=False))  # who rests has frames of its own
+    assert frames.end() == expected[0][1:2]
+    frames.begin(replace(jobs[1][0], sample=0))  # but the first, where it has walked at that size
+    assert frames.end() == expected[1][:1]
+    mean = backend._stills[1].accumulation
+    assert (mean.samples, mean.mean.numpy().tobytes()) == (1, expected[1][0])
 
 
 def test_an_error_at_a_table_is_one_viewer_s_and_the_others_sit_at_another(
