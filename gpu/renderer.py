@@ -1,6 +1,6 @@
 """A renderer: one image size and one choice of settings of a scene, for any number of viewers in turn."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -36,7 +36,6 @@ class _Launched:
     """A frame on its way: what it shows, as what; unchanged: it is the view's last one."""
 
     radiance: wp.array
-    display: StagingBuffer
     shown: Hashable
     sample: int
     walks: bool
@@ -51,8 +50,7 @@ class Renderer:
     """Renders a scene at `size` (width, height) with `settings`; its arrays are allocated once.
 
     light_sets: the scene's, where several renderers share them; else they are the renderer's own. lane: where frames
-    run, beside those of renderers in other lanes (gpu.core.lane); None: one of its own. tiles: pictures of that size
-    that a frame is of (gpu.tiles), by a method that renders them; settings tell the SP clusters of each.
+    run, beside those of renderers in other lanes (gpu.core.lane); None: one of its own.
     progress(what, fraction) is called during long work, the first time light is traced above all.
     Raises UserError when a side of `size` is not within 1 … 16384 pixels.
     """
@@ -65,25 +63,18 @@ class Renderer:
         progress: Progress | None = None,
         light_sets: LightSets | None = None,
         lane: Lane | None = None,
-        tiles: int = 1,
     ) -> None:
         if not all(1 <= side <= MAX_SIDE for side in size):
             raise UserError(f"size: each side must be 1 to {MAX_SIDE} pixels, got {size[0]}x{size[1]}")
         self._size, self._settings, self._device = size, settings, device_scene.device
-        self.tiles, self._tile_pixels = tiles, size[0] * size[1]
-        self._pixels = tiles * self._tile_pixels
+        self._pixels = size[0] * size[1]
         self._lane = lane or Lane(self._device)
         self._stages = Stages(self._device, self._lane)
-        self._tonemap = Tonemap(self._tile_pixels, self._device, tiles)
-        self._display = StagingBuffer(self._tonemap.pixels[: self._tile_pixels])
-        # Tiles are read while others have their next frame in the same lane.
-        self._reading_lane = Lane(self._device) if tiles > 1 else self._lane
+        self._tonemap = Tonemap(self._pixels, self._device)
+        self._display = StagingBuffer(self._tonemap.pixels)
         self._light_sets, counts = light_sets or LightSets(device_scene), sample_counts_of(settings, self._device)
-        counts = replace(counts, sp_clusters=tiles * counts.sp_clusters)
-        setup = RenderSetup(device_scene, self._light_sets, size, settings, counts, progress or _silent, tiles)
+        setup = RenderSetup(device_scene, self._light_sets, size, settings, counts, progress or _silent)
         self._method = make_method(setup)
-        if tiles > 1 and not self._method.renders_tiles:
-            raise ValueError(f"{settings.method.value}: renders no tiles")
         self._own_view: ViewState | None = None
         self._long_seconds = inf  # of the last frames; the first loads kernels
 
@@ -113,39 +104,21 @@ class Renderer:
         """
         if view is None:
             view = self._own_view = self._own_view or self.new_view()
-
-        def once(camera: Camera, accumulation: Accumulation | None) -> Frame:
-            return self._render(view, walks, (camera,), accumulation)
-
+        once = partial(self._render, view, walks)
         return self._method.show(once, view, camera, accumulation, walks=walks)
 
-    def render_tiles(self, cameras: Sequence[Camera | None], view: ViewState) -> tuple[Frame | None, ...]:
-        """The pictures of the next frame of a walk by all tiles' `cameras`, None where nobody looks; otherwise as
-        `render`. They are not overwritten; their statistics are those of the whole.
-        """
-        whole, pixels = self._render(view, True, cameras, None), self._tile_pixels
-
-        def of(tile: int) -> Frame:
-            here = slice(tile * pixels, (tile + 1) * pixels)
-            display = self._display.of(whole.device_pixels[here])
-            return replace(whole, device_radiance=whole.device_radiance[here], display=display)
-
-        return tuple(of(tile) if camera else None for tile, camera in enumerate(cameras))
-
-    def _render(
-        self, view: ViewState, walks: bool, cameras: Sequence[Camera | None], accumulation: Accumulation | None
-    ) -> Frame:
+    def _render(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> Frame:
         stages, begun = self._stages, DEVICE_SHARING.own_time()
         if self._device.is_cuda:
             stages.stepwise = DEVICE_SHARING.active and self._long_seconds > LONG_FRAME_SECONDS
         if self._settings.target_ms is not None:
             wp.synchronize_device(self._device)
         if stages.stepwise:
-            launched = self._launch(view, walks, cameras, accumulation)
+            launched = self._launch(view, walks, camera, accumulation)
             wp.synchronize_device(self._device)
         else:
             with DEVICE_SHARING.keep(), self._lane.entered():
-                launched = self._launch(view, walks, cameras, accumulation)
+                launched = self._launch(view, walks, camera, accumulation)
         took, beside = DEVICE_SHARING.own_time() - begun, self._wait()
         frame = self._finish(view, launched, begun)
         if stages.steady and not stages.captured:
@@ -163,9 +136,7 @@ class Renderer:
         flight.wait()
         return max(beside, 1 + DEVICE_SHARING.in_flight)
 
-    def _launch(
-        self, view: ViewState, walks: bool, cameras: Sequence[Camera | None], accumulation: Accumulation | None
-    ) -> _Launched:
+    def _launch(self, view: ViewState, walks: bool, camera: Camera, accumulation: Accumulation | None) -> "_Launched":
         stages, sample = self._stages, accumulation.samples if accumulation else 0
         if view.version != self._light_sets.version:
             if view.surface_version == self._light_sets.surface_version:
@@ -173,27 +144,24 @@ class Renderer:
             else:
                 view.forget()
             view.version, view.surface_version = self._light_sets.version, self._light_sets.surface_version
-        shown = tuple(camera and camera.view_key for camera in cameras), sample
+        shown = camera.view_key, sample
         # What a walk shows may depend on how it came there.
         unchanged = self._settings.skip.unchanged_camera and shown == view.shown and (walks or not view.walked)
         stages.start_frame()
         stages.graph_key = (view.number,)
         if not unchanged:
             view.shown = None
-            view.set_cameras(cameras, sample, walks=walks)
+            view.set_camera(camera, sample, walks=walks)
             self._method.render(view, stages, sample)
         radiance = view.radiance
         if accumulation:
             accumulation.add(radiance)
             radiance = accumulation.mean
-        show = partial(self._tonemap.run, radiance, self._settings.exposure)
-        stages.run("display", show, repeats=accumulation is None)
+        display = partial(self._tonemap.run, radiance, self._settings.exposure)
+        stages.run("display", display, repeats=accumulation is None)
         if not unchanged:
             stages.run_untimed(partial(self._method.count, view))
-        display = self._display
-        if self.tiles > 1:
-            radiance, display = wp.clone(radiance), display.of(wp.clone(self._tonemap.pixels))
-        return _Launched(radiance, display, shown, sample, walks=walks, unchanged=unchanged)
+        return _Launched(radiance, shown, sample, walks=walks, unchanged=unchanged)
 
     def _finish(self, view: ViewState, launched: "_Launched", begun: float) -> Frame:
         """The frame that was launched, once it is ready; begun: when it was, on the clock of its own time [s]."""
@@ -215,4 +183,4 @@ class Renderer:
         if stages.steady and not stages.captured and not unchanged and sample == 0:
             host_ms = 1e3 * (DEVICE_SHARING.own_time() - begun) - sum(stats.stage_ms.values())
             stats = replace(stats, host_ms=max(host_ms, 0.0))
-        return Frame(self._size, launched.radiance, launched.display, stats, self._reading_lane)
+        return Frame(self._size, launched.radiance, self._display, stats, self._lane)

@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 # Packages and modules of gpu/, from the top down: each may import what stands below it, not what stands beside it.
 GPU = [
-    ["warm_up", "tiled_frames"],
+    ["warm_up"],
     ["renderer"],
     ["methods"],
     ["sample_counts"],

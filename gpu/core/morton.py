@@ -1,11 +1,9 @@
 """Morton order of pixels and of surface points: neighbours follow each other, for coherent rays and shared reads."""
 
-import numpy as np
 import warp as wp
 from warp.utils import radix_sort_pairs
 
 from gpu.core.device import launch
-from gpu.core.image_size import ImageSize, column_of, image_size, row_of
 
 EMPTY_KEY = wp.constant(0x7FFFFFFF)
 CELLS = wp.constant(512)
@@ -82,19 +80,18 @@ def pixel_of_morton_2d(code: int) -> wp.vec2i:
 
 
 @wp.kernel
-def pixel_code_kernel(first: int, image: ImageSize, codes: wp.array[int], pixels: wp.array[int]) -> None:
+def pixel_code_kernel(first: int, width: int, codes: wp.array[int], pixels: wp.array[int]) -> None:
     """One thread a pixel: its number in Morton's order, and its own."""
     pixel = first + wp.tid()
-    codes[pixel] = morton_2d(column_of(pixel, image), row_of(pixel, image))
+    codes[pixel] = morton_2d(pixel % width, pixel // width)
     pixels[pixel] = pixel
 
 
-def morton_order(size: tuple[int, int], device: wp.Device, tiles: int = 1) -> wp.array:
-    """The pixels of `tiles` of `size` (width, height), tile after tile, each in Morton's order, (pixel,) int."""
+def morton_order(size: tuple[int, int], device: wp.Device) -> wp.array:
+    """The pixels of an image of `size` (width, height) in Morton's order, (pixel,) int."""
     count = size[0] * size[1]
     codes = wp.zeros(2 * count, dtype=int, device=device)
     pixels = wp.zeros(2 * count, dtype=int, device=device)
-    launch(pixel_code_kernel, count, [image_size(size), codes, pixels], device)
+    launch(pixel_code_kernel, count, [size[0], codes, pixels], device)
     radix_sort_pairs(codes, pixels, count)
-    order = pixels[:count].numpy()
-    return wp.array(np.concatenate([order + tile * count for tile in range(tiles)]), dtype=int, device=device)
+    return wp.clone(pixels[:count])

@@ -1,7 +1,5 @@
 """Pinned staging buffers: small arrays that are copied between host and device without either waiting."""
 
-from copy import copy
-
 import numpy as np
 import warp as wp
 
@@ -17,12 +15,6 @@ class StagingBuffer:
         self.array = array
         self._locked = wp.zeros(array.shape, dtype=array.dtype, device="cpu", pinned=array.device.is_cuda)
         self.host: np.ndarray = self._locked.numpy()
-
-    def of(self, array: wp.array) -> "StagingBuffer":
-        """One of another array, of which what is copied has as many values, by way of the same memory of the host."""
-        other = copy(self)
-        other.array = array
-        return other
 
     def upload(self) -> None:
         """Copy `host` into `array`."""

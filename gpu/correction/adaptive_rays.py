@@ -14,7 +14,7 @@ from warp.utils import radix_sort_pairs
 
 from gpu.core.color import brightness
 from gpu.core.device import launch
-from gpu.core.image_size import ImageSize, column_of, image_size, is_inside, pixel_at, row_of, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
 from gpu.core.sample_mean import SAMPLES
 from gpu.correction.adaptive_ray_sampling import RAYS, adaptive_near_kernel, adaptive_ray_kernel, adaptive_step_kernel
@@ -94,7 +94,7 @@ class Residual:
 def adaptive_key_kernel(first: int, gbuffer: GBuffer, points: PointList, listed: wp.array[int], image: ImageSize,
                         indirect: Indirect, least: wp.array[float], keys: wp.array[int],
                         by: AdaptiveRayParameters) -> None:  # fmt: skip
-    """One thread an SP: how bright it may be, relative to `least` (tile,), as a key; brightest first.
+    """One thread an SP: how bright it may be, relative to `least` (1,), as a key; brightest first.
 
     listed (pixel,): 1 where there is an SP. None is chosen that speaks for the pixels beside it.
     """
@@ -104,7 +104,7 @@ def adaptive_key_kernel(first: int, gbuffer: GBuffer, points: PointList, listed:
         return
     pixel = points.pixels[sp]
     most = (indirect.unoccluded_near[sp] + indirect.unoccluded_far[sp]) * brightness(reflectance(gbuffer, pixel))
-    ratio = most / (by.least_bright * least[tile_of(pixel, image)] + 1.0e-30)
+    ratio = most / (by.least_bright * least[0] + 1.0e-30)
     if ratio >= 1.0 and not is_anchor_only(listed, pixel, image):
         keys[sp] = wp.clamp(int(STEPS_PER_OCTAVE * (MOST_OCTAVES - wp.log2(ratio))), 0, LAST - 1)
 
@@ -150,8 +150,8 @@ def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, point
     pixel = points.pixels[place]
     if residual.place[pixel] != place:
         return
-    x = column_of(pixel, image)
-    y = row_of(pixel, image)
+    x = pixel % image.width
+    y = pixel // image.width
     own = brightness(known.clustered[pixel])
     total = float(0.0)
     mixed = wp.vec3(0.0, 0.0, 0.0)
@@ -160,8 +160,8 @@ def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, point
         dy = neighbour // 5 - 2
         column = x + dx
         row = y + dy
-        if is_inside(column, row, image):
-            other = pixel_at(tile_of(pixel, image), column, row, image)
+        if column >= 0 and column < image.width and row >= 0 and row < image.height:
+            other = row * image.width + column
             at = residual.place[other]
             if at < points.count[0] and points.pixels[at] == other:
                 weight = BINOMIAL[wp.abs(dx)] * BINOMIAL[wp.abs(dy)]
@@ -176,31 +176,30 @@ def residual_filter_kernel(first: int, gbuffer: GBuffer, image: ImageSize, point
 
 
 class BrightPoints(Selection):
-    """Of `tiles` of `size` (width, height) the at most `capacity` SPs that may be brightest, with RAYS rays for each.
+    """Of an image of `size` (width, height) the at most `capacity` SPs that may be brightest, with RAYS rays for each.
 
     Its arrays are allocated once. quality: AdaptiveRayParameters.
     """
 
-    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device, tiles: int = 1,
+    def __init__(self, size: tuple[int, int], capacity: int, device: wp.Device,
                  quality: Any = ADAPTIVE_RAY_PARAMETERS) -> None:  # fmt: skip
-        pixels = tiles * size[0] * size[1]
-        super().__init__(pixels, capacity, int(LAST), device)
+        super().__init__(size[0] * size[1], capacity, int(LAST), device)
         self._image, self._quality = image_size(size), quality
-        self._samples = wp.zeros((tiles, 2 * int(SAMPLES)), dtype=float, device=device)
+        self._samples = wp.zeros(2 * int(SAMPLES), dtype=float, device=device)
         self._sample_order = wp.zeros(2 * int(SAMPLES), dtype=int, device=device)
-        self._least = self._samples[:, int(SAMPLES) - 1 - quality.brighter]
+        bright = int(SAMPLES) - 1 - quality.brighter
+        self._least = self._samples[bright : bright + 1]
         self._rays = shadow_rays(self.capacity, RAYS, device, side_by_side=False, control_variate=True)
         self._residual = Residual()
         self._residual.light = wp.zeros(self.capacity, dtype=wp.vec3, device=device)
-        self._residual.place = wp.zeros(pixels, dtype=int, device=device)
+        self._residual.place = wp.zeros(size[0] * size[1], dtype=int, device=device)
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, known: ClusteredLight, indirect: Indirect,
               seed: wp.array, picture: MeanBrightness) -> None:  # fmt: skip
         """Choose of `sps`, shaded by what is `known`, and trace the rays; seed: (1,); picture: how bright it is."""
         fuzziness, device, rays = known.clusters.cluster.shape[0], self.device, RAYS * self.capacity
-        for tile in range(len(self._least)):
-            wp.copy(self._samples[tile], picture.samples, 0, tile * int(SAMPLES), count=int(SAMPLES))
-            radix_sort_pairs(self._samples[tile], self._sample_order, int(SAMPLES))
+        wp.copy(self._samples, picture.samples, count=int(SAMPLES))
+        radix_sort_pairs(self._samples, self._sample_order, int(SAMPLES))
         inputs = [gbuffer, sps.points, sps.listed, self._image, indirect, self._least, self.keys, self._quality]
         launch(adaptive_key_kernel, sps.capacity, inputs, device)
         self.choose(sps)

@@ -45,7 +45,7 @@ class Dispute:
     """What tells how far SPs may be too bright.
 
     deficit (sp,): UNSERVED_DEFICIT marks SPs without a cluster; own, shared (pixel,): what corrects the `irradiance`
-    (pixel,) by the SP's rays alone, and with its neighbours'; mean (tile,): a picture's brightness, of which the share
+    (pixel,) by the SP's rays alone, and with its neighbours'; mean (1,): the picture's brightness, of which the share
     `dark` is as good as black.
     """
 
@@ -75,8 +75,7 @@ def outlier_key_kernel(first: int, gbuffer: GBuffer, points: PointList, dispute:
     reflected = reflectance(gbuffer, pixel)
     high = brightness(wp.cw_mul(reflected, dispute.irradiance[pixel] + dispute.shared[pixel]))
     low = wp.max(brightness(wp.cw_mul(reflected, dispute.irradiance[pixel] + dispute.own[pixel])), 0.0)
-    tile = pixel // (dispute.irradiance.shape[0] // dispute.mean.shape[0])
-    ratio = (high - low) / (low + dispute.dark * dispute.mean[tile] + 1.0e-30)
+    ratio = (high - low) / (low + dispute.dark * dispute.mean[0] + 1.0e-30)
     if ratio > 0.0:
         keys[place] = wp.clamp(int(STEPS_PER_OCTAVE * (WORST_OCTAVE - wp.log2(ratio))), 1, LAST)
 

@@ -16,7 +16,7 @@ import warp as wp
 from gpu.core.color import brightness, from_ycocg, to_ycocg
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
-from gpu.core.image_size import ImageSize, column_of, pixel_at, row_of, tile_of
+from gpu.core.image_size import ImageSize
 from gpu.core.parameters import parameters
 from gpu.core.sample_mean import SAMPLES, find_sample_mean
 from gpu.denoise.reprojection import PreviousFrame, PreviousFrameData, bilinear_tap
@@ -62,7 +62,7 @@ class PictureData:
     """A mean of pictures, (pixel,) each.
 
     frames: how many it is of, below zero where there is no surface, 0 where there was no picture; radiance [W/m²/sr];
-    brightness (tile,): about the mean of the last picture's.
+    brightness (1,): about the mean of the last picture's.
     """
 
     frames: wp.array[int]
@@ -70,21 +70,21 @@ class PictureData:
     brightness: wp.array[float]
 
 
-def new_pictures(pixels: int, tiles: int, device: wp.Device) -> PictureData:
-    """Of none yet, for so many pixels of so many tiles."""
+def new_pictures(pixels: int, device: wp.Device) -> PictureData:
+    """Of none yet, for so many pixels."""
     pictures = PictureData()
     pictures.frames = wp.zeros(pixels, dtype=int, device=device)
     pictures.radiance = wp.zeros(pixels, dtype=wp.vec3, device=device)
-    pictures.brightness = wp.zeros(tiles, dtype=float, device=device)
+    pictures.brightness = wp.zeros(1, dtype=float, device=device)
     return pictures
 
 
 @wp.func
 def pixel_beside(pixel: int, number: int, image: ImageSize) -> int:
-    """Pixel `number`, 0 … 8, of the 3×3 about one; at its tile's border the nearest there is."""
-    x = wp.clamp(column_of(pixel, image) + number % 3 - 1, 0, image.width - 1)
-    y = wp.clamp(row_of(pixel, image) + number // 3 - 1, 0, image.height - 1)
-    return pixel_at(tile_of(pixel, image), x, y, image)
+    """Pixel `number`, 0 … 8, of the 3×3 about one; at the image's border the nearest there is."""
+    x = wp.clamp(pixel % image.width + number % 3 - 1, 0, image.width - 1)
+    y = wp.clamp(pixel // image.width + number // 3 - 1, 0, image.height - 1)
+    return y * image.width + x
 
 
 @wp.func
@@ -117,7 +117,7 @@ def frames_before(previous: PreviousFrameData, frames: wp.array[int], gbuffer: G
         else:
             column = wp.clamp(int(wp.floor(place[0])) + corner % 2, 0, previous.image.width - 1)
             row = wp.clamp(int(wp.floor(place[1])) + corner // 2, 0, previous.image.height - 1)
-            count = frames[pixel_at(tile_of(pixel, previous.image), column, row, previous.image)]
+            count = frames[row * previous.image.width + column]
             if count < 0:
                 total += 0.25
                 number -= 0.25 * float(count)
@@ -138,8 +138,8 @@ def cubic_weight(distance: float) -> float:
 
 
 @wp.func
-def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, tile: int, image: ImageSize) -> wp.vec3:
-    """A picture (pixel,) between the pixels of a tile, at a place in it [pixels]."""
+def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, image: ImageSize) -> wp.vec3:
+    """A picture (pixel,) between its pixels, at a place [pixels]."""
     left = int(wp.floor(place[0])) - 1
     top = int(wp.floor(place[1])) - 1
     total = wp.vec3(0.0, 0.0, 0.0)
@@ -147,9 +147,8 @@ def interpolated(picture: wp.array[wp.vec3], place: wp.vec2, tile: int, image: I
         column = left + tap % 4
         row = top + tap // 4
         weight = cubic_weight(place[0] - float(column)) * cubic_weight(place[1] - float(row))
-        x = wp.clamp(column, 0, image.width - 1)
-        y = wp.clamp(row, 0, image.height - 1)
-        total += picture[pixel_at(tile, x, y, image)] * weight
+        inside = wp.clamp(row, 0, image.height - 1) * image.width + wp.clamp(column, 0, image.width - 1)
+        total += picture[inside] * weight
     return total
 
 
@@ -207,15 +206,13 @@ def frames_across(around: Surroundings, picture_mean: float, chosen: Antialiasin
 
 
 @wp.kernel
-def sample_picture_kernel(first: int, radiance: wp.array[wp.vec3], image: ImageSize,
-                          samples: wp.array[float]) -> None:  # fmt: skip
-    """One thread a sample: the brightness of one of SAMPLES pixels spread over each tile's `radiance` (pixel,)."""
+def sample_picture_kernel(first: int, radiance: wp.array[wp.vec3], samples: wp.array[float]) -> None:
+    """One thread a sample: the brightness of one of SAMPLES pixels spread over a picture's `radiance` (pixel,)."""
     sample = first + wp.tid()
-    tile = sample // SAMPLES
-    count = image.width * image.height
-    place = float(sample - tile * SAMPLES) * GOLDEN_RATIO
+    count = radiance.shape[0]
+    place = float(sample) * GOLDEN_RATIO
     pixel = wp.min(int((place - wp.floor(place)) * float(count)), count - 1)
-    value = brightness(radiance[tile * count + pixel])
+    value = brightness(radiance[pixel])
     samples[sample] = wp.where(wp.isfinite(value), value, 0.0)
 
 
@@ -225,67 +222,62 @@ def antialias_kernel(first: int, gbuffer: GBuffer, camera: wp.array[CameraData],
                      now: PictureData) -> None:  # fmt: skip
     """One thread a pixel: the mean of this frame's `radiance` (pixel,) and of what is `known` from those before.
 
-    camera (tile,): this frame's; reads: whether there is a previous frame. now: has its brightness already.
+    camera (1,): this frame's; reads: whether there is a previous frame. now: has its brightness already.
     """
     pixel = first + wp.tid()
     image = previous.image
-    tile = tile_of(pixel, image)
     sign = wp.where(gbuffer.face[pixel] == NO_HIT, -1, 1)
     now.radiance[pixel] = radiance[pixel]
     now.frames[pixel] = sign
     if not reads:
         return
     shown = nearest_beside(gbuffer, pixel, image)
-    ray = pixel_ray(camera[tile], shown, image)
+    ray = pixel_ray(camera[0], shown, image)
     point = ray.origin + ray.direction * SKY_DISTANCE
     if gbuffer.face[shown] != NO_HIT:
         point = apparent_position(gbuffer, shown)
-    place = image_point(previous.camera[tile], point, image)
+    place = image_point(previous.camera[0], point, image)
     if place[0] <= -1.0 or place[1] <= -1.0:
         return
     frames = frames_before(previous, known.frames, gbuffer, shown, place, chosen)
     if frames == 0:
         return
     # Pictures are of whole pixels: what moves in them does so by as much, wherever in the pixels rays went through.
-    across = column_of(pixel, image) - column_of(shown, image)
-    down = row_of(pixel, image) - row_of(shown, image)
-    x = place[0] + previous.camera[tile].x - camera[tile].x + float(across)
-    y = place[1] + previous.camera[tile].y - camera[tile].y + float(down)
-    found = interpolated(known.radiance, wp.vec2(x, y), tile, image)
+    x = place[0] + previous.camera[0].x - camera[0].x + float(pixel % image.width - shown % image.width)
+    y = place[1] + previous.camera[0].y - camera[0].y + float(pixel // image.width - shown // image.width)
+    found = interpolated(known.radiance, wp.vec2(x, y), image)
     around = surroundings(radiance, pixel, image)
     before = bounded(found, around, chosen.deviations)
     # What is not finite is of its frame alone, which counts it.
     if wp.isfinite(before):
-        most = wp.min(float(frames + 1), frames_across(around, now.brightness[tile], chosen))
+        most = wp.min(float(frames + 1), frames_across(around, now.brightness[0], chosen))
         now.radiance[pixel] = radiance[pixel] / most + before * (1.0 - 1.0 / most)
         now.frames[pixel] = sign * int(most + 0.5)
 
 
 class PictureHistory:
-    """The mean of the pictures of a walk, of `tiles` of `size` (width, height); its arrays are allocated once."""
+    """The mean of the pictures of a viewer's walk, of `size` (width, height); its arrays are allocated once."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device, tiles: int = 1,
+    def __init__(self, size: tuple[int, int], device: wp.Device,
                  chosen: AntialiasingParameters = ANTIALIASING_PARAMETERS) -> None:  # fmt: skip
         self._chosen = chosen
-        self._now = new_pictures(tiles * size[0] * size[1], tiles, device)
-        self._known = new_pictures(tiles * size[0] * size[1], tiles, device)
-        self._samples = wp.zeros(tiles * SAMPLES, dtype=float, device=device)
+        self._now = new_pictures(size[0] * size[1], device)
+        self._known = new_pictures(size[0] * size[1], device)
+        self._samples = wp.zeros(SAMPLES, dtype=float, device=device)
 
     def for_another_viewer(self) -> "PictureHistory":
         """One with pictures of its own; both share what a frame only works with, so they run one after the other."""
         other = copy(self)
-        known = self._known
-        other._known = new_pictures(len(known.frames), len(known.brightness), known.frames.device)
+        other._known = new_pictures(len(self._known.frames), self._known.frames.device)
         return other
 
     def take(self, gbuffer: GBuffer, camera: wp.array, previous: PreviousFrame, radiance: wp.array, *,
              read_history: bool) -> None:  # fmt: skip
-        """Make of a frame's `radiance` (pixel,) the mean of all frames', and keep that; camera: (tile,), the frame's.
+        """Make of a frame's `radiance` (pixel,) the mean of all frames', and keep that; camera: (1,), the frame's.
 
         read_history: whether there is a `previous` frame that this one may build on.
         """
-        inputs = [radiance, previous.data.image, self._samples]
-        launch(sample_picture_kernel, len(self._samples), inputs, radiance.device)
+        launch(sample_picture_kernel, SAMPLES, [radiance, self._samples], radiance.device)
         find_sample_mean(self._samples, self._now.brightness)
         inputs = [gbuffer, camera, previous.data, self._known, radiance, read_history, self._chosen, self._now]
         launch(antialias_kernel, len(radiance), inputs, radiance.device)

@@ -10,7 +10,7 @@ import warp as wp
 
 from gpu.core.color import brightness
 from gpu.core.device import duplicate, launch
-from gpu.core.image_size import ImageSize, column_of, image_size, is_inside, pixel_at, row_of, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
 from gpu.denoise.sparse_image import SparseImage, sparse_image
 from gpu.device_scene.data import NO_HIT
@@ -55,16 +55,16 @@ def light_deviation_kernel(first: int, gbuffer: GBuffer, image: ImageSize, plane
     deviation[pixel] = 0.0
     if gbuffer.face[pixel] == NO_HIT:
         return
-    column = column_of(pixel, image)
-    row = row_of(pixel, image)
+    column = pixel % image.width
+    row = pixel // image.width
     total = float(0.0)
     mean = float(0.0)
     square = float(0.0)
     for neighbour in range(9):
         x = column + neighbour % 3 - 1
         y = row + neighbour // 3 - 1
-        if is_inside(x, y, image):
-            other = pixel_at(tile_of(pixel, image), x, y, image)
+        if x >= 0 and x < image.width and y >= 0 and y < image.height:
+            other = y * image.width + x
             weight = edge_stopping_weight(gbuffer, pixel, other, 1, plane_tolerance)
             value = brightness(light[other])
             total += weight
@@ -83,8 +83,8 @@ def atrous_pixels_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: i
     out[pixel] = light[pixel]
     if gbuffer.face[pixel] == NO_HIT or deviation[pixel] == 0.0:
         return
-    column = column_of(pixel, image)
-    row = row_of(pixel, image)
+    column = pixel % image.width
+    row = pixel // image.width
     own = brightness(light[pixel])
     tolerance = chosen.light_tolerance * deviation[pixel]
     total = float(4.0)
@@ -94,8 +94,8 @@ def atrous_pixels_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: i
         dy = neighbour // 3 - 1
         x = column + dx * step
         y = row + dy * step
-        if neighbour != 4 and is_inside(x, y, image):
-            other = pixel_at(tile_of(pixel, image), x, y, image)
+        if neighbour != 4 and x >= 0 and x < image.width and y >= 0 and y < image.height:
+            other = y * image.width + x
             share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
             weight = share * edge_stopping_weight(gbuffer, pixel, other, step, chosen.plane_tolerance)
             weight *= wp.exp(-wp.abs(brightness(light[other]) - own) / tolerance)
@@ -135,15 +135,16 @@ def atrous_points_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse
     if sp >= points.count[0]:
         return
     pixel = points.pixels[sp]
-    image = sparse.image
+    width = sparse.image.width
+    height = sparse.image.height
     stride = sparse.stride
-    even = stride == 1 or is_anchor_only(sparse.listed, pixel, image)
+    even = stride == 1 or is_anchor_only(sparse.listed, pixel, sparse.image)
     reach = wp.where(even, chosen.max_step, chosen.max_step_on_detail)
     if step * step * (guide.frames[pixel] + 1) > reach:
         out[pixel] = light[pixel]
         return
-    x = column_of(pixel, image)
-    y = row_of(pixel, image)
+    x = pixel % width
+    y = pixel // width
     own = brightness(guide.light[pixel])
     total = float(4.0)
     mixed = light[pixel] * 4.0
@@ -155,8 +156,8 @@ def atrous_points_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse
         if step > 0:
             column = (x // stride + dx * step) * stride
             row = (y // stride + dy * step) * stride
-        if is_inside(column, row, image):
-            other = pixel_at(tile_of(pixel, image), column, row, image)
+        if column >= 0 and column < width and row >= 0 and row < height:
+            other = row * width + column
             if other != pixel and (step > 0 or sparse.listed[other] == 1):
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
                 away = wp.max(step * stride, 1)
@@ -169,12 +170,12 @@ def atrous_points_kernel(first: int, gbuffer: GBuffer, points: PointList, sparse
 
 
 class Smoothing:
-    """Smooths light of `tiles` of `size` (width, height); its arrays are allocated once."""
+    """Smooths light of an image of `size` (width, height); its arrays are allocated once."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device, tiles: int = 1,
+    def __init__(self, size: tuple[int, int], device: wp.Device,
                  chosen: AtrousParameters = ATROUS_PARAMETERS) -> None:  # fmt: skip
         self.device, self._size, self._image, self._chosen = device, size, image_size(size), chosen
-        pixels = tiles * size[0] * size[1]
+        pixels = size[0] * size[1]
         self._deviation = wp.zeros(pixels, dtype=float, device=device)
         self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
         self._third = wp.zeros(pixels, dtype=wp.vec3, device=device)

@@ -70,15 +70,15 @@ def blend_direct_kernel(first: int, gbuffer: GBuffer, previous: PreviousFrameDat
 
 
 class DirectHistory:
-    """What frames of a walk of `tiles` of `size` (width, height) found of area lights; arrays are allocated once.
+    """What frames of a viewer's walk of `size` (width, height) found of area lights; arrays are allocated once.
 
     frames (pixel,): how many the light of the frame at hand is the mean of.
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device, tiles: int = 1,
+    def __init__(self, size: tuple[int, int], device: wp.Device,
                  chosen: ReprojectionParameters = REPROJECTION_PARAMETERS) -> None:  # fmt: skip
         self._chosen = chosen
-        self.frames = wp.zeros(tiles * size[0] * size[1], dtype=int, device=device)
+        self.frames = wp.zeros(size[0] * size[1], dtype=int, device=device)
         self._known: DirectHistoryData = allocate(DirectHistoryData, len(self.frames), device)
 
     def for_another_viewer(self) -> "DirectHistory":

@@ -154,7 +154,7 @@ def keep_indirect_kernel(first: int, listed: wp.array[int], now: IndirectLight, 
 
 
 class IndirectHistory:
-    """What frames of a walk of `tiles` of `size` (width, height) found; its arrays are allocated once.
+    """What frames of a viewer's walk of `size` (width, height) found; its arrays are allocated once.
 
     frames (pixel,): how many earlier frames each of the SPs has its light of; settled (pixel,): 1 where this is so well
     known that the SP sends no rays to correct it by, else 0; light (pixel,): that; known (pixel,): once it is kept, 1
@@ -162,10 +162,10 @@ class IndirectHistory:
     in what its rays find, and keeps all that for the next one.
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device, tiles: int = 1,
+    def __init__(self, size: tuple[int, int], device: wp.Device,
                  chosen: ReprojectionParameters = REPROJECTION_PARAMETERS) -> None:  # fmt: skip
         self.device, self._size, self._chosen = device, size, chosen
-        pixels = tiles * size[0] * size[1]
+        pixels = size[0] * size[1]
         self._now: IndirectLight = allocate(IndirectLight, pixels, device)
         self.frames, self.settled, self.light = self._now.frames, self._now.settled, self._now.light
         self.known = wp.zeros(pixels, dtype=int, device=device)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.core.image_size import ImageSize, image_size, is_inside, pixel_at, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
 from gpu.gbuffer.camera_rays import CameraData, image_point
 from gpu.gbuffer.edge_stopping import is_beside, surface_weight
@@ -47,7 +47,7 @@ REPROJECTION_PARAMETERS: ReprojectionParameters = parameters(ReprojectionParamet
 
 @wp.struct
 class PreviousFrameData:
-    """What the last frame saw: camera (tile,); image: its size; position, normal (pixel,): of SPs, in unit space."""
+    """What the last frame saw: camera (1,); image: its size; position, normal (pixel,): of its SPs, in unit space."""
 
     camera: wp.array[CameraData]
     image: ImageSize
@@ -79,8 +79,8 @@ def bilinear_tap(previous: PreviousFrameData, frames: wp.array[int], gbuffer: GB
     share = (1.0 - wp.abs(x - float(column))) * (1.0 - wp.abs(y - float(row)))
     column *= step
     row *= step
-    if is_inside(column, row, previous.image):
-        tap.pixel = pixel_at(tile_of(pixel, previous.image), column, row, previous.image)
+    if column >= 0 and column < previous.image.width and row >= 0 and row < previous.image.height:
+        tap.pixel = row * previous.image.width + column
         if frames[tap.pixel] > 0:
             way = previous.position[tap.pixel] - gbuffer.position[pixel]
             limit = tolerance * gbuffer.spacing[pixel] * float(step)
@@ -97,8 +97,7 @@ def previous_place(previous: PreviousFrameData, gbuffer: GBuffer, pixel: int) ->
 
     What it saw there is compared with the SP itself.
     """
-    camera = previous.camera[tile_of(pixel, previous.image)]
-    return image_point(camera, apparent_position(gbuffer, pixel), previous.image)
+    return image_point(previous.camera[0], apparent_position(gbuffer, pixel), previous.image)
 
 
 @wp.func
@@ -110,17 +109,17 @@ def blend(value: wp.vec3, mean: wp.vec3, frames: int, most: int) -> wp.vec3:
 
 
 class PreviousFrame:
-    """What the last frame of `tiles` of `size` (width, height) saw; `data` is what kernels take."""
+    """What a viewer's last frame of `size` (width, height) saw; `data` is what kernels take."""
 
-    def __init__(self, size: tuple[int, int], device: wp.Device, tiles: int = 1) -> None:
+    def __init__(self, size: tuple[int, int], device: wp.Device) -> None:
         self.data = PreviousFrameData()
         self.data.image = image_size(size)
-        self.data.camera = wp.zeros(tiles, dtype=CameraData, device=device)
-        self.data.position = wp.zeros(tiles * size[0] * size[1], dtype=wp.vec3, device=device)
-        self.data.normal = wp.zeros_like(self.data.position)
+        self.data.camera = wp.zeros(1, dtype=CameraData, device=device)
+        self.data.position = wp.zeros(size[0] * size[1], dtype=wp.vec3, device=device)
+        self.data.normal = wp.zeros(size[0] * size[1], dtype=wp.vec3, device=device)
 
     def keep(self, gbuffer: GBuffer, camera: wp.array) -> None:
-        """Keep what this frame saw for the next one; camera: (tile,) CameraData that it was seen by."""
+        """Keep what this frame saw for the next one; camera: (1,) CameraData that it was seen by."""
         wp.copy(self.data.camera, camera)
         wp.copy(self.data.position, gbuffer.position)
         wp.copy(self.data.normal, gbuffer.normal)

@@ -11,7 +11,7 @@ import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
-from gpu.core.image_size import ImageSize, column_of, image_size, row_of, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import is_glossy, largest, reflected, sample_specular, specular_density
 from gpu.device_scene.data import NO_HIT, SceneData
@@ -135,8 +135,8 @@ def colour_of(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 @wp.struct
 class DirectSamples:
-    """Which samples of soft light a frame takes: `count` shadow rays a pixel; moment (tile,): the frame's number
-    among those that complement each other; seed.
+    """Which samples of soft light a frame takes: `count` shadow rays a pixel; moment (1,): the frame's number among
+    those that complement each other; seed.
     """
 
     count: int
@@ -194,8 +194,8 @@ def direct_light_kernel(alpha: bool, textures: bool, gloss: bool, backdrop: bool
         surface = surface_of(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         out[pixel] += wp.cw_mul(gbuffer.throughput[pixel], delta_light(scene, table, surface, view))
-        place = morton_2d(column_of(pixel, image), row_of(pixel, image))
-        moment = samples.moment[tile_of(pixel, image)] * samples.count
+        place = morton_2d(pixel % image.width, pixel // image.width)
+        moment = samples.moment[0] * samples.count
         light = area_light(scene, table, surface, view, place, moment, samples.count, samples.seed)
         soft[pixel] = wp.cw_div(light, colour_of(gbuffer, pixel))
 
@@ -217,12 +217,12 @@ def trace_direct_light(scene: SceneData, table: LightTable, gbuffer: GBuffer, si
     """Write what the camera sees of emitters and hard light into `out`, and soft light into `soft`.
 
     out: (pixel,) vec3 of linear radiance [W/m²/sr]; soft: (pixel,) the same per reflectance of the SP, for
-    gpu.denoise.atrous and `add_soft_light`. size: (width, height) of the tiles.
+    gpu.denoise.atrous and `add_soft_light`. size: (width, height).
     """
     has = features
     kernel = direct_light_kernel(has.alpha, has.textures, has.gloss, has.backdrop, has.panes, has.environment)
     inputs = [scene, table, gbuffer, image_size(size), samples, out, soft]
-    launch(kernel, len(out), inputs, out.device, weight=samples.count)
+    launch(kernel, size[0] * size[1], inputs, out.device, weight=samples.count)
 
 
 def add_soft_light(gbuffer: GBuffer, soft: wp.array, out: wp.array) -> None:

@@ -41,18 +41,14 @@ def srgb(x: float) -> float:
 
 
 @wp.kernel
-def tally_luminance_kernel(first: int, radiance: wp.array[wp.vec3], pixels: int, out: Tally) -> None:
-    """One thread a partial sum over every PARTIALS-th pixel of a tile: no atomics, so the same bits every time.
-
-    pixels: of a tile.
-    """
+def tally_luminance_kernel(first: int, radiance: wp.array[wp.vec3], out: Tally) -> None:
+    """One thread a partial sum over every PARTIALS-th pixel: no atomics, so the same bits every time."""
     partial = first + wp.tid()
-    begin = partial // PARTIALS * pixels
     total = float(0.0)
     lit = int(0)
     nonfinite = int(0)
-    pixel = begin + partial % PARTIALS
-    while pixel < begin + pixels:
+    pixel = int(partial)
+    while pixel < radiance.shape[0]:
         value = luminance(radiance[pixel])
         if not wp.isfinite(radiance[pixel]):
             nonfinite += 1
@@ -67,13 +63,12 @@ def tally_luminance_kernel(first: int, radiance: wp.array[wp.vec3], pixels: int,
 
 @wp.kernel
 def fold_tally_kernel(first: int, tally: Tally, out: Tally) -> None:
-    """One thread a sum over every SUMS-th partial sum of a tile."""
+    """One thread a sum over every SUMS-th partial sum."""
     place = first + wp.tid()
-    begin = place // SUMS * PARTIALS
     total = float(0.0)
     lit = int(0)
     nonfinite = int(0)
-    for partial in range(begin + place % SUMS, begin + PARTIALS, SUMS):
+    for partial in range(place, PARTIALS, SUMS):
         total += tally.log_luminance[partial]
         lit += tally.lit[partial]
         nonfinite += tally.nonfinite[partial]
@@ -85,33 +80,30 @@ def fold_tally_kernel(first: int, tally: Tally, out: Tally) -> None:
 @wp.kernel
 def exposure_kernel(first: int, sums: Tally, fixed: float, middle_grey: float, exposure: wp.array[float],
                     nonfinite: wp.array[int]) -> None:  # fmt: skip
-    """One thread a tile: adds up its sums; exposure (tile,) becomes `fixed`, or where that is 0 what it needs.
+    """One thread: adds up the sums; exposure (1,) becomes `fixed`, or where that is 0 what the picture needs.
 
-    nonfinite (tile,): pixels with radiance that is not finite.
+    nonfinite (1,): pixels with radiance that is not finite.
     """
-    tile = first + wp.tid()
+    _single = first + wp.tid()
     total = float(0.0)
     lit = int(0)
     bad = int(0)
-    for place in range(tile * SUMS, (tile + 1) * SUMS):
+    for place in range(SUMS):
         total += sums.log_luminance[place]
         lit += sums.lit[place]
         bad += sums.nonfinite[place]
-    exposure[tile] = fixed
+    exposure[0] = fixed
     if fixed == 0.0:
-        exposure[tile] = middle_grey / wp.exp(total / float(wp.max(lit, 1)))
-    nonfinite[tile] = bad
+        exposure[0] = middle_grey / wp.exp(total / float(wp.max(lit, 1)))
+    nonfinite[0] = bad
 
 
 @wp.kernel
 def tonemap_kernel(first: int, radiance: wp.array[wp.vec3], exposure: wp.array[float],
                    pixels: wp.array2d[wp.uint8]) -> None:  # fmt: skip
-    """One thread a pixel. radiance (pixel,) linear Rec. 709 [W/m²/sr]; pixels (pixel, 3) sRGB 0–255.
-
-    exposure (tile,).
-    """
+    """One thread a pixel. radiance (pixel,) linear Rec. 709 [W/m²/sr]; pixels (pixel, 3) sRGB 0–255."""
     pixel = first + wp.tid()
-    colour = radiance[pixel] * exposure[pixel // (radiance.shape[0] // exposure.shape[0])]
+    colour = radiance[pixel] * exposure[0]
     for channel in range(3):
         # A non-finite radiance is a bug upstream; show it (magenta) rather than hide it.
         value = wp.where(wp.isfinite(colour[channel]), srgb(filmic(wp.max(colour[channel], 0.0))), float(channel != 1))
@@ -119,33 +111,31 @@ def tonemap_kernel(first: int, radiance: wp.array[wp.vec3], exposure: wp.array[f
 
 
 class Tonemap:
-    """Display of images of `tiles` of `pixels` each; `pixels` (pixel, 3) uint8 holds what the last run made.
+    """Display of images of `pixels` pixels; `pixels` (pixel, 3) uint8 holds what the last run made.
 
     middle_grey: the reflectance that the geometric mean of a picture's luminance is shown as.
     """
 
-    def __init__(self, pixels: int, device: wp.Device, tiles: int = 1, *, middle_grey: float = 0.18) -> None:
-        self.device, self._middle_grey, self._tile_pixels = device, middle_grey, pixels
-        self.pixels = wp.zeros((tiles * pixels, 3), dtype=wp.uint8, device=device)
-        self._nonfinite = StagingBuffer(wp.zeros(tiles, dtype=int, device=device))
-        self._exposure = wp.zeros(tiles, dtype=float, device=device)
-        self._tally: Tally = allocate(Tally, tiles * PARTIALS, device)
-        self._sums: Tally = allocate(Tally, tiles * SUMS, device)
+    def __init__(self, pixels: int, device: wp.Device, *, middle_grey: float = 0.18) -> None:
+        self.device, self._middle_grey = device, middle_grey
+        self.pixels = wp.zeros((pixels, 3), dtype=wp.uint8, device=device)
+        self._nonfinite = StagingBuffer(wp.zeros(1, dtype=int, device=device))
+        self._exposure = wp.zeros(1, dtype=float, device=device)
+        self._tally: Tally = allocate(Tally, PARTIALS, device)
+        self._sums: Tally = allocate(Tally, SUMS, device)
 
     def run(self, radiance: wp.array, exposure: float | None) -> None:
-        """Write `radiance` (pixel,) as sRGB bytes; `exposure` multiplies it, None chooses one for each tile.
+        """Write `radiance` (pixel,) as sRGB bytes; `exposure` multiplies it, None chooses one for the picture.
 
         Source: K. Narkowicz, "ACES filmic tone mapping curve", 2015; middle grey: E. Reinhard et al. 2002, Eq. 1–2.
         """
-        tiles = len(self._exposure)
-        inputs = [radiance, self._tile_pixels, self._tally]
-        launch(tally_luminance_kernel, tiles * PARTIALS, inputs, self.device)
-        launch(fold_tally_kernel, tiles * SUMS, [self._tally, self._sums], self.device)
+        launch(tally_luminance_kernel, PARTIALS, [radiance, self._tally], self.device)
+        launch(fold_tally_kernel, SUMS, [self._tally, self._sums], self.device)
         inputs = [self._sums, exposure or 0.0, self._middle_grey, self._exposure, self._nonfinite.array]
-        launch(exposure_kernel, tiles, inputs, self.device)
+        launch(exposure_kernel, 1, inputs, self.device)
         self._nonfinite.download()
         launch(tonemap_kernel, len(radiance), [radiance, self._exposure, self.pixels], self.device)
 
     def nonfinite(self) -> int:
         """How many pixels of the last run, which is ready, have non-finite radiance."""
-        return int(self._nonfinite.host.sum())
+        return int(self._nonfinite.host[0])

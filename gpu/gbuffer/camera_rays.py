@@ -5,11 +5,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from gpu.core.image_size import ImageSize, column_of, row_of
+from gpu.core.image_size import ImageSize
 from gpu.scene.types import Camera, Placement
-
-# In unit space; its square is a number, too.
-BEYOND = 1.0e15
 
 
 @wp.struct
@@ -41,11 +38,6 @@ def camera_values(
     half_height = camera.half_height * (placement.scale if camera.orthographic else 1.0)
     halves = half_height * aspect, half_height
     return origin, *axes.T, *halves, camera.orthographic, camera.near * placement.scale, *place
-
-
-# Of a camera whose view begins beyond all that there is: of tiles that nobody looks at, and of frames that are to tell
-# nothing.
-BLIND_CAMERA = (np.zeros(3), *np.eye(3), 1.0, 1.0, False, BEYOND, 0.0, 0.0)
 
 
 def camera_data(
@@ -88,8 +80,8 @@ def camera_ray(camera: CameraData, x: float, y: float) -> CameraRay:
 @wp.func
 def pixel_ray(camera: CameraData, pixel: int, image: ImageSize) -> CameraRay:
     """The ray through the camera's place in `pixel` of an image."""
-    x = (float(column_of(pixel, image)) + camera.x) / float(image.width)
-    y = (float(row_of(pixel, image)) + camera.y) / float(image.height)
+    x = (float(pixel % image.width) + camera.x) / float(image.width)
+    y = (float(pixel // image.width) + camera.y) / float(image.height)
     return camera_ray(camera, x, y)
 
 

@@ -6,7 +6,7 @@ import warp as wp
 
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
-from gpu.core.image_size import ImageSize, image_size, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import even_matt, even_reflectance, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
@@ -17,7 +17,7 @@ from gpu.gbuffer.specular_chain import ChainSamples, seen_end
 
 @wp.struct
 class GBuffer:
-    """What cameras see, one element a pixel, as gpu.core.image_size numbers them.
+    """What the camera sees, one element a pixel, row by row from the top left.
 
     face: triangle of the SP, NO_HIT where there is none; position, geometric_normal, normal: of the SP in unit space,
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
@@ -101,7 +101,7 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
         samples: ChainSamples,
         out: GBuffer,
     ) -> None:
-        """One thread a pixel: its ray and the surface that it ends at. cameras (tile,)."""
+        """One thread a pixel: its ray and the surface that it ends at. cameras: one element."""
         pixel = first + wp.tid()
         if wp.static(not texels):
             scene.ignore_alpha = True
@@ -112,7 +112,7 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
             scene.backdrop_count = 0
         if wp.static(not environment):
             scene.has_environment = False
-        camera = cameras[tile_of(pixel, image)]
+        camera = cameras[0]
         ray = pixel_ray(camera, pixel, image)
         if wp.static(not specular):
             scene.specular = False
@@ -145,8 +145,8 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
 
 def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int], out: GBuffer, samples: ChainSamples,
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
-    """Fill `out` for tiles of `size` (width, height) through `camera`, (tile,) CameraData; samples: of its chains."""
+    """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData; samples: of its chains."""
     inputs, has = [scene, camera, image_size(size), samples, out], features
     variant = has.texels, has.one_sided, has.backdrop, has.specular, has.environment
     kernel = primary_ray_kernel(*variant, out.traces_gloss)
-    launch(kernel, len(out.face), inputs, out.face.device)
+    launch(kernel, size[0] * size[1], inputs, out.face.device)

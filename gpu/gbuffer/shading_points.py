@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from gpu.core.device import duplicate, launch
-from gpu.core.image_size import ImageSize, image_size, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_order
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import running_total
@@ -39,24 +39,19 @@ def mark_shaded_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sparse: S
         if is_shaded(gbuffer, pixel, image, sparse):
             shaded[index] = 1
         elif before.follows[0] == 1:
-            point = apparent_position(gbuffer, pixel)
-            shaded[index] = int(is_at_edge(before, point, tile_of(pixel, image), image))
+            shaded[index] = int(is_at_edge(before, apparent_position(gbuffer, pixel), image))
     listed[pixel] = shaded[index]
 
 
 @wp.kernel
 def list_shaded_kernel(first: int, shaded: wp.array[int], totals: wp.array[int], order: wp.array[int],
-                       points: PointList, ends: wp.array[int]) -> None:  # fmt: skip
-    """One thread a pixel, in Morton order: lists it when it has an SP; a tile's last one writes where its SPs end.
-
-    ends (tile,): places in the list.
-    """
+                       points: PointList) -> None:  # fmt: skip
+    """One thread a pixel, in Morton order: lists it when it has an SP; the last one writes the list's length."""
     index = first + wp.tid()
     if shaded[index] == 1:
         points.pixels[totals[index] - 1] = order[index]
-    pixels = shaded.shape[0] // ends.shape[0]
-    if (index + 1) % pixels == 0:
-        ends[index // pixels] = totals[index]
+    if index == shaded.shape[0] - 1:
+        points.count[0] = totals[index]
 
 
 @wp.kernel
@@ -87,28 +82,24 @@ class ListedPoints(Protocol):
 
 
 class ShadingPoints:
-    """The SPs of `tiles` of `size` (width, height), found anew each frame without leaving the device: ListedPoints.
+    """The SPs of an image of `size` (width, height), found anew each frame without leaving the device: ListedPoints.
 
-    pixels (sp,): their pixels, tile after tile in Morton order, of which the first count[0] are valid; listed (pixel,):
-    1 for these, else 0; starts (tile + 1,): where each tile's SPs begin in that list, and where it ends. stride: of the
-    anchors of gpu.gbuffer.sparse_shading; with 1 every pixel that meets a surface has an SP. before: edges of light in
-    the frame before; thresholds: of SparseShadingParameters.
+    pixels (sp,): their pixels in Morton order, of which the first count[0] are valid; listed (pixel,): 1 for these,
+    else 0. stride: of the anchors of gpu.gbuffer.sparse_shading; with 1 every pixel that meets a surface has an SP.
+    before: edges of light in the frame before; thresholds: of SparseShadingParameters.
     """
 
-    def __init__(
-        self, size: tuple[int, int], stride: int, device: wp.Device, tiles: int = 1, **thresholds: float
-    ) -> None:
-        self.device, self.stride, self.tiles = device, stride, tiles
+    def __init__(self, size: tuple[int, int], stride: int, device: wp.Device, **thresholds: float) -> None:
+        self.device, self.stride = device, stride
         self.sparse: SparseShadingParameters = parameters(SparseShadingParameters, stride=stride, **thresholds)
         self._image = image_size(size)
-        self.capacity = tiles * size[0] * size[1]
+        self.capacity = size[0] * size[1]
         self.pixels = wp.zeros(self.capacity, dtype=int, device=device)
         self.numbers = wp.array(np.arange(self.capacity), dtype=int, device=device)
-        self.starts = wp.zeros(tiles + 1, dtype=int, device=device)
-        self.count = self.starts[tiles:]
+        self.count = wp.zeros(1, dtype=int, device=device)
         self.points = PointList()
         self.points.pixels, self.points.numbers, self.points.count = self.pixels, self.numbers, self.count
-        self._order = morton_order(size, device, tiles)
+        self._order = morton_order(size, device)
         self.listed = wp.zeros(self.capacity, dtype=int, device=device)
         self.before = self._edges_of_no_frame()
         self._shaded = wp.zeros(self.capacity, dtype=int, device=device)
@@ -117,7 +108,7 @@ class ShadingPoints:
     def _edges_of_no_frame(self) -> PreviousEdges:
         edges = PreviousEdges()
         edges.follows = wp.zeros(1, dtype=int, device=self.device)
-        edges.camera = wp.zeros(self.tiles, dtype=CameraData, device=self.device)
+        edges.camera = wp.zeros(1, dtype=CameraData, device=self.device)
         edges.edges = wp.zeros(self.capacity, dtype=wp.uint8, device=self.device)
         return edges
 
@@ -139,7 +130,7 @@ class ShadingPoints:
         inputs = [gbuffer, self._image, sparse, self._order, self.before, self._shaded, self.listed]
         launch(mark_shaded_kernel, self.capacity, inputs, self.device)
         running_total(self._shaded, self._totals)
-        inputs = [self._shaded, self._totals, self._order, self.points, self.starts[1:]]
+        inputs = [self._shaded, self._totals, self._order, self.points]
         launch(list_shaded_kernel, self.capacity, inputs, self.device)
 
     def add(self, term: wp.array, total: wp.array, *, bounded: bool) -> None:
@@ -152,7 +143,7 @@ class ShadingPoints:
     def reflect(self, gbuffer: GBuffer, irradiance: wp.array, mean: wp.array, radiance: wp.array) -> None:
         """Add to `radiance` (pixel,) what all pixels reflect of the `irradiance` (pixel,) that the shaded ones know.
 
-        mean: (tile,) brightness of each picture, about.
+        mean: (1,) brightness of the picture, about.
         """
         inputs = [gbuffer, self._image, self.sparse, self.listed, irradiance, mean, self.before.edges, radiance]
         launch(reflect_irradiance_kernel, self.capacity, inputs, self.device)

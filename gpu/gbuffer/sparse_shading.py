@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import warp as wp
 
 from gpu.core.color import brightness
-from gpu.core.image_size import ImageSize, column_of, pixel_at, row_of, tile_of
+from gpu.core.image_size import ImageSize
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData, image_point
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
@@ -70,18 +70,18 @@ class Anchor:
 def anchor_of(gbuffer: GBuffer, pixel: int, number: int, image: ImageSize, sparse: SparseShadingParameters) -> Anchor:
     """Anchor `number`, 0 … 3, of the cell that holds `pixel`.
 
-    Its weight is bilinear, times edge_stopping_weight; 0 outside the tile.
+    Its weight is bilinear, times edge_stopping_weight; 0 outside the image.
     """
     anchor = Anchor()
-    x = column_of(pixel, image)
-    y = row_of(pixel, image)
+    x = pixel % image.width
+    y = pixel // image.width
     column = (x // sparse.stride + number % 2) * sparse.stride
     row = (y // sparse.stride + number // 2) * sparse.stride
     if column >= image.width or row >= image.height:
         return anchor
     across = 1.0 - wp.abs(float(x - column)) / float(sparse.stride)
     down = 1.0 - wp.abs(float(y - row)) / float(sparse.stride)
-    anchor.pixel = pixel_at(tile_of(pixel, image), column, row, image)
+    anchor.pixel = row * image.width + column
     if across * down > 0.0:
         anchor.weight = (
             across * down * edge_stopping_weight(gbuffer, pixel, anchor.pixel, sparse.stride, sparse.plane_tolerance)
@@ -92,7 +92,7 @@ def anchor_of(gbuffer: GBuffer, pixel: int, number: int, image: ImageSize, spars
 @wp.func
 def is_anchor(pixel: int, image: ImageSize, sparse: SparseShadingParameters) -> bool:
     """Whether a pixel is an anchor."""
-    return column_of(pixel, image) % sparse.stride == 0 and row_of(pixel, image) % sparse.stride == 0
+    return (pixel % image.width) % sparse.stride == 0 and (pixel // image.width) % sparse.stride == 0
 
 
 @wp.func
@@ -109,12 +109,12 @@ def is_shaded(gbuffer: GBuffer, pixel: int, image: ImageSize, sparse: SparseShad
 @wp.func
 def is_anchor_only(listed: wp.array[int], pixel: int, image: ImageSize) -> bool:
     """Whether none of the eight pixels around an SP's pixel has an SP. listed (pixel,): 1 for pixels that have one."""
-    column = column_of(pixel, image)
-    row = row_of(pixel, image)
+    column = pixel % image.width
+    row = pixel // image.width
     for neighbour in range(9):
         x = wp.clamp(column + neighbour % 3 - 1, 0, image.width - 1)
         y = wp.clamp(row + neighbour // 3 - 1, 0, image.height - 1)
-        other = pixel_at(tile_of(pixel, image), x, y, image)
+        other = y * image.width + x
         if other != pixel and listed[other] == 1:
             return False
     return True
@@ -162,7 +162,7 @@ def irradiance_at(gbuffer: GBuffer, pixel: int, image: ImageSize, sparse: Sparse
 
 @wp.struct
 class PreviousEdges:
-    """Edges of light between anchors in the frame before: edges (pixel,), 1 there, or 0; camera (tile,): that frame's.
+    """Edges of light between anchors in the frame before: edges (pixel,), 1 there, else 0; camera (1,): of that frame.
 
     follows (1,): 1 when this frame sees much the same, so that the edges are still there.
     """
@@ -173,9 +173,9 @@ class PreviousEdges:
 
 
 @wp.func
-def is_at_edge(before: PreviousEdges, position: wp.vec3, tile: int, image: ImageSize) -> bool:
-    """Whether a tile had an edge of light in the frame before at one of the four pixels around `position`."""
-    place = image_point(before.camera[tile], position, image)
+def is_at_edge(before: PreviousEdges, position: wp.vec3, image: ImageSize) -> bool:
+    """Whether the frame before had an edge of light at one of the four pixels around `position`."""
+    place = image_point(before.camera[0], position, image)
     if place[0] <= -1.0 or place[1] <= -1.0:
         return False
     column = int(wp.max(place[0], 0.0))
@@ -183,7 +183,7 @@ def is_at_edge(before: PreviousEdges, position: wp.vec3, tile: int, image: Image
     for corner in range(4):
         x = wp.min(column + corner % 2, image.width - 1)
         y = wp.min(row + corner // 2, image.height - 1)
-        if before.edges[pixel_at(tile, x, y, image)] == wp.uint8(1):
+        if before.edges[y * image.width + x] == wp.uint8(1):
             return True
     return False
 
@@ -194,7 +194,7 @@ def reflect_irradiance_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sp
                               edges: wp.array[wp.uint8], radiance: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: adds what its surface reflects of the irradiance, its own or that of its anchors.
 
-    listed (pixel,): 1 for pixels with SPs; irradiance (pixel,): of these [W/m²]; mean (tile,): the tile's brightness;
+    listed (pixel,): 1 for pixels with SPs; irradiance (pixel,): of these [W/m²]; mean (1,): brightness of the picture;
     edges (pixel,): becomes 1 at edges of light, else 0; radiance (pixel,): to the camera [W/m²/sr].
     """
     pixel = first + wp.tid()
@@ -208,7 +208,7 @@ def reflect_irradiance_kernel(first: int, gbuffer: GBuffer, image: ImageSize, sp
         if around.weight >= sparse.min_weight:
             step = (around.max_brightness - around.min_brightness) * brightness(reflected)
             is_edge = around.max_brightness > sparse.edge_ratio * around.min_brightness
-            if is_edge and step > sparse.min_edge * mean[tile_of(pixel, image)]:
+            if is_edge and step > sparse.min_edge * mean[0]:
                 edges[pixel] = wp.uint8(1)
             if listed[pixel] == 0:
                 light = around.light

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.core.image_size import ImageSize, column_of, row_of
+from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
@@ -113,7 +113,7 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     """
     if not scene.specular:
         return straight_end(scene, ray)
-    place = morton_2d(column_of(pixel, image), row_of(pixel, image))
+    place = morton_2d(pixel % image.width, pixel // image.width)
     end = ChainEnd()
     end.face = NO_HIT
     end.throughput = wp.vec3(1.0, 1.0, 1.0)

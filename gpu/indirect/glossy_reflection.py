@@ -12,7 +12,7 @@ import warp as wp
 
 from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import allocate, launch
-from gpu.core.image_size import ImageSize, column_of, image_size, is_inside, pixel_at, row_of, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
 from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import (
@@ -107,7 +107,7 @@ def glossy_ray_kernel(alpha: bool, textures: bool) -> wp.Kernel:
         chosen: GlossParameters,
         out: LobeLight,
     ) -> None:
-        """One thread a pixel: a ray of its SP's specular lobe, if that is narrow. cameras (tile,)."""
+        """One thread a pixel: a ray of its SP's specular lobe, if that is narrow. cameras: one element."""
         pixel = first + wp.tid()
         out.light[pixel] = wp.vec3(0.0, 0.0, 0.0)
         out.reach[pixel] = 0.0
@@ -121,9 +121,8 @@ def glossy_ray_kernel(alpha: bool, textures: bool) -> wp.Kernel:
             scene.textured = False
         surface = surface_of(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
-        tile = tile_of(pixel, image)
-        place = morton_2d(column_of(pixel, image), row_of(pixel, image))
-        point = sobol_pair_at(place, samples.moment[tile], LOBE_PAIR, samples.seed)
+        place = morton_2d(pixel % image.width, pixel // image.width)
+        point = sobol_pair_at(place, samples.moment[0], LOBE_PAIR, samples.seed)
         lobe = sample_specular(surface, view, point.x, point.y)
         out.reach[pixel] = NO_REACH
         if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric_normal) <= 0.0:
@@ -131,9 +130,9 @@ def glossy_ray_kernel(alpha: bool, textures: bool) -> wp.Kernel:
         origin = offset_origin(surface.position, surface.geometric_normal, lobe.direction)
         hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
         if hit.face == NO_HIT:
-            out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[tile], image, 1.0, chosen)
+            out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, 1.0, chosen)
             return
-        out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[tile], image, hit.t, chosen)
+        out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, hit.t, chosen)
         met = surface_at(scene, hit, lobe.direction)
         arriving = mean_irradiance(lit, met.position, met.geometric_normal)
         found = wp.cw_mul(even_reflectance(met, -lobe.direction), arriving) / PI
@@ -155,8 +154,8 @@ def share_gloss_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int
     out[pixel] = light[pixel]
     if reach[pixel] == 0.0:
         return
-    x = column_of(pixel, image)
-    y = row_of(pixel, image)
+    x = pixel % image.width
+    y = pixel // image.width
     away = gbuffer.spacing[pixel] * float(step)
     total = float(4.0)
     mixed = light[pixel] * 4.0
@@ -165,8 +164,8 @@ def share_gloss_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int
         dy = neighbour // 3 - 1
         column = x + dx * step
         row = y + dy * step
-        if neighbour != 4 and is_inside(column, row, image):
-            other = pixel_at(tile_of(pixel, image), column, row, image)
+        if neighbour != 4 and column >= 0 and column < image.width and row >= 0 and row < image.height:
+            other = row * image.width + column
             if reach[other] > 0.0:
                 share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
                 # Of both lobes, so that what one takes of another it gives back.
@@ -192,15 +191,15 @@ def add_gloss_kernel(first: int, gbuffer: GBuffer, light: wp.array[wp.vec3], rad
 
 
 class GlossyReflection:
-    """Of `tiles` of `size` (width, height) of a scene with these `features`; its arrays are allocated once.
+    """Of an image of `size` (width, height) of a scene with these `features`; its arrays are allocated once.
 
     light (pixel,): what the lobes' rays found, over what lobes reflect of even light [W/m²/sr].
     """
 
-    def __init__(self, size: tuple[int, int], device: wp.Device, features: SceneFeatures, tiles: int = 1,
+    def __init__(self, size: tuple[int, int], device: wp.Device, features: SceneFeatures,
                  chosen: GlossParameters = GLOSS_PARAMETERS) -> None:  # fmt: skip
         self._image, self._device, self._features, self._chosen = image_size(size), device, features, chosen
-        pixels = tiles * size[0] * size[1]
+        pixels = size[0] * size[1]
         self._found: LobeLight = allocate(LobeLight, pixels, device)
         self.light = self._found.light
         self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
@@ -209,7 +208,7 @@ class GlossyReflection:
               samples: DirectSamples) -> None:  # fmt: skip
         """Find the light that the SPs' lobes reflect, by the cache `lit`, by one ray each.
 
-        camera: (tile,) CameraData; samples: which of the lobes' they are.
+        camera: (1,) CameraData; samples: which of the lobes' they are.
         """
         kernel = glossy_ray_kernel(self._features.alpha, self._features.textures)
         inputs = [scene, camera, self._image, gbuffer, lit, samples, self._chosen, self._found]

@@ -8,7 +8,7 @@ import warp as wp
 
 from gpu.core.constants import PI
 from gpu.core.device import launch
-from gpu.core.image_size import ImageSize, image_size, tile_of
+from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import even_reflectance
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
@@ -36,7 +36,7 @@ def other_branch_kernel(texels: bool, one_sided: bool, backdrop: bool, environme
         lit: RadiosityCache,
         radiance: wp.array[wp.vec3],
     ) -> None:
-        """One thread a pixel: adds to `radiance` (pixel,) what the other branch shows. cameras (tile,)."""
+        """One thread a pixel: adds to `radiance` (pixel,) what the other branch shows. cameras: one element."""
         pixel = first + wp.tid()
         # Glass takes something of the light, if only what it reflects.
         if gbuffer.throughput[pixel] == wp.vec3(1.0, 1.0, 1.0):
@@ -50,8 +50,7 @@ def other_branch_kernel(texels: bool, one_sided: bool, backdrop: bool, environme
             scene.backdrop_count = 0
         if wp.static(not environment):
             scene.has_environment = False
-        ray = pixel_ray(cameras[tile_of(pixel, image)], pixel, image)
-        end = seen_end(scene, ray, pixel, image, samples, True)
+        end = seen_end(scene, pixel_ray(cameras[0], pixel, image), pixel, image, samples, True)
         light = end.emitted
         if end.face != NO_HIT:
             surface = end.surface
@@ -68,8 +67,8 @@ def add_other_branch(scene: SceneData, camera: wp.array, size: tuple[int, int], 
                      ) -> None:  # fmt: skip
     """Add to `radiance` (pixel,) what pixels of a `gbuffer` that is filled by `samples`, which split, do not show.
 
-    camera: (tile,) CameraData; size: (width, height).
+    camera: (1,) CameraData; size: (width, height).
     """
     inputs, has = [scene, camera, image_size(size), samples, gbuffer, lit, radiance], features
     kernel = other_branch_kernel(has.texels, has.one_sided, has.backdrop, has.environment)
-    launch(kernel, len(radiance), inputs, radiance.device)
+    launch(kernel, size[0] * size[1], inputs, radiance.device)

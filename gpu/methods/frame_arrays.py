@@ -1,10 +1,7 @@
 """What frames of one size work with: arrays that every frame writes anew, whoever looks. Allocated once."""
 
-from collections.abc import Sequence
-
 import warp as wp
 
-from gpu.core.staging_buffer import StagingBuffer
 from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.features import scene_features
@@ -18,14 +15,14 @@ from gpu.settings import EVERY_SKIP, Skips
 
 
 class FrameArrays:
-    """Arrays of an image of `tiles` of `size` (width, height) of a scene, and the scene as its kernels see it.
+    """Arrays of an image of `size` (width, height) of a scene, and the scene as its kernels see it.
 
     area_light (pixel,): direct light of lights with an extent; indirect: indirect light, each before it is added;
-    features: what kernels must know of the scene; chain_samples: how chains choose in the frame; seed (1,), frame_index
-    (tile,): the frame's own; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones
-    tell nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes, None where there are
-    none or the method does without. stride: of the pixels that are shaded (gpu.gbuffer.sparse_shading);
-    reads_radiosity: whether there are lights that tell what rays see.
+    features: what kernels must know of the scene; chain_samples: how chains choose in the frame; seed, frame_index
+    (1,): the frame's own; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones tell
+    nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes, None where there are none
+    or the method does without. stride: of the pixels that are shaded
+    (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays see.
     """
 
     def __init__(
@@ -37,10 +34,9 @@ class FrameArrays:
         skip: Skips = EVERY_SKIP,
         stride: int = 1,
         reads_radiosity: bool = False,
-        tiles: int = 1,
     ) -> None:
         self.device_scene, self.size, self.device = device_scene, size, device_scene.device
-        self.tiles, self.pixels = tiles, tiles * size[0] * size[1]
+        self.pixels = size[0] * size[1]
         self.scene = device_scene.view(lambertian=lambertian, assume_alpha=not skip.absent_alpha)
         self.features = scene_features(
             device_scene.scene,
@@ -51,24 +47,18 @@ class FrameArrays:
         )
         self.seed = wp.zeros(1, dtype=int, device=self.device)
         self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
-        self._frame_index = StagingBuffer(wp.zeros(tiles, dtype=int, device=self.device))
-        self.frame_index = self._frame_index.array
+        self.frame_index = wp.zeros(1, dtype=int, device=self.device)
         self.chain_samples = chain_samples(self.device)
         self.reads_radiosity = reads_radiosity
         glossy = reads_radiosity and self.features.gloss
-        self.gloss = GlossyReflection(size, self.device, self.features, tiles) if glossy else None
+        self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
         self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features, traces_gloss=glossy)
         self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
-        self.smoothing, self.side_smoothing = (Smoothing(size, self.device, tiles) for _ in range(2))
+        self.smoothing, self.side_smoothing = Smoothing(size, self.device), Smoothing(size, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
-        self.shading_points = ShadingPoints(size, stride, self.device, tiles)
-        self.brightness = MeanBrightness(self.device, tiles)
-
-    def number(self, indices: Sequence[int]) -> None:
-        """Have these be the tiles' `frame_index`. The device is done with the last frame."""
-        self._frame_index.host[:] = indices
-        self._frame_index.upload()
+        self.shading_points = ShadingPoints(size, stride, self.device)
+        self.brightness = MeanBrightness(self.device)
 
     def trace_primary_rays(self, camera: wp.array) -> None:
-        """Fill the G-buffer as each `camera` (tile,) sees the scene."""
+        """Fill the G-buffer as `camera` (1,) sees the scene."""
         trace_primary_rays(self.scene, camera, self.size, self.gbuffer, self.chain_samples, self.features)

@@ -88,7 +88,7 @@ class FuzzyCorrection:
         suspects, worst = (int(sp_clusters * share) for share in (quality.suspected, quality.refined))
         self.suspected = OutlierPoints(frame.pixels, suspects, device)
         self.refined = OutlierPoints(self.suspected.capacity, worst, device)
-        self.bright = BrightPoints(frame.size, int(quality.bright * sp_clusters), device, frame.tiles)
+        self.bright = BrightPoints(frame.size, int(quality.bright * sp_clusters), device)
         self._refinement = Refinement(self.refined.capacity, vpl_clusters, device)
 
     def use(self, sp_clusters: int, passes: float) -> None:

@@ -1,17 +1,15 @@
 """What a walk with `fuzzy-vpl` leaves behind for its next frame, apart for each viewer: clusters and histories."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary, WeakSet
 
-import numpy as np
 import warp as wp
 
 from gpu.denoise.antialiasing import PictureHistory
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.indirect_history import IndirectHistory
 from gpu.denoise.reprojection import PreviousFrame
-from gpu.gbuffer.camera_rays import BLIND_CAMERA, CameraData
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.far_field import FarSums
 from gpu.indirect.visibility import Visibility
@@ -68,16 +66,14 @@ class FuzzyViewState(ViewState):
         *,
         antialiases: bool,
     ) -> None:
-        super().__init__(frame.device_scene, frame.size, frame.tiles)
+        super().__init__(frame.device_scene, frame.size)
         self.antialiases = antialiases
         other = next(iter(views), None)
-        self._views, size, tiles = views, frame.size, frame.tiles
+        self._views, size = views, frame.size
         views.add(self)
         self.points = frame.shading_points.for_another_viewer()
         self.lights: WeakKeyDictionary[object, KeptLight] = WeakKeyDictionary()
-        previous = PreviousFrame(size, self.device, tiles)
-        blind = np.array([BLIND_CAMERA], dtype=self._camera.host.dtype)
-        self._blind = wp.array(blind, dtype=CameraData, device=self.device)
+        previous = PreviousFrame(frame.size, self.device)
         if other:
             self.clustering, histories = other.clustering.for_another_viewer(), other.histories
             direct = histories.direct and histories.direct.for_another_viewer()
@@ -86,10 +82,10 @@ class FuzzyViewState(ViewState):
             pictures = histories.pictures and histories.pictures.for_another_viewer()
         else:
             self.clustering = make_clustering()
-            direct = DirectHistory(size, self.device, tiles) if frame.features.soft else None
-            gloss = DirectHistory(size, self.device, tiles) if frame.gloss else None
-            indirect = IndirectHistory(size, self.device, tiles)
-            pictures = PictureHistory(size, self.device, tiles) if antialiases else None
+            direct = DirectHistory(size, self.device) if frame.features.soft else None
+            gloss = DirectHistory(size, self.device) if frame.gloss else None
+            indirect = IndirectHistory(size, self.device)
+            pictures = PictureHistory(size, self.device) if antialiases else None
         self.histories = Histories(direct, gloss, indirect, pictures, previous)
 
     def lights_of_others(self, lights: object) -> KeptLight | None:
@@ -108,27 +104,11 @@ class FuzzyViewState(ViewState):
         for kept in self.lights.values():
             kept.last_sample, kept.relit = None, kept.relit or kept.last_sample == 0
 
-    def set_cameras(self, cameras: Sequence[Camera | None], sample: int = 0, *, walks: bool = False) -> None:
+    def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
         """As any viewer does; where the frame before saw much the same, pixels where light ended then are shaded."""
-        before = self.points.before
-        wp.copy(before.camera, self.camera)
-        super().set_cameras(cameras, sample, walks=walks)
-        before.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
-        if len(self.walks) > 1:
-            self._suit_tiles(before.camera, self.histories.previous.data.camera)
-
-    def _suit_tiles(self, *cameras: wp.array) -> None:
-        """Have as many SP clusters as suit the tiles that are looked at; the last frame's `cameras` (tile,) of those
-        that do not build on it saw nothing.
-        """
-        watched = sum(walk.last is not None for walk in self.walks)
-        clusters = max(self.clustering.most * watched // len(self.walks), 1)
-        if clusters != self.clustering.count:
-            self.clustering.use(clusters, at_once=True)
-        for tile, walk in enumerate(self.walks):
-            if self.reuses_history and not walk.follows:
-                for camera in cameras:
-                    wp.copy(camera, self._blind, tile, count=1)
+        wp.copy(self.points.before.camera, self.camera)
+        super().set_camera(camera, sample, walks=walks)
+        self.points.before.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
 
     def antialias(self, gbuffer: GBuffer, *, read_history: bool) -> None:
         """Make of this frame's picture the mean of all frames'; read_history: it may build on the last one."""

@@ -46,7 +46,6 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 600, 82, 16
     gloss_pixel_bytes, gloss_view_pixel_bytes = 32, 16
-    renders_tiles = True
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:
@@ -61,7 +60,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
     def __init__(self, setup: RenderSetup, options: FuzzyOptions | None = None) -> None:
         settings, self._setup, self._options = setup.settings, setup, options or FuzzyOptions()
-        stride = stride_of(setup.size[0] * setup.size[1]) if settings.skip.interpolated else 1
+        stride = stride_of(setup.pixels) if settings.skip.interpolated else 1
         self._frame = FrameArrays(
             setup.device_scene,
             setup.size,
@@ -69,7 +68,6 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             skip=settings.skip,
             stride=stride,
             reads_radiosity=self.reads_radiosity(settings),
-            tiles=setup.tiles,
         )
         self._passes = Passes(setup, self._frame)
         self._most = self._options.most_sp_clusters or setup.sample_counts.sp_clusters
@@ -126,8 +124,6 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         clustering, points, history, captured = view.clustering, view.points, view.histories.indirect, kind.captured
         # Steps 1 and 2: VPLs and their clusters, mostly kept from before. Step 3 was the primary rays.
         lights.check_room(clustering.count)
-        if self._setup.tiles > 1:  # of which some may be empty
-            lights.correction.use(clustering.count, self._options.passes)
         clustering.spread(1 if kind.shades_all else points.stride)
         lights.choose(view, kind, stages)
         vpls, kept = lights.vpls, lights.known_to(view)

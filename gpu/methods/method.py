@@ -27,10 +27,7 @@ View = TypeVar("View", bound=ViewState)
 
 @dataclass(frozen=True)
 class RenderSetup:
-    """What pictures of one size of a scene are rendered with; light_sets: of that scene; progress: of long work.
-
-    tiles: pictures that a frame is of, each by a camera of its own (gpu.core.image_size).
-    """
+    """What pictures of one size of a scene are rendered with; light_sets: of that scene; progress: of long work."""
 
     device_scene: DeviceScene
     light_sets: LightSets
@@ -38,7 +35,6 @@ class RenderSetup:
     settings: RenderSettings
     sample_counts: SampleCounts
     progress: Progress
-    tiles: int = 1
 
     @property
     def device(self) -> wp.Device:
@@ -47,8 +43,8 @@ class RenderSetup:
 
     @property
     def pixels(self) -> int:
-        """Of a frame."""
-        return self.tiles * self.size[0] * self.size[1]
+        """Of a picture."""
+        return self.size[0] * self.size[1]
 
 
 class RenderMethod(ABC, Generic[View]):
@@ -57,7 +53,7 @@ class RenderMethod(ABC, Generic[View]):
     stage_names: those that a frame may have, in their order; pixel_bytes, view_pixel_bytes: device memory that it takes
     for each pixel of a size, and for each pixel of each viewer of that size; soft_view_pixel_bytes: that much more for
     the latter where the scene has soft light; specular_pixel_bytes, gloss_pixel_bytes, gloss_view_pixel_bytes: more
-    where it has mirrors or clear glass, or gloss. renders_tiles: whether a frame may be of several.
+    where it has mirrors or clear glass, or gloss.
     """
 
     stage_names: ClassVar[tuple[str, ...]]
@@ -67,7 +63,6 @@ class RenderMethod(ABC, Generic[View]):
     specular_pixel_bytes: ClassVar[int] = 12
     gloss_pixel_bytes: ClassVar[int] = 0
     gloss_view_pixel_bytes: ClassVar[int] = 0
-    renders_tiles: ClassVar[bool] = False
 
     @abstractmethod
     def __init__(self, setup: RenderSetup) -> None:

@@ -183,7 +183,7 @@ class Passes:
             points.find(frame.gbuffer, every=kind.shades_all)
 
         stages.run("gbuffer", gbuffer, branch=kind.shades_all)
-        frame.number(view.frame_numbers(kind.sample))
+        frame.frame_index.fill_(kind.index)
         if not self._has_direct:
             view.radiance.zero_()
             return

@@ -25,7 +25,6 @@ class RsmDisks(FuzzyVpl):
                    "correct", "refine", "bright", "direct", "near", "interpolate", "gloss",
                    "antialias", "keep")  # fmt: skip
     lights: RsmLights
-    renders_tiles = False
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -18,7 +18,7 @@ from gpu.clustering.grid import (
     separation,
 )
 from gpu.core.device import launch
-from gpu.core.image_size import ImageSize, image_size, is_inside, pixel_at
+from gpu.core.image_size import ImageSize, image_size
 from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.camera_rays import CameraData, pixel_of
@@ -50,9 +50,7 @@ def is_visible_at(gbuffer: GBuffer, pixel: int, position: wp.vec3, normal: wp.ve
 def keep_visible_kernel(first: int, cameras: wp.array[CameraData], image: ImageSize, gbuffer: GBuffer,
                         points: PointList, budget: ClusterBudget, chosen: SpClusterParameters, clusters: SpClusters,
                         work: ClusterWork) -> None:  # fmt: skip
-    """One thread a cluster: its spacing in this view, the least of all tiles'; 0 where its surface is not seen.
-
-    cameras (tile,).
+    """One thread a cluster: its spacing in this view, 0 where its representative's surface is not seen.
 
     Its own pixel must show it: one hidden behind slats, which neighbours show, sees other light than what is seen.
     Those that serve no SP are in vain; from here on none serves until an SP finds it.
@@ -65,18 +63,15 @@ def keep_visible_kernel(first: int, cameras: wp.array[CameraData], image: ImageS
     if clusters.spacing[cluster] <= 0.0 or served == 0:
         return
     position = clusters.position[cluster]
-    normal = clusters.normal[cluster]
-    for tile in range(cameras.shape[0]):
-        place = pixel_of(cameras[tile], position, image)
-        if not is_inside(place[0], place[1], image):
-            continue
-        pixel = pixel_at(tile, place[0], place[1], image)
-        if gbuffer.face[pixel] == NO_HIT:
-            continue
+    place = pixel_of(cameras[0], position, image)
+    if place[0] < 0 or place[1] < 0 or place[0] >= image.width or place[1] >= image.height:
+        return
+    pixel = place[1] * image.width + place[0]
+    if gbuffer.face[pixel] != NO_HIT:
         spacing = cluster_spacing(gbuffer, pixel, points, budget)
+        normal = clusters.normal[cluster]
         if is_visible_at(gbuffer, pixel, position, normal, spacing, chosen.same_place, clusters.alike):
-            least = work.spacing[cluster]
-            work.spacing[cluster] = wp.where(least > 0.0, wp.min(least, spacing), spacing)
+            work.spacing[cluster] = spacing
 
 
 @wp.kernel
@@ -150,7 +145,7 @@ def keep_representatives(kept: KeptClusters, clusters: SpClusters, camera: wp.ar
                          gbuffer: GBuffer, points: PointList, work: ClusterWork) -> None:  # fmt: skip
     """Keep of the last frame's representatives, those of `clusters`, what is still good; free the others.
 
-    camera: (tile,) CameraData of this frame, whose `gbuffer` has tiles of `size`. All of `work` is written.
+    camera: (1,) CameraData of this frame, whose `gbuffer` has `size`. All of `work` is written.
     """
     count, device = len(work.spacing), work.spacing.device
     budget, chosen, representatives = kept.budget, kept.chosen, kept.grid.data

@@ -95,7 +95,7 @@ class SpClustering:
     def go_on(self, gbuffer: GBuffer, camera: wp.array, size: tuple[int, int], *, relit: bool = False) -> None:
         """Keep the clusters of the frame before as far as they are good in this view, and add those that it lacks.
 
-        camera: (tile,) CameraData that `gbuffer`, of tiles of `size`, is seen by; relit: all are listed as new, since
+        camera: (1,) CameraData that `gbuffer`, an image of `size`, is seen by; relit: all are listed as new, since
         their light is.
         """
         points, budget, chosen, work = self._sps.points, self._kept.budget, self._kept.chosen, self._work

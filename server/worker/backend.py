@@ -44,7 +44,6 @@ from server.worker.picking import picked_part
 from server.worker.renderer_pool import RendererPool, lasting
 from server.worker.scene_reading import read_beside
 from server.worker.scene_states import SceneStates
-from server.worker.table import LostFrameError
 from server.worker.tasks import Tasks
 from server.worker.worker import Picture, Report, work
 
@@ -82,8 +81,8 @@ class GpuBackend:
 
     @property
     def lanes(self) -> int:
-        """How many pictures may be under way at once."""
-        return self._renderers.lanes
+        """How many pictures may be on the device at once."""
+        return self._renderers.frames
 
     def start(self, start: Start, report: Report, tasks: Tasks) -> str:
         """Choose a device, load the served scene, render one frame of it; return the device's name."""
@@ -249,38 +248,17 @@ class GpuBackend:
     def _picture(self, job: Render, report: Report) -> Picture:
         with self._state(job.scene, job.edits, job.viewer, report, own=job.own) as loaded:
             job = replace(job, edits=loaded.edits)  # the same object from now on: no part of it is compared again
-            if job.viewer > STILLS:
-                self._viewed[job.viewer] = job.scene
             # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
-            with self._tasks.holding(who):
-                if (frame := self._tile(job, loaded, report)) is not None:
-                    if mean := self._accumulation(job):
-                        mean.add(frame.device_radiance)
-                    return self._result(job, frame)
-                lane = self._renderers.lane_of(job.viewer)
-                renderer = job.scene, loaded.number, job.size, lasting(job.settings), lane
-                with self._tasks.holding(renderer):
-                    return self._frame(job, lane, loaded, report)
-
-    def _tile(self, job: Render, loaded: LoadedScene, report: Report) -> Frame | None:
-        """The frame of one who walks where others do, with theirs; None for who has frames alone."""
-        while job.walks and not job.sample and job.viewer > STILLS:
-            with self._tasks.holding(("lights", loaded.number)):
-                table = self._renderers.table(job.viewer, loaded, job.size, job.settings, report)
-            if table is None:
-                break
-            try:
-                return table.render(job.viewer, view_camera(loaded.scene, job.view, job.size))
-            except LostFrameError:
-                continue
-            finally:
-                if table.broken:
-                    self._renderers.discard(table)
-        return None
+            lane = self._renderers.lane_of(job.viewer)
+            renderer = job.scene, loaded.number, job.size, lasting(job.settings), lane
+            with self._tasks.holding(who), self._tasks.holding(renderer):
+                return self._frame(job, lane, loaded, report)
 
     def _frame(self, job: Render, lane: int, loaded: LoadedScene, report: Report) -> Picture:
         camera = view_camera(loaded.scene, job.view, job.size)
+        if job.viewer > STILLS:
+            self._viewed[job.viewer] = job.scene
         with self._tasks.holding(("lights", loaded.number)):  # that a first renderer makes for all lanes
             renderer, view = self._renderers.get(job.viewer, lane, loaded, job.size, job.settings, report)
         try:

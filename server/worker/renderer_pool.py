@@ -7,9 +7,8 @@ When all together would take too much memory, the renderers that were not used f
 """
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import sqrt
-from time import monotonic
 
 import warp as wp
 
@@ -25,7 +24,6 @@ from gpu.vpl.light_sets import Progress
 from server.wire.worker import STILLS, SceneRef
 from server.worker.loaded_scene import LoadedScene
 from server.worker.memory import free_bytes
-from server.worker.table import Table, tiles_of
 
 # Of the device's memory, for all renderers; and on a CPU, whose memory others use too [bytes].
 SHARE = 0.4
@@ -39,8 +37,6 @@ FEW_BYTES = 64 << 20  # less is not worth asking for what there is
 # Of one scene and settings, that a viewer has: it walks at one size and rests at another, in either of two states that
 # take turns where several see the same edits.
 VIEWS_A_VIEWER = 4
-# From so many who walk in the same on, and have done so lately, frames together come sooner than beside each other.
-LEAST_WALKERS, LATELY_SECONDS = 4, 2.0
 
 
 def lasting(settings: RenderSettings) -> RenderSettings:
@@ -56,35 +52,18 @@ class _Key:
     features: SceneFeatures  # of the scene, which tell how much memory it takes
     state: int = 0  # the number of its LoadedScene, whatever its edits
     lane: int = 0
-    tiles: int = 1  # of a frame
 
 
 @dataclass
 class _Entry:
     renderer: Renderer
     views: dict[int, ViewState] = field(default_factory=dict)  # by viewer, in the order of their last use
-    table: Table | None = None  # of those who walk together
-
-    @property
-    def view_count(self) -> int:
-        """How many views there are of it."""
-        return len(self.views) + (self.table is not None)
-
-    def has(self, viewer: int) -> bool:
-        """Whether a viewer has a view, or a seat at the table."""
-        return viewer in self.views or (self.table is not None and viewer in self.table.tiles)
-
-    def leave(self, viewer: int) -> None:
-        """Free these."""
-        self.views.pop(viewer, None)
-        if self.table is not None:
-            self.table.tiles.leave(viewer)
 
 
 class RendererPool:
     """The renderers of one device by what they render, and what viewers have of them.
 
-    frames: how many may be on the device at once; lanes: how many viewers may have one under way.
+    frames: how many may be on the device at once.
     """
 
     def __init__(self, device: wp.Device, frames: int | None = None) -> None:
@@ -92,14 +71,8 @@ class RendererPool:
         self._device, self.frames = device, frames or frames_at_once(device)
         self._lanes = [Lane(device) for _ in range(LANES_A_FRAME * self.frames if self.frames > 1 else 1)]
         self._lane_of: dict[int, int] = {}  # by viewer
-        self._walkers: dict[int, tuple[_Key, float]] = {}  # what each walks in, and when it last did [s]
         self._most_bytes = int(SHARE * device.total_memory) if device.is_cuda else CPU_BYTES
         self._entries: dict[_Key, _Entry] = {}  # in the order of their last use
-
-    @property
-    def lanes(self) -> int:
-        """As many as there are lanes, since who waits for another at a table uses none."""
-        return len(self._lanes)
 
     def lane_of(self, viewer: int) -> int:
         """The number of a viewer's lane: of those with fewest viewers when it comes; all stills are in the first."""
@@ -124,7 +97,8 @@ class RendererPool:
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
-        key = self._key(scene, size, settings, lane)
+        features = scene.features(lambertian=settings.lambertian)
+        key = _Key(scene.ref, size, lasting(settings), features, scene.number, lane)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
@@ -132,60 +106,20 @@ class RendererPool:
         if entry is None or view is None:
             self._make_room(key, views)
             self._check_memory(key, self._bytes_of(key, 1) - (self._bytes_of(key, 0) if entry else 0))
-        entry = self._entries[key] = entry or self._new(key, scene, progress)
+        if entry is None:
+            shared = scene.device_scene, size, key.settings, progress, scene.light_sets
+            entry = _Entry(Renderer(*shared, self._lanes[lane]))
+            # Warp compiles a kernel at its first launch, and says nothing meanwhile.
+            progress("compiling kernels, which the first time takes a minute", 0.0)
+        self._entries[key] = entry
         entry.views[viewer] = view or entry.renderer.new_view()
         return entry.renderer, entry.views[viewer]
 
-    def table(
-        self, viewer: int, scene: LoadedScene, size: tuple[int, int], settings: RenderSettings, progress: Progress
-    ) -> Table | None:
-        """The table at which a walker has its next frame, with others who walk in the same; None: it has frames alone.
-
-        Raises OutOfMemoryError as `get`.
-        """
-        tiles = tiles_of(size) if self.frames > 1 and method_of(settings).renders_tiles else 1
-        key, now = self._key(scene, size, settings, 0, tiles), monotonic()
-        self._walkers[viewer] = key, now
-        walkers = sum(what == key and now - last < LATELY_SECONDS for what, last in self._walkers.values())
-        if tiles == 1 or walkers < LEAST_WALKERS:
-            return None
-        keys = [replace(key, lane=lane) for lane in range(len(self._lanes))]
-        tables = {it: entry.table.tiles for it in keys if (entry := self._entries.get(it)) and entry.table}
-        seats = [it for it, table in tables.items() if viewer in table] or [it for it in tables if tables[it].free]
-        chosen = next(iter([*seats, *(it for it in keys if it not in tables)]), None)
-        if chosen is None:
-            return None
-        self._leave_others(viewer, chosen)
-        entry = self._entries.pop(chosen, None)
-        if entry is None:
-            self._make_room(chosen, {})
-            self._check_memory(chosen, self._bytes_of(chosen, 1))
-            entry = self._new(chosen, scene, progress)
-            entry.table = Table(entry.renderer)
-        self._entries[chosen] = entry
-        if entry.table is not None:
-            entry.table.tiles.sit(viewer)
-        return entry.table
-
-    def _key(
-        self, scene: LoadedScene, size: tuple[int, int], settings: RenderSettings, lane: int, tiles: int = 1
-    ) -> _Key:
-        features = scene.features(lambertian=settings.lambertian)
-        return _Key(scene.ref, size, lasting(settings), features, scene.number, lane, tiles)
-
-    def _new(self, key: _Key, scene: LoadedScene, progress: Progress) -> _Entry:
-        shared = scene.device_scene, key.size, key.settings, progress, scene.light_sets
-        entry = _Entry(Renderer(*shared, self._lanes[key.lane], key.tiles))
-        # Warp compiles a kernel at its first launch, and says nothing meanwhile.
-        progress("compiling kernels, which the first time takes a minute", 0.0)
-        return entry
-
     def leave(self, viewer: int) -> None:
-        """Free a viewer's views, and its places in a lane and at tables."""
+        """Free a viewer's views, and its place in a lane."""
         self._lane_of.pop(viewer, None)
-        self._walkers.pop(viewer, None)
         for entry in self._entries.values():
-            entry.leave(viewer)
+            entry.views.pop(viewer, None)
 
     def drop(self, scene: SceneRef) -> None:
         """Free the renderers of a scene, and the views of them."""
@@ -195,10 +129,9 @@ class RendererPool:
         """Free the renderers of one state of a scene, and the views of them."""
         self._entries = {key: entry for key, entry in self._entries.items() if key.state != state.number}
 
-    def discard(self, broken: Renderer | Table) -> None:
-        """Free one renderer, and the views of it, or the table whose it is."""
-        entries = self._entries.items()
-        self._entries = {key: it for key, it in entries if broken not in (it.renderer, it.table)}
+    def discard(self, renderer: Renderer) -> None:
+        """Free one renderer, and the views of it."""
+        self._entries = {key: entry for key, entry in self._entries.items() if entry.renderer is not renderer}
 
     def clear(self) -> None:
         """Free all of them."""
@@ -209,16 +142,16 @@ class RendererPool:
 
     def _leave_others(self, viewer: int, key: _Key) -> None:
         """Free a viewer's views of other scenes and settings than those of `key`, and all but the last of the same."""
-        others = [other for other, entry in self._entries.items() if entry.has(viewer) and other != key]
+        others = [other for other, entry in self._entries.items() if viewer in entry.views and other != key]
         alike = [other for other in others if (other.scene, other.settings) == (key.scene, key.settings)]
         for other in {*others} - {*alike[max(len(alike) - VIEWS_A_VIEWER + 1, 0) :]}:
-            self._entries[other].leave(viewer)
+            del self._entries[other].views[viewer]
 
     def _make_room(self, key: _Key, views: dict[int, ViewState]) -> None:
         """Free what was not used for longest until a renderer of `key`, which has `views`, and one more view fit in."""
 
         def is_full() -> bool:
-            held = [(key, len(views) + 1), *((it, entry.view_count) for it, entry in self._entries.items())]
+            held = [(key, len(views) + 1), *((other, len(entry.views)) for other, entry in self._entries.items())]
             return len(held) > MOST * len(self._lanes) or sum(self._bytes_of(*one) for one in held) > self._most_bytes
 
         while self._entries and is_full():
@@ -241,8 +174,7 @@ class RendererPool:
 
     def _bytes_of(self, key: _Key, views: int) -> int:
         """Device memory of a renderer and so many views of it, as its method tells."""
-        pixels, method = key.tiles * key.size[0] * key.size[1], method_of(key.settings)
-        counts = sample_counts_of(key.settings, self._device)
-        shared, own = method.cluster_bytes(replace(counts, sp_clusters=key.tiles * counts.sp_clusters))
+        pixels, method = key.size[0] * key.size[1], method_of(key.settings)
+        shared, own = method.cluster_bytes(sample_counts_of(key.settings, self._device))
         a_pixel, a_view_pixel = method.bytes_a_pixel(key.features)
         return a_pixel * pixels + shared + views * (a_view_pixel * pixels + own)

@@ -4,7 +4,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gpu.core.device import allocate, duplicate
+from gpu.core.device import allocate
 from gpu.gbuffer.gbuffer import GBuffer
 
 WIDTH, HEIGHT = 48, 40
@@ -51,21 +51,3 @@ def grey_values(values: NDArray) -> wp.array:
 def numbers(picture: wp.array) -> NDArray:
     """A grey picture's numbers, (HEIGHT, WIDTH)."""
     return np.asarray(picture.numpy()[:, 0].reshape(HEIGHT, WIDTH))
-
-
-# Tiles of a wall's picture, whose border it goes on beyond; their rows are odd in number.
-TILES, TILE_SIZE = 8, (WIDTH, HEIGHT // 8)
-
-
-def tile_of_wall(gbuffer: GBuffer, tile: int) -> GBuffer:
-    """One of TILES by itself."""
-    part: GBuffer = duplicate(GBuffer, gbuffer)
-    pixels = TILE_SIZE[0] * TILE_SIZE[1]
-    for name in ("face", "position", "normal", "geometric_normal", "spacing", "albedo", "throughput"):
-        setattr(part, name, getattr(gbuffer, name)[tile * pixels : (tile + 1) * pixels])
-    return part
-
-
-def tile_values(values: NDArray, tile: int) -> NDArray:
-    """Of (HEIGHT, WIDTH) numbers those of one of TILES."""
-    return values[tile * TILE_SIZE[1] : (tile + 1) * TILE_SIZE[1]]

@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 import warp as wp
 from bright import SIZE, Bright, picture_of
-from numpy.typing import NDArray
-from scenes import column
-from walls import CPU, HEIGHT, TILE_SIZE, TILES, WIDTH, grey_values, tile_of_wall, tile_values, wall
 
-from gpu.core.device import launch
-from gpu.core.image_size import image_size
 from gpu.core.sample_mean import SAMPLES
-from gpu.correction.adaptive_rays import ADAPTIVE_RAY_PARAMETERS, PixelLight, Residual, residual_filter_kernel
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
-from gpu.gbuffer.point_list import PointList
 from gpu.indirect.irradiance import CHECKS
 
 # What frames use, written again, so that a change of it fails.
@@ -124,23 +117,3 @@ def test_what_was_found_to_be_much_darker_is_shown_as_it_is_and_tells_nothing(br
     others, lacking = pixels[~kept], light - dark
     mixed = dark[others] + OWN_SHARE * lacking[others] + (1.0 - OWN_SHARE) * bright.shared(others, lacking, told)
     assert shown[others] == pytest.approx(np.maximum(mixed, 0.0), rel=1e-3, abs=1e-4)
-
-
-def test_points_tell_those_of_their_own_tile_what_is_lacking() -> None:
-    def told(gbuffer: GBuffer, lacks: NDArray) -> NDArray:
-        number = column(np.arange(lacks.size), wp.int32)
-        points, residual, known = PointList(), Residual(), PixelLight()
-        points.pixels, points.numbers, points.count = number, number, column([lacks.size], wp.int32)
-        residual.light, residual.place = grey_values(lacks), number
-        known.clustered, known.light, known.irradiance = (grey_values(np.ones_like(lacks)) for _ in range(3))
-        known.frames = column(np.zeros(lacks.size), wp.int32)
-        inputs = [gbuffer, image_size(TILE_SIZE), points, residual, known, ADAPTIVE_RAY_PARAMETERS]
-        launch(residual_filter_kernel, lacks.size, inputs, CPU)
-        return known.irradiance.numpy()[:, 0]
-
-    lacks = np.random.default_rng(0).uniform(0.0, 9.0, (HEIGHT, WIDTH))
-    together = told(wall(), lacks).reshape(HEIGHT, WIDTH)
-    for tile in range(TILES):
-        assert np.array_equal(
-            tile_values(together, tile).ravel(), told(tile_of_wall(wall(), tile), tile_values(lacks, tile))
-        )

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import warp as wp
 from scenes import column
-from walls import CPU, HEIGHT, LEFT, TILE_SIZE, TILES, WIDTH, tile_of_wall, tile_values, wall
+from walls import CPU, HEIGHT, LEFT, WIDTH, wall
 
 from gpu.core.sample_mean import SAMPLES
 from gpu.correction.brightness import MeanBrightness
@@ -34,16 +34,3 @@ def test_a_picture_of_nothing_is_black() -> None:
     measured, _ = found(np.zeros_like(LEFT), np.ones((COUNT, 3)))
     assert not measured.samples.numpy().any()
     assert measured.value.numpy()[0] == 0.0
-
-
-def test_each_tile_is_as_bright_as_it_is_alone() -> None:
-    light = np.random.default_rng(1).uniform(0.0, 9.0, (HEIGHT, WIDTH, 3))
-    gbuffer, sps, together = wall(seen=LEFT), ShadingPoints(TILE_SIZE, 1, CPU, TILES), MeanBrightness(CPU, TILES)
-    sps.find(gbuffer)
-    together.find(gbuffer, sps, column(light.reshape(-1, 3), wp.vec3))
-    for tile in range(TILES):
-        part, own, alone = tile_of_wall(gbuffer, tile), ShadingPoints(TILE_SIZE, 1, CPU), MeanBrightness(CPU)
-        own.find(part)
-        alone.find(part, own, column(tile_values(light, tile).reshape(-1, 3), wp.vec3))
-        assert together.value.numpy()[tile] == alone.value.numpy()[0]
-    assert len(set(together.value.numpy().tolist())) == TILES

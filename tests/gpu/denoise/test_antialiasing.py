@@ -50,7 +50,7 @@ class Seen:
         self.behind = behind
         self.view = FrameView(device_scene, SIZE, lambertian=True)
         self.view.antialiases = True
-        self.history = PictureHistory(SIZE, self.view.device, chosen=parameters(AntialiasingParameters, **changes))
+        self.history = PictureHistory(SIZE, self.view.device, parameters(AntialiasingParameters, **changes))
         self.last = PreviousFrame(SIZE, self.view.device)
         self.post = np.empty(0)
 
@@ -216,7 +216,7 @@ def test_a_colour_is_cut_off_beyond_a_deviation_and_a_quarter() -> None:
 def interpolated_kernel(first: int, picture: wp.array[wp.vec3], places: wp.array[wp.vec2], image: ImageSize,
                         out: wp.array[wp.vec3]) -> None:  # fmt: skip
     index = first + wp.tid()
-    out[index] = interpolated(picture, places[index], 0, image)
+    out[index] = interpolated(picture, places[index], image)
 
 
 def test_what_varies_by_a_square_is_exact_between_pixels() -> None:

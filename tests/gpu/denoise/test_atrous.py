@@ -4,20 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 from numpy.typing import NDArray
-from walls import (
-    CPU,
-    HEIGHT,
-    LEFT,
-    TILE_SIZE,
-    TILES,
-    WIDTH,
-    grey_values,
-    numbers,
-    split_walls,
-    tile_of_wall,
-    tile_values,
-    wall,
-)
+from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
 from gpu.core.image_size import image_size
 from gpu.denoise.atrous import ATROUS_PARAMETERS, LightGuide, Smoothing, atrous_pixels_kernel, atrous_points_kernel
@@ -234,29 +221,3 @@ def test_neighbours_count_by_plane_and_deviation(step: int) -> None:
     noise = wp.array(deviation.ravel().astype(np.float32), device=CPU)
     wp.launch(atrous_pixels_kernel, WIDTH * HEIGHT, [*inputs, noise, out], device=CPU)
     assert numbers(out) == pytest.approx(mixed(light, step, weight), rel=1e-5)
-
-
-def test_tiles_are_smoothed_as_each_alone() -> None:
-    light, values = noise(), grey_values(noise())
-    Smoothing(TILE_SIZE, CPU, TILES).run(wall(), values)
-    for tile in range(TILES):
-        own = grey_values(tile_values(light, tile))
-        Smoothing(TILE_SIZE, CPU).run(tile_of_wall(wall(), tile), own)
-        assert np.array_equal(tile_values(numbers(values), tile).ravel(), own.numpy()[:, 0])
-
-
-@pytest.mark.parametrize("stride", [1, 2])
-def test_tiles_share_light_as_each_alone(stride: int) -> None:
-    def share(gbuffer: GBuffer, light: NDArray, tiles: int) -> NDArray:
-        sps = ShadingPoints(TILE_SIZE, stride, CPU, tiles)
-        sps.find(gbuffer)
-        none = wp.zeros(light.size, dtype=int, device=CPU)
-        even, smoothing = grey_values(np.ones_like(light)), Smoothing(TILE_SIZE, CPU, tiles)
-        found = smoothing.share(gbuffer, sps, even, grey_values(light), none, nearer_on_detail=True)
-        return np.where(sps.listed.numpy() == 1, found.numpy()[:, 0], 0.0)
-
-    light = rare()
-    together = share(wall(), light, TILES).reshape(HEIGHT, WIDTH)
-    for tile in range(TILES):
-        alone = share(tile_of_wall(wall(), tile), tile_values(light, tile), 1)
-        assert np.array_equal(tile_values(together, tile).ravel(), alone)

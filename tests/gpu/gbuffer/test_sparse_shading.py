@@ -3,20 +3,7 @@ import pytest
 import warp as wp
 from numpy.typing import NDArray
 from scenes import column
-from walls import (
-    CPU,
-    HEIGHT,
-    LEFT,
-    TILE_SIZE,
-    TILES,
-    WIDTH,
-    grey_values,
-    numbers,
-    split_walls,
-    tile_of_wall,
-    tile_values,
-    wall,
-)
+from walls import CPU, HEIGHT, LEFT, WIDTH, grey_values, numbers, split_walls, wall
 
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.gbuffer import GBuffer
@@ -218,25 +205,3 @@ def test_which_edges_of_light_are_shaded(
     """The edges of light that is 10 on one side and `dark` on the other, reflected by π of it."""
     listed, _ = shaded_next(np.where(LEFT, dark, 10.0), mean=mean, **threshold)
     assert listed[1:-1:2, 23].all() == is_shaded
-
-
-def test_tiles_have_anchors_and_edges_of_their_own() -> None:
-    def reflect(gbuffer: GBuffer, light: NDArray, mean: NDArray) -> tuple[NDArray, ...]:
-        sps = ShadingPoints(TILE_SIZE, STRIDE, CPU, len(mean))
-        sps.find(gbuffer)
-        radiance = wp.zeros(light.size, dtype=wp.vec3, device=CPU)
-        sps.reflect(gbuffer, grey_values(light), column(mean, float), radiance)
-        return radiance.numpy()[:, 0], sps.listed.numpy(), sps.before.edges.numpy(), sps.starts.numpy()
-
-    steps = np.where((ROWS + COLUMNS) % 12 < 6, 10.0, 1.0)
-    means = np.linspace(1.0, 40.0, TILES)
-    *whole, starts = reflect(wall(), steps, means)
-    edges = []
-    for tile in range(TILES):
-        *own, ends = reflect(tile_of_wall(wall(), tile), tile_values(steps, tile), means[tile : tile + 1])
-        for of_whole, of_tile in zip(whole, own, strict=True):
-            assert np.array_equal(tile_values(of_whole.reshape(HEIGHT, WIDTH), tile).ravel(), of_tile)
-        assert starts[tile + 1] - starts[tile] == ends[1] == own[1].sum()
-        edges.append(own[2].sum())
-    assert edges[0] > 0
-    assert edges[-1] == 0  # so bright a picture shows none

@@ -3,7 +3,6 @@
 import gc
 import weakref
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -13,10 +12,9 @@ from harness import IDENTITY
 import server.worker.renderer_pool
 from gpu.core.lane import Lane
 from gpu.core.sharing import DEVICE_SHARING
-from gpu.settings import Component, RenderSettings, Skips
+from gpu.settings import RenderSettings
 from server.wire.worker import CameraMatrix, Render, SceneRef, Start
 from server.worker.backend import GpuBackend
-from server.worker.table import MOST_TILES
 from server.worker.tasks import Tasks, Turn
 
 BOX = SceneRef("box", "cornell-box")
@@ -58,7 +56,6 @@ def started(cpu: str) -> Iterator[GpuBackend]:
         patch.setattr(server.worker.renderer_pool, "frames_at_once", lambda device: LANES)
         patch.setattr(server.worker.renderer_pool, "LANES_A_FRAME", 1)
         patch.setattr(server.worker.renderer_pool, "Lane", SlowLane)
-        patch.setattr(server.worker.renderer_pool, "LEAST_WALKERS", 99)
         backend = GpuBackend()
         backend.start(Start(BOX, cpu), lambda what, fraction: None, Tasks())
         yield backend
@@ -166,52 +163,3 @@ def test_a_frame_that_fails_takes_nothing_from_those_of_other_lanes(backend: Gpu
     Sky.broken = None
     frames.begin(job(1))
     assert frames.end() == expected[:1]  # by arrays that are new
-
-
-def test_many_who_walk_in_the_same_have_frames_together(backend: GpuBackend, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Direct light as each alone has it, without frames before: while some wait, others look on and have more."""
-    skip = Skips(temporal_reuse=False)
-    settings = SETTINGS.model_copy(update={"component": Component.DIRECT, "skip": skip})
-    viewers = (1, 2, 3)
-    jobs = [[replace(job(viewer, number), settings=settings) for viewer in viewers] for number in range(2)]
-    frames, expected = Frames(backend), []
-    for step in jobs:
-        frames.begin(*step)
-        expected.append(frames.end())
-    monkeypatch.setattr(server.worker.renderer_pool, "LEAST_WALKERS", len(viewers))
-    seen = []
-    for step in jobs:
-        Sky.open = False
-        frames.begin(*step)
-        assert DEVICE_SHARING.in_flight == 1
-        seen.append(frames.end())
-    entries = [it for it in backend._renderers._entries.values() if it.table]
-    assert [it.table.tiles.free for it in entries if it.table] == [MOST_TILES - len(viewers)]
-    assert seen == expected
-    assert len({picture for step in seen for picture in step}) == 2 * len(viewers)
-    frames.begin(replace(jobs[0][1], sample=0, walks=False))  # who rests has frames of its own
-    assert frames.end() == expected[0][1:2]
-    frames.begin(replace(jobs[1][0], sample=0))  # but the first, where it has walked at that size
-    assert frames.end() == expected[1][:1]
-    mean = backend._stills[1].accumulation
-    assert (mean.samples, mean.mean.numpy().tobytes()) == (1, expected[1][0])
-
-
-def test_an_error_at_a_table_is_one_viewer_s_and_the_others_sit_at_another(
-    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(server.worker.renderer_pool, "LEAST_WALKERS", 3)
-    frames = Frames(backend)
-    for _ in range(2):
-        frames.begin(job(1), job(2), job(3))
-        frames.end()
-    Sky.open, Sky.broken = False, backend._renderers._lanes[0].number  # type: ignore[attr-defined]
-    frames.begin(job(1, 1), job(2, 1), job(3, 1))
-    Sky.open = True
-    first = frames._tasks.ready()
-    assert first is not None
-    frames._tasks.resume(first)
-    Sky.broken = None
-    pictures = frames.end()
-    assert isinstance(pictures[0], RuntimeError)
-    assert all(isinstance(it, bytes) and len(it) == 32 * 18 * 12 for it in pictures[1:])

@@ -2,7 +2,6 @@ import gc
 import re
 import weakref
 from dataclasses import replace
-from typing import Any
 
 import pytest
 import warp as wp
@@ -19,7 +18,7 @@ from gpu.scene.load import load_scene
 from gpu.settings import Method, RenderSettings
 from server.wire.worker import HEARTBEAT, STILLS, SceneRef
 from server.worker.loaded_scene import LoadedScene, build, edit
-from server.worker.renderer_pool import LANES_A_FRAME, LEAST_WALKERS, VIEWS_A_VIEWER, RendererPool
+from server.worker.renderer_pool import LANES_A_FRAME, VIEWS_A_VIEWER, RendererPool
 
 BOX, TWIN = SceneRef("box", "cornell-box"), SceneRef("twin", "cornell-box")
 NOTHING = SceneFeatures(**dict.fromkeys(SceneFeatures.__dataclass_fields__, False))
@@ -43,9 +42,6 @@ class Pool(RendererPool):
     ) -> tuple[Renderer, ViewState]:
         here = replace(self._scene, ref=scene)
         return self.get(viewer, self.lane_of(viewer), here, size, settings, lambda what, fraction: None)
-
-    def table(self, viewer: int, size: tuple[int, int] = (8, 8), settings: RenderSettings = SETTINGS) -> Any:  # type: ignore[override]
-        return super().table(viewer, self._scene, size, settings, lambda what, fraction: None)
 
     def _bytes_of(self, key: object, views: int) -> int:
         return 100 + 10 * views
@@ -248,55 +244,3 @@ def test_what_is_there_already_is_not_weighed_again(scene: LoadedScene, monkeypa
     kept = pool.take()
     monkeypatch.setattr(pool, "_bytes_of", None)
     assert pool.take() == kept
-
-
-def test_enough_who_walk_in_the_same_sit_at_a_table_and_others_have_frames_alone(
-    scene: LoadedScene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pool = Pool(scene, frames=2)
-    walkers = range(1, LEAST_WALKERS + 1)
-    assert [pool.table(it) is not None for it in walkers] == [it == LEAST_WALKERS for it in walkers]
-    table = pool.table(LEAST_WALKERS)
-    assert [pool.table(it) is table for it in walkers] == [True] * LEAST_WALKERS
-    assert all(it in table.tiles for it in walkers)
-    assert pool.table(1, size=(9, 9)) is None  # the others walk in another size
-    assert pool.table(2, settings=SEEDS[1]) is None
-    assert pool.table(3, settings=SETTINGS.model_copy(update={"method": Method.PATH})) is None
-    assert pool.table(4) is None  # now too few are left
-    monkeypatch.setattr(server.worker.renderer_pool, "LATELY_SECONDS", 0.0)
-    assert [pool.table(it) for it in walkers] == [None] * LEAST_WALKERS
-    assert [Pool(scene).table(it) for it in walkers] == [None] * LEAST_WALKERS  # one frame at once is all there is
-
-
-def test_a_table_that_is_full_has_another_beside_it_and_a_free_seat_is_taken_first(
-    scene: LoadedScene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(server.worker.renderer_pool, "tiles_of", lambda size: LEAST_WALKERS)
-    pool = Pool(scene, room=1000, frames=2)
-    walkers = range(1, LEAST_WALKERS + 1)
-    for viewer in walkers:
-        pool.table(viewer)
-    first = pool.table(1)
-    for viewer in walkers:
-        assert pool.table(viewer) is first
-    second = pool.table(LEAST_WALKERS + 1)
-    assert second is not first
-    assert first.tiles.free == 0
-    assert len(pool) == 2
-    pool.leave(1)
-    assert first.tiles.free == 1
-    assert pool.table(LEAST_WALKERS + 1) is second
-    assert pool.table(LEAST_WALKERS + 2) is first
-    pool.discard(first)
-    assert len(pool) == 1
-    pool._most_bytes = 110
-    pool.take(1)
-    assert len(pool) == 1  # the table's renderer and its view made room
-
-
-def test_a_table_takes_the_memory_of_all_its_tiles(scene: LoadedScene) -> None:
-    pool = RendererPool(wp.get_device("cpu"), frames=2)
-    key = pool._key(scene, (8, 8), SETTINGS, 0, 4)
-    one, many = (pool._bytes_of(of, 1) for of in (replace(key, tiles=1), key))
-    assert many > 3 * one
-    assert many - pool._bytes_of(replace(key, size=(8, 32), tiles=1), 1) > 0  # as many pixels, and more clusters
