@@ -24,12 +24,13 @@ class SampleCounts:
     vpl_clusters: int
     photons: int
     gather_rays: int
+    caustic_photons: int
     samples: int
     frames: int
     shadow_map: int
 
 
-COUNTED = ("sp_clusters", "vpls", "vpl_clusters", "photons", "gather_rays")
+COUNTED = ("sp_clusters", "vpls", "vpl_clusters", "photons", "gather_rays", "caustic_photons")
 """What a quality has more or less of."""
 
 ON_CUDA = SampleCounts(
@@ -38,6 +39,7 @@ ON_CUDA = SampleCounts(
     vpl_clusters=2048,
     photons=262_144,
     gather_rays=256,
+    caustic_photons=131_072,
     samples=2,
     frames=512,
     shadow_map=128,
@@ -48,6 +50,7 @@ ON_CPU = SampleCounts(
     vpl_clusters=384,
     photons=16_384,
     gather_rays=64,
+    caustic_photons=16_384,
     samples=1,
     frames=16,
     shadow_map=64,
@@ -90,6 +93,7 @@ def sample_counts_of(settings: RenderSettings, device: Device) -> SampleCounts:
         vpl_clusters=settings.vpl_clusters or usual.vpl_clusters,
         photons=settings.photons or usual.photons,
         gather_rays=settings.gather_rays or usual.gather_rays,
+        caustic_photons=settings.caustic_photons or usual.caustic_photons,
         samples=settings.samples or samples,
         frames=settings.frames or usual.frames,
         shadow_map=settings.shadow_map or usual.shadow_map,

@@ -121,6 +121,12 @@ class RenderSettings(BaseModel):
     gather_rays: int | None = Field(
         None, ge=1, le=4096, description="photon-gather: rays that gather light at each SP cluster"
     )
+    caustic_photons: int | None = Field(
+        None,
+        ge=1,
+        le=4_194_304,
+        description="paths of light by mirrors and through glass, whose ends are caustics; all but path",
+    )
     light_shape: LightShape = Field(
         LightShape.DISKS, description="rsm-disks: what clusters light as; polygons are slower, and without corrections"
     )

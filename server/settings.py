@@ -139,6 +139,7 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
     max_sp_clusters: int = Field(default=MOST.sp_clusters, ge=1, le=262_144, description="clusters of shading points")
     max_photons: int = Field(default=1_048_576, ge=1, le=4_194_304, description="photons of photon-gather")
     max_gather_rays: int = Field(default=1024, ge=1, le=4096, description="rays of photon-gather at an SP cluster")
+    max_caustic_photons: int = Field(default=1_048_576, ge=1, le=4_194_304, description="light paths of caustics")
     max_message_bytes: int = Field(default=65_536, ge=4096, le=2**24, description="one message or request body [bytes]")
     max_waiting_renders: int = Field(
         default=8, ge=1, le=1000, description="stills that may wait; more are told to retry"
@@ -207,7 +208,7 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
             raise UserError(
                 f"size: {width}×{height} is {width * height} pixels; this server renders up to {max_pixels}"
             )
-        for name in ("samples", "vpls", "vpl_clusters", "sp_clusters", "photons", "gather_rays"):
+        for name in ("samples", "vpls", "vpl_clusters", "sp_clusters", "photons", "gather_rays", "caustic_photons"):
             wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
             if wanted is not None and wanted > limit:
                 raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")

@@ -119,8 +119,10 @@ def near_light(scene: SceneData, table: LightTable, first: Surface, vpls: VplClu
         area = wider * bound_area(paths.bounds, surface.position, surface.normal)
         share = area / (PI * hit.t * hit.t + area)
         throughput = throughput * share
-        light += wp.cw_mul(throughput, delta_light(scene, table, surface, -direction))
-        if table.sampled.count > 0 and largest(surface.diffuse) > 0.0:
+        # Emitters that mirrors show light by caustics.
+        if not surface.mirror:
+            light += wp.cw_mul(throughput, delta_light(scene, table, surface, -direction))
+        if table.sampled.count > 0 and largest(surface.diffuse) > 0.0 and not surface.mirror:
             found = ris_light(scene, table, surface, -direction, paths.sample, 0, seed + bounce + 1, False)
             light += wp.cw_mul(throughput, found)
         survival = wp.min(chosen.wider * share, 1.0)

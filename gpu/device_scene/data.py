@@ -106,8 +106,7 @@ class SceneData:
     textured, glossy, transmissive, specular: rays may hit textures, narrow specular lobes, glass, mirrors or clear
     glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its
     geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or
-    not with the probability alpha, 0: they are where alpha is one half or more; solid_glass: no light goes straight
-    through bodies of clear glass.
+    not with the probability alpha, 0: they are where alpha is one half or more.
     """
 
     opaque: Bvh
@@ -141,4 +140,3 @@ class SceneData:
     lambertian: bool
     ignore_alpha: bool
     coverage: wp.uint32
-    solid_glass: bool

@@ -51,8 +51,9 @@ def _glossy(material: Material) -> bool:
     )
 
 
-def _specular(material: Material) -> bool:
-    if material.unlit:
+def is_specular(material: Material) -> bool:
+    """Whether a surface of `material` may be a perfect mirror or clear glass, at least in part."""
+    if material.unlit or material.backdrop:
         return False
     textured = material.metallic_roughness_slot is not None
     clear = material.transmission > 0.0 and (textured or material.roughness <= CLEAR_ROUGHNESS)
@@ -61,7 +62,7 @@ def _specular(material: Material) -> bool:
 
 def has_specular(scene: Scene) -> bool:
     """Whether `scene` has mirrors or clear glass, which its camera looks past."""
-    return any(_specular(material) and not material.backdrop for material in scene.materials)
+    return any(is_specular(material) for material in scene.materials)
 
 
 def has_soft_light(scene: Scene) -> bool:

@@ -1,15 +1,15 @@
-"""Clear glass, here called panes, sheets and faces of bodies alike, which all rays but paths and the camera's cross
-straight, dimmed and tinted. What reflects there, paths and the camera's rays meet at random.
+"""Clear glass, here called panes, sheets and faces of bodies alike.
 
-A sheet stands for its two faces (gpu.device_scene.glass). That light goes straight through a body, too, as if it had
-the index of air but reflected as it does, is an approximation: it is not dark behind glass, and there are no caustics.
+A sheet stands for its two faces (gpu.device_scene.glass): light crosses it straight, dimmed and tinted. What reflects
+there, paths and the camera's rays meet at random. Bodies refract: shadow rays end there, and what light does is found
+by following it (gpu.lights.caustic_map). Rays of indirect light pass all panes.
 """
 
 import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
-from gpu.device_scene.glass import attenuated, dielectric_fresnel, glass_fresnel
+from gpu.device_scene.glass import glass_fresnel
 from gpu.device_scene.rays import (
     MAX_ALPHA_LAYERS,
     OFFSET_ULP,
@@ -31,30 +31,17 @@ class MetSurface:
 
 
 @wp.func
+def is_pane(scene: SceneData, face: int) -> bool:
+    """Whether a triangle is one of a pane."""
+    return face >= scene.opaque_count and face < scene.opaque_count + scene.pane_count
+
+
+@wp.func
 def crossing_share(surface: Surface, direction: wp.vec3) -> float:
     """The share of light along unit `direction` that goes straight through a sheet, before its tint; 0 for bodies."""
     if not surface.thin:
         return 0.0
     return surface.glass * (1.0 - glass_fresnel(surface, wp.dot(surface.normal, direction)))
-
-
-@wp.func
-def straight_share(scene: SceneData, surface: Surface, face: int, direction: wp.vec3, length: float) -> wp.vec3:
-    """What a pane leaves of light that goes straight through, tinted; length: since the pane before, which counts where
-    it leaves a body.
-    """
-    if surface.thin:
-        return surface.albedo * crossing_share(surface, direction)
-    if scene.solid_glass:
-        return wp.vec3(0.0, 0.0, 0.0)
-    # Straight light meets both faces at the angle that it has outside.
-    cosine = wp.min(wp.abs(wp.dot(surface.normal, direction)), 1.0)
-    index = wp.max(surface.eta, 1.0 / surface.eta)
-    share = surface.albedo * (surface.glass * (1.0 - dielectric_fresnel(cosine, index)))
-    if surface.eta < 1.0:
-        absorption = scene.materials[scene.triangle_material[face]].absorption
-        share = wp.cw_mul(share, attenuated(absorption, length))
-    return share
 
 
 @wp.func
@@ -69,7 +56,7 @@ def transmitted(scene: SceneData, origin: wp.vec3, direction: wp.vec3, length: f
                 return share
             pane.face += scene.opaque_count
             surface = surface_at(scene, pane, direction)
-            share = wp.cw_mul(share, straight_share(scene, surface, pane.face, direction, pane.t))
+            share = wp.cw_mul(share, surface.albedo * crossing_share(surface, direction))
             start += pane.t + OFFSET_ULP
     return share
 
@@ -134,7 +121,7 @@ def meet_sheet(scene: SceneData, origin: wp.vec3, direction: wp.vec3, cull_backs
 def met_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
     """The surface that `meet` found; of a pane, what it is to rays that do not cross it."""
     surface = surface_at(scene, hit, direction)
-    if hit.face >= scene.opaque_count and hit.face < scene.opaque_count + scene.pane_count:
+    if is_pane(scene, hit.face):
         crosses = crossing_share(surface, direction)
         surface.glass = (surface.glass - crosses) / wp.max(1.0 - crosses, 1.0e-6)
         surface.crossed = surface.thin

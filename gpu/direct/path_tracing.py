@@ -201,7 +201,6 @@ def path_kernel(glass: bool, panes: bool, environment: bool) -> wp.Kernel:
             scene.transmissive = False
         if wp.static(not panes):
             scene.pane_count = 0
-        scene.solid_glass = True
         if wp.static(not environment):
             scene.has_environment = False
         own_seed = pixel_seed(pixel, paths.seed)

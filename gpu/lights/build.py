@@ -80,7 +80,7 @@ def emissive_faces(device_scene: DeviceScene) -> Ints:
     return np.sort(np.concatenate(faces)) if faces else np.zeros(0, np.int32)
 
 
-def _power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
+def power_cdf(power: Doubles, device: wp.Device) -> PowerCdf:
     """Choice in proportion to `power` (emitter,), or of any alike when none has any."""
     cdf = PowerCdf()
     cdf.count = len(power)
@@ -117,11 +117,11 @@ def build_light_table(
     sky = [_sky_power(scene.sky, device_scene.data.environment, radius)] if scene.sky else []
     extended = np.concatenate([powers.numpy().astype(np.float64), sky])
     power = np.concatenate([extended, [_light_power(light, radius) for light in scene.lights]])
-    table.all_emitters = _power_cdf(power, device)
+    table.all_emitters = power_cdf(power, device)
     table.count = table.all_emitters.count
     if len(scene.lights) <= MAX_ENUMERATED:
         table.enumerated_count = len(scene.lights)
-        table.sampled = _power_cdf(extended, device)
+        table.sampled = power_cdf(extended, device)
     else:
         table.sampled = table.all_emitters
     return table

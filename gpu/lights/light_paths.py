@@ -19,6 +19,7 @@ from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
+from gpu.lights.light_chain import Flight, unscattered
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -49,9 +50,9 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
 
 
 @cache
-def light_path_kernel(texels: bool, environment: bool, arriving: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not;
-    arriving: flux is what arrives, as photons have it, else what is reflected.
+def light_path_kernel(texels: bool, environment: bool, specular: bool, arriving: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
+    and with mirrors or clear glass or not; arriving: flux is what arrives, as photons have it, else what is reflected.
     """
 
     @wp.kernel(module="unique")
@@ -67,7 +68,8 @@ def light_path_kernel(texels: bool, environment: bool, arriving: bool) -> wp.Ker
         """One thread a light path: a VPL at each of its `bounces` first hits, at path · bounces + hit; flux 0 if none.
         counts (1,): how many paths there are; those from there on leave nothing. seeds: one element.
 
-        Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal.
+        Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal. Light goes
+        on from mirrors and clear glass that emitters light; what other surfaces send finds these matt, or not there.
         """
         path = first + wp.tid()
         if wp.static(not texels):
@@ -86,7 +88,20 @@ def light_path_kernel(texels: bool, environment: bool, arriving: bool) -> wp.Ker
         flux = particle.flux / float(paths)
         origin = offset_origin(particle.origin, particle.normal, particle.direction)
         direction = particle.direction
-        for bounce in range(bounces):
+        begin = int(0)
+        if wp.static(specular):
+            flight = Flight()
+            flight.origin = origin
+            flight.direction = direction
+            flight.flux = flux
+            chain = unscattered(scene, flight, path, 4, bounces, seed)
+            if largest(chain.flight.flux) <= 0.0:
+                return
+            origin = chain.flight.origin
+            direction = chain.flight.direction
+            flux = chain.flight.flux
+            begin = chain.bounce
+        for bounce in range(begin, bounces):
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
             if hit.face == NO_HIT:
                 return
@@ -172,9 +187,13 @@ class PathEnds:
 
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,)."""
+        kernel = light_path_kernel(features.texels, features.environment, features.specular, self._arriving)
+        launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, self.raw], self.device)
+        self.put_in_order()
+
+    def put_in_order(self) -> None:
+        """Find `order` and `filled` of the places that are in `raw`."""
         raw, keys, order, capacity = self.raw, self._keys, self.order, self.capacity
-        kernel = light_path_kernel(features.texels, features.environment, self._arriving)
-        launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, raw], self.device)
         launch(surface_key_kernel, capacity, [raw.position, raw.normal, raw.flux, keys], self.device)
         launch(iota_kernel, capacity, [order], self.device)
         radix_sort_pairs(keys, order, capacity)

@@ -99,22 +99,22 @@ def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameter
     sites.irradiance[site] = total / wp.max(PI * radius * radius, 1.0e-20)
 
 
-@wp.kernel
-def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
-                           sites: PhotonSites) -> None:  # fmt: skip
-    """One thread a site: its irradiance becomes that of the part of its disk that is surface.
+@wp.struct
+class Covered:
+    """The share of a disk that is surface, and whether all of it is."""
+
+    share: float
+    whole: bool
+
+
+@wp.func
+def covered_disk(scene: SceneData, alike: ClusteringParameters, position: wp.vec3, normal: wp.vec3, radius: float,
+                 turn: float, shift: float) -> Covered:  # fmt: skip
+    """How much of a disk about a surface point is surface. turn, shift: in [0, 1), where it is looked for.
 
     The surface ends at its edge, and where something stands on it.
     """
-    site = first + wp.tid()
-    if site >= sites.count[0]:
-        return
-    position = tree.photons.position[sites.photon[site]]
-    normal = tree.photons.normal[sites.photon[site]]
-    radius = sites.radius[site]
-    turn = float(hashed(wp.uint32(site))) * TO_UNIT
-    shift = float(hashed(wp.uint32(site) ^ wp.uint32(tree.leaves))) * TO_UNIT
-    height = radius / sites.alike.plane_weight
+    height = radius / alike.plane_weight
     covered = float(0.0)
     whole = float(0.0)
     for place in range(PLACES):
@@ -131,11 +131,29 @@ def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chose
                 + scene.vertices[corner[1]] * hit.v
                 + scene.vertices[corner[2]] * (1.0 - hit.u - hit.v)
             )
-            if wp.dot(beside, normal) > sites.alike.normal_threshold:
-                covered += wp.where(separation(sites.alike, position, normal, there, beside) < radius, out, 0.0)
+            if wp.dot(beside, normal) > alike.normal_threshold:
+                covered += wp.where(separation(alike, position, normal, there, beside) < radius, out, 0.0)
         whole += out
-    sites.irradiance[site] = sites.irradiance[site] / wp.max(covered / whole, chosen.least_covered)
-    sites.whole[site] = int(covered == whole)
+    disk = Covered()
+    disk.share = covered / whole
+    disk.whole = covered == whole
+    return disk
+
+
+@wp.kernel
+def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+                           sites: PhotonSites) -> None:  # fmt: skip
+    """One thread a site: its irradiance becomes that of the part of its disk that is surface."""
+    site = first + wp.tid()
+    if site >= sites.count[0]:
+        return
+    position = tree.photons.position[sites.photon[site]]
+    normal = tree.photons.normal[sites.photon[site]]
+    turn = float(hashed(wp.uint32(site))) * TO_UNIT
+    shift = float(hashed(wp.uint32(site) ^ wp.uint32(tree.leaves))) * TO_UNIT
+    disk = covered_disk(scene, sites.alike, position, normal, sites.radius[site], turn, shift)
+    sites.irradiance[site] = sites.irradiance[site] / wp.max(disk.share, chosen.least_covered)
+    sites.whole[site] = int(disk.whole)
 
 
 def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParameters = DENSITY_PARAMETERS) -> None:

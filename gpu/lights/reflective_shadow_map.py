@@ -14,13 +14,14 @@ import warp as wp
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
 from gpu.core.morton import pixel_of_morton_2d
-from gpu.device_scene.bsdf import even_reflectance
+from gpu.device_scene.bsdf import even_reflectance, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import Particle, emit, sun_particle
+from gpu.lights.light_chain import Flight, unscattered
 from gpu.lights.light_paths import Vpls
 from gpu.lights.light_table import DIRECTIONAL, LightTable, choose_emitter, is_light, is_triangle
 from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS, ShadowMapParameters
@@ -54,14 +55,16 @@ def atlas_place(maps: ShadowMaps, pixel: int) -> wp.vec2:
 
 
 @cache
-def shadow_map_kernel(texels: bool, environment: bool) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not."""
+def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
+    and with mirrors or clear glass or not.
+    """
 
     @wp.kernel(module="unique")
-    def shadow_map_kernel(
-        first: int, scene: SceneData, table: LightTable, maps: ShadowMaps, seed: int, out: Vpls
-    ) -> None:
-        """One thread a pixel of the maps: the VPL where its ray ends, of flux 0 where it meets nothing.
+    def shadow_map_kernel(first: int, scene: SceneData, table: LightTable, maps: ShadowMaps, bounces: int, seed: int,
+                          out: Vpls) -> None:  # fmt: skip
+        """One thread a pixel of the maps: the VPL where its ray ends, after `bounces` mirrors and glass at most, of
+        flux 0 where it meets nothing.
 
         A pixel is a part of the directions of a light with a place or a patch, and of the disk through which others
         light the scene; what else a ray depends on is drawn by `seed`, and so is its place in the pixel.
@@ -99,24 +102,36 @@ def shadow_map_kernel(texels: bool, environment: bool) -> wp.Kernel:
         else:
             particle = emit(scene, table, pick, within, other)
         direction = particle.direction
-        hit = closest_hit(scene, offset_origin(particle.origin, particle.normal, direction), direction, RAY_LENGTH)
+        origin = offset_origin(particle.origin, particle.normal, direction)
+        if wp.static(specular):
+            flight = Flight()
+            flight.origin = origin
+            flight.direction = direction
+            flight.flux = particle.flux
+            chain = unscattered(scene, flight, pixel, 3, bounces, seed)
+            particle.flux = chain.flight.flux
+            if largest(particle.flux) <= 0.0:
+                return
+            origin = chain.flight.origin
+            direction = chain.flight.direction
+        hit = closest_hit(scene, origin, direction, RAY_LENGTH)
         if hit.face == NO_HIT:
             return
         surface = surface_at(scene, hit, direction)
         share = float(width) * TO_UNIT / float(pixels)
         out.position[pixel] = surface.position
         out.normal[pixel] = surface.geometric_normal
-        out.flux[pixel] = wp.cw_mul(particle.flux, even_reflectance(surface, -particle.direction)) * share
+        out.flux[pixel] = wp.cw_mul(particle.flux, even_reflectance(surface, -direction)) * share
 
     return shadow_map_kernel
 
 
-def trace_shadow_maps(
-    scene: SceneData, table: LightTable, maps: ShadowMaps, seed: int, features: SceneFeatures, out: Vpls
-) -> None:
+def trace_shadow_maps(scene: SceneData, table: LightTable, maps: ShadowMaps, bounces: int, seed: int,
+                      features: SceneFeatures, out: Vpls) -> None:  # fmt: skip
     """Trace all `maps` of the lights in `table` into `out`, a VPL a pixel; none of them leaves the device."""
-    inputs = [scene, table, maps, seed, out]
-    launch(shadow_map_kernel(features.texels, features.environment), out.count, inputs, out.flux.device)
+    inputs = [scene, table, maps, bounces, seed, out]
+    kernel = shadow_map_kernel(features.texels, features.environment, features.specular)
+    launch(kernel, out.count, inputs, out.flux.device)
 
 
 def map_of_emitters(ends: Doubles, faces: Doubles, chosen: ShadowMapParameters = SHADOW_MAP_PARAMETERS) -> Ints:

@@ -9,6 +9,7 @@ from gpu.core.reduce import Counter
 from gpu.core.stages import Stages, new_number
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.exact_gather import gather
+from gpu.methods.caustics import caustics_of
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
 from gpu.methods.passes import Passes, frame_kind, keeps_lights, light_set_choice, reads_radiosity
@@ -26,7 +27,8 @@ RAYS_PER_CPU_LAUNCH = 1 << 22
 class ExactVpl(RenderMethod[ViewState]):
     """Steps 1 and 3 of the 2022 paper, then Eq. 5 (or Eq. 6 with exact visibility, for VPL clusters)."""
 
-    stage_names = ("light", "vpl-clusters", "relight", "gbuffer", "gather", "direct", "near", "interpolate", "gloss")
+    stage_names = ("light", "vpl-clusters", "relight", "gbuffer", "gather", "direct", "caustic-photons", "caustics",
+                   "near", "interpolate", "gloss")  # fmt: skip
     pixel_bytes, view_pixel_bytes, gloss_pixel_bytes = 369, 12, 28
 
     def __init__(self, setup: RenderSetup) -> None:
@@ -44,6 +46,7 @@ class ExactVpl(RenderMethod[ViewState]):
             reads_radiosity=reads_radiosity(settings),
         )
         self._passes = Passes(setup, self._frame)
+        self._caustics = caustics_of(setup, self._frame)
         self._counter = Counter(2, setup.device)
 
     def new_view(self) -> ViewState:
@@ -88,6 +91,8 @@ class ExactVpl(RenderMethod[ViewState]):
             if self._has_near:
                 passes.share_near(points, frame.indirect.irradiance, kind, stages)
         passes.end_direct(view, kind, stages)
+        if self._caustics:
+            self._caustics.run(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=self._has_near)
             if self._has_near:
@@ -106,6 +111,8 @@ class ExactVpl(RenderMethod[ViewState]):
     def count(self, view: ViewState) -> None:
         """Count near-field finds and pixels that see nothing."""
         self._counter.run([(self._passes.near_field.found, 0)], [(self._frame.gbuffer.face, int(NO_HIT))])
+        if self._caustics:
+            self._caustics.count()
 
     def statistics(self, view: ViewState) -> FrameStatistics:
         """VPLs and VPL clusters that were gathered, each of them, and rays that found near-field light."""
@@ -113,4 +120,6 @@ class ExactVpl(RenderMethod[ViewState]):
         near, empty = self._counter.totals()
         counts = {"vpls": vpls, "vpl_clusters": self._vpls.count, "sp_clusters": self._setup.pixels}
         skips = {**self._passes.skips(), "unchanged_lights": vpls if self._kept else 0}
+        if self._caustics:
+            counts |= self._caustics.counts()
         return counts | {"near": near, "unassigned": 0, "empty": empty}, skips

@@ -8,6 +8,7 @@ from weakref import WeakSet
 
 from gpu.core.stages import Stages
 from gpu.gbuffer.sparse_shading import stride_of
+from gpu.methods.caustics import caustics_of
 from gpu.methods.clustered_lights import ClusteredLights
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.fuzzy_lights import FuzzyLights
@@ -41,8 +42,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
 
     stage_names: ClassVar[tuple[str, ...]] = (
         "light", "vpl-clusters", "relight", "gbuffer", "history", "cluster", "visibility", "shade", "correct", "refine",
-        "bright", "connect", "paths", "probe", "direct", "near", "interpolate", "gloss",
-        "antialias", "keep",
+        "bright", "connect", "paths", "probe", "direct", "caustic-photons", "caustics", "near", "interpolate",
+        "gloss", "antialias", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 600, 82, 16
     gloss_pixel_bytes, gloss_view_pixel_bytes = 32, 16
@@ -70,6 +71,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             reads_radiosity=self.reads_radiosity(settings),
         )
         self._passes = Passes(setup, self._frame)
+        self._caustics = caustics_of(setup, self._frame)
         self._most = self._options.most_sp_clusters or setup.sample_counts.sp_clusters
         self._views: WeakSet[FuzzyViewState] = WeakSet()
         self._counter = FuzzyCounter(setup.device)
@@ -105,6 +107,8 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
             if self._options.inspect and kind.captured:
                 self._options.inspect(view, self._frame, lights.vpls, stages)
         self._passes.end_direct(view, kind, stages)
+        if self._caustics:
+            self._caustics.run(view, kind, stages)
         if lights.has_indirect:
             self._passes.end_indirect(view, view.points, kind, stages, near=lights.known_to(view).near)
             if lights.has_near:
@@ -169,7 +173,10 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
     def count(self, view: FuzzyViewState) -> None:
         """Sum up what the stages left, and count the pixels that see nothing."""
         self._counter.run(self._frame, view, self.lights, self._passes.near_field.found)
+        if self._caustics:
+            self._caustics.count()
 
     def statistics(self, view: FuzzyViewState) -> FrameStatistics:
         """VPLs, clusters, SPs, those with more rays, rays of clusters, finds near field, and unserved SPs."""
-        return self._counter.statistics(view, self.lights, self._passes)
+        counts, skips = self._counter.statistics(view, self.lights, self._passes)
+        return counts | (self._caustics.counts() if self._caustics else {}), skips

@@ -53,7 +53,7 @@ class RenderMethod(ABC, Generic[View]):
     stage_names: those that a frame may have, in their order; pixel_bytes, view_pixel_bytes: device memory that it takes
     for each pixel of a size, and for each pixel of each viewer of that size; soft_view_pixel_bytes: that much more for
     the latter where the scene has soft light; specular_pixel_bytes, gloss_pixel_bytes, gloss_view_pixel_bytes: more
-    where it has mirrors or clear glass, or gloss.
+    where it has mirrors or clear glass, or gloss; caustic_photon_bytes: then of each light path of caustics.
     """
 
     stage_names: ClassVar[tuple[str, ...]]
@@ -63,6 +63,7 @@ class RenderMethod(ABC, Generic[View]):
     specular_pixel_bytes: ClassVar[int] = 12
     gloss_pixel_bytes: ClassVar[int] = 0
     gloss_view_pixel_bytes: ClassVar[int] = 0
+    caustic_photon_bytes: ClassVar[int] = 136
 
     @abstractmethod
     def __init__(self, setup: RenderSetup) -> None:
@@ -74,6 +75,11 @@ class RenderMethod(ABC, Generic[View]):
         shared = cls.pixel_bytes + cls.specular_pixel_bytes * has.specular + cls.gloss_pixel_bytes * has.gloss
         view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.gloss
         return shared, cls.view_pixel_bytes + view
+
+    @classmethod
+    def caustic_bytes(cls, has: SceneFeatures, sample_counts: SampleCounts) -> int:
+        """Device memory [bytes] that caustics take of a scene of these features."""
+        return cls.caustic_photon_bytes * sample_counts.caustic_photons * has.specular
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

@@ -18,7 +18,7 @@ class PathTracing(RenderMethod[ViewState]):
     """Camera paths with direct light sampled at every bounce (Kajiya 1986), `samples` of them a pixel."""
 
     stage_names = ("paths",)
-    pixel_bytes, view_pixel_bytes, specular_pixel_bytes = 3, 12, 0
+    pixel_bytes, view_pixel_bytes, specular_pixel_bytes, caustic_photon_bytes = 3, 12, 0, 0
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._table = setup, setup.light_sets.table

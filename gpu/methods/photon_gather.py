@@ -15,6 +15,7 @@ from gpu.indirect.photon_lookup import FullMapLight
 from gpu.lights.light_paths import paths_for
 from gpu.lights.photon_map import PhotonMap
 from gpu.lights.photon_tree import allocate_tree, build_tree
+from gpu.methods.caustics import caustics_of
 from gpu.methods.frame_arrays import FrameArrays
 from gpu.methods.gather_view_state import GatherViewState
 from gpu.methods.method import FrameStatistics, RenderMethod, RenderSetup
@@ -35,6 +36,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
         "gather",
         "irradiance",
         "direct",
+        "caustic-photons",
+        "caustics",
         "interpolate",
         "gloss",
     )
@@ -46,6 +49,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._setup, self._table = setup, setup.light_sets.table
         self._frame = FrameArrays(setup.device_scene, setup.size, lambertian=settings.lambertian, skip=settings.skip)
         self._passes = Passes(setup, self._frame)
+        self._caustics = caustics_of(setup, self._frame)
         self._counter = Counter(1, setup.device)
         self._clustering = ShadingClustering(self._frame.shading_points, counts.sp_clusters)
         self._receivers = None
@@ -104,6 +108,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
             stages.run("gather", self._gather_light)
             stages.run("irradiance", self._interpolate)
         passes.end_direct(view, kind, stages)
+        if self._caustics:
+            self._caustics.run(view, kind, stages)
         if self._has_indirect:
             passes.end_indirect(view, points, kind, stages, near=False)
             if self._receivers is not None:
@@ -145,6 +151,8 @@ class PhotonGather(RenderMethod[GatherViewState]):
     def count(self, view: GatherViewState) -> None:
         """Count pixels that see nothing."""
         self._counter.run([], [(self._frame.gbuffer.face, int(NO_HIT))])
+        if self._caustics:
+            self._caustics.count()
 
     def statistics(self, view: GatherViewState) -> FrameStatistics:
         """Photons at most, clusters, and rays of each."""
@@ -153,4 +161,6 @@ class PhotonGather(RenderMethod[GatherViewState]):
         if self._has_indirect:
             rays = self._clustering.most * self._setup.sample_counts.gather_rays
             counts |= {"photons": self._map.capacity, "sp_clusters": self._clustering.most, "gather_rays": rays}
+        if self._caustics:
+            counts |= self._caustics.counts()
         return counts, self._passes.skips()

@@ -8,6 +8,8 @@ from gpu.settings import Clustering, Method, RenderSettings
 PIXEL_RAYS = 4
 # Of a photon whose irradiance is known: from around it to tell how much of its disk is surface.
 SITE_RAYS = 32
+# Of a light path of caustics: to its emitter and to where it ends, most often through two faces of glass.
+CAUSTIC_RAYS = 4
 # Of a path's vertex: to the next one, and to a light.
 VERTEX_RAYS = 2
 
@@ -17,7 +19,7 @@ def frame_rays(settings: RenderSettings, counts: SampleCounts, pixels: int) -> f
 
     With a wanted time or error the counts of clusters change from frame to frame, and `counts` may be any.
     """
-    own = pixels * (PIXEL_RAYS + counts.samples)
+    own = pixels * (PIXEL_RAYS + counts.samples) + counts.caustic_photons * (CAUSTIC_RAYS + SITE_RAYS)
     lights = counts.vpls * VERTEX_RAYS
     if settings.method is Method.PATH:
         return float(pixels * counts.samples * VERTEX_RAYS * (1 + settings.bounces))

@@ -22,8 +22,8 @@ class RsmDisks(FuzzyVpl):
     """Steps 3 to 6 of `fuzzy-vpl` with lights of reflective shadow maps."""
 
     stage_names = ("gbuffer", "shadow-maps", "map-clusters", "disks", "history", "cluster", "visibility", "shade",
-                   "correct", "refine", "bright", "direct", "near", "interpolate", "gloss",
-                   "antialias", "keep")  # fmt: skip
+                   "correct", "refine", "bright", "direct", "caustic-photons", "caustics", "near",
+                   "interpolate", "gloss", "antialias", "keep")  # fmt: skip
     lights: RsmLights
 
     @staticmethod

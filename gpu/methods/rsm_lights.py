@@ -99,11 +99,12 @@ class RsmLights(ClusteredLights):
         Frames of a walk have the same rays, so that clusters change as lights do; those of a still view have their own.
         """
         setup, frame, pixels, clusters = self._setup, self._frame, self._pixels, self.clusters_of(view)
-        seed, table = frame_seed(setup.settings.seed, kind.sample), setup.light_sets.table
+        settings, table = setup.settings, setup.light_sets.table
+        seed = frame_seed(settings.seed, kind.sample)
         begins = not self.reuses_clusters(view, self.known_to(view), kind)
 
         def trace() -> None:
-            trace_shadow_maps(frame.scene, table, self._maps, seed, frame.features, pixels)
+            trace_shadow_maps(frame.scene, table, self._maps, settings.bounces, seed, frame.features, pixels)
 
         def cluster() -> None:
             self._importance.run(frame.gbuffer, frame.size, pixels, self._warp.importance)

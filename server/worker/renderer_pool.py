@@ -175,6 +175,8 @@ class RendererPool:
     def _bytes_of(self, key: _Key, views: int) -> int:
         """Device memory of a renderer and so many views of it, as its method tells."""
         pixels, method = key.size[0] * key.size[1], method_of(key.settings)
-        shared, own = method.cluster_bytes(sample_counts_of(key.settings, self._device))
+        counts = sample_counts_of(key.settings, self._device)
+        shared, own = method.cluster_bytes(counts)
+        shared += method.caustic_bytes(key.features, counts)
         a_pixel, a_view_pixel = method.bytes_a_pixel(key.features)
         return a_pixel * pixels + shared + views * (a_view_pixel * pixels + own)

@@ -17,11 +17,11 @@ def test_open_counts_are_chosen_for_the_device_and_given_ones_kept() -> None:
 @pytest.mark.parametrize(
     ("quality", "cuda", "counts"),
     [
-        (Quality.DRAFT, True, SampleCounts(2048, 24_576, 512, 65_536, 64, 2, 64, 64)),
-        (Quality.DRAFT, False, SampleCounts(384, 2048, 96, 4096, 16, 1, 2, 64)),
+        (Quality.DRAFT, True, SampleCounts(2048, 24_576, 512, 65_536, 64, 32_768, 2, 64, 64)),
+        (Quality.DRAFT, False, SampleCounts(384, 2048, 96, 4096, 16, 4096, 1, 2, 64)),
         (Quality.BALANCED, True, ON_CUDA),
-        (Quality.BEST, True, SampleCounts(16_384, 196_608, 4096, 524_288, 512, 2, 2048, 256)),
-        (Quality.BEST, False, SampleCounts(3072, 16_384, 768, 32_768, 128, 1, 64, 128)),
+        (Quality.BEST, True, SampleCounts(16_384, 196_608, 4096, 524_288, 512, 262_144, 2, 2048, 256)),
+        (Quality.BEST, False, SampleCounts(3072, 16_384, 768, 32_768, 128, 32_768, 1, 64, 128)),
     ],
 )
 def test_a_quality_has_more_or_less_of_what_is_left_open(quality: Quality, cuda: bool, counts: SampleCounts) -> None:

@@ -56,7 +56,9 @@ def test_every_setting_says_what_it_is() -> None:
     assert [name for name, field in ServerSettings.model_fields.items() if not field.description] == []
 
 
-@pytest.mark.parametrize("name", ["samples", "vpls", "vpl_clusters", "sp_clusters", "photons", "gather_rays"])
+@pytest.mark.parametrize(
+    "name", ["samples", "vpls", "vpl_clusters", "sp_clusters", "photons", "gather_rays", "caustic_photons"]
+)
 def test_counts_have_limits_of_the_service(name: str) -> None:
     settings = ServerSettings(**{f"max_{name}": 10})
     settings.check_render((8, 8), RenderSettings(**{name: 10}), 64)

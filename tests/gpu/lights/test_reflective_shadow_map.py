@@ -30,7 +30,7 @@ def mapped(device_scene: DeviceScene, seed: int = 0, suns: Any = None) -> tuple[
     maps = make_shadow_maps(device_scene, table, SIDE)
     vpls = allocate_vpls(maps.count * SIDE**2, device_scene.device)
     features = scene_features(device_scene.scene, lambertian=False)
-    trace_shadow_maps(device_scene.data, table, maps, seed, features, vpls)
+    trace_shadow_maps(device_scene.data, table, maps, 4, seed, features, vpls)
     return maps, vpls
 
 

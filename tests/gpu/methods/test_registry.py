@@ -92,8 +92,9 @@ def bytes_of_room(floor: Material, settings: RenderSettings) -> tuple[int, int]:
     before = held()
     renderer = Renderer(room, size, settings, None, lights)
     view = renderer.new_view()
-    told = method_of(settings).bytes_a_pixel(scene_features(room.scene, lambertian=False))
-    return held() - before, sum(told) * view.pixels
+    method, has = method_of(settings), scene_features(room.scene, lambertian=False)
+    caustics = method.caustic_bytes(has, sample_counts_of(settings, room.device))
+    return held() - before, sum(method.bytes_a_pixel(has)) * view.pixels + caustics
 
 
 def check_memory(room: DeviceScene, choice: dict[str, Any]) -> None:

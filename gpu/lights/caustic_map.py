@@ -1,0 +1,123 @@
+"""The caustic photon map: light that mirrors and clear glass send on from emitters to other surfaces (H. W. Jensen,
+Global Illumination using Photon Maps, 1996; 2009 paper, section 3.1).
+
+It has all of the paths from emitters that end so, and the global map none of them. It is made on the device, and needs
+to be made anew only where the light has changed or a frame wants photons of its own.
+"""
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import warp as wp
+
+from gpu.core.device import allocate, launch
+from gpu.core.parameters import parameters
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.lights.caustic_casters import CausticCasters
+from gpu.lights.caustic_paths import trace_caustic_paths
+from gpu.lights.light_paths import PathEnds
+from gpu.lights.light_table import LightTable
+from gpu.lights.photon_density import (
+    DENSITY_PARAMETERS,
+    NEIGHBOURS,
+    DensityParameters,
+    PhotonSites,
+    allocate_sites,
+    covered_disk,
+    neighbours,
+)
+from gpu.lights.photon_map import Photons, gather_photons_kernel
+from gpu.lights.photon_tree import PhotonTree, allocate_tree, build_tree
+from gpu.sampling.sobol import TO_UNIT, hashed
+
+
+@dataclass(frozen=True)
+class CausticParameters:
+    """How wide estimates may be.
+
+    spread: area [unit area] that all photons would fill, were they as far apart as those of the widest estimate. Wider
+    ones would carry light far beyond the edge of a caustic; narrower ones leave what is spread widely to few photons.
+    """
+
+    spread: float = 4.0
+
+
+CAUSTIC_PARAMETERS = CausticParameters()
+
+
+def widest_radius(paths: int, chosen: CausticParameters = CAUSTIC_PARAMETERS) -> float:
+    """Of estimates with so many light paths, unit space."""
+    return min(sqrt(NEIGHBOURS * chosen.spread / (pi * paths)), float(DENSITY_PARAMETERS.most_radius))
+
+
+@wp.kernel
+def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+                       sites: PhotonSites) -> None:  # fmt: skip
+    """One thread a photon: the disk of those nearest to it. Its flux grows by what of that is no surface, where photons
+    are missing.
+    """
+    photon = first + wp.tid()
+    sites.photon[photon] = photon
+    if photon >= sites.count[0]:
+        return
+    photons = tree.photons
+    position = photons.position[photon]
+    normal = photons.normal[photon]
+    found = neighbours(tree, sites.alike, position, normal, chosen.most_radius, -1)
+    radius = found.distance[wp.static(NEIGHBOURS - 1)]
+    turn = float(hashed(wp.uint32(photon))) * TO_UNIT
+    shift = float(hashed(wp.uint32(photon) ^ wp.uint32(tree.leaves))) * TO_UNIT
+    disk = covered_disk(scene, sites.alike, position, normal, radius, turn, shift)
+    sites.radius[photon] = radius
+    sites.whole[photon] = int(disk.whole)
+    photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
+
+
+@wp.struct
+class CausticLight:
+    """What shading points read of a caustic map. sites: all photons, without irradiance; reach: the widest estimate,
+    unit space; share (1,): of an estimate's radius that counts.
+    """
+
+    tree: PhotonTree
+    sites: PhotonSites
+    reach: float
+    share: wp.array[float]
+
+
+class CausticMap:
+    """The caustic photons of `paths` light paths over at most `bounces` mirrors and glass; `light` after `trace`. All
+    is allocated once.
+    """
+
+    def __init__(self, paths: int, bounces: int, device: wp.Device) -> None:
+        self._ends, self._bounces = PathEnds(paths, 1, device, arriving=True), bounces
+        photons: Photons = allocate(Photons, paths, device)
+        photons.count = self._ends.filled
+        reach = widest_radius(paths)
+        self._density: DensityParameters = parameters(DensityParameters, most_radius=reach)
+        self.light = CausticLight()
+        self.light.tree, self.light.sites = allocate_tree(photons), allocate_sites(paths, device)
+        self.light.sites.count, self.light.reach = photons.count, reach
+        self.light.share = wp.ones(1, dtype=float, device=device)
+
+    @property
+    def count(self) -> wp.array:
+        """How many photons there are, (1,)."""
+        return self._ends.filled
+
+    def trace(self, scene: SceneData, table: LightTable, casters: CausticCasters, seed: wp.array,
+              features: SceneFeatures) -> None:  # fmt: skip
+        """Trace, sort and weigh new photons by `seed` (1,); there must be light and casters."""
+        ends, light = self._ends, self.light
+        trace_caustic_paths(scene, table, casters, self._bounces, seed, features, ends.raw)
+        ends.put_in_order()
+        launch(gather_photons_kernel, ends.room, [ends.order, ends.raw, light.tree.photons], ends.device)
+        build_tree(light.tree)
+        launch(photon_disk_kernel, ends.room, [scene, light.tree, self._density, light.sites], ends.device)
+
+    def clear(self) -> None:
+        """Have no photons."""
+        self._ends.filled.zero_()
+        build_tree(self.light.tree)

@@ -1,0 +1,94 @@
+"""The stage of caustics, which methods with a G-buffer share: photons that are aimed at mirrors and glass, gathered at
+every pixel.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+from math import sqrt
+
+import warp as wp
+
+from gpu.core.reduce import Counter
+from gpu.core.stages import Stages
+from gpu.indirect.caustics import add_caustics
+from gpu.lights.caustic_casters import CausticCasters, caustic_casters
+from gpu.lights.caustic_map import CausticMap
+from gpu.methods.frame_arrays import FrameArrays
+from gpu.methods.method import RenderSetup
+from gpu.methods.passes import FrameKind, frame_seed
+from gpu.methods.view_state import ViewState
+from gpu.settings import Component
+
+
+@dataclass(frozen=True)
+class StillCausticParameters:
+    """How estimates narrow over the frames of a still view, whose mean forgets how wide the first were.
+
+    kept: of the growth of photons in a disk, frame by frame, that stays there, while the rest narrows it (C. Knaus and
+    M. Zwicker, Progressive Photon Mapping: A Probabilistic Approach, 2011): with two thirds, error by width and noise
+    fade alike.
+    """
+
+    kept: float = 2.0 / 3.0
+
+
+STILL_CAUSTIC_PARAMETERS = StillCausticParameters()
+
+
+def radius_share(sample: int, chosen: StillCausticParameters = STILL_CAUSTIC_PARAMETERS) -> float:
+    """How wide an estimate of frame `sample` of a still view is beside one of the first (Knaus and Zwicker, Eq. 20)."""
+    square = 1.0
+    for number in range(1, sample + 1):
+        square *= (number + chosen.kept) / (number + 1)
+    return sqrt(square)
+
+
+def caustics_of(setup: RenderSetup, frame: FrameArrays) -> "Caustics | None":
+    """Those of a scene with mirrors or clear glass, where more than direct light is wanted."""
+    wanted = frame.features.specular and setup.settings.component is not Component.DIRECT
+    return Caustics(setup, frame) if wanted else None
+
+
+class Caustics:
+    """Caustics of frames of one size. Photons are kept while the light does not change, but each frame of a still view
+    has its own.
+    """
+
+    def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
+        self._setup, self._frame = setup, frame
+        self._map = CausticMap(setup.sample_counts.caustic_photons, setup.settings.bounces, setup.device)
+        self._casters: CausticCasters | None = None
+        self._version, self._traced = -1, (-1, -1)
+        self._seed = wp.zeros(1, dtype=int, device=setup.device)
+        self._counter = Counter(1, setup.device)
+
+    def run(self, view: ViewState, kind: FrameKind, stages: Stages) -> None:
+        """Add caustics to the picture of a `view` whose G-buffer is filled."""
+        sets = self._setup.light_sets
+        if self._version != sets.version:
+            self._casters, self._version = caustic_casters(self._setup.device_scene), sets.version
+        wanted = sets.version, kind.sample
+        if wanted != self._traced:
+            self._traced = wanted
+            self._seed.fill_(frame_seed(self._setup.settings.seed, kind.sample))
+            self._map.light.share.fill_(radius_share(kind.sample))
+            # Its launches are of casters that another light may have more of.
+            stages.run("caustic-photons", self._trace, repeats=False)
+        frame = self._frame
+        add = partial(add_caustics, frame.scene, frame.gbuffer, self._map.light, view.radiance, frame.features)
+        stages.run("caustics", add, repeats=kind.captured)
+
+    def _trace(self) -> None:
+        frame, casters, table = self._frame, self._casters, self._setup.light_sets.table
+        if casters is None or casters.choice.count == 0 or table.count == 0:
+            self._map.clear()
+        else:
+            self._map.trace(frame.scene, table, casters, self._seed, frame.features)
+
+    def count(self) -> None:
+        """Launch the sum that `counts` reads."""
+        self._counter.run([(self._map.count, 0)])
+
+    def counts(self) -> dict[str, int]:
+        """How many photons there are, by name, once `count` is ready."""
+        return {"caustic_photons": self._counter.totals()[0]}

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+import warp as wp
+from glass import bulb, caustics_of, mirror_over_floor
+from scenes import column, quad, results
+
+from gpu.device_scene.data import SceneData
+from gpu.device_scene.upload import DeviceScene
+from gpu.indirect.caustics import caustic_irradiance
+from gpu.lights.caustic_map import CausticLight
+from gpu.scene.types import Floats
+
+PATHS = 8192
+LAMP = bulb(0.0, -0.3, 0.0)
+
+
+@wp.kernel
+def read_caustics_kernel(first: int, scene: SceneData, lit: CausticLight, places: wp.array[wp.vec3], normal: wp.vec3,
+                         out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    index = first + wp.tid()
+    out[index] = caustic_irradiance(scene, lit, places[index], normal)
+
+
+def read_at(room: DeviceScene, lit: CausticLight, x: Floats, z: Floats, up: float = 1.0) -> Floats:
+    """Irradiance of places on the room's floor."""
+    places = column(np.stack([x, np.full(len(x), -0.5), z], axis=1), wp.vec3)
+    return results(read_caustics_kernel, len(x), [room.data, lit, places, wp.vec3(0.0, up, 0.0)], wp.vec3)[:, 0]
+
+
+@pytest.fixture(scope="module")
+def room() -> DeviceScene:
+    return mirror_over_floor(LAMP)
+
+
+@pytest.fixture(scope="module")
+def lit(room: DeviceScene) -> CausticLight:
+    return caustics_of(room, PATHS).light
+
+
+def test_a_mirror_lights_the_floor_as_the_lamp_behind_it_would(room: DeviceScene, lit: CausticLight) -> None:
+    x, z = np.random.default_rng(0).uniform(-0.2, 0.2, (2, 500))
+    expected = 0.8 / (x**2 + z**2 + 0.8**2) ** 1.5
+    share = read_at(room, lit, x, z) / expected
+    assert share.mean() == pytest.approx(1.0, abs=0.02)
+    assert share.std() < 0.2
+    lit.share.fill_(0.5)
+    narrow = read_at(room, lit, x, z) / expected
+    lit.share.fill_(1.0)
+    assert narrow.mean() == pytest.approx(1.0, abs=0.03)
+    assert narrow.std() > share.std()
+
+
+def test_it_ends_where_the_mirror_does(room: DeviceScene, lit: CausticLight) -> None:
+    x = np.linspace(0.26667 + lit.reach, 0.49, 50)
+    assert not read_at(room, lit, x, np.zeros(50)).any()
+
+
+def test_the_back_of_a_surface_gets_nothing(room: DeviceScene, lit: CausticLight) -> None:
+    x, z = np.random.default_rng(0).uniform(-0.2, 0.2, (2, 50))
+    assert not read_at(room, lit, x, z, up=-1.0).any()
+
+
+def test_no_light_leaks_under_a_thin_wall() -> None:
+    wall = quad([0.1, -0.5, -0.45], [0.0, 0.49, 0.0], [0.0, 0.0, 0.9], 1)
+    room = mirror_over_floor(LAMP, parts=[wall])
+    lit, z = caustics_of(room, PATHS).light, np.random.default_rng(0).uniform(-0.2, 0.2, 200)
+    before, behind = (read_at(room, lit, np.full(200, x), z) for x in (0.095, 0.105))
+    assert 1.25 < before.mean() < 1.65  # 1.53, but for what lies within an estimate of the wall
+    assert not behind.any()
