@@ -5,6 +5,7 @@ section 3.4.
 import warp as wp
 
 from gpu.core.device import launch
+from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.final_gather import Gathered, gather_direction
 from gpu.indirect.spherical_harmonics import Harmonics, harmonics_at
 from gpu.sp.centres import ShadingClusters
@@ -16,10 +17,11 @@ LEAST_COSINE = wp.constant(0.05)
 
 @wp.struct
 class GlossyReceivers:
-    """coefficients (cluster, channel): of radiance about the centres; light (pixel,): what reaches the camera of it by
-    narrow specular lobes [W/m²/sr].
+    """gbuffer: what they are; coefficients (cluster, channel): of radiance about the centres; light (pixel,): what
+    reaches the camera of it by narrow specular lobes [W/m²/sr].
     """
 
+    gbuffer: GBuffer
     coefficients: wp.array2d[Harmonics]
     light: wp.array[wp.vec3]
 
@@ -50,11 +52,12 @@ def project_radiance_kernel(first: int, clusters: ShadingClusters, order: wp.arr
     coefficients[cluster, channel] = total
 
 
-def glossy_receivers(clusters: int, pixels: int, device: wp.Device) -> GlossyReceivers:
-    """Room for so many clusters, and pixels of a picture."""
-    receivers = GlossyReceivers()
+def glossy_receivers(gbuffer: GBuffer, clusters: int) -> GlossyReceivers:
+    """Those in `gbuffer`, with room for so many clusters."""
+    receivers, device = GlossyReceivers(), gbuffer.face.device
+    receivers.gbuffer = gbuffer
     receivers.coefficients = wp.zeros((clusters, 3), dtype=Harmonics, device=device)
-    receivers.light = wp.zeros(pixels, dtype=wp.vec3, device=device)
+    receivers.light = wp.zeros(len(gbuffer.face), dtype=wp.vec3, device=device)
     return receivers
 
 

@@ -21,7 +21,7 @@ from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import traced_share
 from gpu.device_scene.data import SceneData
 from gpu.device_scene.rays import unblocked
-from gpu.gbuffer.gbuffer import GBuffer, surface_of
+from gpu.gbuffer.gbuffer import surface_of
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.final_gather import Gathered
 from gpu.indirect.gathered_directions import GlossyReceivers
@@ -62,7 +62,6 @@ def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
         gathered: Gathered,
         chosen: InterpolationParameters,
         irradiance: wp.array[wp.vec3],
-        gbuffer: GBuffer,
         receivers: GlossyReceivers,
     ) -> None:
         """One thread an SP: the mean of the centres around it by Ward's weights, less the weight of the farthest one,
@@ -114,7 +113,7 @@ def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
         irradiance[pixel] = light
         if wp.static(glossy):
             receivers.light[pixel] = wp.vec3(0.0, 0.0, 0.0)
-            share = traced_share(gbuffer.roughness[pixel], gbuffer.f90[pixel])
+            share = traced_share(receivers.gbuffer.roughness[pixel], receivers.gbuffer.f90[pixel])
             if share == 0.0 or total == 0.0:
                 return
             red = Harmonics()
@@ -127,14 +126,14 @@ def interpolate_irradiance_kernel(glossy: bool) -> wp.Kernel:
                     red += receivers.coefficients[cluster, 0] * weight
                     green += receivers.coefficients[cluster, 1] * weight
                     blue += receivers.coefficients[cluster, 2] * weight
-            surface = surface_of(gbuffer, pixel)
-            lobe = lobe_harmonics(surface, gbuffer.to_camera[pixel])
+            surface = surface_of(receivers.gbuffer, pixel)
+            lobe = lobe_harmonics(surface, receivers.gbuffer.to_camera[pixel])
             reflected = wp.vec3(
                 reflected_channel(lobe, surface.f0[0], surface.f90, red),
                 reflected_channel(lobe, surface.f0[1], surface.f90, green),
                 reflected_channel(lobe, surface.f0[2], surface.f90, blue),
             )
-            receivers.light[pixel] = wp.cw_mul(gbuffer.throughput[pixel], reflected) * share
+            receivers.light[pixel] = wp.cw_mul(receivers.gbuffer.throughput[pixel], reflected) * share
 
     return interpolate_irradiance_kernel
 
@@ -146,13 +145,12 @@ def interpolate_irradiance(
     centres: Representatives,
     gathered: Gathered,
     irradiance: wp.array,
-    gbuffer: GBuffer,
     receivers: "GlossyReceivers | None" = None,
     chosen: InterpolationParameters = INTERPOLATION_PARAMETERS,
 ) -> None:
     """Fill in `irradiance` (pixel,) of all SPs of `scene`, which are `listed`, by what their `centres` `gathered`; and
-    the light of `receivers`, if it is asked for, as the lobes in `gbuffer` reflect it.
+    the light of `receivers`, if it is asked for, as their lobes reflect it.
     """
-    inputs = [scene, points, listed, centres, gathered, chosen, irradiance, gbuffer]
+    inputs = [scene, points, listed, centres, gathered, chosen, irradiance]
     kernel = interpolate_irradiance_kernel(receivers is not None)
     launch(kernel, len(points.spacing), [*inputs, receivers or GlossyReceivers()], irradiance.device)

@@ -56,7 +56,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         if self._frame.features.gloss:
             # What their narrow lobes reflect is left out of what they reflect of even light.
             self._frame.gbuffer.traces_gloss = True
-            self._receivers = glossy_receivers(self._clustering.most, setup.pixels, setup.device)
+            self._receivers = glossy_receivers(self._frame.gbuffer, self._clustering.most)
         self._version = self._paths = -1
         self._follow_lights()
         setup.progress("photons are traced in each frame", 1.0)
@@ -145,8 +145,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
     def _interpolate(self) -> None:
         clustering, frame = self._clustering, self._frame
         inputs = clustering.points, frame.shading_points.points, clustering.grid.data, self._gather.gathered
-        glossy = frame.gbuffer, self._receivers
-        interpolate_irradiance(frame.scene, *inputs, frame.indirect.irradiance, *glossy)
+        interpolate_irradiance(frame.scene, *inputs, frame.indirect.irradiance, self._receivers)
 
     def count(self, view: GatherViewState) -> None:
         """Count pixels that see nothing."""

@@ -4,6 +4,8 @@ import warp as wp
 from scenes import column
 
 from gpu.core.device import allocate, launch
+from gpu.device_scene.features import EVERYTHING
+from gpu.gbuffer.gbuffer import allocate_gbuffer
 from gpu.indirect.final_gather import Gathered, coherent_order, gather_direction
 from gpu.indirect.gathered_directions import glossy_receivers, project_radiance
 from gpu.indirect.spherical_harmonics import Harmonics, harmonics_at
@@ -41,7 +43,7 @@ def test_coefficients_tell_what_rays_found_in_all_directions_above() -> None:
     launch(fill_kernel, RAYS, [clusters, order, seed, gathered], CPU)
     irradiance = gathered.radiance.numpy()[:RAYS].mean(axis=0) * np.pi
     gathered.irradiance = column([irradiance, irradiance], wp.vec3)
-    receivers = glossy_receivers(2, 1, CPU)
+    receivers = glossy_receivers(allocate_gbuffer(1, CPU, EVERYTHING), 2)
     project_radiance(clusters, order, seed, gathered, receivers.coefficients)
     assert not receivers.coefficients.numpy()[1].any()
     rng = np.random.default_rng(0)

@@ -8,7 +8,6 @@ from gpu.clustering.points import Points
 from gpu.core.device import allocate
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
-from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.indirect.final_gather import Gathered
 from gpu.indirect.irradiance_interpolation import SAMPLES, InterpolationParameters, interpolate_irradiance
@@ -63,7 +62,7 @@ def interpolated(room: SceneData, centres: Floats, points: Floats, gathered: Gat
     listed.pixels, listed.count = column(np.arange(len(points))[::-1], wp.int32), sps.count
     out = wp.zeros(len(points), dtype=wp.vec3, device=CPU)
     how = parameters(InterpolationParameters, **chosen)
-    interpolate_irradiance(room, sps, listed, grid.data, gathered, out, GBuffer(), None, how)
+    interpolate_irradiance(room, sps, listed, grid.data, gathered, out, None, how)
     return np.asarray(out.numpy())[::-1]
 
 
