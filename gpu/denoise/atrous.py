@@ -14,7 +14,7 @@ from gpu.core.image_size import ImageSize, image_size
 from gpu.core.parameters import parameters
 from gpu.denoise.sparse_image import SparseImage, sparse_image
 from gpu.device_scene.data import NO_HIT
-from gpu.gbuffer.edge_stopping import edge_stopping_weight
+from gpu.gbuffer.edge_stopping import edge_stopping_weight, gloss_weight
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.gbuffer.point_list import PointList
 from gpu.gbuffer.shading_points import ShadingPoints
@@ -66,6 +66,7 @@ def light_deviation_kernel(first: int, gbuffer: GBuffer, image: ImageSize, plane
         if x >= 0 and x < image.width and y >= 0 and y < image.height:
             other = y * image.width + x
             weight = edge_stopping_weight(gbuffer, pixel, other, 1, plane_tolerance)
+            weight *= gloss_weight(gbuffer, pixel, other)
             value = brightness(light[other])
             total += weight
             mean += weight * value
@@ -98,6 +99,7 @@ def atrous_pixels_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: i
             other = y * image.width + x
             share = float((2 - wp.abs(dx)) * (2 - wp.abs(dy)))
             weight = share * edge_stopping_weight(gbuffer, pixel, other, step, chosen.plane_tolerance)
+            weight *= gloss_weight(gbuffer, pixel, other)
             weight *= wp.exp(-wp.abs(brightness(light[other]) - own) / tolerance)
             total += weight
             mixed += light[other] * weight

@@ -76,6 +76,12 @@ def largest(color: wp.vec3) -> float:
 
 
 @wp.func
+def is_followed(surface: Surface) -> bool:
+    """Whether frames of a view that rests look along the specular lobe, so that nothing of it counts as even."""
+    return surface.f90 > 0.0 and (is_glossy(surface) or largest(surface.diffuse) == 0.0)
+
+
+@wp.func
 def ggx_distribution(normal: wp.vec3, half: wp.vec3, alpha: float) -> float:
     """Density of microfacet normals at unit `half` (Walter et al., Microfacet Models for Refraction, 2007, Eq. 33)."""
     # 1 − cos² as a cross product, since it would cancel in float32 where the lobe is narrow.
@@ -135,6 +141,22 @@ def sample_specular(surface: Surface, view: wp.vec3, x: float, y: float) -> Lobe
     sample.direction = wp.normalize(half * (2.0 * wp.dot(view, half)) - view)
     if wp.dot(sample.direction, surface.normal) > 0.0:
         sample.density = specular_density(surface, view, sample.direction)
+    return sample
+
+
+@wp.func
+def sample_lobe(surface: Surface, view: wp.vec3, x: float, y: float) -> BsdfSample:
+    """A direction of the specular lobe alone, and what light from there counts in it."""
+    sample = BsdfSample()
+    lobe = sample_specular(surface, view, x, y)
+    sample.direction = lobe.direction
+    if lobe.density > 0.0 and wp.dot(lobe.direction, surface.geometric_normal) > 0.0:
+        half = wp.normalize(view + lobe.direction)
+        cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
+        cos_light = wp.dot(surface.normal, lobe.direction)
+        share = specular_lobe(surface, cos_view, cos_light, half) * cos_light / lobe.density
+        sample.weight = fresnel(surface, wp.dot(view, half)) * share
+        sample.density = lobe.density
     return sample
 
 

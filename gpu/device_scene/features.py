@@ -21,7 +21,7 @@ class SceneFeatures:
     alpha: masks that let light through; glass: any that transmits; panes: as Material.is_clear tells; textures;
     one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
     their own; environment: a picture of the light around; soft: as `has_soft_light` tells; specular: as
-    `has_specular` tells.
+    `has_specular` tells; frosted: glass that scatters what goes through.
     """
 
     alpha: bool = True
@@ -34,11 +34,17 @@ class SceneFeatures:
     environment: bool = True
     soft: bool = True
     specular: bool = True
+    frosted: bool = True
 
     @property
     def texels(self) -> bool:
         """Whether images must be read at all."""
         return self.alpha or self.textures
+
+    @property
+    def lobes(self) -> bool:
+        """Whether pixels have rays of lobes that are narrower than matt."""
+        return self.gloss or self.frosted
 
 
 EVERYTHING = SceneFeatures()
@@ -58,6 +64,10 @@ def is_specular(material: Material) -> bool:
     textured = material.metallic_roughness_slot is not None
     clear = material.transmission > 0.0 and (textured or material.roughness <= CLEAR_ROUGHNESS)
     return clear or (material.metallic == 1.0 and (textured or material.roughness < SURFACE_PARAMETERS.mirror))
+
+
+def _frosted(material: Material) -> bool:
+    return material.transmission > 0.0 and not (material.unlit or material.is_clear)
 
 
 def has_specular(scene: Scene) -> bool:
@@ -88,4 +98,5 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         environment=isinstance(scene.sky, Environment),
         soft=has_soft_light(scene),
         specular=not lambertian and has_specular(scene),
+        frosted=not lambertian and any(_frosted(material) for material in materials),
     )

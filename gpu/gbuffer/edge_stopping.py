@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
+from gpu.device_scene.bsdf import BSDF_PARAMETERS
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
 
@@ -17,11 +18,14 @@ class EdgeStoppingParameters:
     """For all who ask whether points are of one surface, who differ in how far off its plane these may be. Compiled in,
     since filters compute with them at every tap.
 
-    normal_power: of the cosine between normals; max_stretch: chains may spread pixels over a surface so many times more
-    than straight rays do, through curved glass.
+    normal_power: of the cosine between normals; roughness_tolerance, share_tolerance: what is seen in narrow specular
+    lobes is other light where roughness or the lobes' share of what is reflected differs by this; max_stretch: chains
+    may spread pixels over a surface so many times more than straight rays do, through curved glass.
     """
 
     normal_power: float = 16.0
+    roughness_tolerance: float = 0.05
+    share_tolerance: float = 0.1
     max_stretch: float = 4.0
 
 
@@ -52,6 +56,28 @@ def surface_weight(normal: wp.vec3, geometric_normal: wp.vec3, offset: wp.vec3, 
     distance = wp.dot(geometric_normal, offset)
     alike = wp.pow(wp.max(wp.dot(normal, other), 0.0), wp.static(EDGE_STOPPING_PARAMETERS.normal_power))
     return alike * wp.exp(-(distance * distance) / (limit * limit + 1.0e-30))
+
+
+@wp.func
+def specular_part(gbuffer: GBuffer, pixel: int) -> float:
+    """The specular lobe's share of what an SP reflects, head-on."""
+    specular = wp.max(gbuffer.f0[pixel])
+    return specular / (specular + wp.max(gbuffer.diffuse[pixel]) + 1.0e-6)
+
+
+@wp.func
+def gloss_weight(gbuffer: GBuffer, p: int, q: int) -> float:
+    """How far the SPs of pixels `p` and `q` reflect direct light alike, 0 to 1: 1 where neither has a narrow lobe."""
+    if not gbuffer.gloss:
+        return 1.0
+    widest = wp.static(BSDF_PARAMETERS.glossy_roughness)
+    narrow = gbuffer.f90[p] > 0.0 and gbuffer.roughness[p] < widest
+    if not (narrow or (gbuffer.f90[q] > 0.0 and gbuffer.roughness[q] < widest)):
+        return 1.0
+    rougher = (gbuffer.roughness[q] - gbuffer.roughness[p]) / wp.static(EDGE_STOPPING_PARAMETERS.roughness_tolerance)
+    part = specular_part(gbuffer, q) - specular_part(gbuffer, p)
+    part = part / wp.static(EDGE_STOPPING_PARAMETERS.share_tolerance)
+    return wp.exp(-rougher * rougher - part * part)
 
 
 @wp.func

@@ -7,7 +7,7 @@ import warp as wp
 from gpu.core.constants import PI
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
-from gpu.device_scene.bsdf import even_matt, even_reflectance, traced_share
+from gpu.device_scene.bsdf import even_matt, even_reflectance, is_followed, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
 from gpu.device_scene.surface import Surface
@@ -22,13 +22,15 @@ class GBuffer:
     face: triangle of the SP, NO_HIT where there is none; position, geometric_normal, normal: of the SP in unit space,
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
     pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance, where `traces_gloss` without what rays of its
-    specular lobe look for; diffuse, f0, f90, roughness: as gpu.device_scene.surface.Surface; throughput: share of the
-    SP's light that reaches the camera; emitted: radiance that reaches the camera from emitters and the sky without the
-    SP [W/m²/sr]. chains: whether SPs are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent:
-    then the places where they seem to be, as far along the pixel's ray as light has come.
+    specular lobe look for, of frosted glass without the glass (gpu.indirect.frosted_glass); diffuse, f0, f90,
+    roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera;
+    emitted: radiance that reaches the camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs
+    are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem
+    to be, as far along the pixel's ray as light has come. gloss: whether there may be narrow specular lobes.
     """
 
     chains: bool
+    gloss: bool
     traces_gloss: bool
     face: wp.array[int]
     position: wp.array[wp.vec3]
@@ -49,8 +51,9 @@ class GBuffer:
 def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures, *, traces_gloss: bool = False) -> GBuffer:
     """One of so many pixels, for a scene of these `features`; traces_gloss: for gpu.indirect.glossy_reflection, too."""
     gbuffer: GBuffer = allocate(GBuffer, pixels, device)
-    gbuffer.chains, gbuffer.traces_gloss = features.specular, traces_gloss
-    if not features.specular:
+    gbuffer.gloss = features.gloss
+    gbuffer.chains, gbuffer.traces_gloss = features.specular or traces_gloss, traces_gloss
+    if not gbuffer.chains:
         gbuffer.apparent = gbuffer.position
     return gbuffer
 
@@ -87,9 +90,9 @@ def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
 
 @cache
 def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: bool, environment: bool,
-                       traces_gloss: bool) -> wp.Kernel:  # fmt: skip
+                       traces_gloss: bool, frosted: bool, lobes: bool) -> wp.Kernel:  # fmt: skip
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
-    of gpu.device_scene.features; traces_gloss: as GBuffer.
+    of gpu.device_scene.features; traces_gloss: as GBuffer; lobes: as ChainSamples.
     """
 
     @wp.kernel(module="unique")
@@ -116,6 +119,9 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
         ray = pixel_ray(camera, pixel, image)
         if wp.static(not specular):
             scene.specular = False
+        if wp.static(lobes):
+            scene.specular = True
+        samples.lobes = wp.static(lobes)
         end = seen_end(scene, ray, pixel, image, samples, False)
         out.face[pixel] = end.face
         out.to_camera[pixel] = end.to_viewer
@@ -125,15 +131,24 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
             return
         surface = end.surface
         out.position[pixel] = surface.position
-        if scene.specular:
+        if out.chains:
             out.apparent[pixel] = ray.origin + ray.direction * end.length
         out.geometric_normal[pixel] = surface.geometric_normal
         out.normal[pixel] = surface.normal
         distance = wp.where(camera.orthographic, 1.0, ray.start + end.length)
         out.spacing[pixel] = distance * 2.0 * camera.half_height / float(image.height)
         even = even_reflectance(surface, end.to_viewer)
-        if wp.static(traces_gloss):
+        if wp.static(lobes):
+            if is_followed(surface):
+                even = even_matt(surface)
+        elif wp.static(traces_gloss):
             even -= (even - even_matt(surface)) * traced_share(surface.roughness, surface.f90)
+        if wp.static(traces_gloss and frosted and not lobes):
+            # Of what is no glass the lobes count as even.
+            matt = even_reflectance(surface, end.to_viewer) * (1.0 - surface.glass)
+            even = wp.where(surface.glass > 0.0, matt, even)
+            surface.diffuse = wp.where(surface.glass > 0.0, matt, surface.diffuse)
+            surface.f90 = wp.where(surface.glass > 0.0, 0.0, surface.f90)
         out.albedo[pixel] = even
         out.diffuse[pixel] = surface.diffuse
         out.f0[pixel] = surface.f0
@@ -148,5 +163,5 @@ def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int]
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData; samples: of its chains."""
     inputs, has = [scene, camera, image_size(size), samples, out], features
     variant = has.texels, has.one_sided, has.backdrop, has.specular, has.environment
-    kernel = primary_ray_kernel(*variant, out.traces_gloss)
+    kernel = primary_ray_kernel(*variant, out.traces_gloss, has.frosted, samples.lobes)
     launch(kernel, size[0] * size[1], inputs, out.face.device)

@@ -2,7 +2,8 @@
 
 A camera ray that meets a perfect mirror or clear glass goes on to the first surface that is neither, where the shading
 point is. At glass it is reflected or goes through by chance, as Fresnel's law says, or takes the likelier of both; at
-the first glass there may be two chains, one by each.
+the first glass there may be two chains, one by each. Chains that are drawn may go on in specular lobes and frosted
+glass, too, by a direction of these.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import warp as wp
 
 from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
-from gpu.device_scene.bsdf import largest
+from gpu.device_scene.bsdf import BsdfSample, is_followed, largest, sample_lobe, specular_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.glass import attenuated, glass_fresnel
 from gpu.device_scene.panes import meet, meet_sheet, met_surface
@@ -26,17 +27,20 @@ from gpu.sampling.sobol import sobol_pair_at
 
 @dataclass(frozen=True)
 class ChainParameters:
-    """vertices: specular surfaces of a chain at most. One more is shown matt: what is reflected within glass again and
-    again has lost little light, so that black would be worse. Compiled in.
+    """vertices: specular surfaces of a chain at most. What comes after them is seen straight through any more glass:
+    what is reflected within that again and again has lost little light, so that black would be worse. most_followed:
+    the share of chains that go on in a specular lobe at most; the others find direct light in it. Compiled in.
     """
 
     vertices: int = 8
+    most_followed: float = 0.5
 
 
 CHAIN_PARAMETERS = ChainParameters()
 CHAIN_VERTICES = wp.constant(CHAIN_PARAMETERS.vertices)
 # The sequences of `sobol_pair_at` that chains take, beside those of direct light.
 CHAIN_PAIR = wp.constant(16)
+DIRECTION_PAIR = wp.constant(16 + CHAIN_PARAMETERS.vertices + 1)
 # The moment of frames whose chains are not drawn.
 LIKELIER = -1
 
@@ -46,12 +50,14 @@ class ChainSamples:
     """How chains choose. moment (1,): the number of a frame among those that complement each other, whose chains are
     drawn; LIKELIER, below zero: they take the likelier way, of which two frames alike show the same. seed. splits:
     where they are not drawn, the first glass shows both ways, each by its share: the likelier, and the other in a chain
-    of its own (gpu.indirect.other_branch).
+    of its own (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes and through frosted
+    glass, too.
     """
 
     moment: wp.array[int]
     seed: int
     splits: bool
+    lobes: bool
 
 
 def chain_samples(device: wp.Device, moment: int = LIKELIER, seed: int = 0, *, splits: bool = False) -> ChainSamples:
@@ -105,6 +111,14 @@ def chain_choice(samples: ChainSamples, place: int, vertex: int) -> float:
 
 
 @wp.func
+def followed_share(surface: Surface, view: wp.vec3) -> float:
+    """The share of chains that go on in the specular lobe of `surface`, 0 where none do."""
+    if not is_followed(surface):
+        return 0.0
+    return wp.min(specular_share(surface, view), wp.static(CHAIN_PARAMETERS.most_followed))
+
+
+@wp.func
 def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples,
              other: bool) -> ChainEnd:  # fmt: skip
     """Where the camera's ray of `pixel` ends after any mirrors and clear glass. There are no clear coats to it.
@@ -122,9 +136,13 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
     direction = ray.direction
     culls = scene.one_sided
     splits = samples.splits and samples.moment[0] < 0
+    shows = bool(True)
     for vertex in range(CHAIN_VERTICES + 1):
         if samples.moment[0] >= 0:
             scene.coverage = ray_coverage(place, vertex, samples.seed ^ samples.moment[0])
+        if vertex == CHAIN_VERTICES:
+            scene.pane_count = 0
+            shows = False
         met = meet(scene, origin, direction, culls)
         if other and splits:
             met = meet_sheet(scene, origin, direction, culls, met)
@@ -136,12 +154,13 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         if met.hit.face == NO_HIT:
             if other and splits:
                 return end
-            end.emitted += wp.cw_mul(end.throughput, background(scene, origin, direction))
+            if shows:
+                end.emitted += wp.cw_mul(end.throughput, background(scene, origin, direction))
             return end
         end.throughput = wp.cw_mul(end.throughput, attenuated(absorption, met.hit.t))
         end.length += met.hit.t
         surface = met_surface(scene, met.hit, direction)
-        if not (other and splits):
+        if shows and not (other and splits):
             end.emitted += wp.cw_mul(end.throughput, surface.emission)
         surface.coat = 0.0
         chosen = choose_part(surface, -direction, chain_choice(samples, place, vertex))
@@ -149,7 +168,18 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             chosen.glass = 1.0
             chosen.rest = 0.0
         part = part_of(surface, chosen)
-        if vertex == CHAIN_VERTICES or not is_perfect(part):
+        goes_on = is_perfect(part)
+        follows = bool(False)
+        if samples.lobes and not goes_on and vertex < CHAIN_VERTICES:
+            goes_on = part.glass > 0.0
+            share = float(0.0)
+            if not goes_on:
+                share = followed_share(part, -direction)
+            if share > 0.0:
+                follows = chosen.rest < share
+                goes_on = follows
+                end.throughput = end.throughput / wp.where(follows, share, 1.0 - share)
+        if vertex == CHAIN_VERTICES or not goes_on:
             if other and splits:
                 return end
             end.face = met.hit.face
@@ -165,8 +195,23 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             end.throughput = end.throughput * wp.where(crosses, 1.0 - share, share)
             if largest(end.throughput) <= 0.0:
                 return end
-        sample = sample_scattering(part, -direction, chosen.rest, 0.5, 0.5)
-        if largest(sample.weight) <= 0.0:
+        drawn = wp.vec2(0.5, 0.5)
+        if samples.lobes:
+            pair = sobol_pair_at(place, samples.moment[0], DIRECTION_PAIR + vertex, samples.seed)
+            drawn = wp.vec2(pair.x, pair.y)
+        sample = BsdfSample()
+        if follows:
+            # Of emitters and the sky, which chains that do not go on find as direct light.
+            shows = False
+            sample = sample_lobe(part, -direction, drawn[0], drawn[1])
+        else:
+            # Nothing else finds these in mirrors and behind frosted glass.
+            shows = shows or part.glass == 0.0 or not part.clear
+            sample = sample_scattering(part, -direction, chosen.rest, drawn[0], drawn[1])
+        if not is_perfect(part):
+            if largest(sample.weight) <= 0.0:
+                return end
+        elif largest(sample.weight) <= 0.0:
             # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.
             part.normal = part.geometric_normal
             sample = sample_scattering(part, -direction, chosen.rest, 0.5, 0.5)

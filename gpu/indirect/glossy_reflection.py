@@ -5,71 +5,44 @@ reflected there counts; what emits, and the sky, are direct light, which has ray
 they find as far as their lobes overlap, and a walk's frames as far as roughness lets them (gpu.denoise.direct_history).
 """
 
-from dataclasses import dataclass
 from functools import cache
 
 import warp as wp
 
-from gpu.core.constants import PI, RAY_LENGTH
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
-from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import (
-    MIN_COSINE,
     even_matt,
     even_reflectance,
-    fresnel,
-    sample_specular,
-    specular_lobe,
+    sample_lobe,
     traced_share,
 )
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
-from gpu.device_scene.rays import closest_hit, offset_origin
-from gpu.device_scene.surface import Surface, surface_at
+from gpu.device_scene.surface import Surface
 from gpu.direct.direct_light import DirectSamples
 from gpu.gbuffer.camera_rays import CameraData
 from gpu.gbuffer.edge_stopping import edge_stopping_weight
 from gpu.gbuffer.gbuffer import GBuffer, surface_of
+from gpu.indirect.frosted_glass import frosted_ray_kernel
+from gpu.indirect.lobe_light import (
+    GLOSS_PARAMETERS,
+    LOBE_PAIR,
+    NO_EMISSION,
+    GlossParameters,
+    KnownLight,
+    LobeLight,
+    LobeRay,
+    light_along,
+    lobe_reach,
+)
 from gpu.sampling.sobol import sobol_pair_at
-from gpu.vpl.radiosity_cache import RadiosityCache
-from gpu.vpl.radiosity_mean import mean_irradiance
 
-# The sequence of `sobol_pair_at` that lobes take, beside those of direct light and chains.
-LOBE_PAIR = wp.constant(8)
 # Of the à-trous transform, each twice the one before; a launch each.
 STEPS = (1, 2, 4, 8)
 # Of a ray into the surface itself, which others may still hear of.
 NO_REACH = wp.constant(1.0e-6)
-
-
-@wp.struct
-@dataclass
-class GlossParameters:
-    """What pixels share of what their rays find.
-
-    lobe_share: of a lobe's width where its ray ends, over which lobes are alike; plane_tolerance: how far off its plane
-    a pixel still shows a surface, in its spacings a step; roughness_tolerance: roughness that differs by this is of
-    another surface.
-    """
-
-    lobe_share: float = 0.5
-    plane_tolerance: float = 0.5
-    roughness_tolerance: float = 0.05
-
-
-GLOSS_PARAMETERS: GlossParameters = parameters(GlossParameters)
-
-
-@wp.struct
-class LobeLight:
-    """What rays of specular lobes find, (pixel,) each. light: over `even_specular` of the SP [W/m²/sr]; reach: of
-    `lobe_reach`, 0 where there is no ray.
-    """
-
-    light: wp.array[wp.vec3]
-    reach: wp.array[float]
 
 
 @wp.func
@@ -78,31 +51,18 @@ def even_specular(surface: Surface, view: wp.vec3) -> wp.vec3:
     return wp.max(even_reflectance(surface, view) - even_matt(surface), wp.vec3(1.0e-4, 1.0e-4, 1.0e-4))
 
 
-@wp.func
-def lobe_reach(gbuffer: GBuffer, pixel: int, camera: CameraData, image: ImageSize, distance: float,
-               chosen: GlossParameters) -> float:  # fmt: skip
-    """How far from a pixel's SP its lobe is about the same, where what it shows is at `distance`."""
-    roughness = gbuffer.roughness[pixel]
-    # Facets tilt by about α, light by twice that. Rays of pixels beside each other spread, too.
-    width = 2.0 * roughness * roughness * distance
-    if camera.orthographic:
-        return chosen.lobe_share * width
-    way = gbuffer.spacing[pixel] * float(image.height) / (2.0 * camera.half_height)
-    return chosen.lobe_share * width * way / (way + distance)
-
-
 @cache
-def glossy_ray_kernel(alpha: bool, textures: bool) -> wp.Kernel:
+def glossy_ray_kernel(alpha: bool, textures: bool, panes: bool, glass: bool) -> wp.Kernel:
     """The kernel for scenes with or without these of gpu.device_scene.features."""
 
-    @wp.kernel(module="unique")
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def glossy_ray_kernel(
         first: int,
         scene: SceneData,
         cameras: wp.array[CameraData],
         image: ImageSize,
         gbuffer: GBuffer,
-        lit: RadiosityCache,
+        known: KnownLight,
         samples: DirectSamples,
         chosen: GlossParameters,
         out: LobeLight,
@@ -119,29 +79,29 @@ def glossy_ray_kernel(alpha: bool, textures: bool) -> wp.Kernel:
             scene.ignore_alpha = True
         if wp.static(not textures):
             scene.textured = False
+        if wp.static(not panes):
+            scene.pane_count = 0
+        if wp.static(not glass):
+            scene.transmissive = False
         surface = surface_of(gbuffer, pixel)
         view = gbuffer.to_camera[pixel]
         place = morton_2d(pixel % image.width, pixel // image.width)
         point = sobol_pair_at(place, samples.moment[0], LOBE_PAIR, samples.seed)
-        lobe = sample_specular(surface, view, point.x, point.y)
+        lobe = sample_lobe(surface, view, point.x, point.y)
         out.reach[pixel] = NO_REACH
-        if lobe.density == 0.0 or wp.dot(lobe.direction, surface.geometric_normal) <= 0.0:
+        if lobe.density == 0.0:
             return
-        origin = offset_origin(surface.position, surface.geometric_normal, lobe.direction)
-        hit = closest_hit(scene, origin, lobe.direction, RAY_LENGTH)
-        if hit.face == NO_HIT:
-            out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, 1.0, chosen)
-            return
-        out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, hit.t, chosen)
-        met = surface_at(scene, hit, lobe.direction)
-        arriving = mean_irradiance(lit, met.position, met.geometric_normal)
-        found = wp.cw_mul(even_reflectance(met, -lobe.direction), arriving) / PI
-        half = wp.normalize(view + lobe.direction)
-        cos_view = wp.max(wp.dot(surface.normal, view), MIN_COSINE)
-        cos_light = wp.dot(surface.normal, lobe.direction)
-        weight = specular_lobe(surface, cos_view, cos_light, half) * cos_light / lobe.density
-        reflected = fresnel(surface, wp.dot(view, half)) * weight
-        out.light[pixel] = wp.cw_div(wp.cw_mul(reflected, found), even_specular(surface, view))
+        ray = LobeRay()
+        ray.position = surface.position
+        ray.normal = surface.geometric_normal
+        ray.direction = lobe.direction
+        ray.density = NO_EMISSION
+        ray.place = place
+        ray.moment = samples.moment[0]
+        ray.seed = samples.seed
+        seen = light_along(scene, known, ray)
+        out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, seen.distance, chosen)
+        out.light[pixel] = wp.cw_div(wp.cw_mul(lobe.weight, seen.light), even_specular(surface, view))
 
     return glossy_ray_kernel
 
@@ -180,14 +140,16 @@ def share_gloss_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int
 
 
 @wp.kernel
-def add_gloss_kernel(first: int, gbuffer: GBuffer, light: wp.array[wp.vec3], radiance: wp.array[wp.vec3]) -> None:
-    """One thread a pixel: adds to `radiance` (pixel,) what its specular lobe reflects of the `light` (pixel,)."""
+def add_gloss_kernel(first: int, gbuffer: GBuffer, found: LobeLight, radiance: wp.array[wp.vec3]) -> None:
+    """One thread a pixel: adds to `radiance` (pixel,) what its specular lobe or its glass shows of what is `found`."""
     pixel = first + wp.tid()
-    if gbuffer.face[pixel] != NO_HIT:
+    if found.reach[pixel] > 0.0:
         share = traced_share(gbuffer.roughness[pixel], gbuffer.f90[pixel])
         if share > 0.0:
             even = even_specular(surface_of(gbuffer, pixel), gbuffer.to_camera[pixel]) * share
-            radiance[pixel] += wp.cw_mul(gbuffer.throughput[pixel], wp.cw_mul(even, light[pixel]))
+            radiance[pixel] += wp.cw_mul(gbuffer.throughput[pixel], wp.cw_mul(even, found.light[pixel]))
+        else:
+            radiance[pixel] += wp.cw_mul(gbuffer.throughput[pixel], found.light[pixel])
 
 
 class GlossyReflection:
@@ -204,15 +166,18 @@ class GlossyReflection:
         self.light = self._found.light
         self._other = wp.zeros(pixels, dtype=wp.vec3, device=device)
 
-    def trace(self, scene: SceneData, camera: wp.array, gbuffer: GBuffer, lit: RadiosityCache,
+    def trace(self, scene: SceneData, camera: wp.array, gbuffer: GBuffer, known: KnownLight,
               samples: DirectSamples) -> None:  # fmt: skip
-        """Find the light that the SPs' lobes reflect, by the cache `lit`, by one ray each.
+        """Find the light that the SPs' lobes and frosted glass show, by a ray or two each, of what is `known`.
 
         camera: (1,) CameraData; samples: which of the lobes' they are.
         """
-        kernel = glossy_ray_kernel(self._features.alpha, self._features.textures)
-        inputs = [scene, camera, self._image, gbuffer, lit, samples, self._chosen, self._found]
-        launch(kernel, len(self.light), inputs, self._device)
+        has, seen_by = self._features, (scene, camera, self._image, gbuffer, known, samples)
+        kernel = glossy_ray_kernel(has.alpha, has.textures, has.panes, has.glass)
+        launch(kernel, len(self.light), [*seen_by, self._chosen, self._found], self._device)
+        if has.frosted:
+            frosted = frosted_ray_kernel(has.texels, has.panes, has.backdrop, has.environment)
+            launch(frosted, len(self.light), [*seen_by, self._chosen, self._found], self._device)
 
     def share(self, gbuffer: GBuffer) -> None:
         """Share the light between pixels of one surface."""
@@ -224,4 +189,4 @@ class GlossyReflection:
 
     def add(self, gbuffer: GBuffer, radiance: wp.array) -> None:
         """Add what the lobes reflect to `radiance` (pixel,)."""
-        launch(add_gloss_kernel, len(radiance), [gbuffer, self.light, radiance], self._device)
+        launch(add_gloss_kernel, len(radiance), [gbuffer, self._found, radiance], self._device)

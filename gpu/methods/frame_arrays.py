@@ -20,9 +20,9 @@ class FrameArrays:
     area_light (pixel,): direct light of lights with an extent; indirect: indirect light, each before it is added;
     features: what kernels must know of the scene; chain_samples: how chains choose in the frame; seed, frame_index
     (1,): the frame's own; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones tell
-    nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes, None where there are none
-    or the method does without. stride: of the pixels that are shaded
-    (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays see.
+    nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes and frosted glass, None
+    where there are none or the method does without. stride: of the pixels that are shaded (gpu.gbuffer.sparse_shading);
+    reads_radiosity: whether there are lights that tell what rays see.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class FrameArrays:
         self.frame_index = wp.zeros(1, dtype=int, device=self.device)
         self.chain_samples = chain_samples(self.device)
         self.reads_radiosity = reads_radiosity
-        glossy = reads_radiosity and self.features.gloss
+        glossy = reads_radiosity and self.features.lobes
         self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
         self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features, traces_gloss=glossy)
         self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)

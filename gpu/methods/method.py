@@ -53,7 +53,7 @@ class RenderMethod(ABC, Generic[View]):
     stage_names: those that a frame may have, in their order; pixel_bytes, view_pixel_bytes: device memory that it takes
     for each pixel of a size, and for each pixel of each viewer of that size; soft_view_pixel_bytes: that much more for
     the latter where the scene has soft light; specular_pixel_bytes, gloss_pixel_bytes, gloss_view_pixel_bytes: more
-    where it has mirrors or clear glass, or gloss; caustic_photon_bytes: then of each light path of caustics.
+    where it has chains, or gloss and frosted glass; caustic_photon_bytes: of each light path of caustics.
     """
 
     stage_names: ClassVar[tuple[str, ...]]
@@ -72,8 +72,9 @@ class RenderMethod(ABC, Generic[View]):
     @classmethod
     def bytes_a_pixel(cls, has: SceneFeatures) -> tuple[int, int]:
         """Device memory [bytes] for each pixel of a size, and of each viewer, in scenes of these features."""
-        shared = cls.pixel_bytes + cls.specular_pixel_bytes * has.specular + cls.gloss_pixel_bytes * has.gloss
-        view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.gloss
+        chains = has.specular or (has.lobes and cls.gloss_pixel_bytes > 0)
+        shared = cls.pixel_bytes + cls.specular_pixel_bytes * chains + cls.gloss_pixel_bytes * has.lobes
+        view = cls.soft_view_pixel_bytes * has.soft + cls.gloss_view_pixel_bytes * has.lobes
         return shared, cls.view_pixel_bytes + view
 
     @classmethod

@@ -15,6 +15,7 @@ from gpu.denoise.reprojection import PreviousFrame
 from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
+from gpu.indirect.lobe_light import known_light
 from gpu.indirect.near_field import NearField
 from gpu.indirect.other_branch import add_other_branch
 from gpu.methods.frame_arrays import FrameArrays
@@ -164,6 +165,8 @@ class Passes:
         # The other branch brings direct light, too.
         whole = self._settings.component is Component.FULL
         self._splits = whole and frame.reads_radiosity and frame.features.specular
+        # So do lobes that a chain goes on in.
+        self._draws_lobes = whole and frame.gloss is not None
         frame.chain_samples.splits = self._splits
         self.near_field = NearField(setup.pixels, frame.side_smoothing, setup.device)
 
@@ -177,12 +180,13 @@ class Passes:
         frame = self._frame
 
         frame.chain_samples.moment.fill_(kind.index if kind.refines else LIKELIER)
+        frame.chain_samples.lobes = draws_lobes = self._draws_lobes and kind.refines
 
         def gbuffer() -> None:
             frame.trace_primary_rays(view.camera)
             points.find(frame.gbuffer, every=kind.shades_all)
 
-        stages.run("gbuffer", gbuffer, branch=kind.shades_all)
+        stages.run("gbuffer", gbuffer, branch=(kind.shades_all, draws_lobes))
         frame.frame_index.fill_(kind.index)
         if not self._has_direct:
             view.radiance.zero_()
@@ -241,15 +245,18 @@ class Passes:
 
     def begin_gloss(self, view: ViewState, cache: RadiosityCache, kind: FrameKind, stages: Stages,
                     histories: Histories | None = None) -> None:  # fmt: skip
-        """Begin to find by the `cache` what glossy surfaces reflect, if there are any; after `begin`."""
-        frame, gloss = self._frame, self._frame.gloss
-        if gloss is None:
+        """Begin to find by the `cache` what glossy surfaces and frosted glass show, if there are any and no chains go
+        on by way of them; after `begin`.
+        """
+        frame, gloss, table = self._frame, self._frame.gloss, self._setup.light_sets.table
+        if gloss is None or frame.chain_samples.lobes:
             return
         history = histories.gloss if histories else None
 
         def rays() -> None:
             which = direct_samples(1, frame.frame_index, self._settings.seed)
-            gloss.trace(frame.scene, view.camera, frame.gbuffer, cache, which)
+            whole = self._settings.component is Component.FULL
+            gloss.trace(frame.scene, view.camera, frame.gbuffer, known_light(table, cache, direct=whole), which)
             if history and histories and kind.write_history:
                 history.take(frame.gbuffer, histories.previous, gloss.light, read_history=kind.read_history)
             if kind.denoise:
@@ -262,6 +269,8 @@ class Passes:
         besides, if there is any.
         """
         frame, gloss, splits = self._frame, self._frame.gloss, self._splits and not kind.refines
+        if frame.chain_samples.lobes:
+            return
 
         def add() -> None:
             if gloss is not None:

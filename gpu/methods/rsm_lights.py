@@ -64,7 +64,8 @@ class RsmLights(ClusteredLights):
         self.vpls = self._lights.vpls
         if setup.settings.light_shape is LightShape.POLYGONS:
             self._polygons = allocate_polygons(self.vpls, device)
-        lobes = self._frame.features if self._frame.gloss else None
+        has = self._frame.features
+        lobes = has if has.lobes or has.specular else None
         self._radiosity = RadiosityBuilder(self.vpls, device, lobes=lobes) if self.has_near else None
         self.cache = self._radiosity.cache if self._radiosity else None
 

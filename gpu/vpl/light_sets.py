@@ -174,7 +174,8 @@ class LightSets:
         if light_set.cache is None:
             features = scene_features(self._device_scene.scene, lambertian=light_set.choice.lambertian)
             with self._making():
-                light_set.add_radiosity(self._view(light_set.choice), features if features.gloss else None)
+                lobes = features if features.lobes or features.specular else None
+                light_set.add_radiosity(self._view(light_set.choice), lobes)
         return light_set.cache
 
     def wait_for_made(self) -> None:

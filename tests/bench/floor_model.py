@@ -25,7 +25,9 @@ CELLS = 27
 VECTOR, NUMBER = 12, 4
 # Without chains, where SPs seem to be is where they are.
 _ARRAYS = [
-    variable.type.dtype for name, variable in GBuffer.vars.items() if name not in ("chains", "traces_gloss", "apparent")
+    variable.type.dtype
+    for name, variable in GBuffer.vars.items()
+    if name not in ("chains", "gloss", "traces_gloss", "apparent")
 ]
 GBUFFER = sum(wp.types.type_size_in_bytes(dtype) for dtype in _ARRAYS)
 

@@ -15,12 +15,13 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(emission=(3.0, 2.0, 1.0), double_sided=False),
         Material(unlit=True, backdrop=True),
         Material(transmission=1.0, roughness=0.0),
+        Material(transmission=1.0, roughness=0.3),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
-    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular")
+    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular", "frosted")
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
@@ -67,3 +68,17 @@ def test_mirrors_and_clear_glass_are_specular(material: Material, specular: bool
     scene = scene_of(box(), [material], textures=[texture])
     assert scene_features(scene, lambertian=False).specular == specular
     assert not scene_features(scene, lambertian=True).specular
+
+
+@pytest.mark.parametrize(
+    ("glass", "frosted"),
+    [
+        (Material(transmission=1.0, roughness=0.05), False),
+        (Material(transmission=1.0, roughness=0.3), True),
+        (Material(transmission=0.3, roughness=0.0), True),
+        (Material(roughness=0.0), False),
+    ],
+)
+def test_glass_that_light_does_not_cross_straight_is_frosted(glass: Material, frosted: bool) -> None:
+    features = scene_features(scene_of(box(), [replace(glass, specular=0.0)]), lambertian=False)
+    assert features.frosted == features.lobes == frosted

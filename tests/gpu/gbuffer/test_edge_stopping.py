@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scenes import results
 from walls import HEIGHT, WIDTH, wall
 
-from gpu.gbuffer.edge_stopping import edge_stopping_weight
+from gpu.gbuffer.edge_stopping import edge_stopping_weight, gloss_weight
 from gpu.gbuffer.gbuffer import GBuffer
 
 PIXEL = 5 * WIDTH + 10
@@ -63,3 +63,30 @@ def test_what_chains_saw_apart_is_not_kin() -> None:
     away = np.hypot(x - 10, y - 5).ravel()
     for step in (1, 2):
         assert np.array_equal(shares(gbuffer, step) > 0.0, 0.6 * away <= 4.0 * step)
+
+
+@wp.kernel
+def gloss_kernel(first: int, gbuffer: GBuffer, pixel: int, out: wp.array[float]) -> None:
+    """One thread a pixel: how far it reflects as `pixel` does."""
+    other = first + wp.tid()
+    out[other] = gloss_weight(gbuffer, pixel, other)
+
+
+def test_narrow_lobes_reflect_like_others_of_their_roughness_and_share_alone() -> None:
+    """Pixels by number: as PIXEL, rougher by a tolerance, matt, metal, and the rest are rough."""
+    gbuffer = wall()
+    roughness, f0 = np.full(WIDTH * HEIGHT, 0.9, np.float32), np.full((WIDTH * HEIGHT, 3), 0.25, np.float32)
+    diffuse, f90 = 3.0 * f0, np.ones(WIDTH * HEIGHT, np.float32)
+    roughness[[0, 1, 3, PIXEL]] = 0.3, 0.35, 0.3, 0.3
+    f90[2], diffuse[3] = 0.0, 0.0
+    for name, values in {"roughness": roughness, "f0": f0, "diffuse": diffuse, "f90": f90}.items():
+        getattr(gbuffer, name).assign(values)
+    alike = results(gloss_kernel, WIDTH * HEIGHT, [gbuffer, PIXEL], float)
+    assert (alike == 1.0).all()
+    gbuffer.gloss = True
+    alike = results(gloss_kernel, WIDTH * HEIGHT, [gbuffer, PIXEL], float)
+    assert alike[:2] == pytest.approx([1.0, np.exp(-1.0)], rel=1e-3)
+    assert (alike[2:PIXEL] < 1e-4).all()
+    rough = results(gloss_kernel, WIDTH * HEIGHT, [gbuffer, PIXEL + 1], float)
+    assert rough[2] == rough[PIXEL + 2] == 1.0
+    assert rough[PIXEL] < 1e-4

@@ -12,7 +12,7 @@ from gpu.gbuffer.specular_chain import chain_samples
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Sky
 
-FLAGS = {"chains", "traces_gloss"}
+FLAGS = {"chains", "gloss", "traces_gloss"}
 SIZE = (24, 16)
 
 

@@ -17,7 +17,7 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Material, Sky
 
 SIZE = (24, 16)
-FLAGS = {"chains", "traces_gloss"}
+FLAGS = {"chains", "gloss", "traces_gloss"}
 COLOUR = (0.9, 0.6, 0.3)
 MIRROR = Material(base_color=(*COLOUR, 1.0), metallic=1.0, roughness=0.0)
 GLASS = Material(base_color=(*COLOUR, 1.0), transmission=1.0, roughness=0.0, thickness=1.0)
@@ -25,13 +25,15 @@ SLANTED = look_at((0.3, 0.2, 0.4), (-0.1, 0.0, -0.1), yfov_degrees=30.0)
 
 
 def look(
-    device_scene: DeviceScene, camera: Camera, moment: int = LIKELIER, *, lambertian: bool = False
+    device_scene: DeviceScene, camera: Camera, moment: int = LIKELIER, *, lambertian: bool = False, lobes: bool = False
 ) -> dict[str, Doubles]:
     """The G-buffer's arrays, each (pixel, …)."""
     pixels = SIZE[0] * SIZE[1]
     gbuffer = allocate(GBuffer, pixels, device_scene.device)
     scene, data = device_scene.view(lambertian=lambertian), camera_of(device_scene, camera, SIZE)
-    trace_primary_rays(scene, data, SIZE, gbuffer, chain_samples(device_scene.device, moment))
+    gbuffer.chains, samples = True, chain_samples(device_scene.device, moment)
+    samples.lobes = lobes
+    trace_primary_rays(scene, data, SIZE, gbuffer, samples)
     return {name: getattr(gbuffer, name).numpy().astype(float) for name in GBuffer.vars if name not in FLAGS}
 
 
@@ -143,6 +145,54 @@ def test_chains_between_two_mirrors_end_after_eight() -> None:
     seen, step = look(device_scene, camera), 2.0 * camera.half_height / SIZE[1]
     assert np.allclose(seen["spacing"], (0.7 + 8 * 0.9) * device_scene.scene.placement.scale * step, rtol=0.02)
     assert np.allclose(seen["throughput"], np.array(COLOUR) ** 8, rtol=0.05)
+
+
+def test_what_lies_deep_in_glass_is_seen_straight_through_the_rest() -> None:
+    parts = [part for place in range(6) for part in slab(half=0.1 * 0.8**place)]
+    device_scene = resident_of([*parts, wall(-0.6)], [GLASS, grey(0.5)])
+    seen = look(device_scene, look_at((0.0, 0.0, 0.4), (0.0, 0.0, -0.3), yfov_degrees=5.0))
+    assert np.allclose(seen["albedo"], 0.5)
+    assert (seen["throughput"] > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "material", [Material(base_color=(0.5, 0.4, 0.3, 1.0), roughness=0.3), replace(MIRROR, roughness=0.3)]
+)
+def test_drawn_chains_go_on_in_lobes_as_often_as_the_rest_counts_more(material: Material) -> None:
+    """Those that stay bring the diffuse lobe's light and direct light, the others what the specular lobe reflects, and
+    none of the wall's emission, which is direct light.
+    """
+    device_scene = resident_of([wall(-0.3, 0), wall(0.6, 1)], [material, grey(0.8, 2.0)])
+    found = [look(device_scene, SLANTED, moment, lobes=True) for moment in range(64)]
+    ends = np.array([world(device_scene, seen["position"])[:, 2] for seen in found])
+    light = np.array([seen["throughput"] for seen in found])
+    stays, goes = np.abs(ends + 0.3) < 1e-3, np.abs(ends - 0.6) < 1e-3
+    assert (stays | goes).mean() > 0.98
+    assert (light * stays[..., None]).mean(axis=(0, 1)) == pytest.approx(np.ones(3), rel=0.02)
+    still = look(device_scene, SLANTED)
+    assert np.allclose(still["throughput"], 1.0)
+    metal = material.metallic == 1.0
+    matt = found[0]["albedo"][stays[0]]
+    assert np.allclose(matt, 0.0) if metal else np.allclose(matt, [0.5 * 0.94, 0.4 * 0.94, 0.3 * 0.94], atol=0.01)
+    even = still["albedo"].mean(axis=0) - matt.mean(axis=0)
+    assert (light * goes[..., None]).mean(axis=(0, 1)) == pytest.approx(even, abs=0.03 if metal else 0.01)
+    assert not any(seen["emitted"].any() for seen in found)
+
+
+def test_drawn_chains_go_through_frosted_glass() -> None:
+    """What it scatters to both sides is what a sheet reflects and lets through, but for masking."""
+    frosted = replace(GLASS, thickness=0.0, roughness=0.4)
+    device_scene = resident_of([wall(0.0, 0), wall(-0.6), wall(0.6, 2)], [frosted, grey(0.2), grey(0.8)])
+    assert np.allclose(look(device_scene, SLANTED)["throughput"], 1.0)
+    found = [look(device_scene, SLANTED, moment, lobes=True) for moment in range(64)]
+    ends = np.array([seen["albedo"][:, 0] for seen in found])
+    light = np.array([seen["throughput"] for seen in found])
+    assert (np.isclose(ends, 0.2) | np.isclose(ends, 0.8)).mean() > 0.9
+    one = face_fresnel(look(device_scene, SLANTED, lambertian=True)["to_camera"][:, 2])
+    reflects = np.mean(2.0 * one / (1.0 + one))
+    assert (light * (ends > 0.5)[..., None]).mean() == pytest.approx(reflects, abs=0.03)
+    through = (light * (ends < 0.5)[..., None]).mean(axis=(0, 1))
+    assert through == pytest.approx(np.array(COLOUR) * (1.0 - reflects), rel=0.08)
 
 
 def test_scenes_without_specular_surfaces_have_no_chains() -> None:

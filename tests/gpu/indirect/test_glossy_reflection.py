@@ -12,6 +12,7 @@ from gpu.core.image_size import image_size
 from gpu.direct.direct_light import direct_samples
 from gpu.gbuffer.gbuffer import GBuffer
 from gpu.indirect.glossy_reflection import GLOSS_PARAMETERS, GlossyReflection, share_gloss_kernel
+from gpu.indirect.lobe_light import known_light
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats, Material
 from gpu.vpl.light_sets import LightSetChoice, LightSets
@@ -36,8 +37,9 @@ class Room:
         assert self.view.gloss
         self.gloss: GlossyReflection = self.view.gloss
         moment = wp.zeros(1, dtype=int, device=CPU)
-        inputs = self.view.scene, self.view.camera, self.view.gbuffer, self.cache, direct_samples(1, moment, 0)
-        self.gloss.trace(*inputs)
+        known = known_light(lights.table, self.cache, direct=True)
+        seen_by = self.view.scene, self.view.camera, self.view.gbuffer
+        self.gloss.trace(*seen_by, known, direct_samples(1, moment, 0))
 
     def light(self) -> Floats:
         return np.array(self.gloss.light.numpy())
