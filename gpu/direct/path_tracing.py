@@ -3,6 +3,9 @@
 Light is scattered by the whole BSDF at every vertex (gpu.device_scene.scattering), BLEND surfaces and panes are met at
 random. Emitters are sampled at every vertex; light that a bounce meets counts by the balance heuristic (Veach 1997,
 9.2), all of it after a perfect mirror or clear glass.
+
+Functions that are called from several places, or are long, are not inlined: in one piece the kernel would take a GPU's
+compiler minutes.
 """
 
 from dataclasses import dataclass
@@ -59,7 +62,7 @@ class PathSamples:
     seed: int = 0
 
 
-@wp.func
+@wp.func(inline=False)
 def sampled_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int, pair: int,
                   seed: int, last: bool) -> wp.vec3:  # fmt: skip
     """An estimate of direct light that the chosen part of `surface` sends to unit `view` [W/m²/sr], weighed against its
@@ -84,7 +87,7 @@ def sampled_light(scene: SceneData, table: LightTable, surface: Surface, view: w
     return light / (1.0 + scattering_density(surface, view, sample.direction) * sample.solid_angle)
 
 
-@wp.func
+@wp.func(inline=False)
 def met_light(scene: SceneData, table: LightTable, origin: wp.vec3, direction: wp.vec3, hit: Hit, density: float,
               shown: bool) -> wp.vec3:  # fmt: skip
     """The light that a bounce along unit `direction` brings from what it `hit` [W/m²/sr], weighed against samples.
@@ -102,7 +105,7 @@ def met_light(scene: SceneData, table: LightTable, origin: wp.vec3, direction: w
     return found.radiance * (density / (density + found.density))
 
 
-@wp.func
+@wp.func(inline=False)
 def indirect_light(scene: SceneData, table: LightTable, first: Surface, first_view: wp.vec3, paths: PathSamples,
                    index: int, seed: int) -> wp.vec3:  # fmt: skip
     """An unbiased estimate of the light that `first` sends to unit `first_view` after 1 to `paths.bounces` other
@@ -156,9 +159,23 @@ def indirect_light(scene: SceneData, table: LightTable, first: Surface, first_vi
             light += wp.cw_mul(throughput, found)
         if met.hit.face == NO_HIT:
             return light
-        surface = met_surface(scene, met.hit, sample.direction)
+        surface = next_surface(scene, met.hit, sample.direction)
         view = -sample.direction
     return light
+
+
+@wp.func(inline=False)
+def next_surface(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
+    """The surface at a `hit` along unit `direction`."""
+    return met_surface(scene, hit, direction)
+
+
+@wp.func(inline=False)
+def direct_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.vec3, index: int,
+                 seed: int) -> wp.vec3:  # fmt: skip
+    """An estimate of the direct light that `surface` sends to unit `view` [W/m²/sr], but for what glass shows."""
+    light = delta_light(scene, table, surface, view)
+    return light + area_light(scene, table, surface, view, index, 0, 1, seed)
 
 
 @wp.func
@@ -171,8 +188,7 @@ def path_light(scene: SceneData, table: LightTable, surface: Surface, view: wp.v
     if paths.direct:
         light += surface.emission
         if not perfect:
-            light += delta_light(scene, table, surface, view)
-            light += area_light(scene, table, surface, view, index, 0, 1, seed)
+            light += direct_light(scene, table, surface, view, index, seed)
     if (paths.indirect and table.count > 0) or perfect:
         light += indirect_light(scene, table, surface, view, paths, index, seed)
     return light
@@ -213,7 +229,7 @@ def path_kernel(glass: bool, panes: bool, environment: bool) -> wp.Kernel:
                 if paths.direct:
                     total += wp.cw_mul(met.tint, background(scene, ray.origin, ray.direction))
                 continue
-            surface = met_surface(scene, met.hit, ray.direction)
+            surface = next_surface(scene, met.hit, ray.direction)
             total += wp.cw_mul(met.tint, path_light(scene, table, surface, -ray.direction, paths, index, own_seed))
         before = wp.vec3(0.0, 0.0, 0.0)
         if paths.before > 0:
