@@ -72,7 +72,8 @@ class Renderer:
         self._stages = Stages(self._device, self._lane)
         self._tonemap = Tonemap(self._pixels, self._device)
         self._display = StagingBuffer(self._tonemap.pixels)
-        self._light_sets, counts = light_sets or LightSets(device_scene), sample_counts_of(settings, self._device)
+        self._light_sets = light_sets or LightSets(device_scene)
+        counts = sample_counts_of(settings, self._device, self._pixels)
         setup = RenderSetup(device_scene, self._light_sets, size, settings, counts, progress or _silent)
         self._method = make_method(setup)
         self._own_view: ViewState | None = None

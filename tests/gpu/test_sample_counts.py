@@ -1,3 +1,5 @@
+from dataclasses import dataclass
+
 import pytest
 import warp as wp
 from pydantic import ValidationError
@@ -37,3 +39,22 @@ def test_what_the_user_counts_is_of_no_quality() -> None:
 def test_settings_out_of_range_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ValidationError, match=next(iter(wrong))):
         RenderSettings(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("settings", "pixels", "clusters"),
+    [
+        (RenderSettings(), 320 * 180, 2057),
+        (RenderSettings(), 1280 * 720, 8192),
+        (RenderSettings(), 9, 1),
+        (RenderSettings(sp_clusters=4096), 320 * 180, 4096),
+        (RenderSettings(method=Method.PHOTON_GATHER), 320 * 180, 8192),
+    ],
+)
+def test_small_pictures_have_fewer_clusters_on_a_gpu(settings: RenderSettings, pixels: int, clusters: int) -> None:
+    @dataclass
+    class Gpu:
+        is_cuda: bool = True
+
+    assert sample_counts_of(settings, Gpu(), pixels).sp_clusters == clusters
+    assert sample_counts_of(RenderSettings(), wp.get_device("cpu"), pixels) == ON_CPU
