@@ -192,7 +192,7 @@ def main(arguments: list[str]) -> None:
         base = build(SceneRef(name, name), with_motion(with_bulb(load_scene(name))), device)
         for kind, edit_of in edits_of(base.scene).items():
             found = measure(base, edit_of, RenderSettings())
-            print(json.dumps({"scene": name, "edit": kind, **found}), flush=True)
+            print(json.dumps({"scene": name, "kind": kind, **found}), flush=True)
 
 
 if __name__ == "__main__":
