@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Protocol
 
-from gpu.settings import Method, Quality, RenderSettings
+from gpu.settings import Quality, RenderSettings
 
 
 class Device(Protocol):
@@ -56,8 +56,8 @@ ON_CPU = SampleCounts(
     shadow_map=64,
 )
 PATHS = 64
-# A picture of `fuzzy-vpl` on a GPU has no more SP clusters than one for so many pixels, unless they are asked for. More
-# make small pictures no better, and several viewers' slower: of 320×180 by a quarter.
+# Where rays of pixels correct clusters, a GPU's picture has no more SP clusters than one for so many pixels, unless
+# they are asked for. More make small pictures no better, and several viewers' slower: of 320×180 by a quarter.
 PIXELS_A_CLUSTER = 28
 
 
@@ -89,7 +89,7 @@ def usual_counts(quality: Quality, *, cuda: bool) -> SampleCounts:
 def sample_counts_of(settings: RenderSettings, device: Device, pixels: int | None = None) -> SampleCounts:
     """The counts of `settings`, the open ones chosen for `device`; pixels: of a picture, None for a large one."""
     usual = usual_counts(settings.quality, cuda=device.is_cuda)
-    if pixels is not None and device.is_cuda and settings.method is Method.FUZZY_VPL:
+    if pixels is not None and device.is_cuda and settings.method.corrects_clusters:
         usual = replace(usual, sp_clusters=min(usual.sp_clusters, max(pixels // PIXELS_A_CLUSTER, 1)))
     samples = PATHS if settings.method.refines_by_samples else usual.samples
     return SampleCounts(

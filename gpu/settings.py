@@ -20,6 +20,11 @@ class Method(StrEnum):
         """Whether a frame of many samples can be split into several of fewer, for the same time and quality."""
         return self is Method.PATH
 
+    @property
+    def corrects_clusters(self) -> bool:
+        """Whether rays of single pixels correct what SP clusters tell, so that a few pixels need no cluster more."""
+        return self is Method.FUZZY_VPL
+
 
 class Component(StrEnum):
     """Which part of the light is in the picture."""
