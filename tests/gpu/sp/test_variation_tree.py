@@ -37,9 +37,12 @@ def seeded(seeds: int, random: int, **chosen: float) -> tuple[Floats, Floats]:
     parameter, drawn = parameters(SeedingParameters, **chosen), column([random], wp.int32)
     gbuffer, listed = allocate(GBuffer, COUNT, CPU), PointList()
     gbuffer.spacing.fill_(1.0)
+    for directions in (gbuffer.geometric_normal, gbuffer.to_camera):
+        directions.fill_(wp.vec3(0.0, 1.0, 0.0))
     listed.pixels, listed.count = column(np.arange(COUNT), wp.int32), points.count
     points.spacing = wp.zeros(COUNT, dtype=float, device=CPU)
-    launch(run_spacing_kernel, COUNT, [gbuffer, listed, parameter, tree, seeds, drawn, points], CPU)
+    by_pixel = wp.zeros(COUNT, dtype=float, device=CPU)
+    launch(run_spacing_kernel, COUNT, [gbuffer, listed, parameter, tree, seeds, drawn, points, by_pixel], CPU)
     clusters = Grid(seeds, CPU).data
     launch(variation_seed_kernel, seeds, [points, parameter, tree, drawn, clusters], CPU)
     at = np.asarray(clusters.position.numpy()[clusters.spacing.numpy() > 0.0, 0])

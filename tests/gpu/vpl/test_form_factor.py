@@ -90,7 +90,7 @@ def cluster_above(
     members.normal = column([[0.0, 0.0, -1.0]] * 4, wp.vec3)
     members.flux = column([[k, 2.0, 3.0] for k in range(1, 5)], wp.vec3)
     clusters: VplClusters = allocate(VplClusters, 1, device)
-    clusters.count, clusters.members = 1, members
+    clusters.count, clusters.members, clusters.path_flux = 1, members, members.flux
     launch(
         disk_kernel_of, 1, [wp.vec3(0.0, 0.0, height), wp.vec3(*normal), area, normal_cone_cos, clusters.disks], device
     )
