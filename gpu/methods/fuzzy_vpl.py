@@ -46,7 +46,7 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         "gloss", "antialias", "keep",
     )  # fmt: skip
     pixel_bytes, view_pixel_bytes, soft_view_pixel_bytes = 600, 82, 16
-    gloss_pixel_bytes, gloss_view_pixel_bytes = 32, 16
+    gloss_pixel_bytes, gloss_view_pixel_bytes = 41, 16
 
     @staticmethod
     def cluster_bytes(sample_counts: SampleCounts) -> tuple[int, int]:

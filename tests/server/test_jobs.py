@@ -48,6 +48,7 @@ async def ended(jobs: Jobs, job: RenderJob) -> list[tuple[JobState, int]]:
 
 def test_each_worker_has_a_job_at_a_time() -> None:
     first, second = FakeEngine(), FakeEngine()
+    first.scenes = second.scenes = (order(7).scene,)
 
     async def run() -> None:
         engines = EnginePool([first, second])

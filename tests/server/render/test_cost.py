@@ -11,8 +11,8 @@ SETTINGS = RenderSettings(method="exact-vpl", vpls=1000, samples=1)
 JOB = Render(3, HALL, SceneCamera(0), (1000, 500), SETTINGS, ".png")
 
 
-def rays(job: Render = JOB) -> float:
-    return frame_cost(job.size, job.settings, cuda=False).rays
+def rays(job: Render = JOB, *, cuda: bool = False) -> float:
+    return frame_cost(job.size, job.settings, cuda=cuda).rays
 
 
 def test_a_frame_costs_what_the_counts_of_its_device_cost() -> None:
@@ -23,7 +23,7 @@ def test_a_frame_costs_what_the_counts_of_its_device_cost() -> None:
 
 @pytest.mark.parametrize(("cuda", "usual"), [(False, CPU_RAYS), (True, CUDA_RAYS)])
 def test_what_nothing_is_known_of_is_expected_to_be_fast(cuda: bool, usual: float) -> None:
-    assert Speeds().seconds(JOB, cuda=cuda) == rays() / usual
+    assert Speeds().seconds(JOB, cuda=cuda) == rays(cuda=cuda) / usual
 
 
 def test_frames_that_were_timed_tell_how_long_others_take() -> None:

@@ -76,7 +76,7 @@ def test_a_picture_is_out_for_everybody_and_others_are_not() -> None:
 def test_what_costs_as_much_as_two_that_ended_workers_is_out_with_them(
     size: tuple[int, int], settings: dict[str, Any], out: bool
 ) -> None:
-    quarantine, ended = Quarantine(), {"method": "exact-vpl", "vpls": 1000}
+    quarantine, ended = Quarantine(), {"method": "exact-vpl", "vpls": 1000, "caustic_photons": 1}
     for seed in range(LIKE_STRIKES):
         assert not is_out(quarantine, sized(size, ended | settings))
         quarantine.blame(sized((64, 64), ended | {"seed": seed}), 0.1, CRASH, hung=False)
