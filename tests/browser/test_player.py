@@ -37,7 +37,7 @@ def test_an_animation_is_played_sought_and_chosen(page: Page, stage: Stage) -> N
     page.get_by_role("combobox", name="Animation").select_option("wave")
     wait_for(page, lambda: moments(stage)[-1] == {"time": 0, "animation": "wave"})
     edits = {"lights": {}, "materials": {}, "objects": {}, "time": 0.5, "animation": "walk"}
-    stage.say("edits", scene="hall.glb", edits=edits, edit=stage.all("edit")[-1]["id"])
+    stage.say("edits", scene="hall.glb", edits=edits, edit=stage.all("edit")[-1]["id"], own=False, suns={})
     expect(page.get_by_text("0.5 of 4.0 s")).to_be_visible()
     expect(page.get_by_role("combobox", name="Animation")).to_have_value("walk")
 
