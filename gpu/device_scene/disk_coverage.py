@@ -1,7 +1,10 @@
 """What lies on a flat disk around a surface point: what area an estimate of density is divided by."""
 
+from math import pi, tan
+
 import warp as wp
 
+from gpu.core.constants import TWO_PI
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
 from gpu.device_scene.rays import closest_hit, occluded
 from gpu.sampling.warps import orthonormal
@@ -20,3 +23,19 @@ def surface_beside(scene: SceneData, position: wp.vec3, normal: wp.vec3, turn: f
     if way <= 0.0 or occluded(scene, origin, direction, way):
         return hit
     return closest_hit(scene, origin + direction * way, -normal, 2.0 * height)
+
+
+@wp.func
+def crossed(scene: SceneData, position: wp.vec3, normal: wp.vec3, radius: float, height: float) -> bool:
+    """Whether something reaches into a disk from outside and stands at least `height` high: it would cross the octagon
+    around the disk.
+    """
+    frame = orthonormal(normal)
+    half = radius * wp.static(tan(pi / 8.0))
+    for side in range(8):
+        angle = TWO_PI * float(side) / 8.0
+        out = frame * wp.vec3(wp.cos(angle), wp.sin(angle), 0.0)
+        along = frame * wp.vec3(-wp.sin(angle), wp.cos(angle), 0.0)
+        if occluded(scene, position + normal * height + out * radius - along * half, along, 2.0 * half):
+            return True
+    return False

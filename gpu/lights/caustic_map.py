@@ -13,6 +13,7 @@ import warp as wp
 from gpu.core.device import allocate, launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.disk_coverage import crossed
 from gpu.device_scene.features import SceneFeatures
 from gpu.lights.caustic_casters import CausticCasters
 from gpu.lights.caustic_paths import trace_caustic_paths
@@ -70,7 +71,10 @@ def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: D
     shift = float(hashed(wp.uint32(photon) ^ wp.uint32(tree.leaves))) * TO_UNIT
     disk = covered_disk(scene, sites.alike, position, normal, radius, turn, shift)
     sites.radius[photon] = radius
-    sites.whole[photon] = int(disk.whole)
+    whole = disk.whole
+    if whole:  # as far as places of the disk tell, between which thin walls stand
+        whole = not crossed(scene, position, normal, radius, radius / sites.alike.plane_weight)
+    sites.whole[photon] = int(whole)
     photons.flux[photon] = photons.flux[photon] / wp.max(disk.share, chosen.least_covered)
 
 
