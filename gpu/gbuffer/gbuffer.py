@@ -163,5 +163,6 @@ def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int]
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData; samples: of its chains."""
     inputs, has = [scene, camera, image_size(size), samples, out], features
     variant = has.texels, has.one_sided, has.backdrop, has.specular, has.environment
-    kernel = primary_ray_kernel(*variant, out.traces_gloss, has.frosted, samples.lobes)
+    # Fields that nobody has set are objects of their own, for each of which there would be another kernel.
+    kernel = primary_ray_kernel(*variant, bool(out.traces_gloss), has.frosted, bool(samples.lobes))
     launch(kernel, size[0] * size[1], inputs, out.face.device)
