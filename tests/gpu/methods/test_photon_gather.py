@@ -52,7 +52,7 @@ def walked(room: DeviceScene, settings: RenderSettings) -> Floats:
     """Frames of a viewer that turns."""
     renderer = Renderer(room, SIZE, settings)
     view = renderer.new_view()
-    cameras = [rotated(CAMERA, 0.5 * number) for number in range(4)]
+    cameras = [rotated(CAMERA, 0.5 * number) for number in range(3)]
     return np.stack([renderer.render(camera, view=view, walks=True).radiance() for camera in cameras])
 
 
