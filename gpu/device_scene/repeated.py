@@ -4,56 +4,119 @@ A ray that passes one passes all of them, whatever tree they are in: a million i
 megabytes, take a ray as long as a million tests. One of them shows all that there is to see.
 """
 
-import numpy as np
-from numpy.typing import NDArray
+import warp as wp
+from warp.utils import radix_sort_pairs
 
-from gpu.scene.types import Floats, Integers, Mask
-
-_Hashes = NDArray[np.uint64]
-_AT_ONCE = 1 << 20  # that are compared, for the memory it takes
-
-
-def repeated(values: Floats, triangles: Integers, material: Integers) -> Mask:
-    """Which of `triangles` (triangle, 3) equal an earlier one: the same material and corners, in the same sense.
-
-    values (vertex, value): what of corners has to be equal, such as their positions; material (triangle,).
-    """
-    keys = _keys(values, triangles) + _mixed(material.astype(np.uint64))
-    result = np.zeros(len(triangles), bool)
-    ascending = np.sort(keys)
-    if not (ascending[1:] == ascending[:-1]).any():
-        return result
-    order = np.argsort(keys, kind="stable")
-    begins = np.ones(len(keys), bool)
-    begins[1:] = keys[order[1:]] != keys[order[:-1]]
-    firsts = order[np.maximum.accumulate(np.where(begins, np.arange(len(keys)), 0))]
-    later, firsts = order[~begins], firsts[~begins]
-    for start in range(0, len(later), _AT_ONCE):
-        ones, others = later[start : start + _AT_ONCE], firsts[start : start + _AT_ONCE]
-        result[ones] = _equal(values, triangles[ones], triangles[others]) & (material[ones] == material[others])
-    return result
+from gpu.core.device import launch
+from gpu.core.radix_sort import iota_kernel, running_total
+from gpu.device_scene.data import SceneData
 
 
-def _equal(values: Floats, ones: Integers, others: Integers) -> Mask:
-    """Whether triangles have corners of equal values, from whichever corner on."""
-    first = values[ones]
-    turns = [(first == values[np.roll(others, turn, axis=1)]).all(axis=(1, 2)) for turn in range(3)]
-    return np.asarray(np.logical_or.reduce(turns))
-
-
-def _keys(values: Floats, triangles: Integers) -> _Hashes:
-    """A number (triangle,) that is the same for triangles of equal corners, and rarely for others."""
-    corner = np.zeros(len(values), np.uint64)
-    for column in values.T:
-        bits = (column + np.float32(0.0)).astype(np.float32).view(np.uint32)  # of -0 as of 0
-        corner = _mixed(corner + bits)
-    own = corner[triangles]
-    return np.asarray(_mixed(np.uint64(3) * own + np.roll(own, -1, axis=1)).sum(axis=1, dtype=np.uint64))
-
-
-def _mixed(number: _Hashes) -> _Hashes:
+@wp.func
+def mixed(number: wp.uint64) -> wp.uint64:
     """Each bit of the result depends on every bit: the steps of SplitMix64 (Steele, Lea, Flood 2014)."""
-    number = number + np.uint64(0x9E3779B97F4A7C15)
-    number = (number ^ (number >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    number = (number ^ (number >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return number ^ (number >> np.uint64(31))
+    z = number + wp.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> wp.uint64(30))) * wp.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> wp.uint64(27))) * wp.uint64(0x94D049BB133111EB)
+    return z ^ (z >> wp.uint64(31))
+
+
+@wp.func
+def with_value(key: wp.uint64, value: float) -> wp.uint64:
+    """A key that depends on one more value; on -0 as on 0, which are equal."""
+    return mixed(key + wp.uint64(wp.cast(wp.where(value == 0.0, 0.0, value), wp.uint32)))
+
+
+@wp.func
+def corner_key(scene: SceneData, vertex: int, looks: bool) -> wp.uint64:
+    """A number that is the same for equal corners, and rarely for others. looks: see `distinct`."""
+    key = wp.uint64(0)
+    for axis in range(3):
+        key = with_value(key, scene.vertices[vertex][axis])
+    if looks:
+        for uv_set in range(scene.uvs.shape[0]):
+            key = with_value(with_value(key, scene.uvs[uv_set, vertex][0]), scene.uvs[uv_set, vertex][1])
+        if scene.has_colors:
+            for channel in range(4):
+                key = with_value(key, scene.colors[vertex][channel])
+    return key
+
+
+@wp.func
+def equal_corners(scene: SceneData, one: int, other: int, looks: bool) -> bool:
+    """Whether two vertices have equal values."""
+    equal = scene.vertices[one] == scene.vertices[other]
+    if looks:
+        for uv_set in range(scene.uvs.shape[0]):
+            equal = equal and scene.uvs[uv_set, one] == scene.uvs[uv_set, other]
+        if scene.has_colors:
+            equal = equal and scene.colors[one] == scene.colors[other]
+    return equal
+
+
+@wp.func
+def equal_triangles(scene: SceneData, one: int, other: int, looks: bool) -> bool:
+    """Whether two triangles have one material and equal corners in the same sense, from whichever corner on."""
+    if scene.triangle_material[one] != scene.triangle_material[other]:
+        return False
+    a = scene.triangles[one]
+    b = scene.triangles[other]
+    for _ in range(3):
+        equal = equal_corners(scene, a[0], b[0], looks) and equal_corners(scene, a[1], b[1], looks)
+        if equal and equal_corners(scene, a[2], b[2], looks):
+            return True
+        b = wp.vec3i(b[1], b[2], b[0])
+    return False
+
+
+@wp.kernel
+def triangle_key_kernel(first: int, scene: SceneData, begin: int, looks: bool, keys: wp.array[wp.uint64]) -> None:
+    """One thread a triangle, numbered from `begin`: its key (triangle,), the same for equal triangles."""
+    number = first + wp.tid()
+    corner = scene.triangles[begin + number]
+    a = corner_key(scene, corner[0], looks)
+    b = corner_key(scene, corner[1], looks)
+    c = corner_key(scene, corner[2], looks)
+    three = wp.uint64(3)
+    around = mixed(three * a + b) + mixed(three * b + c) + mixed(three * c + a)
+    keys[number] = around + mixed(wp.uint64(scene.triangle_material[begin + number]))
+
+
+@wp.kernel
+def distinct_kernel(first: int, scene: SceneData, begin: int, looks: bool, keys: wp.array[wp.uint64],
+                    order: wp.array[int], kept: wp.array[int]) -> None:  # fmt: skip
+    """One thread a place in the `order` of ascending keys: whether its triangle is none of those before, 1 or 0."""
+    place = first + wp.tid()
+    number = order[place]
+    kept[number] = 1
+    if place == 0:
+        return
+    if keys[place] != keys[place - 1]:
+        return
+    if equal_triangles(scene, begin + number, begin + order[place - 1], looks):
+        kept[number] = 0
+
+
+@wp.kernel
+def list_kept_kernel(first: int, kept: wp.array[int], totals: wp.array[int], listed: wp.array[int]) -> None:
+    """One thread a triangle: lists it where it is kept."""
+    number = first + wp.tid()
+    if kept[number] == 1:
+        listed[totals[number] - 1] = number
+
+
+def distinct(scene: SceneData, begin: int, end: int, *, looks: bool) -> wp.array:
+    """The triangles from `begin` to `end`, numbered from `begin` and ascending, of which none equals an earlier one: by
+    its material and the positions of its corners; looks: by all else but their normals, too.
+    """
+    count, device = end - begin, scene.vertices.device
+    keys = wp.empty(2 * count, dtype=wp.uint64, device=device)
+    order, kept, totals = (wp.empty(size, dtype=int, device=device) for size in (2 * count, count, count))
+    launch(triangle_key_kernel, count, [scene, begin, looks, keys], device)
+    launch(iota_kernel, count, [order], device)
+    radix_sort_pairs(keys, order, count)
+    launch(distinct_kernel, count, [scene, begin, looks, keys, order, kept], device)
+    running_total(kept, totals)
+    listed = wp.empty(int(totals[-1:].numpy()[0]), dtype=int, device=device)
+    launch(list_kept_kernel, count, [kept, totals, listed], device)
+    return listed

@@ -3,64 +3,57 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import warp as wp
 
-from gpu.core.device import alike, choose_device, duplicate, overwrite, struct_array
+from gpu.core.device import alike, choose_device, duplicate, layout_of, overwrite, struct_array
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.bvh import Bvh
-from gpu.device_scene.bvh_build import build
-from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, SlotData, TextureData
+from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, TextureData
 from gpu.device_scene.environment import upload_environment
 from gpu.device_scene.features import has_specular, scene_features
 from gpu.device_scene.ray_cost import check_ray_cost
-from gpu.device_scene.repeated import repeated
-from gpu.scene.types import AlphaMode, Environment, Floats, Ints, Mask, Material, Scene, Texture, TextureSlot
+from gpu.device_scene.trees import tree_over
+from gpu.scene.types import AlphaMode, Doubles, Environment, Ints, Material, Scene, Texture, TextureSlot
 
 _LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
+_MATERIAL = layout_of(MaterialData)
+# What materials and their rows call the same.
+_SAME = ("base_color", "emission", "metallic", "roughness", "ior", "specular", "specular_color", "transmission",
+         "normal_scale", "unlit")  # fmt: skip
+_SAME_SLOTS = "base_color_slot", "metallic_roughness_slot", "normal_slot", "emission_slot", "transmission_slot"
 
 
-def _slot(slot: TextureSlot | None) -> SlotData:
-    data = SlotData()
-    data.texture = NO_TEXTURE if slot is None else slot.texture
+def _set_slot(row: Any, slot: TextureSlot | None) -> None:
+    row["texture"] = NO_TEXTURE if slot is None else slot.texture
     if slot is not None:
-        data.uv_set = slot.uv_set
-        data.row_u = wp.vec3(*slot.transform[:3])
-        data.row_v = wp.vec3(*slot.transform[3:])
-    return data
+        row["uv_set"], row["row_u"], row["row_v"] = slot.uv_set, slot.transform[:3], slot.transform[3:]
 
 
-def _absorption(material: Material, units_per_length: float) -> wp.vec3:
+def _absorption(material: Material, units_per_length: float) -> Doubles:
     """Beer's law for the inside of a material [1/unit length] (KHR_materials_volume, Attenuation).
 
     units_per_length: unit lengths in one of the file's.
     """
     colour = np.maximum(material.attenuation_color, _LEAST_TRANSMITTANCE)
-    return wp.vec3(*(-np.log(colour) / (material.attenuation_distance * units_per_length)))
+    return np.asarray(-np.log(colour) / (material.attenuation_distance * units_per_length))
 
 
-def _material(material: Material, units_per_length: float) -> MaterialData:
-    data = MaterialData()
-    data.base_color = wp.vec4(*material.base_color)
-    data.emission = wp.vec3(*material.emission)
-    data.metallic, data.roughness, data.ior = material.metallic, material.roughness, material.ior
-    data.specular, data.specular_color = material.specular, wp.vec3(*material.specular_color)
-    data.transmission, data.normal_scale, data.unlit = material.transmission, material.normal_scale, material.unlit
-    data.thin = material.thickness == 0.0
-    data.absorption = _absorption(material, units_per_length)
-    data.alpha_cutoff, data.blend = material.solid_alpha, material.alpha_mode is AlphaMode.BLEND
-    data.double_sided = bool(material.double_sided)
-    data.base_color_slot = _slot(material.base_color_slot)
-    data.metallic_roughness_slot = _slot(material.metallic_roughness_slot)
-    data.normal_slot = _slot(material.normal_slot)
-    data.emission_slot = _slot(material.emission_slot)
-    data.transmission_slot = _slot(material.transmission_slot)
-    data.coat, data.coat_roughness = material.clearcoat, material.clearcoat_roughness
-    data.coat_slot, data.coat_roughness_slot = _slot(material.clearcoat_slot), _slot(material.clearcoat_roughness_slot)
-    return data
+def _set_material(row: Any, material: Material, units_per_length: float) -> None:
+    """Have a row of MaterialData, all zero, say what `material` is."""
+    for name in _SAME:
+        row[name] = getattr(material, name)
+    row["thin"], row["absorption"] = material.thickness == 0.0, _absorption(material, units_per_length)
+    row["alpha_cutoff"], row["blend"] = material.solid_alpha, material.alpha_mode is AlphaMode.BLEND
+    row["coat"], row["coat_roughness"] = material.clearcoat, material.clearcoat_roughness
+    row["double_sided"] = bool(material.double_sided)
+    for name in _SAME_SLOTS:
+        _set_slot(row[name], getattr(material, name))
+    _set_slot(row["coat_slot"], material.clearcoat_slot)
+    _set_slot(row["coat_roughness_slot"], material.clearcoat_roughness_slot)
 
 
 def _kind(material: Material) -> int:
@@ -92,26 +85,10 @@ def _textures(textures: tuple[Texture, ...]) -> tuple[list[TextureData], np.ndar
     return entries, np.concatenate(chunks) if chunks else np.zeros(1, np.uint32)
 
 
-def _corner_values(scene: Scene) -> Floats:
-    """All that vertices have but their normals, (vertex, value)."""
-    return np.concatenate([scene.vertices, *scene.uvs, *([] if scene.colors is None else [scene.colors])], axis=1)
-
-
 def _srgb_decode() -> np.ndarray:
     """Linear value of each sRGB byte, shape (256,) (IEC 61966-2-1)."""
     encoded = np.arange(256) / 255.0
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-@dataclass(frozen=True)
-class _Order:
-    """A scene's triangles (triangle, 3) in the device's order, their materials, and which cameras see from both sides
-    not (1) or do (0), (triangle,).
-    """
-
-    triangles: Ints
-    materials: Ints
-    culled: Floats
 
 
 class DeviceScene:
@@ -126,15 +103,16 @@ class DeviceScene:
     _material_rows: np.ndarray
 
     def __init__(self, scene: Scene, device: str | None = None, lender: DeviceScene | None = None) -> None:
-        """lender: one on the same device and with the same textures, which both share then."""
+        """lender: one on the same device with another state of the scene; both share what that does not change."""
         self.scene = scene
-        self._lent = False  # whether other scenes have its geometry, too, in the same arrays
+        # Of vertices and triangles, those that other scenes have, too, in the same arrays, with what goes with them.
+        self._lent: frozenset[str] = frozenset()
         self.device = choose_device(device)
         kind = np.array([_kind(material) for material in scene.materials])[scene.triangle_material]
         numbers = DEVICE_SHARING.beside(lambda: np.argsort(kind, kind="stable").astype(np.int32))
         self.triangle_order: Ints = numbers
-        ordered = self._ordered()
-        counts = np.bincount(kind, minlength=4).tolist()
+        materials = scene.triangle_material[numbers]
+        culled = np.array([material.double_sided is False for material in scene.materials])[materials]
 
         data = SceneData()
         data.vertices = self._upload(scene.vertices, wp.vec3)
@@ -142,50 +120,68 @@ class DeviceScene:
         data.uvs = self._upload(scene.uvs, wp.vec2)
         data.has_colors = scene.colors is not None
         data.colors = self._upload(np.ones((1, 4), np.float32) if scene.colors is None else scene.colors, wp.vec4)
-        data.triangles = self._upload(ordered.triangles, wp.vec3i)
-        data.triangle_material = self._upload(ordered.materials, wp.int32)
-        self._set_materials(data)
+        data.triangles = self._upload(scene.triangles[numbers], wp.vec3i)
+        data.triangle_material = self._upload(materials, wp.int32)
+        self._culled = self._upload(culled.astype(np.float32), wp.float32)
+        self.data = data
+        self._set_materials(lender)
         if lender is None:
             self._upload_textures(data)
         else:
             data.textures, data.texels, data.decode = lender.data.textures, lender.data.texels, lender.data.decode
-        self._set_sky(data, lender)
+        self._set_sky(lender)
+        counts = np.bincount(kind, minlength=4).tolist()
         data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count = counts
         data.alpha, data.textured, data.glossy = data.masked_count > 0, bool(scene.textures), True
         data.transmissive = any(material.transmission > 0.0 for material in scene.materials)
-        data.one_sided = bool(ordered.culled.any())
-        self.data, begin = data, 0
-        for name, count in zip(("opaque", "panes", "masked", "backdrop"), counts, strict=True):
-            if count:
-                # Where alpha cuts holes, what looks different is different.
-                values = _corner_values(scene) if name == "masked" else scene.vertices
-                setattr(data, name, self._tree(ordered, values, begin, begin + count))
-            begin += count
+        data.one_sided = bool(culled.any())
+        self._set_trees()
 
     def edited(self, scene: Scene) -> DeviceScene:
         """`scene`, which is this one with edits (gpu.scene.edits), as it would be if it were put on the device anew.
 
-        Both share textures, and geometry unless that has changed, or rays meet a material otherwise than before, as
-        glass that becomes rough.
+        Both share textures, and triangles unless there are others, or rays meet a material otherwise than before, as
+        glass that becomes rough; and where these are unless something has moved.
         """
         known = self.scene
-        same = scene.vertices is known.vertices and scene.triangles is known.triangles
-        if not same or [_kind(it) for it in scene.materials] != [_kind(it) for it in known.materials]:
+        kinds = [_kind(it) for it in scene.materials] == [_kind(it) for it in known.materials]
+        if scene.triangles is not known.triangles or not kinds:
             return DeviceScene(scene, str(self.device), self)
         other = copy(self)
-        other._lent = True
+        other._lent = frozenset({"vertices", "triangles"})
         other.scene, other.data = scene, duplicate(SceneData, self.data)
-        other._set_materials(other.data, self)
-        other._set_sky(other.data, self)
+        other._set_materials(self)
+        other._set_sky(self)
+        if scene.vertices is not known.vertices or scene.normals is not known.normals:
+            other._move()
         return other
+
+    def _move(self) -> None:
+        """Have arrays of its own of where things are."""
+        self._lent -= {"vertices"}
+        for name in ("solid_radius", "_with_panes"):
+            self.__dict__.pop(name, None)
+        self.data.vertices = self._upload(self.scene.vertices, wp.vec3)
+        self.data.normals = self._upload(self.scene.normals, wp.vec3)
+        self._set_trees()
+
+    def _set_trees(self) -> None:
+        data, begin = self.data, 0
+        counts = data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count
+        for name, count in zip(("opaque", "panes", "masked", "backdrop"), counts, strict=True):
+            if count:
+                setattr(data, name, self._tree(begin, begin + count, looks=name == "masked"))
+            begin += count
 
     def can_become(self, other: DeviceScene) -> bool:
         """Whether `become` can be called with `other`: it has the same geometry, or as much where this has its own, and
         kernels need to know no more.
         """
+        if any(getattr(other.data, name) is not getattr(self.data, name) for name in self._lent):
+            return False
         if other.data.vertices is not self.data.vertices:
             panes = self.__dict__.get("_with_panes")
-            if self._lent or not (panes is None or alike(Bvh, panes, other._with_panes)):
+            if not (panes is None or alike(Bvh, panes, other._with_panes)):
                 return False
         return alike(SceneData, self.data, other.data) and all(
             scene_features(self.scene, lambertian=lambertian) == scene_features(other.scene, lambertian=lambertian)
@@ -209,27 +205,24 @@ class DeviceScene:
         data.texels = self._upload(texels, wp.uint32)
         data.decode = self._upload(_srgb_decode(), wp.float32)
 
-    def _set_materials(self, data: SceneData, known: DeviceScene | None = None) -> None:
+    def _set_materials(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, of which most are the same."""
-        units, materials = self.scene.frame.metres_per_unit * self.scene.placement.scale, self.scene.materials
-        changed = [*range(len(materials))]
-        if known is not None:
-            changed = [index for index in changed if materials[index] is not known.scene.materials[index]]
-        if known is not None and not changed:
-            data.materials = wp.clone(known.data.materials)
-            return
-        made = wp.array([_material(materials[index], units) for index in changed], dtype=MaterialData, device="cpu")
-        rows = made.numpy()
-        if known is not None:
-            rows = known._material_rows.copy()
-            rows[changed] = made.numpy()
-        self._material_rows = rows
-        data.materials = struct_array(MaterialData, rows, self.device)
-        data.specular = has_specular(self.scene)
+        data, scene = self.data, self.scene
+        units, changed = scene.frame.metres_per_unit * scene.placement.scale, [*range(len(scene.materials))]
+        if known is None:
+            self._material_rows = np.zeros(len(changed), _MATERIAL)
+        else:
+            changed = [number for number in changed if scene.materials[number] is not known.scene.materials[number]]
+            self._material_rows = known._material_rows.copy()
+        self._material_rows[changed] = np.zeros(1, _MATERIAL)
+        for number in changed:
+            _set_material(self._material_rows[number], scene.materials[number], units)
+        data.materials = struct_array(MaterialData, self._material_rows, self.device)
+        data.specular = has_specular(scene)
 
-    def _set_sky(self, data: SceneData, known: DeviceScene | None = None) -> None:
+    def _set_sky(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, whose sky shows the same picture, if any."""
-        sky, color = self.scene.sky, (0.0, 0.0, 0.0)
+        data, sky, color = self.data, self.scene.sky, (0.0, 0.0, 0.0)
         data.has_environment = isinstance(sky, Environment)
         if isinstance(sky, Environment):
             data.environment = known.data.environment if known else upload_environment(sky, self.device)
@@ -243,24 +236,10 @@ class DeviceScene:
         DEVICE_SHARING.pause()
         return array
 
-    def _ordered(self) -> _Order:
-        scene, numbers = self.scene, self.triangle_order
-        materials = scene.triangle_material[numbers]
-        one_sided = np.array([material.double_sided is False for material in scene.materials])[materials]
-        return _Order(np.ascontiguousarray(scene.triangles[numbers]), materials, one_sided.astype(np.float32))
-
-    def _tree(self, order: _Order, values: Floats, begin: int, end: int) -> Bvh:
-        """A tree over the triangles from `begin` to `end` but repeated ones, which have the same `values` (vertex,
-        value), numbered from `begin`.
-        """
-        part = slice(begin, end)
-        again = DEVICE_SHARING.beside(lambda: repeated(values, order.triangles[part], order.materials[part]))
-        listed: Mask = ~again
-        indices = self._upload(order.triangles[part][listed].ravel(), wp.int32)
-        tree = build(self.data.vertices, indices, self._upload(order.culled[part][listed], wp.float32))
+    def _tree(self, begin: int, end: int, *, looks: bool = False) -> Bvh:
+        """As `tree_over`; SceneError where rays would have to look at too much."""
+        tree = tree_over(self.data, self._culled, begin, end, looks=looks)
         check_ray_cost(self.scene, tree)
-        if not listed.all():
-            tree.faces = self._upload(np.flatnonzero(listed)[tree.faces.numpy()], wp.int32)
         return tree
 
     @cached_property
@@ -276,12 +255,12 @@ class DeviceScene:
         vertices, backdrop = self.scene.vertices, np.array([material.backdrop for material in self.scene.materials])
         if backdrop.any():
             vertices = vertices[self.scene.triangles[~backdrop[self.scene.triangle_material]].reshape(-1)]
-        return float(np.linalg.norm(np.abs(vertices).max(axis=0)))
+        return float(np.linalg.norm([np.abs(vertices[:, axis]).max() for axis in range(3)]))
 
     @cached_property
     def _with_panes(self) -> Bvh:
         """A tree over opaque triangles and panes together."""
-        return self._tree(self._ordered(), self.scene.vertices, 0, self.data.opaque_count + self.data.pane_count)
+        return self._tree(0, self.data.opaque_count + self.data.pane_count)
 
     def view(self, *, lambertian: bool, assume_alpha: bool = False) -> SceneData:
         """`data` for one renderer: with `lambertian`, as the path-traced references see the scene.

@@ -15,7 +15,7 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, f
 
 from gpu.errors import UserError
 from gpu.scene.moment import Moment
-from gpu.scene.objects import Move, object_boxes, with_objects
+from gpu.scene.objects import Move, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
 from gpu.scene.path_light import with_path_light
 from gpu.scene.posed import posed
@@ -174,7 +174,7 @@ def shaped(scene: Scene, edits: SceneEdits) -> Scene:
 
     Raises UserError, which names the field, for what it has not or cannot be.
     """
-    boxes = zip(*(corners.tolist() for corners in object_boxes(scene)), strict=True) if edits.objects else ()
+    boxes = zip(*(corners.tolist() for corners in scene.object_boxes), strict=True) if edits.objects else ()
     objects = {one: (low, high) for one, (low, high) in zip(scene.objects, boxes, strict=False)}
     animations = {} if scene.motion is None else {one.id: one for one in scene.motion.animations}
     _check_shape(edits, objects, scene.bounds, [*animations])

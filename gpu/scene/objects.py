@@ -1,6 +1,6 @@
 """The objects of a scene: all meshes of one name are one. Each has vertices of its own."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,43 +33,29 @@ def numbered(names: Iterable[str], counts: Iterable[int], used: Mask) -> tuple[t
     return tuple(ids[number] for number in there), own.astype(np.int32)
 
 
-def object_boxes(scene: Scene) -> tuple[Doubles, Doubles]:
-    """The low and the high corners (object, 3) of the boxes around a scene's objects, in world space."""
-    low, high = np.full((len(scene.objects), 3), np.inf), np.full((len(scene.objects), 3), -np.inf)
-    if scene.objects:
-        # Meshes lie one behind the other, so that there are few runs of one object.
-        starts = np.flatnonzero(np.diff(scene.vertex_object, prepend=-1))
-        numbers = scene.vertex_object[starts]
-        np.minimum.at(low, numbers, np.minimum.reduceat(scene.vertices, starts, axis=0))
-        np.maximum.at(high, numbers, np.maximum.reduceat(scene.vertices, starts, axis=0))
-    placement = scene.placement
-    return low / placement.scale + placement.centre, high / placement.scale + placement.centre
-
-
-def with_objects(scene: Scene, hidden: Iterable[int], moves: Mapping[int, Move]) -> Scene:
+def with_objects(scene: Scene, hidden: Collection[int], moves: Mapping[int, Move]) -> Scene:
     """`scene` without its `hidden` objects, by number, and with others moved."""
+    scene = _moved(scene, moves) if moves else scene
+    if not hidden:
+        return scene
     shown = np.ones(len(scene.objects), bool)
     shown[list(hidden)] = False
     kept = shown[scene.vertex_object[scene.triangles[:, 0]]]
-    scene = _moved(scene, moves) if moves else scene
-    if kept.all():
-        return scene
     return replace(scene, triangles=scene.triangles[kept], triangle_material=scene.triangle_material[kept])
 
 
 def _moved(scene: Scene, moves: Mapping[int, Move]) -> Scene:
-    offsets = np.zeros((len(scene.objects), 3))
-    offsets[list(moves)] = [move.offset for move in moves.values()]
-    positions, normals = scene.vertices.astype(np.float64), scene.normals
+    vertices, normals = scene.vertices.copy(), scene.normals
     for number, move in moves.items():
+        own = np.flatnonzero(scene.vertex_object == number)
+        positions = scene.vertices[own].astype(np.float64)
         if any(move.rotation):
-            own, matrix = scene.vertex_object == number, rotation_matrix(move.rotation)
-            middle = (positions[own].min(axis=0) + positions[own].max(axis=0)) / 2.0
-            positions[own] = (positions[own] - middle) @ matrix.T + middle
+            matrix, middle = rotation_matrix(move.rotation), (positions.min(axis=0) + positions.max(axis=0)) / 2.0
+            positions = (positions - middle) @ matrix.T + middle
             normals = normals.copy() if normals is scene.normals else normals
             normals[own] = normals[own] @ matrix.T
-    positions += (offsets * scene.placement.scale)[scene.vertex_object]
-    return replace(scene, vertices=positions.astype(np.float32), normals=normals)
+        vertices[own] = positions + np.array(move.offset) * scene.placement.scale
+    return replace(scene, vertices=vertices, normals=normals)
 
 
 def rotation_matrix(degrees: Rgb) -> Doubles:

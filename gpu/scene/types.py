@@ -253,3 +253,16 @@ class Scene:
         ee, ff, ef = (np.einsum("tk,tk->t", *pair) for pair in ((e, e), (f, f), (e, f)))
         areas = np.sqrt(np.maximum(ee * ff - ef * ef, 0.0)) / 2.0
         return np.bincount(self.triangle_material, areas, len(self.materials)).astype(np.float64)
+
+    @cached_property
+    def object_boxes(self) -> tuple[Doubles, Doubles]:
+        """The low and the high corners (object, 3) of the boxes around the objects, in world space."""
+        low, high = np.full((len(self.objects), 3), np.inf), np.full((len(self.objects), 3), -np.inf)
+        if self.objects:
+            # Meshes lie one behind the other, so that there are few runs of one object.
+            starts = np.flatnonzero(np.diff(self.vertex_object, prepend=-1))
+            numbers = self.vertex_object[starts]
+            np.minimum.at(low, numbers, np.minimum.reduceat(self.vertices, starts, axis=0))
+            np.maximum.at(high, numbers, np.maximum.reduceat(self.vertices, starts, axis=0))
+        placement = self.placement
+        return low / placement.scale + placement.centre, high / placement.scale + placement.centre

@@ -8,7 +8,6 @@ import numpy as np
 
 from gpu.scene.edits import AIMED, PLACED
 from gpu.scene.import_options import DEFAULT_OPTIONS, ImportOptions
-from gpu.scene.objects import object_boxes
 from gpu.scene.parts import LightPart, lights_of, material_ids
 from gpu.scene.to_world import as_vector
 from gpu.scene.types import Camera, Doubles, Material, Scene
@@ -62,7 +61,7 @@ def describe_scene(scene_id: str, scene: Scene, options: ImportOptions = DEFAULT
 
 
 def _describe_objects(scene: Scene) -> tuple[ObjectInfo, ...]:
-    boxes = zip(*object_boxes(scene), strict=True)
+    boxes = zip(*scene.object_boxes, strict=True)
     listed = zip(scene.objects[:MOST_PARTS], boxes, strict=False)
     return tuple(ObjectInfo(id=one, box=Bounds(min=as_vector(low), max=as_vector(high))) for one, (low, high) in listed)
 

@@ -24,7 +24,6 @@ from gpu.scene.camera import rotated
 from gpu.scene.edits import LightEdit, MaterialEdit, ObjectEdit, SceneEdits
 from gpu.scene.load import load_scene
 from gpu.scene.motion import STILL, Animation, Body, Channel, Interpolation, Motion, Property
-from gpu.scene.objects import object_boxes
 from gpu.scene.parts import lights_of, material_ids
 from gpu.scene.types import Doubles, Light, LightKind, Scene
 from gpu.settings import RenderSettings
@@ -118,7 +117,7 @@ def inner_objects(scene: Scene) -> list[tuple[str, Doubles]]:
     low, high = scene.bounds
     return [
         (one, a)
-        for one, a, b in zip(scene.objects, *object_boxes(scene), strict=True)
+        for one, a, b in zip(scene.objects, *scene.object_boxes, strict=True)
         if all(c < d and e < f for c, d, e, f in zip(low, a, b, high, strict=True))
     ]
 

@@ -124,3 +124,21 @@ def test_what_edits_leave_as_it_was_is_shared() -> None:
     assert np.allclose(found - before, np.where(ours, 0.1, 0.0), atol=1e-6)
     clear = base.edited(replace(base.scene, materials=(Material(transmission=1.0, roughness=0.0), grey(0.2))))
     assert (clear.data.opaque_count, clear.data.pane_count) == (2, 2)
+
+
+def test_what_moves_shares_triangles_and_takes_no_others() -> None:
+    base = resident_of([FLOOR, replace(WALL, name="block"), replace(WALL, name="other")], [grey(0.5), grey(0.2)])
+
+    def state(**objects: ObjectEdit) -> DeviceScene:
+        return base.edited(edited(base.scene, SceneEdits(objects=objects)))
+
+    moved, hidden = state(block=ObjectEdit(offset=(0.0, 0.0, 0.1))), state(block=ObjectEdit(visible=False))
+    assert moved.data.triangles is base.data.triangles
+    assert moved.data.vertices is not base.data.vertices
+    assert not moved.can_become(hidden)  # whose triangles would take the place of the base's
+    other = state(other=ObjectEdit(visible=False))
+    assert hidden.can_become(other)
+    hidden.become(other)
+    assert np.array_equal(base.data.triangles.numpy(), base.scene.triangles)
+    turned = base.edited(replace(base.scene, normals=-base.scene.normals))
+    assert np.array_equal(turned.data.normals.numpy(), -base.data.normals.numpy())

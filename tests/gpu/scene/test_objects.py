@@ -5,7 +5,7 @@ import pytest
 from gltf_file import GltfFile
 from scenes import grey, quad, scene_of
 
-from gpu.scene.objects import Move, numbered, object_boxes, rotation_matrix, with_objects
+from gpu.scene.objects import Move, numbered, rotation_matrix, with_objects
 from gpu.scene.types import Placement, Scene
 
 CHAIR, TABLE = (replace(quad([x, 0, 0], [1, 0, 0], [0, 0, 1]), name=name) for x, name in ((0, "chair"), (3, "table")))
@@ -27,16 +27,16 @@ def test_meshes_of_one_name_are_one_object_and_those_without_vertices_none() -> 
 
 def test_boxes_are_in_the_world(scene: Scene) -> None:
     assert scene.objects == ("chair", "table")
-    low, high = object_boxes(scene)
+    low, high = scene.object_boxes
     assert np.allclose(low, [[0, 0, 0], [3, 0, 0]])
     assert np.allclose(high, [[2.5, 0, 1], [4, 0, 1]])
     assert scene.placement == Placement((2.0, 0.0, 0.5), 0.25)
-    assert len(object_boxes(replace(scene, objects=(), vertex_object=np.zeros(0, np.int32)))[0]) == 0
+    assert len(replace(scene, objects=(), vertex_object=np.zeros(0, np.int32)).object_boxes[0]) == 0
 
 
 def test_an_object_is_moved_or_gone_and_the_others_stay(scene: Scene) -> None:
     moved = with_objects(scene, [], {1: Move(offset=(-1.0, 0.0, 0.5))})
-    assert np.allclose(object_boxes(moved)[0], [[0, 0, 0], [2, 0, 0.5]])
+    assert np.allclose(moved.object_boxes[0], [[0, 0, 0], [2, 0, 0.5]])
     assert moved.triangles is scene.triangles
     gone = with_objects(scene, [0], {})
     assert gone.vertices is scene.vertices
@@ -46,7 +46,7 @@ def test_an_object_is_moved_or_gone_and_the_others_stay(scene: Scene) -> None:
 
 def test_an_object_is_turned_about_the_middle_of_its_box_and_its_normals_with_it(scene: Scene) -> None:
     turned = with_objects(scene, [], {0: Move((0.0, 90.0, 0.0), (0.0, 0.5, 0.0)), 1: Move((90.0, 0.0, 0.0))})
-    low, high = object_boxes(turned)
+    low, high = turned.object_boxes
     assert np.allclose(low, [[0.75, 0.5, -0.75], [3.0, -0.5, 0.5]])
     assert np.allclose(high, [[1.75, 0.5, 1.75], [4.0, 0.5, 0.5]])
     tables = scene.vertex_object == 1
