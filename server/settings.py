@@ -30,7 +30,8 @@ from server.wire.browser import MAX_SIDE, describe
 from server.wire.log_format import LogFormat
 
 BEST = usual_counts(Quality.BEST, cuda=True)
-
+# Of render settings: a server has a limit of each, `max_` and its name.
+COUNTS = ("samples", "vpls", "vpl_clusters", "sp_clusters", "photons", "gather_rays", "caustic_photons")
 MIN_TOKEN_CHARACTERS = 16
 
 
@@ -208,7 +209,7 @@ class ServerSettings(BaseSettings, EnvironmentOptions):
             raise UserError(
                 f"size: {width}×{height} is {width * height} pixels; this server renders up to {max_pixels}"
             )
-        for name in ("samples", "vpls", "vpl_clusters", "sp_clusters", "photons", "gather_rays", "caustic_photons"):
+        for name in COUNTS:
             wanted, limit = getattr(settings, name), getattr(self, f"max_{name}")
             if wanted is not None and wanted > limit:
                 raise UserError(f"settings.{name}: {wanted} is more than this server's limit of {limit}")

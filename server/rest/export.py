@@ -11,7 +11,9 @@ from server.errors import refusals
 from server.refusals import ForbiddenError
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
+from server.rest.scene_paths import ABOVE
 from server.rest.scenes import Reading
+from server.scenes.uploads import EXPORT
 from server.service import TheService
 from server.wire.browser import SceneId
 from server.wire.worker import STILLS, Export
@@ -21,7 +23,7 @@ router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 408, 422, 50
 
 
 @router.get(
-    "/{scene_id:path}/export.glb",
+    f"{ABOVE}{EXPORT}",
     operation_id="exportScene",
     response_class=Response,
     responses={200: {"content": {GLB: {"schema": {"type": "string", "format": "binary"}}}}},

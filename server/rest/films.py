@@ -27,7 +27,7 @@ class FilmRequest(PictureRequest):
             "examples": [
                 {
                     "path": {"keyframes": [{"time": 0, "camera": 0}, {"time": 2, "camera": 1}]},
-                    "size": [320, 180],
+                    "size": [64, 36],
                     "settings": {"frames": 4},
                 }
             ]

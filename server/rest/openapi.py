@@ -6,7 +6,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from server.http.security import Key
-from server.settings import ServerSettings
+from server.settings import COUNTS, ServerSettings
 
 
 def describe(app: FastAPI, settings: ServerSettings) -> dict[str, Any]:
@@ -22,5 +22,14 @@ def describe(app: FastAPI, settings: ServerSettings) -> dict[str, Any]:
             schemes["cookie"] = {"type": "apiKey", "in": "cookie", "name": cookie, "description": "of a browser"}
         document.setdefault("components", {})["securitySchemes"] = schemes
         document["security"] = [{name: []} for name in schemes] if token is not None else [{}, {"token": []}]
+        _limit(document["components"]["schemas"], settings)
         app.openapi_schema = document
     return app.openapi_schema
+
+
+def _limit(schemas: dict[str, Any], settings: ServerSettings) -> None:
+    """Say of counts, in the schemas, what this server gives at the most."""
+    for name in COUNTS:
+        for kind in schemas["RenderSettings"]["properties"][name]["anyOf"]:
+            if kind["type"] == "integer":
+                kind["maximum"] = min(kind["maximum"], getattr(settings, f"max_{name}"))

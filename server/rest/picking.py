@@ -1,9 +1,10 @@
 """POST /pick: what is at a pixel of a view."""
 
 import asyncio
+from typing import Annotated
 
 from fastapi import APIRouter, Request
-from pydantic import Field, FiniteFloat
+from pydantic import Field
 
 from gpu.errors import UserError
 from gpu.scene.edits import SceneEdits
@@ -13,11 +14,14 @@ from server.errors import WITH_BODY, refusals
 from server.render.schedule import Urgency
 from server.render.worker_link import WorkerLostError
 from server.service import TheService
-from server.wire.browser import Message, PickedPart, SceneId, Size
+from server.wire.browser import MAX_SIDE, Message, PickedPart, SceneId, Size
 from server.wire.cameras import CameraChoice, view_of
 from server.wire.worker import STILLS, Pick, Picked
 
 router = APIRouter(prefix="/api/v1", responses=refusals(404, 507, *WITH_BODY))
+
+
+Place = Annotated[float, Field(ge=0.0, le=MAX_SIDE)]
 
 
 class PickRequest(Message):
@@ -32,9 +36,7 @@ class PickRequest(Message):
         default=None, description="all that differs from its file; as all who look see it when not given"
     )
     size: Size = Field(default=(1280, 720), description="width and height of the picture [px]")
-    pixel: tuple[FiniteFloat, FiniteFloat] = Field(
-        description="from the picture's top left [px]; pixels' centres are at halves"
-    )
+    pixel: tuple[Place, Place] = Field(description="from the picture's top left [px]; pixels' centres are at halves")
 
     @property
     def place(self) -> tuple[float, float]:

@@ -32,7 +32,7 @@ router = APIRouter(prefix="/api/v1", responses=refusals(404, 406, 507, *WITH_BOD
     responses={200: {"content": {name: {"schema": {"type": "string", "format": "binary"}} for name in MEDIA_TYPES}}},
 )
 async def render(
-    request: RenderRequest, service: TheService, accept: Annotated[str | None, Header()] = None
+    request: RenderRequest, service: TheService, accept: Annotated[str | None, Header(include_in_schema=False)] = None
 ) -> Response:
     """Render a picture in the format that Accept asks for; statistics (JSON, milliseconds) are in X-Lumenwalk-*."""
     media_type, output = choose_format(accept)

@@ -52,11 +52,11 @@ class RenderRequest(PictureRequest):
     model_config = ConfigDict(
         json_schema_extra={
             "examples": [
-                {"size": [640, 360]},
+                {"size": [64, 36]},
                 {
                     "camera": {"position": [0.0, 1.0, 3.0], "target": [0.0, 1.0, 0.0], "yfov_degrees": 45.0},
-                    "size": [320, 180],
-                    "settings": {"method": "path", "samples": 16},
+                    "size": [64, 36],
+                    "settings": {"method": "path", "samples": 4},
                 },
             ]
         }

@@ -16,6 +16,7 @@ from server.addresses import client_network
 from server.errors import EXPECTED, WITH_BODY, error_body, refusals
 from server.refusals import ForbiddenError, InUseError, UnknownSceneError
 from server.render.worker_link import WorkerLostError
+from server.rest.scene_paths import ABOVE, SCENE
 from server.rest.server_sent_events import event, event_stream, wants_events
 from server.scenes.checker import SceneSize
 from server.scenes.uploads import ARCHIVE, Uploads
@@ -162,13 +163,15 @@ async def upload(
 
 
 @router.post(
-    "/{scene_id:path}/load",
+    f"{ABOVE}/load",
     operation_id="loadScene",
     responses=refusals(404, 507, *WITH_BODY)
     | {200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
     response_model=Loaded,
 )
-async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | None, Header()] = None) -> Any:
+async def load(
+    scene_id: SceneId, service: TheService, accept: Annotated[str | None, Header(include_in_schema=False)] = None
+) -> Any:
     """Put a scene on the device, if there is room.
 
     With `Accept: text/event-stream` it is answered by events: `progress` with text and fraction, then either `end`
@@ -181,7 +184,7 @@ async def load(scene_id: SceneId, service: TheService, accept: Annotated[str | N
     return await _load(service, ref)
 
 
-@router.post("/{scene_id:path}/unload", operation_id="unloadScene", responses=refusals(404, 409, *WITH_BODY))
+@router.post(f"{ABOVE}/unload", operation_id="unloadScene", responses=refusals(404, 409, *WITH_BODY))
 async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
     """Free what a scene takes on the device; 409 while somebody looks at it."""
     ref = await service.catalogue.look_up(scene_id)
@@ -191,7 +194,7 @@ async def unload(scene_id: SceneId, service: TheService) -> SceneListing:
     return _named(service, ref)
 
 
-@router.get("/{scene_id:path}", operation_id="describeScene", responses=refusals(404, 408, 422))
+@router.get(SCENE, operation_id="describeScene", responses=refusals(404, 408, 422))
 async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Reading, Query()]) -> SceneDetails:
     """A scene's cameras, bounds, sizes and notes; it is read for that, in a process of its own, but not loaded.
 
@@ -200,7 +203,7 @@ async def scene(scene_id: SceneId, service: TheService, reading: Annotated[Readi
     return await _details(service, await service.catalogue.look_up(scene_id, reading.options))
 
 
-@router.patch("/{scene_id:path}", operation_id="editScene", responses=refusals(404, 409, 507, *WITH_BODY))
+@router.patch(SCENE, operation_id="editScene", responses=refusals(404, 409, 507, *WITH_BODY))
 async def edit(
     scene_id: SceneId, patch: ScenePatch, request: Request, service: TheService, reading: Annotated[Reading, Query()]
 ) -> SceneEdits:
@@ -216,9 +219,7 @@ async def edit(
     return service.edited.change(ref, await service.residency.open(ref), patch)
 
 
-@router.delete(
-    "/{scene_id:path}", operation_id="deleteScene", status_code=204, responses=refusals(404, 409, *WITH_BODY)
-)
+@router.delete(SCENE, operation_id="deleteScene", status_code=204, responses=refusals(404, 409, *WITH_BODY))
 async def delete(scene_id: SceneId, service: TheService) -> None:
     """Delete an uploaded scene; 403 for others, 409 while somebody looks at it."""
     ref = await service.catalogue.look_up(scene_id)

@@ -31,6 +31,7 @@ from server.settings import ServerSettings
 
 PREFIX = "uploads/"
 ARCHIVE = ".zip"
+EXPORT = "/export.glb"  # below a scene's address is the file that it is downloaded as: no id ends so
 RECORD, UNFINISHED = ".upload.json", ".upload-"
 MAX_AT_ONCE = 16
 CHUNK_BYTES = 2**20
@@ -278,7 +279,7 @@ class Uploads:
 
     def _free_id(self, stem: str, suffix: str) -> str:
         number, id_ = 1, f"{PREFIX}{stem}{suffix}"
-        while id_ in self._uploads:
+        while id_ in self._uploads or id_.endswith(EXPORT):
             number += 1
             id_ = f"{PREFIX}{stem}-{number}{suffix}"
         return id_

@@ -59,6 +59,9 @@ def test_head_of_an_endless_stream_ends() -> None:
         ("GET", "/api/v1/render", "POST"),
         ("OPTIONS", "/api/v1/jobs", "GET, HEAD, POST"),
         ("POST", "/healthz", "GET, HEAD"),
+        ("PATCH", "/api/v1/scenes/cornell-box/load", "POST"),
+        ("DELETE", "/api/v1/scenes/rooms/hall.glb/unload", "POST"),
+        ("PATCH", "/api/v1/scenes/rooms/hall.glb/export.glb", "GET, HEAD"),
         ("DELETE", "/main.js", "GET, HEAD"),
         ("POST", "/api/docs/files/swagger-ui.css", "GET, HEAD"),
     ],
@@ -69,6 +72,19 @@ def test_a_method_that_is_none_of_a_place_is_told_which_are(
     response = running.http.request(method, path)
     assert (response.status_code, response.headers["Allow"]) == (405, allowed)
     assert response.json()["code"] == "method-not-allowed"
+
+
+@pytest.mark.parametrize("method", ["GET", "PATCH", "DELETE", "POST /load", "POST /unload", "GET /export.glb"])
+def test_a_line_break_in_the_name_of_a_scene_is_one_like_any_letter(running: Running, method: str) -> None:
+    method, _, below = method.partition(" ")
+    response = running.http.request(method, f"/api/v1/scenes/%0A/a%0Ab{below}", json={})
+    assert response.json()["code"] == ("forbidden" if below == "/export.glb" else "unknown-scene")
+
+
+@pytest.mark.parametrize("path", ["/healthz%0A", "/api/v1/jobs%0A", "/api/v1/scenes/cornell-box/unload%0A"])
+def test_a_path_that_ends_in_a_line_break_is_none(running: Running, path: str) -> None:
+    response = running.http.get(path)
+    assert (response.status_code, response.json()["code"]) == (404, "not-found")
 
 
 @pytest.mark.parametrize(

@@ -71,3 +71,15 @@ def test_requests_have_examples(interface: dict[str, Any]) -> None:
     schemas = interface["components"]["schemas"]
     assert schemas["RenderRequest"]["examples"]
     assert schemas["JobRequest"]["examples"]
+
+
+def test_what_this_server_gives_at_most_is_described() -> None:
+    counts = described(max_samples=4, max_vpls=5000)["components"]["schemas"]["RenderSettings"]["properties"]
+    most = {name: counts[name]["anyOf"][0]["maximum"] for name in ("samples", "vpls", "photons")}
+    assert most == {"samples": 4, "vpls": 5000, "photons": 1_048_576}
+
+
+def test_no_parameter_is_described_that_the_format_has_tools_ignore(interface: dict[str, Any]) -> None:
+    names = {it["name"].lower() for _, _, operation in operations(interface) for it in operation.get("parameters", ())}
+    assert "scene_id" in names
+    assert "accept" not in names

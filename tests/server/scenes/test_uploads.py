@@ -91,6 +91,7 @@ def test_a_file_is_kept_in_a_folder_of_its_own(make: Make) -> None:
     uploads = make()
     first, second = add(uploads), add(uploads)
     assert [first.id, second.id] == ["uploads/a.glb", "uploads/a-2.glb"]
+    assert add(uploads, "export.glb").id == "uploads/export-2.glb"  # whose address would be that of a download
     assert uploads.path(first).read_bytes() == b"content"
     assert uploads.path(first).parent != uploads.path(second).parent
     assert first.bytes == len(b"content")
