@@ -4,9 +4,7 @@ What a scene's box, its unit space, its chosen view and added light are is decid
 animation: they do not change with time, and what moves may leave the box.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -17,10 +15,9 @@ from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.pose import Pose, at_rest, in_world, pose_at
 from gpu.scene.to_world import matrix_in_world, placed_light
 from gpu.scene.transforms import mirrored, rigid
-from gpu.scene.types import Camera, Doubles, Floats, Integers, Ints, Light, Scene
+from gpu.scene.types import Camera, Doubles, Floats, Integers, Ints, Light, Mask, Scene
 
 _FARTHEST = 1e6  # times the size of the scene
-Values = TypeVar("Values", Floats, Ints)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of what is too far away, which is said
@@ -30,11 +27,16 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
     Raises UserError, which names the field, where it takes something too far away or leaves nothing to see.
     """
     pose, rest = pose_at(motion, animation, time), at_rest(motion)
-    vertices, normals, triangles = scene.vertices.copy(), scene.normals.copy(), scene.triangles.copy()
-    moved = np.zeros(len(triangles), bool)
-    for body, faces in _owned(scene, motion):
+    vertices, normals, triangles = scene.vertices.copy(), scene.normals.copy(), scene.triangles
+    kept = np.ones(len(triangles), bool)
+    for body, faces in scene.body_triangles:
         own = slice(body.first_vertex, body.first_vertex + len(body.vertices))
-        local = _turned_over(triangles[faces] - body.first_vertex, body, rest, pose)
+        local = triangles[faces] - body.first_vertex
+        over = _turned_over(local, body, rest, pose)
+        if over.any():
+            local = np.where(over[:, None], local[:, ::-1], local)
+            triangles = triangles.copy() if triangles is scene.triangles else triangles
+            triangles[faces] = local + body.first_vertex
         found = in_world(MeshPart(body.positions, body.triangles, body.normals), body, pose)
         positions = found.positions[body.vertices]
         turned = _flat(positions, local) if found.normals is None else found.normals[body.vertices]
@@ -42,19 +44,20 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
         _check_near(unit, time)
         vertices[own] = unit
         normals[own] = repaired_normals(scene.frame.turned(turned), vertices[own], local)
-        triangles[faces], moved[faces] = local + body.first_vertex, True
-    kept = ~moved
-    kept[moved] = sound(vertices.astype(np.float64), triangles[moved])
+        kept[faces] = sound(vertices[own].astype(np.float64), local)
     if not kept.any():
         raise UserError(f"time: at {time:g} s nothing of the scene has an area")
+    material = scene.triangle_material
+    if not kept.all():
+        triangles, material = triangles[kept], material[kept]
     for node in {*motion.lights, *motion.cameras} - {STILL}:
         _check_near(_in_unit_space(scene, pose.to_world[node, :3, 3]), time)
     return replace(
         scene,
         vertices=_as_before(vertices, scene.vertices),
         normals=_as_before(normals, scene.normals),
-        triangles=_as_before(triangles[kept], scene.triangles),
-        triangle_material=_as_before(scene.triangle_material[kept], scene.triangle_material),
+        triangles=triangles,
+        triangle_material=material,
         lights=_lights(scene, motion, pose),
         cameras=_cameras(scene, motion, pose),
     )
@@ -71,30 +74,19 @@ def _check_near(unit: Doubles, time: float) -> None:
         raise UserError(f"time: at {time:g} s the animation takes things farther than can be shown")
 
 
-def _as_before(now: Values, before: Values) -> Values:
+def _as_before(now: Floats, before: Floats) -> Floats:
     """The array `before` where `now` has the same values, so that it is known to be the same."""
     return before if np.array_equal(now, before) else now
 
 
-def _owned(scene: Scene, motion: Motion) -> Iterator[tuple[Body, slice]]:
-    """The bodies that the scene shows, and the triangles of each, which lie one behind the other."""
-    number = np.full(len(scene.vertices), len(motion.bodies))
-    for index, body in enumerate(motion.bodies):
-        number[body.first_vertex : body.first_vertex + len(body.vertices)] = index
-    owner = number[scene.triangles[:, 0]]
-    starts = np.flatnonzero(np.diff(owner, prepend=-1))
-    for begin, end in zip(starts, [*starts[1:], len(owner)], strict=True):
-        if owner[begin] < len(motion.bodies):
-            yield motion.bodies[owner[begin]], slice(begin, end)
-
-
-def _turned_over(triangles: Ints, body: Body, rest: Pose, pose: Pose) -> Ints:
-    """`triangles` (triangle, 3) of `body`, the other way round where it is mirrored now and was not, or was."""
+def _turned_over(triangles: Ints, body: Body, rest: Pose, pose: Pose) -> Mask:
+    """Which of `triangles` (triangle, 3) of `body` are to be the other way round: it is mirrored now and was not, or
+    was.
+    """
     if body.skin is not None:
-        return triangles
+        return np.zeros(len(triangles), bool)
     before, now = (mirrored(one.to_world[body.node] @ body.instances) for one in (rest, pose))
-    over = (before != now)[body.vertices[triangles[:, 0]] // len(body.positions)]
-    return np.where(over[:, None], triangles[:, ::-1], triangles)
+    return np.asarray((before != now)[body.vertices[triangles[:, 0]] // len(body.positions)])
 
 
 def _flat(positions: Doubles, triangles: Integers) -> Doubles:

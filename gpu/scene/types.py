@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gpu.scene.file_frame import FileFrame
-from gpu.scene.motion import Motion
+from gpu.scene.motion import Body, Motion
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -266,3 +266,15 @@ class Scene:
             np.maximum.at(high, numbers, np.maximum.reduceat(self.vertices, starts, axis=0))
         placement = self.placement
         return low / placement.scale + placement.centre, high / placement.scale + placement.centre
+
+    @cached_property
+    def body_triangles(self) -> tuple[tuple[Body, slice], ...]:
+        """The bodies of its motion that it shows, and the triangles of each, which lie one behind the other."""
+        bodies = () if self.motion is None else self.motion.bodies
+        number = np.full(len(self.vertices), len(bodies))
+        for index, body in enumerate(bodies):
+            number[body.first_vertex : body.first_vertex + len(body.vertices)] = index
+        owner = number[self.triangles[:, 0]]
+        starts = np.flatnonzero(np.diff(owner, prepend=-1)).tolist()
+        runs = zip(owner[starts].tolist(), starts, [*starts[1:], len(owner)], strict=True)
+        return tuple((bodies[index], slice(begin, end)) for index, begin, end in runs if index < len(bodies))
