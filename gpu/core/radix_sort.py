@@ -17,6 +17,13 @@ def iota_kernel(first: int, values: wp.array[int]) -> None:
 
 
 @wp.kernel
+def keys_in_order_kernel(first: int, keys: wp.array[int], items: wp.array[int], ordered: wp.array[int]) -> None:
+    """One thread a place: the key of the item that is there."""
+    place = first + wp.tid()
+    ordered[place] = keys[items[place]]
+
+
+@wp.kernel
 def group_starts_kernel(
     first: int, sorted_keys: wp.array[int], count: int, key_count: int, starts: wp.array[int]
 ) -> None:
@@ -33,7 +40,8 @@ def group_starts_kernel(
 
 
 class Groups:
-    """Items grouped by an integer key; after `sort`, key k's items are items[starts[k] : starts[k + 1]], ascending.
+    """Items grouped by an integer key; after `sort`, key k's items are items[starts[k] : starts[k + 1]], ascending, or
+    in the order that it is given.
 
     keys (2·capacity,), up to `key_count`, is written by the caller; items with that key belong to no group.
     """
@@ -44,9 +52,18 @@ class Groups:
         self.items = wp.zeros(2 * capacity, dtype=int, device=device)
         self.starts = wp.zeros(key_count + 1, dtype=int, device=device)
 
-    def sort(self) -> None:
-        """Group the `capacity` items by `keys`; the order within a group is that of the items, on every device."""
-        launch(iota_kernel, self.capacity, [self.items], self.device)
+    def sort(self, order: wp.array | None = None) -> None:
+        """Group the `capacity` items by `keys`; the order within a group is that of the items, on every device.
+
+        order (capacity,): all items, as those of a group are to follow each other.
+        """
+        if order is None:
+            launch(iota_kernel, self.capacity, [self.items], self.device)
+        else:
+            wp.copy(self.items, order, count=self.capacity)
+            ordered = self.keys[self.capacity :]
+            launch(keys_in_order_kernel, self.capacity, [self.keys, self.items, ordered], self.device)
+            wp.copy(self.keys, ordered, count=self.capacity)
         radix_sort_pairs(self.keys, self.items, self.capacity, end_bit=self.key_count.bit_length())
         inputs = [self.keys, self.capacity, self.key_count, self.starts]
         launch(group_starts_kernel, self.capacity + 1, inputs, self.device)

@@ -37,7 +37,8 @@ class ShadowMaps:
     """`count` maps of `side`² pixels each, a power of two.
 
     atlas_side: pixels along each side of the atlas, a power of two; first, width (map,): the values by which the
-    table's choice among all emitters takes those of a map, and how many these are, of 2³².
+    table's choice among all emitters takes those of a map, and how many these are, of 2³²; halvings (map,): how often
+    its sides are halved: of each square of 4^halvings pixels just the first has a ray.
     """
 
     count: int
@@ -45,6 +46,7 @@ class ShadowMaps:
     atlas_side: int
     first: wp.array[wp.uint32]
     width: wp.array[wp.uint32]
+    halvings: wp.array[int]
 
 
 @wp.func
@@ -78,15 +80,23 @@ def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Ker
         out.flux[pixel] = wp.vec3(0.0, 0.0, 0.0)
         pixels = maps.side * maps.side
         number_of_map = pixel // pixels
+        halvings = maps.halvings[number_of_map]
+        square = 1 << (2 * halvings)
+        if pixel % square != 0:
+            return
+        rays = pixels // square
+        ray = (pixel % pixels) // square
         width = maps.width[number_of_map]
-        drawn = sobol_pair(pixel, 0, seed)
+        sample = pixels * number_of_map + ray
+        drawn = sobol_pair(sample, 0, seed)
         pick = maps.first[number_of_map] + wp.uint32((wp.uint64(drawn.a) * wp.uint64(width)) >> wp.uint64(32))
-        place = pixel_of_morton_2d(pixel % pixels)
-        jitter = sobol_pair(pixel, 1, seed)
+        place = pixel_of_morton_2d(ray)
+        jitter = sobol_pair(sample, 1, seed)
+        side = float(maps.side >> halvings)
         within = Pair()
-        within.x = (float(place[0]) + jitter.x) / float(maps.side)
-        within.y = (float(place[1]) + jitter.y) / float(maps.side)
-        other = sobol_pair(pixel, 2, seed)
+        within.x = (float(place[0]) + jitter.x) / side
+        within.y = (float(place[1]) + jitter.y) / side
+        other = sobol_pair(sample, 2, seed)
         choice = choose_emitter(table.all_emitters, pick)
         number = choice.index - table.triangle_count - table.sky_count
         particle = Particle()
@@ -108,7 +118,7 @@ def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Ker
             flight.origin = origin
             flight.direction = direction
             flight.flux = particle.flux
-            chain = unscattered(scene, flight, pixel, 3, bounces, seed)
+            chain = unscattered(scene, flight, sample, 3, bounces, seed)
             particle.flux = chain.flight.flux
             if largest(particle.flux) <= 0.0:
                 return
@@ -118,7 +128,7 @@ def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Ker
         if hit.face == NO_HIT:
             return
         surface = surface_at(scene, hit, direction)
-        share = float(width) * TO_UNIT / float(pixels)
+        share = float(width) * TO_UNIT / float(rays)
         out.position[pixel] = surface.position
         out.normal[pixel] = surface.geometric_normal
         out.flux[pixel] = wp.cw_mul(particle.flux, even_reflectance(surface, -direction)) * share
@@ -152,6 +162,12 @@ def map_of_emitters(ends: Doubles, faces: Doubles, chosen: ShadowMapParameters =
     return groups.astype(np.int32)
 
 
+def halvings_of(widths: Doubles, side: int, chosen: ShadowMapParameters = SHADOW_MAP_PARAMETERS) -> Ints:
+    """How often the sides of maps of `side`² pixels are halved, (map,), by their shares of all power."""
+    fewer = np.floor(np.log(widths.max() / widths) / np.log(4.0))
+    return np.minimum(fewer, np.log2(side / chosen.least_side)).astype(np.int32)
+
+
 def make_shadow_maps(device_scene: DeviceScene, table: LightTable, side: int,
                      chosen: ShadowMapParameters = SHADOW_MAP_PARAMETERS) -> ShadowMaps:  # fmt: skip
     """The maps of the emitters in `table`, of which there is one or more, of `side`² pixels each."""
@@ -173,4 +189,5 @@ def make_shadow_maps(device_scene: DeviceScene, table: LightTable, side: int,
         maps.atlas_side *= 2
     maps.first = wp.array(first.astype(np.uint32), dtype=wp.uint32, device=device)
     maps.width = wp.array(width.astype(np.uint32), dtype=wp.uint32, device=device)
+    maps.halvings = wp.array(halvings_of(width.astype(np.float64), side, chosen), dtype=int, device=device)
     return maps

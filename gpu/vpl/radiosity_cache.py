@@ -175,6 +175,8 @@ def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, cove
     vpl = index // PLACES
     covered[index] = 0
     disk = lit.radius[vpl]
+    if disk <= 0.0:
+        return
     turn = (float(index % PLACES) + float(hashed(wp.uint32(vpl))) * TO_UNIT) * (2.0 * PI / float(PLACES))
     height = lit.chosen.plane_share * disk
     hit = surface_beside(scene, lit.position[vpl], lit.normal[vpl], turn, MIDDLE * disk, height)

@@ -11,14 +11,13 @@ from math import ceil, sqrt
 import warp as wp
 from warp.utils import radix_sort_pairs
 
-from gpu.core.bucket_sort import Buckets
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
 from gpu.core.intrinsics import lanes_of, vector_sum
 from gpu.core.parameters import parameters
-from gpu.core.radix_sort import Groups
-from gpu.lights.light_paths import Vpls
+from gpu.core.radix_sort import Groups, iota_kernel
+from gpu.lights.light_paths import Vpls, surface_key_kernel
 from gpu.lights.reflective_shadow_map import ShadowMaps, atlas_place
 
 
@@ -194,7 +193,8 @@ def map_medoid_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: Sha
 class ShadowMapClustering:
     """Rounds of clustering of the pixels of `maps` into `count` clusters; what it works with is allocated once.
 
-    After `run`: `groups` has each cluster's members, and `medoids` (cluster,) those that represent them, −1 for none.
+    After `run`: `groups` has each cluster's members, neighbours on a surface side by side, and `medoids` (cluster,)
+    those that represent them, −1 for none.
     seeds (cluster,): the pixels where clusters start, ascending; the caller writes the first `count`, in any order.
     """
 
@@ -204,10 +204,11 @@ class ShadowMapClustering:
         # √k × √k cells over what there is of the atlas.
         used = maps.count / (maps.atlas_side / maps.side) ** 2
         side = ceil(sqrt(count / used))
-        self._buckets = Buckets(count, side * side, device)
+        self._cells = Groups(count, side * side, device)
         self.grid = MapGrid()
-        self.grid.side, self.grid.items, self.grid.starts = side, self._buckets.items, self._buckets.starts
+        self.grid.side, self.grid.items, self.grid.starts = side, self._cells.items, self._cells.starts
         self.groups = Groups(maps.count * maps.side**2, count, device)
+        self._order, self._order_keys = (wp.zeros(2 * self.groups.capacity, dtype=int, device=device) for _ in range(2))
         self.seeds = wp.zeros(2 * count, dtype=int, device=device)
         self._seed_order = wp.zeros(2 * count, dtype=int, device=device)
         self.medoids = wp.zeros(count, dtype=int, device=device)
@@ -222,11 +223,19 @@ class ShadowMapClustering:
         groups, maps, chosen, device = self.groups, self.maps, self.chosen, self.device
         radix_sort_pairs(self.seeds, self._seed_order, self.count)
         launch(start_clusters_kernel, self.count, [vpls, maps, self.seeds, begins, clusters], device)
-        launch(cluster_cell_kernel, self.count, [clusters, self.grid, self._buckets.keys], device)
-        self._buckets.sort()
+        launch(cluster_cell_kernel, self.count, [clusters, self.grid, self._cells.keys], device)
+        self._cells.sort()
         inputs = [vpls, maps, clusters, self.grid, chosen, groups.keys]
         launch(assign_to_clusters_kernel, groups.capacity, inputs, device)
-        groups.sort()
+        self._put_in_order(vpls)
+        groups.sort(self._order)
         members, lanes = [groups.items, groups.starts], lanes_of(device, few=True)
         launch(move_clusters_kernel, lanes * self.count, [vpls, maps, *members, lanes, clusters], device)
         launch(map_medoid_kernel, self.count, [vpls, clusters, chosen, *members, self.medoids], device)
+
+    def _put_in_order(self, vpls: Vpls) -> None:
+        """Neighbours on a surface side by side: those in a map may be far apart, of a light that has an extent."""
+        order, keys, capacity = self._order, self._order_keys, self.groups.capacity
+        launch(surface_key_kernel, capacity, [vpls.position, vpls.normal, vpls.flux, keys], self.device)
+        launch(iota_kernel, capacity, [order], self.device)
+        radix_sort_pairs(keys, order, capacity)

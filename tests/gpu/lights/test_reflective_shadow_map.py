@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from gpu.lights.build import build_light_table
 from gpu.lights.light_paths import Vpls, allocate_vpls
 from gpu.lights.reflective_shadow_map import (
     ShadowMaps,
+    halvings_of,
     make_shadow_maps,
     map_of_emitters,
     trace_shadow_maps,
@@ -53,6 +55,23 @@ def test_pixels_of_a_map_that_are_neighbours_see_neighbouring_places() -> None:
     square = position.reshape(-1, 4, 3)
     assert np.median(np.linalg.norm(square - square[:, :1], axis=2).max(axis=1)) < 0.1
     assert np.abs(position).max() == pytest.approx(0.5, abs=1e-5)
+
+
+def test_lights_of_less_power_have_fewer_pixels_of_about_as_much_flux_each() -> None:
+    weak = replace(POINT, intensity=tuple(np.array(POINT.intensity) / 20.0))
+    maps, vpls = mapped(resident_of(box(), [grey(0.5)], lights=[POINT, weak]))
+    flux = vpls.flux.numpy().astype(np.float64).sum(axis=1).reshape(2, -1)
+    assert maps.halvings.numpy().tolist() == [0, 2]
+    assert (flux > 0.0).sum(axis=1).tolist() == [SIDE**2, SIDE**2 // 16]
+    assert flux[0].sum() == pytest.approx(20.0 * flux[1].sum(), rel=0.01)
+    # All around, as those of the other.
+    places = vpls.position.numpy().reshape(2, -1, 3)
+    assert places[1, flux[1] > 0.0].mean(axis=0) == pytest.approx(places[0].mean(axis=0), abs=0.01)
+
+
+@pytest.mark.parametrize(("power", "halvings"), [(1.0, 0), (0.26, 0), (0.24, 1), (0.01, 2), (1e-9, 2)])
+def test_sides_are_halved_down_to_the_least(power: float, halvings: int) -> None:
+    assert halvings_of(np.array([1.0, power]), SIDE).tolist() == [0, halvings]
 
 
 def test_a_sun_is_mapped_from_all_around_the_scene() -> None:

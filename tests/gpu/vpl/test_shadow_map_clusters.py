@@ -1,5 +1,6 @@
 """A round of clustering beside a plain one in NumPy."""
 
+from itertools import pairwise
 from math import ceil, sqrt
 
 import numpy as np
@@ -95,6 +96,23 @@ def test_clusters_move_to_means_by_flux_and_medoids_are_members() -> None:
         assert np.allclose(clusters.place.numpy()[cluster], mean["place"], atol=1e-5)
         assert np.allclose(clusters.flux.numpy()[cluster], flux[own].sum(axis=0), rtol=1e-5)
         assert own[medoids[cluster]]
+
+
+def test_members_that_follow_each_other_are_neighbours_on_a_surface() -> None:
+    """Pixels beside each other need not be, of a light that has an extent."""
+    atlas = maps_of()
+    vpls = folded_floor(atlas)
+    position = vpls.position.numpy()
+    position[:, 0] += np.random.default_rng(3).uniform(-0.2, 0.2, len(position))
+    vpls.position.assign(position)
+    clustering, _ = clustered(atlas, vpls, seeds_of(vpls, count=8))
+    items, starts = clustering.groups.items.numpy(), clustering.groups.starts.numpy()
+    members = [items[begin:end] for begin, end in pairwise(starts)]
+
+    def steps(orders: list[Ints]) -> float:
+        return sum(float(np.linalg.norm(np.diff(position[order], axis=0), axis=1).sum()) for order in orders)
+
+    assert steps(members) < 0.8 * steps([np.sort(own) for own in members])
 
 
 def test_no_light_is_lost_where_no_cluster_is_near() -> None:
