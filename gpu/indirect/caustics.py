@@ -1,33 +1,48 @@
-"""Caustics at the shading points of a picture: the density of caustic photons around each (2009 paper, section 3.1)."""
+"""Caustics at the shading points of a picture: the density of caustic photons around each (2009 paper, section 3.1).
+
+Disks are of the photons, not of the points: light then does not spread over what is dark beside a caustic, and a point
+reads little more than the photons that light it.
+"""
 
 from functools import cache
 
 import warp as wp
 
+from gpu.clustering.grid import separation
+from gpu.core.color import brightness
 from gpu.core.constants import PI
 from gpu.core.device import launch
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.lights.caustic_map import CausticLight
-from gpu.lights.photon_density import NEIGHBOURS, answers, neighbours
+from gpu.lights.disk_grid import CORNERS, LEVELS, bucket_at, disk_level
+from gpu.lights.photon_density import answers
 
 
 @wp.func
 def caustic_irradiance(scene: SceneData, lit: CausticLight, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
-    """Irradiance of a surface point by caustic photons [W/m²]: those nearest to it, weighed by Epanechnikov's kernel,
-    which ends where the farthest is, so that no edge of a disk is seen.
+    """Irradiance of a surface point by caustic photons [W/m²]: of those in whose disks it lies, each of which spreads
+    its flux over its own by Epanechnikov's kernel, so that no edge of a disk is seen.
     """
     total = wp.vec3(0.0, 0.0, 0.0)
-    found = neighbours(lit.tree, lit.sites.alike, position, normal, lit.reach, -1)
-    radius = found.distance[wp.static(NEIGHBOURS - 1)] * lit.share[0]
-    for place in range(wp.static(NEIGHBOURS)):
-        photon = found.photon[place]
-        if photon >= 0 and found.distance[place] < radius:
-            away = found.distance[place] / radius
-            if answers(scene, lit.tree, lit.sites, photon, position, normal):
-                total += lit.tree.photons.flux[photon] * (2.0 - 2.0 * away * away)
-    return total / wp.max(PI * radius * radius, 1.0e-20)
+    share = lit.share[0]
+    for level in range(LEVELS):
+        bucket = bucket_at(lit.grid, position, level, share)
+        for place in range(lit.grid.starts[bucket], lit.grid.starts[bucket + 1]):
+            photon = lit.grid.entries[place] // CORNERS
+            radius = lit.sites.radius[photon]
+            if disk_level(lit.grid, radius) == level:
+                radius *= share
+                photon_normal = lit.tree.photons.normal[photon]
+                away = separation(lit.sites.alike, position, normal, lit.tree.photons.position[photon], photon_normal)
+                lights = wp.dot(photon_normal, normal) > lit.sites.alike.normal_threshold and away < radius
+                if lights:
+                    lights = answers(scene, lit.tree, lit.sites, photon, position, normal)
+                if lights:
+                    weight = 2.0 - 2.0 * (away * away) / (radius * radius)
+                    total += lit.tree.photons.flux[photon] * (weight / (PI * radius * radius))
+    return total
 
 
 @cache
@@ -44,8 +59,10 @@ def caustic_kernel(texels: bool) -> wp.Kernel:
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
-        found = caustic_irradiance(scene, lit, gbuffer.position[pixel], gbuffer.geometric_normal[pixel])
-        radiance[pixel] += wp.cw_mul(reflectance(gbuffer, pixel), found)
+        reflected = reflectance(gbuffer, pixel)
+        if brightness(reflected) > 0.0:
+            found = caustic_irradiance(scene, lit, gbuffer.position[pixel], gbuffer.geometric_normal[pixel])
+            radiance[pixel] += wp.cw_mul(reflected, found)
 
     return caustic_kernel
 

@@ -17,6 +17,7 @@ from gpu.device_scene.disk_coverage import crossed
 from gpu.device_scene.features import SceneFeatures
 from gpu.lights.caustic_casters import CausticCasters
 from gpu.lights.caustic_paths import trace_caustic_paths
+from gpu.lights.disk_grid import LEVELS, DiskGrid, DiskGridBuilder
 from gpu.lights.light_paths import PathEnds
 from gpu.lights.light_table import LightTable
 from gpu.lights.photon_density import (
@@ -39,9 +40,11 @@ class CausticParameters:
 
     spread: area [unit area] that all photons would fill, were they as far apart as those of the widest estimate. Wider
     ones would carry light far beyond the edge of a caustic; narrower ones leave what is spread widely to few photons.
+    wider: how many times as far as the photons nearest to a photon its disk reaches, if that is no wider than that.
     """
 
     spread: float = 4.0
+    wider: float = 1.15
 
 
 CAUSTIC_PARAMETERS = CausticParameters()
@@ -53,10 +56,10 @@ def widest_radius(paths: int, chosen: CausticParameters = CAUSTIC_PARAMETERS) ->
 
 
 @wp.kernel
-def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters,
+def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: DensityParameters, wider: float,
                        sites: PhotonSites) -> None:  # fmt: skip
-    """One thread a photon: the disk of those nearest to it. Its flux grows by what of that is no surface, where photons
-    are missing.
+    """One thread a photon: the disk over which its light is spread, somewhat `wider` than that of the photons nearest
+    to it. Its flux grows by what of that is no surface, where light is lost.
     """
     photon = first + wp.tid()
     sites.photon[photon] = photon
@@ -66,7 +69,8 @@ def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: D
     position = photons.position[photon]
     normal = photons.normal[photon]
     found = neighbours(tree, sites.alike, position, normal, chosen.most_radius, -1)
-    radius = found.distance[wp.static(NEIGHBOURS - 1)]
+    radius = wider * found.distance[wp.static(NEIGHBOURS - 1)]
+    radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
     turn = float(hashed(wp.uint32(photon))) * TO_UNIT
     shift = float(hashed(wp.uint32(photon) ^ wp.uint32(tree.leaves))) * TO_UNIT
     disk = covered_disk(scene, sites.alike, position, normal, radius, turn, shift)
@@ -80,13 +84,13 @@ def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: D
 
 @wp.struct
 class CausticLight:
-    """What shading points read of a caustic map. sites: all photons, without irradiance; reach: the widest estimate,
-    unit space; share (1,): of an estimate's radius that counts.
+    """What shading points read of a caustic map. sites: all photons, without irradiance; grid: of their disks; share
+    (1,): of a disk's radius that counts.
     """
 
     tree: PhotonTree
     sites: PhotonSites
-    reach: float
+    grid: DiskGrid
     share: wp.array[float]
 
 
@@ -103,7 +107,9 @@ class CausticMap:
         self._density: DensityParameters = parameters(DensityParameters, most_radius=reach)
         self.light = CausticLight()
         self.light.tree, self.light.sites = allocate_tree(photons), allocate_sites(paths, device)
-        self.light.sites.count, self.light.reach = photons.count, reach
+        self.light.sites.count = photons.count
+        self._disks = DiskGridBuilder(paths, reach, float(self.light.sites.alike.plane_weight), device)
+        self.light.grid = self._disks.grid
         self.light.share = wp.ones(1, dtype=float, device=device)
 
     @property
@@ -113,15 +119,23 @@ class CausticMap:
 
     def trace(self, scene: SceneData, table: LightTable, casters: CausticCasters, seed: wp.array,
               features: SceneFeatures) -> None:  # fmt: skip
-        """Trace, sort and weigh new photons by `seed` (1,); there must be light and casters."""
+        """Trace, sort and weigh new photons by `seed` (1,), of disks as narrow as the light's `share` says; there must
+        be light and casters.
+        """
         ends, light = self._ends, self.light
         trace_caustic_paths(scene, table, casters, self._bounces, seed, features, ends.raw)
         ends.put_in_order()
         launch(gather_photons_kernel, ends.room, [ends.order, ends.raw, light.tree.photons], ends.device)
         build_tree(light.tree)
-        launch(photon_disk_kernel, ends.room, [scene, light.tree, self._density, light.sites], ends.device)
+        inputs = [scene, light.tree, self._density, CAUSTIC_PARAMETERS.wider, light.sites]
+        launch(photon_disk_kernel, ends.room, inputs, ends.device)
+        self._sort_disks()
+
+    def _sort_disks(self) -> None:
+        photons, light = self.light.tree.photons, self.light
+        self._disks.build(photons.position, photons.normal, light.sites.radius, light.share, photons.count)
 
     def clear(self) -> None:
         """Have no photons."""
         self._ends.filled.zero_()
-        build_tree(self.light.tree)
+        self._sort_disks()

@@ -44,9 +44,12 @@ def mirror_over_floor(*lights: Light, parts: Sequence[MeshPart] = ()) -> DeviceS
     return resident_of([mirror, *box(1), *parts], [MIRROR, grey(0.5)], lights=list(lights))
 
 
-def caustics_of(device_scene: DeviceScene, paths: int, bounces: int = 4, seed: int = 0) -> CausticMap:
-    """The caustic map of a scene."""
+def caustics_of(
+    device_scene: DeviceScene, paths: int, bounces: int = 4, seed: int = 0, share: float = 1.0
+) -> CausticMap:
+    """The caustic map of a scene; share: of the width of its estimates."""
     caustics = CausticMap(paths, bounces, device_scene.device)
+    caustics.light.share.fill_(share)
     features = scene_features(device_scene.scene, lambertian=False)
     seeds = wp.full(1, seed, dtype=int, device=device_scene.device)
     scene, table = device_scene.view(lambertian=False), build_light_table(device_scene)
