@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Protocol
 
+from gpu.device_scene.features import SceneFeatures
 from gpu.settings import Quality, RenderSettings
 
 
@@ -56,6 +57,8 @@ ON_CPU = SampleCounts(
     shadow_map=64,
 )
 PATHS = 64
+# Where surfaces shine, whites reflect nearly all light: after four bounces 3 to 5 % of a room's is still on its way.
+BOUNCES, GLOSSY_BOUNCES = 4, 6
 # Where rays of pixels correct clusters, a GPU's picture has no more SP clusters than one for so many pixels, unless
 # they are asked for. More make small pictures no better, and several viewers' slower: of 320×180 by a quarter.
 PIXELS_A_CLUSTER = 28
@@ -103,3 +106,8 @@ def sample_counts_of(settings: RenderSettings, device: Device, pixels: int | Non
         frames=settings.frames or usual.frames,
         shadow_map=settings.shadow_map or usual.shadow_map,
     )
+
+
+def bounces_of(settings: RenderSettings, has: SceneFeatures) -> int:
+    """The indirect bounces of `settings`; where they are left open, as a scene of these features needs."""
+    return settings.bounces or (GLOSSY_BOUNCES if has.lobes or has.specular else BOUNCES)

@@ -147,7 +147,12 @@ class RenderSettings(BaseModel):
     )
     fuzziness: int = Field(6, ge=1, le=8, description="clusters that each shading point belongs to (F)")
     weighting: Weighting = Field(Weighting.DISTANCE, description="weights of the F clusters")
-    bounces: int = Field(4, ge=1, le=16, description="indirect bounces; rsm-disks shows the first alone")
+    bounces: int | None = Field(
+        None,
+        ge=1,
+        le=16,
+        description="indirect bounces; left empty, 4, or 6 where surfaces shine; rsm-disks shows the first",
+    )
     samples: int | None = Field(None, ge=1, le=65_536, description="light samples a pixel; for path: paths a pixel")
     frames: int | None = Field(
         None, ge=1, le=4096, description="frames averaged when still, each with its own rays and pixel positions"

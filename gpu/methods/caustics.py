@@ -56,7 +56,7 @@ class Caustics:
 
     def __init__(self, setup: RenderSetup, frame: FrameArrays) -> None:
         self._setup, self._frame = setup, frame
-        self._map = CausticMap(setup.sample_counts.caustic_photons, setup.settings.bounces, setup.device)
+        self._map = CausticMap(setup.sample_counts.caustic_photons, setup.bounces, setup.device)
         self._casters: CausticCasters | None = None
         self._version, self._traced = -1, (-1, -1)
         self._seed = wp.zeros(1, dtype=int, device=setup.device)

@@ -89,7 +89,7 @@ class FuzzyLights(ClusteredLights):
         if self._bounded != known:
             self._bounded, self._areas = known, areas_of(self.vpls, bounds)
         table = sets.table
-        return Convergence(table, self.vpls, bounds, self._areas, settings.bounces, settings.seed)
+        return Convergence(table, self.vpls, bounds, self._areas, self._setup.bounces, settings.seed)
 
     def reuses_clusters(self, view: FuzzyViewState, kept: KeptLight, kind: FrameKind) -> bool:
         """Whether the last frame's clusters are of this one's lights, or see others now, and it sees much the same.

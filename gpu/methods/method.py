@@ -8,12 +8,12 @@ from typing import ClassVar, Generic, TypeVar
 import warp as wp
 
 from gpu.core.stages import Stages
-from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.features import SceneFeatures, scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import Accumulation
 from gpu.film.frame import Frame
 from gpu.methods.view_state import ViewState
-from gpu.sample_counts import SampleCounts
+from gpu.sample_counts import SampleCounts, bounces_of
 from gpu.scene.types import Camera
 from gpu.settings import RenderSettings
 from gpu.vpl.light_sets import LightSets, Progress
@@ -45,6 +45,12 @@ class RenderSetup:
     def pixels(self) -> int:
         """Of a picture."""
         return self.size[0] * self.size[1]
+
+    @property
+    def bounces(self) -> int:
+        """Of indirect light, at most."""
+        has = scene_features(self.device_scene.scene, lambertian=self.settings.lambertian)
+        return bounces_of(self.settings, has)
 
 
 class RenderMethod(ABC, Generic[View]):

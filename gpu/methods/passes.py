@@ -129,7 +129,7 @@ def light_set_choice(setup: RenderSetup, number: int = 0) -> LightSetChoice:
     """The light set number `number` of a still view."""
     settings, counts = setup.settings, setup.sample_counts
     seed = frame_seed(settings.seed, number)
-    return LightSetChoice(counts.vpls, counts.vpl_clusters, settings.bounces, seed, settings.lambertian)
+    return LightSetChoice(counts.vpls, counts.vpl_clusters, setup.bounces, seed, settings.lambertian)
 
 
 def keeps_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, captured: bool) -> bool:

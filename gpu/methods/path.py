@@ -46,7 +46,7 @@ class PathTracing(RenderMethod[ViewState]):
                 PathSamples,
                 count=samples,
                 before=first,
-                bounces=settings.bounces,
+                bounces=setup.bounces,
                 direct=settings.component is not Component.INDIRECT,
                 indirect=settings.component is not Component.DIRECT,
                 seed=seed,

@@ -68,14 +68,14 @@ class PhotonGather(RenderMethod[GatherViewState]):
             return
         paths = 0
         if settings.component is not Component.DIRECT:
-            inputs = setup.device_scene, frame.scene, self._table, setup.sample_counts.photons, settings.bounces
+            inputs = setup.device_scene, frame.scene, self._table, setup.sample_counts.photons, setup.bounces
             paths = paths_for(*inputs, frame.features)
         self._has_indirect, self._version = paths > 0, sets.version
         if paths == self._paths:
             return
         self._paths, self._number = paths, new_number()
         if paths > 0:
-            self._map = PhotonMap(paths, settings.bounces, setup.device)
+            self._map = PhotonMap(paths, setup.bounces, setup.device)
             self._tree = allocate_tree(self._map.photons)
             cut = settings.cut_nodes
             self._light = CutLight(self._tree, cut) if cut else FullMapLight(self._tree)

@@ -1,7 +1,7 @@
 """About how many rays a frame takes, for those who have to tell beforehand how long it will: no part of any frame."""
 
 from gpu.lights.shadow_map_parameters import SHADOW_MAP_PARAMETERS
-from gpu.sample_counts import SampleCounts
+from gpu.sample_counts import GLOSSY_BOUNCES, SampleCounts
 from gpu.settings import Clustering, Method, RenderSettings
 
 # A pixel's own rays beside those to its lights: the camera's, near field, corrections. Less matters to no estimate.
@@ -22,7 +22,7 @@ def frame_rays(settings: RenderSettings, counts: SampleCounts, pixels: int) -> f
     own = pixels * (PIXEL_RAYS + counts.samples) + counts.caustic_photons * (CAUSTIC_RAYS + SITE_RAYS)
     lights = counts.vpls * VERTEX_RAYS
     if settings.method is Method.PATH:
-        return float(pixels * counts.samples * VERTEX_RAYS * (1 + settings.bounces))
+        return float(pixels * counts.samples * VERTEX_RAYS * (1 + (settings.bounces or GLOSSY_BOUNCES)))
     if settings.method is Method.PHOTON_GATHER:
         gathered = min(counts.sp_clusters, pixels) * counts.gather_rays
         sites = settings.cut_nodes or counts.photons

@@ -105,7 +105,7 @@ class RsmLights(ClusteredLights):
         begins = not self.reuses_clusters(view, self.known_to(view), kind)
 
         def trace() -> None:
-            trace_shadow_maps(frame.scene, table, self._maps, settings.bounces, seed, frame.features, pixels)
+            trace_shadow_maps(frame.scene, table, self._maps, setup.bounces, seed, frame.features, pixels)
 
         def cluster() -> None:
             self._importance.run(frame.gbuffer, frame.size, pixels, self._warp.importance)

@@ -28,7 +28,7 @@ from tests.bench.subjects import Size
 from tests.bench.suite import Suite
 from tests.bench.sweep import title
 
-PATHS, BOUNCES = 64, 6  # of `path`, whose references have eight segments
+PATHS = 64  # of `path`; references have eight segments, which are the usual bounces of scenes that shine
 
 
 def run(suite: Suite) -> None:
@@ -36,13 +36,12 @@ def run(suite: Suite) -> None:
     names = [name for name in suite.scene_names() if suite.images(name)]
     if not names:
         raise UserError("materials: needs --scenes, and with --references pictures of the files' own materials")
-    shown = suite.settings(component=Component.FULL, lambertian=False)
-    far = shown.model_copy(update={"bounces": BOUNCES})
-    settings = [shown, far, far.model_copy(update={"method": Method.PATH, "samples": PATHS})]
+    shown = suite.settings(component=Component.FULL, lambertian=False, bounces=None)
+    settings = [shown, shown.model_copy(update={"method": Method.PATH, "samples": PATHS})]
     suite.run(
         "materials",
         [
-            Task(f"{suite.label(name)} {title(one)} bounces={one.bounces}", partial(measure, suite, name, one))
+            Task(f"{suite.label(name)} {title(one)}", partial(measure, suite, name, one))
             for one in settings
             for name in names
         ],

@@ -17,7 +17,7 @@ from tests.bench.figures import spread
 from tests.bench.mitsuba_peer import MitsubaScene
 from tests.bench.store import Row, Task
 from tests.bench.subjects import Subject
-from tests.bench.suite import CLUSTERS, VPLS, Suite
+from tests.bench.suite import BOUNCES, CLUSTERS, VPLS, Suite
 from tests.bench.sweep import scaled, title
 from tests.bench.timing import LONGEST_SECONDS, load_kernels, measure_frames
 
@@ -90,8 +90,7 @@ class MitsubaPeer:
 
     def __init__(self, suite: Suite, subject: Subject) -> None:
         self._suite, self._subject = suite, subject
-        bounces = suite.settings().bounces
-        self._scene = MitsubaScene(subject.device_scene.scene, subject.size, bounces, cuda=suite.is_cuda)
+        self._scene = MitsubaScene(subject.device_scene.scene, subject.size, BOUNCES, cuda=suite.is_cuda)
         self._reference = subject.spread_reference(self._long_render)
 
     def _long_render(self, samples: int) -> Floats:

@@ -16,6 +16,7 @@ from tests.bench.subjects import Size, Subject, load_subject, reference_size, sc
 # The default counts of a GPU, also where a CPU is measured; `quick` has so much less of everything.
 CLUSTERS = {"sp_clusters": 8192, "vpl_clusters": 2048}
 VPLS = 98_304
+BOUNCES = 4  # of the references
 QUICK_SHARE, LEAST = 32, 8
 # The scene of tests.bench.hall, which goes with all others.
 HALL = "hall"
@@ -110,10 +111,10 @@ class Suite:
     def settings(self, **changes: Any) -> RenderSettings:
         """The suite's base: indirect light, Lambertian surfaces, a GPU's default counts; with `changes`.
 
-        Frames of walks are of pixels' centres, as those of the references.
+        Frames of walks are of pixels' centres, and light has as many bounces, as those of the references.
         """
         counts = {name: self.count(number) for name, number in CLUSTERS.items()} | {"vpls": self.count(VPLS)}
-        base = {"component": Component.INDIRECT, "lambertian": True, "antialias": False, **counts}
+        base = {"component": Component.INDIRECT, "lambertian": True, "bounces": BOUNCES, "antialias": False, **counts}
         return RenderSettings.model_validate(base | changes)
 
     def errors(self, render: ArrayLike, reference: ArrayLike) -> Future[Row] | Row:

@@ -1,10 +1,11 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 import warp as wp
 from pydantic import ValidationError
 
-from gpu.sample_counts import ON_CPU, ON_CUDA, PATHS, SampleCounts, sample_counts_of, usual_counts
+from gpu.device_scene.features import EVERYTHING
+from gpu.sample_counts import ON_CPU, ON_CUDA, PATHS, SampleCounts, bounces_of, sample_counts_of, usual_counts
 from gpu.settings import Method, Quality, RenderSettings
 
 
@@ -33,6 +34,18 @@ def test_a_quality_has_more_or_less_of_what_is_left_open(quality: Quality, cuda:
 def test_what_the_user_counts_is_of_no_quality() -> None:
     counts = sample_counts_of(RenderSettings(quality=Quality.DRAFT, vpls=77, frames=9), wp.get_device("cpu"))
     assert (counts.vpls, counts.frames, counts.sp_clusters) == (77, 9, ON_CPU.sp_clusters // 4)
+
+
+@pytest.mark.parametrize(
+    ("shines", "given", "bounces"),
+    [((), None, 4), (("gloss",), None, 6), (("frosted",), None, 6), (("specular",), None, 6), (("gloss",), 3, 3)],
+)
+def test_scenes_that_shine_have_more_bounces_unless_told(
+    shines: tuple[str, ...], given: int | None, bounces: int
+) -> None:
+    has = replace(EVERYTHING, gloss=False, frosted=False, specular=False)
+    has = replace(has, **dict.fromkeys(shines, True))
+    assert bounces_of(RenderSettings(bounces=given), has) == bounces
 
 
 @pytest.mark.parametrize("wrong", [{"vpls": 0}, {"fuzziness": 9}, {"exposure": -1.0}, {"unknown": 1}, {"method": "x"}])

@@ -8,7 +8,7 @@ def test_defaults_leave_counts_to_the_device() -> None:
     settings = RenderSettings()
     assert settings.method is Method.FUZZY_VPL
     assert settings.fuzziness == 6
-    assert settings.bounces == 4
+    assert settings.bounces is None
     assert settings.sp_clusters is settings.vpls is settings.vpl_clusters is settings.samples is None
 
 
