@@ -49,13 +49,6 @@ class ShadowMaps:
     halvings: wp.array[int]
 
 
-@wp.func
-def atlas_place(maps: ShadowMaps, pixel: int) -> wp.vec2:
-    """The centre of a pixel in the atlas, whose sides are 1 long."""
-    place = pixel_of_morton_2d(pixel)
-    return wp.vec2(float(place[0]) + 0.5, float(place[1]) + 0.5) / float(maps.atlas_side)
-
-
 @cache
 def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,

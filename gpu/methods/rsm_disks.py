@@ -15,7 +15,7 @@ from gpu.sample_counts import SampleCounts
 from gpu.settings import RenderSettings
 
 # Device memory that a pixel of a map takes with its part of radiosity, and a cluster that a viewer's walk keeps.
-MAP_PIXEL_BYTES, CLUSTER_BYTES = 420, 48
+MAP_PIXEL_BYTES, CLUSTER_BYTES = 436, 52
 
 
 class RsmDisks(FuzzyVpl):

@@ -59,7 +59,7 @@ class RsmLights(ClusteredLights):
         self._pixels = allocate_vpls(pixels, device)
         self._importance = BidirectionalImportance(device)
         self._warp = ImportanceWarp(pixels, self._maps.atlas_side, device)
-        self.clustering = ShadowMapClustering(self._maps, min(clusters, pixels), device)
+        self.clustering = ShadowMapClustering(pixels, min(clusters, pixels), device)
         self._lights = GroupLights(pixels, self.clustering.count, device)
         self.vpls = self._lights.vpls
         if setup.settings.light_shape is LightShape.POLYGONS:
@@ -109,7 +109,7 @@ class RsmLights(ClusteredLights):
 
         def cluster() -> None:
             self._importance.run(frame.gbuffer, frame.size, pixels, self._warp.importance)
-            self._warp.run(self.clustering.seeds[: self.clustering.count])
+            self._warp.run(self.clustering.seeds)
             self.clustering.run(pixels, clusters, begins=begins)
 
         def make_lights() -> None:

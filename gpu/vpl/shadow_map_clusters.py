@@ -1,12 +1,12 @@
 """Clusters of the VPLs of reflective shadow maps, kept from frame to frame: Algorithm 1 of the 2012 paper.
 
 One round a frame: clusters of the frame before, of which those that lost all members start again where VPLs matter,
-take the VPLs that are most like them by Eq. 1 among those near in the maps, and move to their means. Beyond the paper:
-a pixel that finds no cluster within r cells looks farther, so that no light is lost.
+take the VPLs that are most like them by Eq. 1, and move to their means. The paper looks for them in cells of one map
+about a VPL's own, which finds those that are near where that map is of a light without extent. Maps of several lights,
+and of wide ones, show one place at many pixels: all clusters are looked at here.
 """
 
 from dataclasses import dataclass
-from math import ceil, sqrt
 
 import warp as wp
 from warp.utils import radix_sort_pairs
@@ -14,130 +14,136 @@ from warp.utils import radix_sort_pairs
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
-from gpu.core.intrinsics import lanes_of, vector_sum
+from gpu.core.intrinsics import four_at, lanes_of, vector_sum
+from gpu.core.morton import morton_key
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups, iota_kernel
 from gpu.lights.light_paths import Vpls, surface_key_kernel
-from gpu.lights.reflective_shadow_map import ShadowMaps, atlas_place
 
 
 @wp.struct
 @dataclass
 class ShadowMapClusterParameters:
-    """The weights of Eq. 1, w_d per unit space squared, w_n and w_Φ, and r: how many cells away clusters are searched
-    for.
-    """
+    """The weights of Eq. 1, w_d per unit space squared, w_n and w_Φ."""
 
     distance: float = 100.0
     normal: float = 10.0
     flux: float = 1.0
-    reach: int = 2
 
 
 SHADOW_MAP_CLUSTER_PARAMETERS: ShadowMapClusterParameters = parameters(ShadowMapClusterParameters)
 
 
 @wp.struct
-class MapClusters:
-    """Clusters of a viewer's frame, (cluster,) each, in Morton's order of where they began.
+class Traits:
+    """What VPLs and clusters are like or unlike by; color: of unit length, as flux is mixed of channels."""
 
-    position, normal, place: flux-weighted means of members, place that in the atlas; flux: their sum [W]; members: how
-    many there are, 0 for one that is to start again.
-    """
-
-    position: wp.array[wp.vec3]
-    normal: wp.array[wp.vec3]
-    place: wp.array[wp.vec2]
-    flux: wp.array[wp.vec3]
-    members: wp.array[int]
+    position: wp.vec3
+    normal: wp.vec3
+    color: wp.vec3
 
 
 @wp.struct
-class MapGrid:
-    """Clusters by cell of `side`² over the atlas: items[starts[cell] : starts[cell + 1]], cells row by row."""
+class MapClusters:
+    """Clusters of a viewer's frame in Morton's order of their places.
 
-    side: int
-    items: wp.array[int]
-    starts: wp.array[int]
+    traits (3 · cluster,): flux-weighted means of members' Traits, side by side as a search reads them; members
+    (cluster,): how many there are, 0 for one that is to start again.
+    """
+
+    traits: wp.array[wp.vec4]
+    members: wp.array[int]
 
 
 @wp.func
-def difference(chosen: ShadowMapClusterParameters, vpls: Vpls, vpl: int, clusters: MapClusters, cluster: int) -> float:
+def traits_at(clusters: MapClusters, cluster: int) -> Traits:
+    """Those of one of the clusters."""
+    one = four_at(clusters.traits, 3 * cluster)
+    two = four_at(clusters.traits, 3 * cluster + 1)
+    three = four_at(clusters.traits, 3 * cluster + 2)
+    traits = Traits()
+    traits.position = wp.vec3(one[0], one[1], one[2])
+    traits.normal = wp.vec3(two[0], two[1], two[2])
+    traits.color = wp.vec3(three[0], three[1], three[2])
+    return traits
+
+
+@wp.func
+def set_traits(clusters: MapClusters, cluster: int, traits: Traits) -> None:
+    """Has them be those of a cluster."""
+    p = traits.position
+    n = traits.normal
+    c = traits.color
+    clusters.traits[3 * cluster] = wp.vec4(p[0], p[1], p[2], 0.0)
+    clusters.traits[3 * cluster + 1] = wp.vec4(n[0], n[1], n[2], 0.0)
+    clusters.traits[3 * cluster + 2] = wp.vec4(c[0], c[1], c[2], 0.0)
+
+
+@wp.func
+def traits_of(vpls: Vpls, vpl: int) -> Traits:
+    """Those of a VPL."""
+    traits = Traits()
+    traits.position = vpls.position[vpl]
+    traits.normal = vpls.normal[vpl]
+    traits.color = wp.normalize(vpls.flux[vpl])
+    return traits
+
+
+@wp.func
+def difference(chosen: ShadowMapClusterParameters, one: Traits, other: Traits) -> float:
     """How unlike a VPL and a cluster are: μ of Eq. 1."""
-    off = vpls.position[vpl] - clusters.position[cluster]
-    turned = 1.0 - wp.dot(vpls.normal[vpl], clusters.normal[cluster])
-    color = wp.normalize(vpls.flux[vpl]) - wp.normalize(clusters.flux[cluster])
-    return chosen.distance * wp.length_sq(off) + chosen.normal * turned + chosen.flux * wp.length_sq(color)
+    off = wp.length_sq(one.position - other.position)
+    turned = 1.0 - wp.dot(one.normal, other.normal)
+    return chosen.distance * off + chosen.normal * turned + chosen.flux * wp.length_sq(one.color - other.color)
 
 
 @wp.kernel
-def start_clusters_kernel(
-    first: int, vpls: Vpls, maps: ShadowMaps, seeds: wp.array[int], begins: bool, clusters: MapClusters
-) -> None:
-    """One thread a cluster: starts it at the VPL of its seed if it has no members, or if all are to begin anew."""
+def start_clusters_kernel(first: int, vpls: Vpls, seeds: wp.array[int], begins: bool, clusters: MapClusters,
+                          started: MapClusters, keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a cluster: what it starts the round with: the VPL of its seed if it has no members or all are to begin
+    anew, else what it is.
+
+    keys (cluster,): its place in Morton's order.
+    """
     cluster = first + wp.tid()
-    if clusters.members[cluster] > 0 and not begins:
-        return
-    clusters.flux[cluster] = wp.vec3(0.0, 0.0, 0.0)
+    traits = traits_at(clusters, cluster)
     seed = seeds[cluster]
-    if seed >= 0:
-        clusters.position[cluster] = vpls.position[seed]
-        clusters.normal[cluster] = vpls.normal[seed]
-        clusters.flux[cluster] = vpls.flux[seed]
-        clusters.place[cluster] = atlas_place(maps, seed)
-
-
-@wp.func
-def row_of(coordinate: float, side: int) -> int:
-    """The row or column of cells that holds a coordinate."""
-    return wp.clamp(int(coordinate * float(side)), 0, side - 1)
+    if seed >= 0 and (begins or clusters.members[cluster] == 0):
+        traits = traits_of(vpls, seed)
+    set_traits(started, cluster, traits)
+    keys[cluster] = morton_key(traits.position, traits.normal)
 
 
 @wp.kernel
-def cluster_cell_kernel(first: int, clusters: MapClusters, grid: MapGrid, keys: wp.array[int]) -> None:
-    """One thread a cluster: its cell, side² for one without flux, which is nothing's like."""
+def order_clusters_kernel(first: int, started: MapClusters, order: wp.array[int], clusters: MapClusters) -> None:
+    """One thread a cluster: copies the one that comes there in `order`."""
     cluster = first + wp.tid()
-    keys[cluster] = grid.side * grid.side
-    if brightness(clusters.flux[cluster]) > 0.0:
-        place = clusters.place[cluster]
-        keys[cluster] = row_of(place[1], grid.side) * grid.side + row_of(place[0], grid.side)
+    set_traits(clusters, cluster, traits_at(started, order[cluster]))
 
 
-@wp.kernel
-def assign_to_clusters_kernel(first: int, vpls: Vpls, maps: ShadowMaps, clusters: MapClusters, grid: MapGrid,
-                              chosen: ShadowMapClusterParameters, keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a pixel: keys[pixel] becomes the most like of the clusters near it, their number where it is dark."""
+@wp.kernel(module="unique", module_options={"fast_math": True})
+def assign_to_clusters_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: ShadowMapClusterParameters,
+                              keys: wp.array[int]) -> None:  # fmt: skip
+    """One thread a pixel: keys[pixel] becomes the most like of the clusters, their number where it is dark."""
     pixel = first + wp.tid()
-    keys[pixel] = clusters.members.shape[0]
+    count = clusters.members.shape[0]
+    keys[pixel] = count
     if brightness(vpls.flux[pixel]) <= 0.0:
         return
-    place = atlas_place(maps, pixel)
-    column = row_of(place[0], grid.side)
-    row = row_of(place[1], grid.side)
-    best = int(-1)
+    traits = traits_of(vpls, pixel)
+    best = int(0)
     least = float(FAR_AWAY)
-    reach = int(chosen.reach)
-    while best < 0:
-        left = wp.max(column - reach, 0)
-        right = wp.min(column + reach, grid.side - 1)
-        for near in range(wp.max(row - reach, 0), wp.min(row + reach, grid.side - 1) + 1):
-            cells = near * grid.side
-            for entry in range(grid.starts[cells + left], grid.starts[cells + right + 1]):
-                cluster = grid.items[entry]
-                unlike = difference(chosen, vpls, pixel, clusters, cluster)
-                if unlike < least or (unlike == least and cluster < best):
-                    least = unlike
-                    best = cluster
-        if reach >= grid.side:
-            break
-        reach = 2 * reach
-    if best >= 0:
-        keys[pixel] = best
+    for cluster in range(count):
+        unlike = difference(chosen, traits, traits_at(clusters, cluster))
+        if unlike < least:
+            least = unlike
+            best = cluster
+    keys[pixel] = best
 
 
 @wp.kernel
-def move_clusters_kernel(first: int, vpls: Vpls, maps: ShadowMaps, items: wp.array[int], starts: wp.array[int],
-                         lanes: int, clusters: MapClusters) -> None:  # fmt: skip
+def move_clusters_kernel(first: int, vpls: Vpls, items: wp.array[int], starts: wp.array[int], lanes: int,
+                         clusters: MapClusters) -> None:  # fmt: skip
     """`lanes` threads a cluster: moves it to its members' means by flux; one without members stays where it is.
 
     items, starts: members of each.
@@ -148,28 +154,24 @@ def move_clusters_kernel(first: int, vpls: Vpls, maps: ShadowMaps, items: wp.arr
     position = wp.vec3(0.0, 0.0, 0.0)
     normal = wp.vec3(0.0, 0.0, 0.0)
     flux = wp.vec3(0.0, 0.0, 0.0)
-    place = wp.vec3(0.0, 0.0, 0.0)
     for entry in range(starts[cluster] + lane, starts[cluster + 1], lanes):
         vpl = items[entry]
         weight = brightness(vpls.flux[vpl])
-        at = atlas_place(maps, vpl)
         position += vpls.position[vpl] * weight
         normal += vpls.normal[vpl] * weight
         flux += vpls.flux[vpl]
-        place += wp.vec3(at[0], at[1], 1.0) * weight
     position = vector_sum(position, lanes)
     normal = vector_sum(normal, lanes)
     flux = vector_sum(flux, lanes)
-    place = vector_sum(place, lanes)
     if lane != 0:
         return
     clusters.members[cluster] = starts[cluster + 1] - starts[cluster]
     if clusters.members[cluster] > 0:
-        clusters.position[cluster] = position / place[2]
-        clusters.place[cluster] = wp.vec2(place[0], place[1]) / place[2]
-        clusters.flux[cluster] = flux
-        if wp.length_sq(normal) > 0.0:
-            clusters.normal[cluster] = wp.normalize(normal)
+        traits = Traits()
+        traits.position = position / brightness(flux)
+        traits.normal = wp.normalize(normal)
+        traits.color = wp.normalize(flux)
+        set_traits(clusters, cluster, traits)
 
 
 @wp.kernel
@@ -180,10 +182,11 @@ def map_medoid_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: Sha
     items, starts: members of each.
     """
     cluster = first + wp.tid()
+    traits = traits_at(clusters, cluster)
     best = int(-1)
     least = float(FAR_AWAY)
     for entry in range(starts[cluster], starts[cluster + 1]):
-        unlike = difference(chosen, vpls, items[entry], clusters, cluster)
+        unlike = difference(chosen, traits_of(vpls, items[entry]), traits)
         if unlike < least:
             least = unlike
             best = items[entry]
@@ -191,51 +194,45 @@ def map_medoid_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: Sha
 
 
 class ShadowMapClustering:
-    """Rounds of clustering of the pixels of `maps` into `count` clusters; what it works with is allocated once.
+    """Rounds of clustering of up to `capacity` pixels of maps into `count` clusters; what it works with is allocated
+    once.
 
     After `run`: `groups` has each cluster's members, neighbours on a surface side by side, and `medoids` (cluster,)
-    those that represent them, −1 for none.
-    seeds (cluster,): the pixels where clusters start, ascending; the caller writes the first `count`, in any order.
+    those that represent them, −1 for none. seeds (cluster,): the pixels where clusters start, which the caller writes.
     """
 
-    def __init__(self, maps: ShadowMaps, count: int, device: wp.Device,
+    def __init__(self, capacity: int, count: int, device: wp.Device,
                  chosen: ShadowMapClusterParameters = SHADOW_MAP_CLUSTER_PARAMETERS) -> None:  # fmt: skip
-        self.maps, self.count, self.device, self.chosen = maps, count, device, chosen
-        # √k × √k cells over what there is of the atlas.
-        used = maps.count / (maps.atlas_side / maps.side) ** 2
-        side = ceil(sqrt(count / used))
-        self._cells = Groups(count, side * side, device)
-        self.grid = MapGrid()
-        self.grid.side, self.grid.items, self.grid.starts = side, self._cells.items, self._cells.starts
-        self.groups = Groups(maps.count * maps.side**2, count, device)
-        self._order, self._order_keys = (wp.zeros(2 * self.groups.capacity, dtype=int, device=device) for _ in range(2))
-        self.seeds = wp.zeros(2 * count, dtype=int, device=device)
-        self._seed_order = wp.zeros(2 * count, dtype=int, device=device)
+        self.count, self.device, self.chosen = count, device, chosen
+        self.groups = Groups(capacity, count, device)
+        self.seeds = wp.zeros(count, dtype=int, device=device)
         self.medoids = wp.zeros(count, dtype=int, device=device)
+        self._started = self.new_clusters()
+        self._keys, self._order = (wp.zeros(2 * count, dtype=int, device=device) for _ in range(2))
+        self._pixel_keys, self._pixels = (wp.zeros(2 * capacity, dtype=int, device=device) for _ in range(2))
 
     def new_clusters(self) -> MapClusters:
         """Clusters of a viewer that has none yet."""
         clusters: MapClusters = allocate(MapClusters, self.count, self.device)
+        clusters.traits = wp.zeros(3 * self.count, dtype=wp.vec4, device=self.device)
         return clusters
 
     def run(self, vpls: Vpls, clusters: MapClusters, *, begins: bool) -> None:
         """One round of `clusters` over `vpls`, a pixel each; begins: all start anew."""
-        groups, maps, chosen, device = self.groups, self.maps, self.chosen, self.device
-        radix_sort_pairs(self.seeds, self._seed_order, self.count)
-        launch(start_clusters_kernel, self.count, [vpls, maps, self.seeds, begins, clusters], device)
-        launch(cluster_cell_kernel, self.count, [clusters, self.grid, self._cells.keys], device)
-        self._cells.sort()
-        inputs = [vpls, maps, clusters, self.grid, chosen, groups.keys]
-        launch(assign_to_clusters_kernel, groups.capacity, inputs, device)
-        self._put_in_order(vpls)
-        groups.sort(self._order)
+        groups, chosen, device = self.groups, self.chosen, self.device
+        inputs = [vpls, self.seeds, begins, clusters, self._started, self._keys]
+        launch(start_clusters_kernel, self.count, inputs, device)
+        self._sort(self._keys, self._order, self.count)
+        launch(order_clusters_kernel, self.count, [self._started, self._order, clusters], device)
+        launch(assign_to_clusters_kernel, groups.capacity, [vpls, clusters, chosen, groups.keys], device)
+        inputs = [vpls.position, vpls.normal, vpls.flux, self._pixel_keys]
+        launch(surface_key_kernel, groups.capacity, inputs, device)
+        self._sort(self._pixel_keys, self._pixels, groups.capacity)
+        groups.sort(self._pixels)
         members, lanes = [groups.items, groups.starts], lanes_of(device, few=True)
-        launch(move_clusters_kernel, lanes * self.count, [vpls, maps, *members, lanes, clusters], device)
+        launch(move_clusters_kernel, lanes * self.count, [vpls, *members, lanes, clusters], device)
         launch(map_medoid_kernel, self.count, [vpls, clusters, chosen, *members, self.medoids], device)
 
-    def _put_in_order(self, vpls: Vpls) -> None:
-        """Neighbours on a surface side by side: those in a map may be far apart, of a light that has an extent."""
-        order, keys, capacity = self._order, self._order_keys, self.groups.capacity
-        launch(surface_key_kernel, capacity, [vpls.position, vpls.normal, vpls.flux, keys], self.device)
-        launch(iota_kernel, capacity, [order], self.device)
-        radix_sort_pairs(keys, order, capacity)
+    def _sort(self, keys: wp.array, order: wp.array, count: int) -> None:
+        launch(iota_kernel, count, [order], self.device)
+        radix_sort_pairs(keys, order, count)

@@ -54,14 +54,14 @@ def clustered(
     maps: ShadowMaps, vpls: Vpls, seeds: Ints, chosen: ShadowMapClusterParameters = SHADOW_MAP_CLUSTER_PARAMETERS
 ) -> tuple[ShadowMapClustering, MapClusters]:
     """One round of clusters that begin at `seeds`."""
-    clustering = ShadowMapClustering(maps, len(seeds), CPU, chosen)
+    clustering = ShadowMapClustering(maps.count * SIDE**2, len(seeds), CPU, chosen)
     clusters = clustering.new_clusters()
     again(clustering, clusters, vpls, seeds, begins=True)
     return clustering, clusters
 
 
 def again(clustering: ShadowMapClustering, clusters: MapClusters, vpls: Vpls, seeds: Ints, *, begins: bool) -> None:
-    clustering.seeds.assign(np.append(seeds, np.zeros(len(seeds))).astype(np.int32))
+    clustering.seeds.assign(seeds.astype(np.int32))
     clustering.run(vpls, clusters, begins=begins)
 
 
