@@ -183,7 +183,8 @@ def _announcer(engines: EnginePool, server: uvicorn.Server, url: str) -> Callabl
             pass  # the worker goes because the service does
         elif activity.state is EngineState.READY and not announced:
             announced = True
-            print(url, flush=True)
+            with suppress(OSError):  # nobody reads it, or its file has no room
+                print(url, flush=True)
         elif activity.text and (activity.state, activity.text) != (told.state, told.text) and not engines.ready:
             print(f"lumenwalk: {activity.text}", file=sys.stderr, flush=True)
         told = activity

@@ -54,6 +54,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UserError as error:
         print(f"lumenwalk: error: {error}", file=sys.stderr)
         return 2
+    except OSError as error:  # what the system does not give, such as a name that is too long for it
+        print(f"lumenwalk: error: {error.filename or 'the system'}: {error.strerror or error}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         return 130
     return status

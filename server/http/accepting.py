@@ -26,6 +26,8 @@ def listen(host: str, port: int) -> socket.socket:
         if error.errno == EADDRINUSE:
             raise UserError(f"port {port} of {host} is in use: stop what uses it, or choose another port") from None
         raise UserError(f"cannot listen on {host}, port {port}: {error.strerror or error}") from None
+    except UnicodeError:  # of the codec that names of hosts go through
+        raise UserError(f"cannot listen on {host[:60]!r}, which is no name of a host") from None
 
 
 async def accept_all(listener: socket.socket, protocol: Callable[[], asyncio.BaseProtocol]) -> None:

@@ -11,7 +11,7 @@ from server.jobs import ENDED, JobState, RenderJob
 from server.refusals import NotYetError
 from server.rest.negotiate import MEDIA_TYPES
 from server.rest.requests import RenderRequest
-from server.rest.server_sent_events import event, event_stream
+from server.rest.server_sent_events import MEDIA_TYPE, event, event_stream
 from server.service import TheService
 from server.video.film_settings import FILM_TYPE
 from server.wire.worker import Output
@@ -109,7 +109,7 @@ async def result(job_id: str, service: TheService) -> Response:
     "/{job_id}/events",
     operation_id="watchJob",
     response_class=Response,
-    responses=_ONE | {200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
+    responses=_ONE | {200: {"content": {MEDIA_TYPE: {}}}},
 )
 async def events(job_id: str, service: TheService, request: Request) -> Response:
     """What happens to a job, as server-sent events: `progress` each time, and `end`, both with the job as data."""

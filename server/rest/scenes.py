@@ -17,7 +17,7 @@ from server.errors import EXPECTED, WITH_BODY, error_body, refusals
 from server.refusals import ForbiddenError, InUseError, UnknownSceneError
 from server.render.worker_link import WorkerLostError
 from server.rest.scene_paths import ABOVE, SCENE
-from server.rest.server_sent_events import event, event_stream, wants_events
+from server.rest.server_sent_events import MEDIA_TYPE, event, event_stream, wants_events
 from server.scenes.checker import SceneSize
 from server.scenes.uploads import ARCHIVE, Uploads
 from server.service import Service, TheService
@@ -165,8 +165,7 @@ async def upload(
 @router.post(
     f"{ABOVE}/load",
     operation_id="loadScene",
-    responses=refusals(404, 507, *WITH_BODY)
-    | {200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}}},
+    responses=refusals(404, 507, *WITH_BODY) | {200: {"content": {MEDIA_TYPE: {}}}},
     response_model=Loaded,
 )
 async def load(

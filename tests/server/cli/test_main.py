@@ -57,6 +57,7 @@ def test_light_commands_do_not_import_warp(pair: tuple[str, str]) -> None:
         ),
         (["render", "cornell-box", "out.png", "--target-ms", "9", "--target-error", "0.1"], "--target-error: needs"),
         (["render", "no-such.glb", "out.png"], "no-such.glb"),
+        (["serve", "--config", "x" * 300], "File name too long"),
         (["serve", "--port", "99999"], "port"),
         (["serve", "--config", "no-such.toml"], "no-such.toml"),
     ],

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 import pytest
 from harness import Running
 
+from gpu.errors import UserError
 from server.http import accepting as module
 from server.http.accepting import accept_all, listen
 
@@ -35,6 +36,12 @@ def test_it_listens_on_ipv6_and_on_both(host: str, reached: list[str]) -> None:
                 assert address not in reached
             else:
                 assert address in reached
+
+
+@pytest.mark.parametrize("host", ["a..b", "x" * 300])
+def test_a_name_that_no_host_can_have_is_told(host: str) -> None:
+    with pytest.raises(UserError, match="no name of a host"):
+        listen(host, 0)
 
 
 def test_connections_are_taken_in_as_far_as_the_gate_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
