@@ -26,3 +26,9 @@ def run_begin(count: int, level: int, number: int) -> int:
     one's begins.
     """
     return int((wp.int64(number) * wp.int64(count)) >> wp.int64(level))
+
+
+@wp.func
+def run_holding(count: int, level: int, item: int) -> int:
+    """The number of the node of a level whose run holds an item, one of `count`."""
+    return int((((wp.int64(item) + wp.int64(1)) << wp.int64(level)) - wp.int64(1)) // wp.int64(count))

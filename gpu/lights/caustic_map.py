@@ -68,7 +68,7 @@ def photon_disk_kernel(first: int, scene: SceneData, tree: PhotonTree, chosen: D
     photons = tree.photons
     position = photons.position[photon]
     normal = photons.normal[photon]
-    found = neighbours(tree, sites.alike, position, normal, chosen.most_radius, -1)
+    found = neighbours(tree, sites.alike, photon, chosen.most_radius)
     radius = wider * found.distance[wp.static(NEIGHBOURS - 1)]
     radius = wp.clamp(radius, chosen.most_radius / float(1 << LEVELS), chosen.most_radius)
     turn = float(hashed(wp.uint32(photon))) * TO_UNIT

@@ -89,7 +89,7 @@ def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameter
         return
     own = sites.photon[site]
     photons = tree.photons
-    found = neighbours(tree, sites.alike, photons.position[own], photons.normal[own], chosen.most_radius, own)
+    found = neighbours(tree, sites.alike, own, chosen.most_radius)
     radius = found.distance[wp.static(NEIGHBOURS - 1)]
     total = photons.flux[own] * chosen.own_share
     for place in range(wp.static(NEIGHBOURS)):

@@ -1,4 +1,4 @@
-"""A hierarchy over the photons of a frame, and the photons nearest to a surface point found in it.
+"""A hierarchy over the photons of a frame, and the photons nearest to one of them found in it.
 
 A balanced tree over photons in Morton order (gpu.core.range_tree) takes the place of the 2009 paper's kd-tree: it needs
 no splits, so it is made in a few short launches, and its levels have as many nodes as those of a kd-tree that halves.
@@ -14,10 +14,10 @@ from gpu.clustering.grid import ClusteringParameters, separation
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
-from gpu.core.range_tree import NodeDistances, NodeStack, levels_of, run_begin
+from gpu.core.range_tree import NodeDistances, NodeStack, levels_of, run_begin, run_holding
 from gpu.lights.photon_map import Photons
 
-# Photons of a leaf at most: fewer are more boxes to test, more are more photons.
+# Photons of a leaf, about: fewer are more boxes to test, more are more photons.
 PER_LEAF = 4
 # A normal's component is that of a diagonal direction from sin 22.5° on; so all are within 33° of theirs.
 DIAGONAL = wp.constant(0.3826834)
@@ -51,9 +51,11 @@ class PhotonTree:
     flow: wp.array[wp.vec3]
 
 
-def allocate_tree(photons: Photons) -> PhotonTree:
-    """A tree for all photons that there may be."""
-    levels = levels_of(len(photons.flux), PER_LEAF)
+def allocate_tree(photons: Photons, usual: int | None = None) -> PhotonTree:
+    """A tree for all photons that there may be; usual: how many there mostly are, where that is less: with more of them
+    leaves hold more.
+    """
+    levels = levels_of(min(usual or len(photons.flux), len(photons.flux)), PER_LEAF)
     tree: PhotonTree = allocate(PhotonTree, 2 << levels, photons.flux.device)
     tree.photons, tree.levels, tree.leaves = photons, levels, 1 << levels
     return tree
@@ -145,12 +147,15 @@ def least_separation(node: PhotonNode, alike: ClusteringParameters, facing: int,
 
 @cache
 def photon_search(number: int) -> wp.Function:
-    """The function that finds the `number` photons nearest to a surface point, on its side.
+    """The function that finds the `number` photons nearest to one of them, on its side.
 
-    search(tree, alike, position, normal, reach, own) has `distance` and `photon`, vectors of `number` elements, nearest
-    first; −1 where there are no more within `reach`. own: a photon that does not count, or −1. Distances are stretched
-    along the normals, and those of photons with unlike normals are not looked at (`alike`): what arrives on the other
-    side of a wall or on the wall beside tells nothing, nor does it widen the estimate.
+    search(tree, alike, own, reach) has `distance` and `photon`, vectors of `number` elements, nearest first; −1 where
+    there are no more within `reach`. Distances are stretched along the normals, and those of photons with unlike
+    normals are not looked at (`alike`): what arrives on the other side of a wall or on the wall beside tells nothing,
+    nor does it widen the estimate.
+
+    It begins at the photon's own leaf and goes on with what lies beside the way from there to the root, from below:
+    from the root down, whatever comes first fills the list, and three times as many photons get into it.
     """
     distances: Any = wp.types.vector(length=number, dtype=float)
     indices: Any = wp.types.vector(length=number, dtype=int)
@@ -161,20 +166,26 @@ def photon_search(number: int) -> wp.Function:
         photon: indices
 
     @wp.func
-    def search(tree: PhotonTree, alike: ClusteringParameters, position: wp.vec3, normal: wp.vec3, reach: float,
-               own: int) -> NearestPhotons:  # fmt: skip
+    def search(tree: PhotonTree, alike: ClusteringParameters, own: int, reach: float) -> NearestPhotons:
         # In vectors of their own: one in a struct is copied whole wherever its elements are numbered by a variable.
         near_distance = distances()
         near_photon = indices()
         for f in range(wp.static(number)):
             near_distance[f] = reach
             near_photon[f] = -1
+        position = tree.photons.position[own]
+        normal = tree.photons.normal[own]
         facing = directions_about(normal, alike.normal_threshold)
+        count = tree.photons.count[0]
+        home = tree.leaves + run_holding(count, tree.levels, own)
         stack = NodeStack()
         least = NodeDistances()
-        stack[0] = 1
-        top = int(1)
-        count = tree.photons.count[0]
+        for level in range(tree.levels):
+            beside = (home >> (tree.levels - 1 - level)) ^ 1
+            stack[level] = beside
+            least[level] = least_separation(tree.nodes[beside], alike, facing, position, normal)
+        stack[tree.levels] = home
+        top = tree.levels + 1
         while top > 0:
             top -= 1
             node = stack[top]

@@ -54,10 +54,13 @@ def test_nodes_hold_what_their_runs_do(count: int) -> None:
             assert flow[node] == pytest.approx((normals[run] * fluxes[run].mean(axis=1)[:, None]).sum(axis=0), abs=1e-4)
 
 
-def test_the_search_finds_the_nearest_on_its_side() -> None:
+@pytest.mark.parametrize("usual", [None, 100])
+def test_the_search_finds_the_nearest_on_its_side(usual: int | None) -> None:
+    """Also where there are more photons than usually."""
     count = 700
     positions, normals = two_sided_square(count)
-    tree = allocate_tree(photons_of(positions, normals, np.ones((count, 3), np.float32)))
+    tree = allocate_tree(photons_of(positions, normals, np.ones((count, 3), np.float32)), usual)
+    assert tree.leaves == (256 if usual is None else 32)
     build_tree(tree)
     sites = allocate_sites(count, CPU)
     sites.photon.assign(np.arange(count, dtype=np.int32))
