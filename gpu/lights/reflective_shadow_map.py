@@ -156,8 +156,8 @@ def map_of_emitters(ends: Doubles, faces: Doubles, chosen: ShadowMapParameters =
 
 
 def halvings_of(widths: Doubles, side: int, chosen: ShadowMapParameters = SHADOW_MAP_PARAMETERS) -> Ints:
-    """How often the sides of maps of `side`² pixels are halved, (map,), by their shares of all power."""
-    fewer = np.floor(np.log(widths.max() / widths) / np.log(4.0))
+    """How often the sides of maps of `side`² pixels are halved, (map,), by their `widths`, as of ShadowMaps."""
+    fewer = np.floor(np.log(widths.max() / np.maximum(widths, 1.0)) / np.log(4.0))
     return np.minimum(fewer, np.log2(side / chosen.least_side)).astype(np.int32)
 
 
