@@ -1,7 +1,7 @@
 """A renderer: one image size and one choice of settings of a scene, for any number of viewers in turn."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from math import inf
 from weakref import finalize
@@ -28,6 +28,7 @@ from gpu.vpl.light_sets import LightSets, Progress
 MAX_SIDE = 16_384
 # Of a GPU's frame: while frames take longer, and others want the device, they may have it between its stages.
 LONG_FRAME_SECONDS = 0.03
+NOTHING_SKIPPED = dict.fromkeys(Skips.model_fields, 0)
 REMEMBERED = 0.8  # of a long frame's time, by the next one, which may be shorter than those to come
 
 
@@ -152,7 +153,7 @@ class Renderer:
         stages.graph_key = (view.number,)
         if not unchanged:
             view.shown = None
-            view.set_camera(camera, sample, walks=walks)
+            view.set_camera(camera, sample, walks=walks, stages=stages)
             self._method.render(view, stages, sample)
         radiance = view.radiance
         if accumulation:
@@ -174,14 +175,15 @@ class Renderer:
         if unchanged:
             skips = {"unchanged_camera": self._pixels}
         own = {"pixels": self._pixels, "frames": sample + 1}
+        stage_ms, host_ms = stages.milliseconds(), None
+        if stages.steady and not stages.captured and not unchanged and sample == 0:
+            host_ms = max(1e3 * (DEVICE_SHARING.own_time() - begun) - sum(stage_ms.values()), 0.0)
         stats = FrameStats(
-            stages.milliseconds(),
+            stage_ms,
             own | counts | {"nonfinite": self._tonemap.nonfinite()},
-            dict.fromkeys(Skips.model_fields, 0) | skips,
+            NOTHING_SKIPPED | skips,
             self._method.estimates(view),
             steady=stages.steady,
+            host_ms=host_ms,
         )
-        if stages.steady and not stages.captured and not unchanged and sample == 0:
-            host_ms = 1e3 * (DEVICE_SHARING.own_time() - begun) - sum(stats.stage_ms.values())
-            stats = replace(stats, host_ms=max(host_ms, 0.0))
         return Frame(self._size, launched.radiance, self._display, stats, self._lane)

@@ -1,8 +1,8 @@
 """Cameras as kernels see them: rays through pixels, and pixels of points."""
 
+from math import sqrt
 from typing import Any
 
-import numpy as np
 import warp as wp
 
 from gpu.core.image_size import ImageSize
@@ -33,11 +33,13 @@ def camera_values(
     camera: Camera, placement: Placement, aspect: float, place: tuple[float, float] = (0.5, 0.5)
 ) -> tuple[Any, ...]:
     """The fields of CameraData in their order, as `camera_data` has them, for an array of such on the host."""
-    axes = camera.to_world[:3, :3] / np.linalg.norm(camera.to_world[:3, :3], axis=0)
-    origin = (camera.to_world[:3, 3] - np.asarray(placement.centre)) * placement.scale
+    # NumPy would take ten times as long for so few numbers.
+    *axes, eye = zip(*camera.to_world.tolist()[:3], strict=True)
+    units = (tuple(part / sqrt(x * x + y * y + z * z) for part in (x, y, z)) for x, y, z in axes)
+    origin = tuple((part - centre) * placement.scale for part, centre in zip(eye, placement.centre, strict=True))
     half_height = camera.half_height * (placement.scale if camera.orthographic else 1.0)
     halves = half_height * aspect, half_height
-    return origin, *axes.T, *halves, camera.orthographic, camera.near * placement.scale, *place
+    return origin, *units, *halves, camera.orthographic, camera.near * placement.scale, *place
 
 
 def camera_data(
@@ -47,7 +49,7 @@ def camera_data(
     struct: Any = CameraData
     data: CameraData = struct()
     for name, value in zip(struct.vars, camera_values(camera, placement, aspect, place), strict=True):
-        setattr(data, name, wp.vec3(*value) if isinstance(value, np.ndarray) else value)
+        setattr(data, name, wp.vec3(*value) if isinstance(value, tuple) else value)
     return data
 
 

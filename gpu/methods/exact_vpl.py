@@ -81,7 +81,6 @@ class ExactVpl(RenderMethod[ViewState]):
         self._kept = keeps_lights(self._setup, light_set, stages, captured=kind.captured)
         self._use(light_set)
         stages.graph_key = view.number, self._number, *self._first.numbers
-        frame.seed.fill_(kind.seed)
         passes.begin(view, points, kind, stages)
         if self._has_indirect:
             if self._has_near:

@@ -2,13 +2,14 @@
 
 import warp as wp
 
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import Smoothing
 from gpu.device_scene.features import scene_features
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.gbuffer import allocate_gbuffer, trace_primary_rays
 from gpu.gbuffer.shading_points import ShadingPoints
-from gpu.gbuffer.specular_chain import chain_samples
+from gpu.gbuffer.specular_chain import LIKELIER, chain_samples
 from gpu.indirect.glossy_reflection import GlossyReflection
 from gpu.indirect.irradiance import allocate_indirect
 from gpu.settings import EVERY_SKIP, Skips
@@ -19,10 +20,11 @@ class FrameArrays:
 
     area_light (pixel,): direct light of lights with an extent; indirect: indirect light, each before it is added;
     features: what kernels must know of the scene; chain_samples: how chains choose in the frame; seed, frame_index
-    (1,): the frame's own; brightness: of the indirect light; nothing (pixel,): zeros, for frames that earlier ones tell
-    nothing; side_smoothing: for what runs beside the stages; gloss: rays of specular lobes and frosted glass, None
-    where there are none or the method does without. stride: of the pixels that are shaded (gpu.gbuffer.sparse_shading);
-    reads_radiosity: whether there are lights that tell what rays see.
+    (1,): the frame's own; numbers: these two and the chains' moment; brightness: of the indirect light; nothing
+    (pixel,): zeros, for frames that earlier ones tell nothing; side_smoothing: for what runs beside the stages; gloss:
+    rays of specular lobes and frosted glass, None where there are none or the method does without. stride: of the
+    pixels that are shaded (gpu.gbuffer.sparse_shading); reads_radiosity: whether there are lights that tell what rays
+    see.
     """
 
     def __init__(
@@ -45,10 +47,13 @@ class FrameArrays:
             assume_textures=not skip.absent_textures,
             assume_gloss=not skip.absent_gloss,
         )
-        self.seed = wp.zeros(1, dtype=int, device=self.device)
+        self.numbers = StagingBuffer(wp.zeros(3, dtype=int, device=self.device))
+        self.seed, self.frame_index = self.numbers.array[:1], self.numbers.array[1:2]
         self.nothing = wp.zeros(self.pixels, dtype=int, device=self.device)
-        self.frame_index = wp.zeros(1, dtype=int, device=self.device)
         self.chain_samples = chain_samples(self.device)
+        self.chain_samples.moment = self.numbers.array[2:]
+        self.set_numbers()
+        self.numbers.upload()
         self.reads_radiosity = reads_radiosity
         glossy = reads_radiosity and self.features.lobes
         self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
@@ -58,6 +63,10 @@ class FrameArrays:
         self.indirect = allocate_indirect(self.pixels, self.device)
         self.shading_points = ShadingPoints(size, stride, self.device)
         self.brightness = MeanBrightness(self.device)
+
+    def set_numbers(self, seed: int = 0, index: int = 0, moment: int = LIKELIER) -> None:
+        """Write `seed`, `frame_index` and the moment of `chain_samples` of a frame, which `numbers` uploads."""
+        self.numbers.host[:] = seed, index, moment
 
     def trace_primary_rays(self, camera: wp.array) -> None:
         """Fill the G-buffer as `camera` (1,) sees the scene."""

@@ -6,6 +6,7 @@ from weakref import WeakKeyDictionary, WeakSet
 
 import warp as wp
 
+from gpu.core.staging_buffer import StagingBuffer
 from gpu.denoise.antialiasing import PictureHistory
 from gpu.denoise.direct_history import DirectHistory
 from gpu.denoise.indirect_history import IndirectHistory
@@ -72,6 +73,7 @@ class FuzzyViewState(ViewState):
         self._views, size = views, frame.size
         views.add(self)
         self.points = frame.shading_points.for_another_viewer()
+        self._follows = StagingBuffer(self.points.before.follows)
         self.lights: WeakKeyDictionary[object, KeptLight] = WeakKeyDictionary()
         previous = PreviousFrame(frame.size, self.device)
         if other:
@@ -104,11 +106,15 @@ class FuzzyViewState(ViewState):
         for kept in self.lights.values():
             kept.last_sample, kept.relit = None, kept.relit or kept.last_sample == 0
 
-    def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
+    def _look(self, camera: Camera, sample: int, *, walks: bool) -> None:
         """As any viewer does; where the frame before saw much the same, pixels where light ended then are shaded."""
+        super()._look(camera, sample, walks=walks)
+        self._follows.host[0] = self.history_length > 0 or (sample > 0 and self.is_still)
+
+    def _upload(self) -> None:
         wp.copy(self.points.before.camera, self.camera)
-        super().set_camera(camera, sample, walks=walks)
-        self.points.before.follows.fill_(int(self.history_length > 0 or (sample > 0 and self.is_still)))
+        super()._upload()
+        self._follows.upload()
 
     def antialias(self, gbuffer: GBuffer, *, read_history: bool) -> None:
         """Make of this frame's picture the mean of all frames'; read_history: it may build on the last one."""

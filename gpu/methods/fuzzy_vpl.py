@@ -137,7 +137,6 @@ class FuzzyVpl(RenderMethod[FuzzyViewState]):
         convergence = lights.convergence(kind)
         near = lights.has_near and convergence is None
         kept.begin(reads_history=reads, corrected=lights.corrects and kind.denoise, near=near)
-        frame.seed.fill_(kind.seed)
         if kind.denoise:
             find = partial(history.find, frame.gbuffer, points, view.histories.previous, frame.seed)
             stages.run("history", find if reads else history.forget, repeats=captured, branch=reads)

@@ -179,15 +179,15 @@ class Passes:
         """Trace the primary rays, list the shading `points`, and begin with direct light, if it is wanted."""
         frame = self._frame
 
-        frame.chain_samples.moment.fill_(kind.index if kind.refines else LIKELIER)
+        frame.set_numbers(kind.seed, kind.index, kind.index if kind.refines else LIKELIER)
         frame.chain_samples.lobes = draws_lobes = self._draws_lobes and kind.refines
 
         def gbuffer() -> None:
+            frame.numbers.upload()
             frame.trace_primary_rays(view.camera)
             points.find(frame.gbuffer, every=kind.shades_all)
 
         stages.run("gbuffer", gbuffer, branch=(kind.shades_all, draws_lobes))
-        frame.frame_index.fill_(kind.index)
         if not self._has_direct:
             view.radiance.zero_()
             return

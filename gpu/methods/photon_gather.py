@@ -99,7 +99,6 @@ class PhotonGather(RenderMethod[GatherViewState]):
         kind = frame_kind(self._setup.settings, view, sample)
         self._follow_lights()
         stages.graph_key = view.number, self._number
-        frame.seed.fill_(kind.seed)
         passes.begin(view, points, kind, stages)
         if self._has_indirect:
             stages.run("photons", self._trace)

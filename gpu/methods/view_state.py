@@ -4,12 +4,12 @@ from collections.abc import Hashable
 
 import warp as wp
 
-from gpu.core.stages import new_number
+from gpu.core.stages import Stages, new_number
 from gpu.core.staging_buffer import StagingBuffer
 from gpu.device_scene.upload import DeviceScene
 from gpu.film.accumulation import pixel_place
 from gpu.gbuffer.camera_rays import CameraData, camera_values
-from gpu.methods.view_overlap import VIEW_OVERLAP_PARAMETERS, view_overlap
+from gpu.methods.view_overlap import VIEW_OVERLAP_PARAMETERS, is_seen_again
 from gpu.scene.types import Camera
 
 
@@ -50,19 +50,30 @@ class ViewState:
         self.shown = None
         self.wrote_history = False
 
-    def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False) -> None:
+    def set_camera(self, camera: Camera, sample: int = 0, *, walks: bool = False, stages: Stages | None = None) -> None:
         """Look through `camera`, whose own aspect gives way to the image's, for frame `sample` of a still view.
 
-        walks: the frame may build on the last one, if that saw much the same. The device is done with that.
+        walks: the frame may build on the last one, if that saw much the same. The device is done with that. stages:
+        the frame's, which the device learns of it with; None: at once.
         """
+        self._look(camera, sample, walks=walks)
+        if stages:
+            stages.run_untimed(self._upload)
+        else:
+            self._upload()
+
+    def _look(self, camera: Camera, sample: int, *, walks: bool) -> None:
+        """All of `set_camera` that the host does."""
         last, aspect = self._last_camera, self.size[0] / self.size[1]
-        chosen = VIEW_OVERLAP_PARAMETERS
-        overlap = view_overlap(camera, last, aspect, chosen.usual_distance / self._placement.scale) if last else 0.0
-        self.reuses_history = walks and overlap >= chosen.min_overlap
+        distance = VIEW_OVERLAP_PARAMETERS.usual_distance / self._placement.scale
+        self.reuses_history = walks and last is not None and is_seen_again(camera, last, aspect, distance)
         self.is_still = last is not None and camera.view_key == last.view_key
         self._last_camera = camera
         self.history_length = self.history_length + 1 if self.reuses_history and self.wrote_history else 0
         self.wrote_history = False
         place = pixel_place(sample or (self.history_length if self.antialiases else 0))
         self._camera.host[0] = camera_values(camera, self._placement, aspect, place)
+
+    def _upload(self) -> None:
+        """Tell the device."""
         self._camera.upload()

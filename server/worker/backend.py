@@ -11,7 +11,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from time import monotonic, perf_counter
 from typing import TypeVar
@@ -247,7 +247,6 @@ class GpuBackend:
 
     def _picture(self, job: Render, report: Report) -> Picture:
         with self._state(job.scene, job.edits, job.viewer, report, own=job.own) as loaded:
-            job = replace(job, edits=loaded.edits)  # the same object from now on: no part of it is compared again
             # Frames of one viewer follow one another, and so do those of one renderer, whose arrays they share.
             who = ("viewer", job.viewer) if job.viewer > STILLS else ("request", job.request)
             lane = self._renderers.lane_of(job.viewer)
@@ -262,18 +261,18 @@ class GpuBackend:
         with self._tasks.holding(("lights", loaded.number)):  # that a first renderer makes for all lanes
             renderer, view = self._renderers.get(job.viewer, lane, loaded, job.size, job.settings, report)
         try:
-            frame = renderer.render(camera, self._accumulation(job), view=view, walks=job.walks)
+            frame = renderer.render(camera, self._accumulation(job, loaded), view=view, walks=job.walks)
         except BaseException:
             self._renderers.discard(renderer)  # what it and the mean hold after an error is not known
             self._stills.pop(job.viewer, None)
             raise
         return self._result(job, frame)
 
-    def _accumulation(self, job: Render) -> Accumulation | None:
+    def _accumulation(self, job: Render, loaded: LoadedScene) -> Accumulation | None:
         """The mean that the frame goes into, started anew where it is not that of the frames before."""
         if job.sample is None:
             return None
-        view = (job.scene, job.view, job.size, job.settings, job.edits)
+        view = (job.scene, job.view, job.size, job.settings, loaded.edits)
         still = self._stills.get(job.viewer)
         if still is None or len(still.accumulation.mean) != job.size[0] * job.size[1]:
             self._stills.pop(job.viewer, None)  # before the new one takes memory
