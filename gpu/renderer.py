@@ -51,7 +51,8 @@ class Renderer:
     """Renders a scene at `size` (width, height) with `settings`; its arrays are allocated once.
 
     light_sets: the scene's, where several renderers share them; else they are the renderer's own. lane: where frames
-    run, beside those of renderers in other lanes (gpu.core.lane); None: one of its own.
+    run, beside those of renderers in other lanes (gpu.core.lane); None: one of its own. downloads: whether each frame
+    comes with its pixels on the host, which Frame.pixels would wait for.
     progress(what, fraction) is called during long work, the first time light is traced above all.
     Raises UserError when a side of `size` is not within 1 … 16384 pixels.
     """
@@ -64,6 +65,8 @@ class Renderer:
         progress: Progress | None = None,
         light_sets: LightSets | None = None,
         lane: Lane | None = None,
+        *,
+        downloads: bool = False,
     ) -> None:
         if not all(1 <= side <= MAX_SIDE for side in size):
             raise UserError(f"size: each side must be 1 to {MAX_SIDE} pixels, got {size[0]}x{size[1]}")
@@ -72,7 +75,7 @@ class Renderer:
         self._lane = lane or Lane(self._device)
         self._stages = Stages(self._device, self._lane)
         self._tonemap = Tonemap(self._pixels, self._device)
-        self._display = StagingBuffer(self._tonemap.pixels)
+        self._display, self._downloads = StagingBuffer(self._tonemap.pixels), downloads
         self._light_sets = light_sets or LightSets(device_scene)
         counts = sample_counts_of(settings, self._device, self._pixels)
         setup = RenderSetup(device_scene, self._light_sets, size, settings, counts, progress or _silent)
@@ -159,7 +162,12 @@ class Renderer:
         if accumulation:
             accumulation.add(radiance)
             radiance = accumulation.mean
-        display = partial(self._tonemap.run, radiance, self._settings.exposure)
+
+        def display() -> None:
+            self._tonemap.run(radiance, self._settings.exposure)
+            if self._downloads:
+                self._display.download()
+
         stages.run("display", display, repeats=accumulation is None)
         if not unchanged:
             stages.run_untimed(partial(self._method.count, view))
@@ -186,4 +194,4 @@ class Renderer:
             steady=stages.steady,
             host_ms=host_ms,
         )
-        return Frame(self._size, launched.radiance, self._display, stats, self._lane)
+        return Frame(self._size, launched.radiance, self._display, stats, None if self._downloads else self._lane)

@@ -1,6 +1,7 @@
 """What the service counts and times, for GET /metrics. Called from the event loop only; times come in milliseconds."""
 
 from collections.abc import Mapping
+from functools import cache
 
 from prometheus_client import CollectorRegistry, Counter, Histogram, ProcessCollector, disable_created_metrics
 
@@ -47,7 +48,9 @@ class Metrics:
         self._dropped = Counter("lumenwalk_dropped", "Viewers closed by the server.", ["reason"], registry=of)
         for phase in Phase:
             self._frames.labels(phase.name.lower())
+        # To look a series up by its labels takes longer than to count in it.
         self._parts = {part: self._latency.labels(part) for part in PARTS}
+        self._stage, self._skip = cache(self._stages.labels), cache(self._skips.labels)
 
     def frame(
         self,
@@ -65,9 +68,9 @@ class Metrics:
         for part, ms in (("queue", queue_ms), ("render", render_ms), ("encode", encode_ms)):
             self._parts[part].observe(ms / 1e3)
         for name, ms in stages.items():
-            self._stages.labels(name).observe(ms / 1e3)
+            self._stage(name).observe(ms / 1e3)
         for name, count in skips.items():
-            self._skips.labels(name).inc(count)
+            self._skip(name).inc(count)
 
     def acknowledged(self, age_ms: float | None, network_ms: float | None, decode_ms: float | None) -> None:
         """A viewer has shown a frame; None is what it did not say."""

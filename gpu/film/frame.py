@@ -47,14 +47,14 @@ class FrameStats:
 class Frame:
     """An image of `size` (width, height) on the device; it is the renderer's until the next frame overwrites it.
 
-    display: its pixels, which are copied to the host in the `lane` that it was rendered in.
+    display: its pixels, which are copied to the host in the `lane` that it was rendered in; None: which are there.
     """
 
     size: tuple[int, int]
     device_radiance: wp.array
     display: StagingBuffer
     stats: FrameStats
-    lane: Lane
+    lane: Lane | None
 
     @property
     def device_pixels(self) -> wp.array:
@@ -72,7 +72,8 @@ class Frame:
         Frames of other lanes do not delay it: an ordinary copy would wait for what they have on the device.
         """
         width, height = self.size
-        with self.lane.entered():
-            self.display.download()
-        self.lane.flight().wait()
+        if self.lane:
+            with self.lane.entered():
+                self.display.download()
+            self.lane.flight().wait()
         return self.display.host.reshape(height, width, 3).copy()

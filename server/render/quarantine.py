@@ -86,13 +86,12 @@ class Quarantine:
 
     def acquit(self, job: Job) -> None:
         """It has been done."""
-        offence = _offence(job)
-        if offence is not None:
+        if self._strikes and (offence := _offence(job)) is not None:
             self._strikes.pop(offence, None)
 
     def check(self, job: Job, *, cuda: bool = False) -> None:
         """QuarantinedError for a job that is not tried again; cuda: it would be on a GPU."""
-        offence = _offence(job)
+        offence = _offence(job) if self._strikes else None
         if offence is None:
             return
         if self._is_out(replace(offence, size=(0, 0), settings=None)):

@@ -10,7 +10,7 @@ from asyncio import StreamReader
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Annotated, BinaryIO, Literal
+from typing import Annotated, Any, BinaryIO, Literal, get_args
 
 from pydantic import Field, TypeAdapter
 
@@ -355,14 +355,16 @@ FromWorker = Ready | Progress | Free | Paused | Opened | Closed | Done | Picked 
 
 # --- the codec -------------------------------------------------------------------------------------------------------
 
-_Any = Annotated[ToWorker | FromWorker, Field(discriminator="kind")]
-_adapter: TypeAdapter[ToWorker | FromWorker] = TypeAdapter(_Any)
+_Message = Annotated[ToWorker | FromWorker, Field(discriminator="kind")]
+_adapter: TypeAdapter[ToWorker | FromWorker] = TypeAdapter(_Message)
+# Of one type each: to look for the one that fits takes as long as to write it.
+_adapters: dict[type, TypeAdapter[Any]] = {of: TypeAdapter(of) for of in get_args(ToWorker | FromWorker)}
 _lengths = struct.Struct("<II")
 
 
 def pack(message: ToWorker | FromWorker, payload: bytes = b"") -> bytes:
     """A message and its bytes, ready for the pipe; ValueError for what the other side would not take."""
-    text = _adapter.dump_json(message)
+    text = _adapters[type(message)].dump_json(message)
     if len(text) > MAX_TEXT_BYTES:
         raise ValueError(f"{len(text)} bytes of text are more than a message may have: {message.kind}")
     return b"".join((_lengths.pack(len(text), len(payload)), text, payload))

@@ -91,8 +91,8 @@ class GpuBackend:
             self._device = choose_device(start.device)
         check_kernel_cache(wp.config.kernel_cache_dir)
         tasks.turn_seconds = CUDA_TURN_SECONDS if self._device.is_cuda else CPU_TURN_SECONDS
-        self._renderers = RendererPool(self._device)
         self._encoder = device_encoder(self._device)
+        self._renderers = RendererPool(self._device, downloads=self._encoder is None)
         self.render(Render(STILLS, start.scene, SceneCamera(0), FIRST_SIZE, RenderSettings(), "none"), report)
         return f"{self._device.name} ({self._device})" if self._device.is_cuda else str(self._device)
 

@@ -41,7 +41,7 @@ VIEWS_A_VIEWER = 4
 
 def lasting(settings: RenderSettings) -> RenderSettings:
     """What a renderer knows of settings: how many frames are averaged is not its concern."""
-    return settings.model_copy(update={"frames": None})
+    return settings if settings.frames is None else settings.model_copy(update={"frames": None})
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,10 @@ class RendererPool:
     frames: how many may be on the device at once.
     """
 
-    def __init__(self, device: wp.Device, frames: int | None = None) -> None:
-        """frames: that may be on the device at once; None: as many as suit it."""
-        self._device, self.frames = device, frames or frames_at_once(device)
+    def __init__(self, device: wp.Device, frames: int | None = None, *, downloads: bool = False) -> None:
+        """frames: that may be on the device at once; None: as many as suit it; downloads: as of Renderer."""
+        self._downloads, self._device = downloads, device
+        self.frames = frames or frames_at_once(device)
         self._lanes = [Lane(device) for _ in range(LANES_A_FRAME * self.frames if self.frames > 1 else 1)]
         self._lane_of: dict[int, int] = {}  # by viewer
         self._most_bytes = int(SHARE * device.total_memory) if device.is_cuda else CPU_BYTES
@@ -108,7 +109,7 @@ class RendererPool:
             self._check_memory(key, self._bytes_of(key, 1) - (self._bytes_of(key, 0) if entry else 0))
         if entry is None:
             shared = scene.device_scene, size, key.settings, progress, scene.light_sets
-            entry = _Entry(Renderer(*shared, self._lanes[lane]))
+            entry = _Entry(Renderer(*shared, self._lanes[lane], downloads=self._downloads))
             # Warp compiles a kernel at its first launch, and says nothing meanwhile.
             progress("compiling kernels, which the first time takes a minute", 0.0)
         self._entries[key] = entry

@@ -55,6 +55,15 @@ def test_a_frame_tells_what_it_did_and_what_it_skipped(room: DeviceScene) -> Non
     assert 0.7 * pairs < stats.counts["rays"] + stats.skips["facing_away"] + stats.skips["shared_weak_rays"] <= pairs
 
 
+def test_pixels_come_with_a_frame_where_they_are_wanted(room: DeviceScene) -> None:
+    settings = RenderSettings(method=Method.PATH, samples=1)
+    wanted = Renderer(room, SIZE, settings).render(CAMERA).pixels()
+    frame = Renderer(room, SIZE, settings, downloads=True).render(CAMERA)
+    frame.device_pixels.zero_()
+    assert wanted.any()
+    assert np.array_equal(frame.pixels(), wanted)
+
+
 @pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL, Method.PATH])
 def test_a_light_that_reaches_nothing_leaves_the_picture_black(method: Method) -> None:
     away = Light("away", LightKind.SPOT, (5.0, 5.0, 5.0), (0.0, 0.0, 2.0), (0.0, 0.0, 1.0), 0.99, 0.9)
