@@ -102,12 +102,15 @@ class Stages:
             self._launch(key, work)
             self._lane.side.record_event(self._forked)
 
-    def run_untimed(self, work: Callable[[], None]) -> None:
-        """Run `work`, the same in every frame of one `graph_key`, after the stages and in no stage's time."""
+    def run_untimed(self, work: Callable[[], None], *, branch: Hashable = None) -> None:
+        """Run `work`, the same in every frame of one `graph_key`, in no stage's time.
+
+        branch: which of several things that is.
+        """
         if self.stepwise:
             work()
         else:
-            self._launch(("", None, True), work)
+            self._launch(("", branch, True), work)
 
     def _duration(self, work: Callable[[], None]) -> float:
         """What `work` takes by the wall clock, but for turns of others [s]; then others may have one."""

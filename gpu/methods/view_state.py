@@ -58,7 +58,7 @@ class ViewState:
         """
         self._look(camera, sample, walks=walks)
         if stages:
-            stages.run_untimed(self._upload)
+            stages.run_untimed(self._upload, branch="camera")
         else:
             self._upload()
 
