@@ -38,7 +38,7 @@ class ShadowMaps:
 
     atlas_side: pixels along each side of the atlas, a power of two; first, width (map,): the values by which the
     table's choice among all emitters takes those of a map, and how many these are, of 2³²; halvings (map,): how often
-    its sides are halved: of each square of 4^halvings pixels just the first has a ray.
+    its sides are halved: just the first pixels / 4^halvings have rays, which are that smaller image.
     """
 
     count: int
@@ -74,22 +74,20 @@ def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Ker
         pixels = maps.side * maps.side
         number_of_map = pixel // pixels
         halvings = maps.halvings[number_of_map]
-        square = 1 << (2 * halvings)
-        if pixel % square != 0:
+        rays = pixels >> (2 * halvings)
+        ray = pixel % pixels
+        if ray >= rays:
             return
-        rays = pixels // square
-        ray = (pixel % pixels) // square
         width = maps.width[number_of_map]
-        sample = pixels * number_of_map + ray
-        drawn = sobol_pair(sample, 0, seed)
+        drawn = sobol_pair(pixel, 0, seed)
         pick = maps.first[number_of_map] + wp.uint32((wp.uint64(drawn.a) * wp.uint64(width)) >> wp.uint64(32))
         place = pixel_of_morton_2d(ray)
-        jitter = sobol_pair(sample, 1, seed)
+        jitter = sobol_pair(pixel, 1, seed)
         side = float(maps.side >> halvings)
         within = Pair()
         within.x = (float(place[0]) + jitter.x) / side
         within.y = (float(place[1]) + jitter.y) / side
-        other = sobol_pair(sample, 2, seed)
+        other = sobol_pair(pixel, 2, seed)
         choice = choose_emitter(table.all_emitters, pick)
         number = choice.index - table.triangle_count - table.sky_count
         particle = Particle()
@@ -111,7 +109,7 @@ def shadow_map_kernel(texels: bool, environment: bool, specular: bool) -> wp.Ker
             flight.origin = origin
             flight.direction = direction
             flight.flux = particle.flux
-            chain = unscattered(scene, flight, sample, 3, bounces, seed)
+            chain = unscattered(scene, flight, pixel, 3, bounces, seed)
             particle.flux = chain.flight.flux
             if largest(particle.flux) <= 0.0:
                 return
