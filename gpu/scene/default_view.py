@@ -17,6 +17,7 @@ _ALONG, _UP = (0.1, 0.3, 0.5, 0.7, 0.9), (0.3, 0.5, 0.7)  # where in the scene's
 _ENCLOSED = 0.6  # share of the directions from a point in a room that end at a surface's front
 _COVERED = 0.5  # and of those above the horizon: a lawn with a house on it is no room
 _ROOM = 0.125  # share of such points in a room; beside a round object there are some too
+_SMALL_ROOM = 0.6  # and where nobody could stand: between the pieces of an exhibit there are many
 _NEAR = 1e-3
 _INDOORS = 0.2  # covered of a place in a room, where some of what is above may be seen from behind, as lamps may
 _TALLEST = 300.0  # of what people walk in [m]
@@ -54,9 +55,10 @@ def default_camera(vertices: Floats, triangles: Integers, placement: Placement) 
     low, high = points.min(axis=0), points.max(axis=0)
     stands = [_look_around(low + (high - low) * at, points, normals) for at in product(_ALONG, _UP, _ALONG)]
     rooms = [stand for stand in stands if stand.enclosed >= _ENCLOSED and stand.covered >= _COVERED]
-    if len(rooms) >= _ROOM * len(stands):
-        metre = placement.scale
-        if HEADROOM * metre <= high[1] - low[1] <= _TALLEST * metre:
+    metre = placement.scale
+    height = high[1] - low[1]
+    if len(rooms) >= len(stands) * (_ROOM if height >= HEADROOM * metre else _SMALL_ROOM):
+        if HEADROOM * metre <= height <= _TALLEST * metre:
             columns = sorted({(float(stand.eye[0]), float(stand.eye[2])) for stand in rooms})
             eyes = standing_eyes(columns, vertices.astype(np.float64), triangles, metre)
             standing = [_look_around(eye, points, normals) for eye in eyes]

@@ -1,5 +1,8 @@
+from itertools import product
+
 import numpy as np
 import pytest
+import trimesh
 
 from gpu.scene.default_view import default_camera
 from gpu.scene.types import Camera, Placement
@@ -49,6 +52,16 @@ def test_a_house_on_a_lawn_is_no_room() -> None:
     eye, direction = eye_and_direction(camera)
     assert eye[1] > 0.15
     assert np.dot(direction, -eye) > 0.9 * np.linalg.norm(eye)
+
+
+def test_nobody_looks_out_from_between_the_pieces_of_an_exhibit() -> None:
+    """Balls in rows and layers, half a metre wide together: their fronts are all around the gaps between them."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=0.3)
+    places = np.array(list(product((-2, -1, 0, 1, 2), (-2, -1, 0, 1, 2), (-1, 0, 1))), float)
+    vertices = np.concatenate([ball.vertices + place for place in places]).astype(np.float32) / 5.0
+    triangles = np.concatenate([ball.faces + len(ball.vertices) * number for number in range(len(places))])
+    camera = default_camera(vertices, triangles, Placement((0.0, 0.0, 0.0), 2.0))
+    assert np.linalg.norm(camera.to_world[:3, 3]) > np.linalg.norm(vertices, axis=1).max() / 2.0
 
 
 @pytest.mark.parametrize("metre", [1.0, 4.0])
