@@ -34,11 +34,15 @@ MOST_PARAMETERS, MOST_LINES = 8, 500
 
 
 @cache
-def sources(*folders: str) -> dict[str, ast.Module]:
-    """The modules of folders by their dotted names."""
-    paths = [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
+def sources_of(folder: str) -> dict[str, ast.Module]:
+    paths = sorted((ROOT / folder).rglob("*.py"))
     names = [".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for path in paths]
     return {name: ast.parse(path.read_text()) for name, path in zip(names, paths, strict=True)}
+
+
+def sources(*folders: str) -> dict[str, ast.Module]:
+    """The modules of folders by their dotted names."""
+    return {name: tree for folder in folders for name, tree in sources_of(folder).items()}
 
 
 def imports(tree: ast.Module, modules: set[str]) -> Iterator[str]:

@@ -9,7 +9,7 @@ from tests.bench.first_picture import main, seconds
 
 def test_a_command_that_fails_is_no_time(tmp_path: Path) -> None:
     with pytest.raises(CalledProcessError):
-        seconds(tmp_path, "warm", "missing.glb")
+        seconds(tmp_path, "warm", "--no-such-option")
 
 
 def test_each_scene_has_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,7 +7,7 @@ import struct
 import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -24,6 +24,7 @@ class Case:
     valid: bool | None = None
 
 
+@cache
 def malformed(shared: Path) -> list[Case]:
     """The validator's own test files, each with its report beside it."""
     return [
@@ -33,6 +34,7 @@ def malformed(shared: Path) -> list[Case]:
     ]
 
 
+@cache
 def samples(shared: Path) -> list[Case]:
     """Khronos' sample models, in each form."""
     return [_packed(path, True) for path in _gltf_files(shared / "gltf-samples")]

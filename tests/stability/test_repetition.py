@@ -10,7 +10,7 @@ from gpu.scene.camera import look_at
 from gpu.scene.types import AlphaMode, Light, LightKind, Material, Scene, Sky, Texture, TextureSlot
 from gpu.settings import Method, RenderSettings, Skips
 
-TIMES = 20
+TIMES = 8
 SIZE = (40, 30)
 CAMERA = look_at((0.0, 0.1, 0.4), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 

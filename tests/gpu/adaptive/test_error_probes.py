@@ -17,7 +17,7 @@ from gpu.settings import Component, Method, RenderSettings
 SIZE = (48, 36)
 CAMERA = look_at((0.0, 0.0, 0.45), (0.0, -0.1, -0.5), yfov_degrees=75.0)
 # Before near-field light, which is no matter of clusters and not in the estimate.
-CHOICE = {"component": Component.INDIRECT, "near_field": False, "vpls": 1000, "skip": {"unchanged_camera": False}}
+CHOICE = {"component": Component.INDIRECT, "near_field": False, "vpls": 400, "skip": {"unchanged_camera": False}}
 
 
 def room_on(device: str) -> DeviceScene:
@@ -68,7 +68,7 @@ def test_the_estimate_is_the_error_against_exact_vpl(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(Probes, "estimate", heard)
     renderer = Renderer(room, SIZE, RenderSettings(**CHOICE, target_error=1e-3, smooth=smooth))
-    frames = [renderer.render(CAMERA) for _ in range(60)]
+    frames = [renderer.render(CAMERA) for _ in range(30)]
     counts = [(frame.stats.counts["sp_clusters"], frame.stats.counts["vpl_clusters"]) for frame in frames]
     assert len(set(counts)) == 1
     exact = RenderSettings(**CHOICE, method=Method.EXACT_VPL, vpl_clusters=counts[0][1])
