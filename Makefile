@@ -8,9 +8,10 @@ VIEWERS ?=
 ARGS ?=
 PYTHON ?=
 export PYTHON
+unexport PYTHONDONTWRITEBYTECODE # what one process has compiled serves all
 
 .DELETE_ON_ERROR:
-.PHONY: help run test pytest kernels lint types-js unit-js browser proxies bench load docs format lock clean
+.PHONY: help run test pytest kernels compiled lint types-js unit-js browser proxies bench load docs format lock clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -20,11 +21,14 @@ run: .venv/.installed ## serve SCENE, or a built-in scene, on http://127.0.0.1:8
 
 test: lint unit-js pytest ## lint and every test
 
-pytest: .venv/.installed kernels browser proxies
+pytest: .venv/.installed kernels compiled browser proxies
 	$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
 
 kernels: .venv/.installed # that most tests launch: compiled by one process, and not by each of those that run tests
 	@$(BIN)/python -I $(BIN)/lumenwalk warm cornell-box --device cpu
+
+compiled: .venv/.installed # the tests' own files, likewise: pytest keeps them as it has rewritten their assertions
+	@$(BIN)/python -m pytest --collect-only --quiet >/dev/null || true # which a run tells
 
 lint: .venv/.installed types-js ## style and types
 	$(BIN)/ruff check .
@@ -59,8 +63,8 @@ LOCK := --quiet --upgrade --universal --python-version 3.11 --generate-hashes --
 	--no-annotate --custom-compile-command "make lock"
 
 # A process more than there are cores, since many tests wait for others, but no more than a GPU has memory for; a file
-# stays in one process, with its fixtures.
-PARALLEL := -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --maxprocesses 4 --dist loadfile
+# stays in one process, with its fixtures. The longest begin, in the order of tests/conftest.py.
+PARALLEL := -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 .venv/.installed: requirements-dev.lock pyproject.toml .ci/setup
 	@.ci/setup
