@@ -19,13 +19,15 @@ class Bvh:
     bounds (6·node + row,): of a node's four children, least x, greatest x, then y, then z; a child that there is not is
     far away. children (2·node + row,): row 0 the child's node or, for a leaf, its first place; row 1 how many places a
     leaf has, 0 for a node. corners (3·place + corner,): of the leaves' triangles, the first with 1 for w where its back
-    can be culled, else 0; faces (place,): which they are.
+    can be culled, else 0; faces (place,): which they are. levels (MAX_LEVELS + 1,): the first node of each, and after
+    the last one how many nodes there are.
     """
 
     bounds: wp.array[wp.vec4]
     children: wp.array[wp.vec4i]
     corners: wp.array[wp.vec4]
     faces: wp.array[int]
+    levels: wp.array[int]
 
 
 _TRAVERSAL = """
@@ -49,9 +51,11 @@ _TRAVERSAL = """
     auto four = [](const Four* from) -> Four { return *from; };
     auto four_ints = [](const Four_ints* from) -> Four_ints { return *from; };
 #endif
+    auto lower = [&](float a, float b, float c) -> float { return smaller(a, smaller(b, c)); };
+    auto upper = [&](float a, float b, float c) -> float { return larger(a, larger(b, c)); };
     const float far_away = 1.0e30f;
     // Boxes are a little longer than they are, since distances to their sides are rounded.
-    const float longer = 1.0f + 4.0f * 1.1920929e-07f;
+    const float longer = 1.0f + 8.0f * 1.1920929e-07f;
     const float ox = origin[0], oy = origin[1], oz = origin[2];
     const float dx = direction[0], dy = direction[1], dz = direction[2];
 
@@ -78,16 +82,17 @@ _TRAVERSAL = """
     };
 
     // In no direction a ray moves by nothing: what it may meet then is at most a little more.
-    const float least = 1.0e-20f;
-    const float rx = 1.0f / (fabsf(dx) < least ? least : dx);
-    const float ry = 1.0f / (fabsf(dy) < least ? least : dy);
-    const float rz = 1.0f / (fabsf(dz) < least ? least : dz);
+    const float tiny = 1.0e-20f;
+    const float rx = 1.0f / (fabsf(dx) < tiny ? tiny : dx);
+    const float ry = 1.0f / (fabsf(dy) < tiny ? tiny : dy);
+    const float rz = 1.0f / (fabsf(dz) < tiny ? tiny : dz);
     const int back_x = rx < 0.0f, back_y = ry < 0.0f, back_z = rz < 0.0f;
 
-    // Of two faces in one place the one that is turned to the ray counts: a front is met before a back that is less
-    // than this above it.
+    // Of two faces in one place the one that is turned to the ray counts: a back is met as if it were this much below.
     const float least_height = 8.0f * 1.1920929e-07f;
-    float nearest = max_t, nearest_front = max_t, nearest_back = max_t, u = 0.0f, v = 0.0f;
+    // A triangle is met where its own box is, too, and not before. All boxes above hold that one, so that what is met
+    // first does not depend on the tree: what is nearest counts and, of what is as near, the lowest number.
+    float nearest = max_t, least = far_away, limit = max_t, u = 0.0f, v = 0.0f;
     int found = -1;
     int stack[STACK];
     float entries[STACK];
@@ -110,7 +115,7 @@ _TRAVERSAL = """
             const float begin_y = (near_y[c] - oy) * ry, end_y = (far_y[c] - oy) * ry;
             const float begin_z = (near_z[c] - oz) * rz, end_z = (far_z[c] - oz) * rz;
             const float begin = larger(larger(begin_x, begin_y), larger(begin_z, 0.0f));
-            const float end = smaller(smaller(end_x, end_y), smaller(end_z, nearest_front));
+            const float end = smaller(smaller(end_x, end_y), smaller(end_z, limit));
             if (begin <= end * longer) {
                 if (count[c] > 0) {
                     leaves |= 1 << c;
@@ -160,22 +165,35 @@ _TRAVERSAL = """
                 if (cull_backs && !is_front && p[3] != 0.0f) continue;
                 const float share = 1.0f / whole;
                 const float t = depth * share;
-                if (t >= 0.0f && t < (is_front ? nearest_front : nearest_back)) {
-                    if (any_one) return FOUND(t, U * share, V * share, bvh.faces.data[place]);
-                    const float ex = bx - ax, ey = by - ay, ez = bz - az, fx = cx - ax, fy = cy - ay, fz = cz - az;
-                    const float nx = ey * fz - ez * fy, ny = ez * fx - ex * fz, nz = ex * fy - ey * fx;
-                    const float tie = least_height * sqrtf(nx * nx + ny * ny + nz * nz)
-                        / larger(fabsf(nx * dx + ny * dy + nz * dz), least);
-                    nearest = t;
-                    nearest_front = is_front ? t : smaller(t + tie, max_t);
-                    nearest_back = is_front ? t - tie : t;
-                    u = U * share;
-                    v = V * share;
-                    found = bvh.faces.data[place];
+                if (t >= 0.0f && t <= limit) {
+                    const float begin = larger(
+                        larger(lower(ax * rx, bx * rx, cx * rx), lower(ay * ry, by * ry, cy * ry)),
+                        larger(lower(az * rz, bz * rz, cz * rz), 0.0f));
+                    const float leave = smaller(
+                        smaller(upper(ax * rx, bx * rx, cx * rx), upper(ay * ry, by * ry, cy * ry)),
+                        upper(az * rz, bz * rz, cz * rz));
+                    float key = larger(t, begin);
+                    if (begin > leave * longer || key >= max_t) continue;
+                    const int face = bvh.faces.data[place];
+                    if (any_one) return FOUND(t, U * share, V * share, face);
+                    if (!is_front) {
+                        const float ex = bx - ax, ey = by - ay, ez = bz - az, fx = cx - ax, fy = cy - ay, fz = cz - az;
+                        const float nx = ey * fz - ez * fy, ny = ez * fx - ex * fz, nz = ex * fy - ey * fx;
+                        key += least_height * sqrtf(nx * nx + ny * ny + nz * nz)
+                            / larger(fabsf(nx * dx + ny * dy + nz * dz), tiny);
+                    }
+                    if (key < least || (key == least && face < found)) {
+                        least = key;
+                        limit = smaller(key, max_t);
+                        nearest = t;
+                        u = U * share;
+                        v = V * share;
+                        found = face;
+                    }
                 }
             }
         }
-        while (next < 0 || next_entry > nearest_front * longer) {
+        while (next < 0 || next_entry > limit * longer) {
             if (size == 0) return FOUND(nearest, u, v, found);
             --size;
             next = stack[size];
@@ -194,7 +212,7 @@ def intersect(bvh: Bvh, origin: wp.vec3, direction: wp.vec3, max_t: float, any_o
     """The first triangle along a ray, nearer than `max_t`, or `any_one`; `direction` has unit length.
 
     cull_backs: those that can be culled are not met from behind. Of two that lie in one place, back to back, the one
-    whose front is met is the first.
+    whose front is met is the first; of others the one of the lowest number. Whatever the tree, the result is the same.
     (t, u, v) and, as the bits of a float, the triangle, -1 for none, which is met at u·p0 + v·p1 + (1 − u − v)·p2.
     Edges that triangles share let no ray through: S. Woop et al., Watertight Ray/Triangle Intersection, 2013.
     """

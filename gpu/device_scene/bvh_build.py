@@ -5,6 +5,7 @@ Level by level: of a node's two children, the larger is opened until there are f
 
 from functools import partial
 
+import numpy as np
 import warp as wp
 
 from gpu.core.constants import FAR_AWAY
@@ -198,6 +199,9 @@ def build(vertices: wp.array, indices: wp.array, culled: wp.array) -> Bvh:
     bvh = Bvh()
     room = with_room(base)
     bvh.bounds, bvh.children = _joined(bounds, 6 * room), _joined(children, 2 * room)
+    starts = np.cumsum([0, *(len(level) // 2 for level in children)])
+    # As long for every tree, so that one can take the place of another.
+    bvh.levels = wp.array(np.pad(starts, (0, MAX_LEVELS + 1 - len(starts)), mode="edge"), dtype=int, device=device)
     bvh.faces = wp.empty(len(indices) // 3, dtype=int, device=device)
     bvh.corners = wp.empty(len(indices), dtype=wp.vec4, device=device)
     launch(bvh_corner_kernel, len(bvh.faces), [mesh.id, vertices, indices, culled, bvh.corners, bvh.faces], device)

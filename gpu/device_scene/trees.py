@@ -5,8 +5,13 @@ import warp as wp
 from gpu.core.device import launch
 from gpu.device_scene.bvh import Bvh
 from gpu.device_scene.bvh_build import build
+from gpu.device_scene.bvh_refit import refitted
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.ray_cost import RAY_COST_PARAMETERS, ray_costs
 from gpu.device_scene.repeated import distinct
+
+# Of what rays looked at before: where a tree that is fitted to what has moved costs them more, another is made.
+MOST_COST = 1.5
 
 
 @wp.kernel
@@ -43,3 +48,15 @@ def tree_over(scene: SceneData, culled: wp.array, begin: int, end: int, *, looks
     if len(listed) < end - begin:
         launch(number_faces_kernel, len(listed), [listed, tree.faces], device)
     return tree
+
+
+def tree_of_moved(scene: SceneData, known: Bvh, begin: int, end: int, *, looks: bool = False) -> "Bvh | None":
+    """The tree `known` where its triangles are now; None where it does not fit: some were, or are, repeated, or rays
+    would look at much more than before.
+    """
+    if not len(distinct(scene, begin, end, looks=looks)) == end - begin == len(known.faces):
+        return None
+    fitted = refitted(known, scene.vertices, scene.triangles, begin)
+    costs, before = ray_costs(fitted), ray_costs(known)
+    dear = costs.max() >= RAY_COST_PARAMETERS.most or costs.mean() > MOST_COST * before.mean()
+    return None if dear else fitted

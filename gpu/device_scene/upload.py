@@ -16,7 +16,7 @@ from gpu.device_scene.data import NO_TEXTURE, MaterialData, SceneData, TextureDa
 from gpu.device_scene.environment import upload_environment
 from gpu.device_scene.features import has_specular, scene_features
 from gpu.device_scene.ray_cost import check_ray_cost
-from gpu.device_scene.trees import tree_over
+from gpu.device_scene.trees import tree_of_moved, tree_over
 from gpu.scene.types import AlphaMode, Doubles, Environment, Ints, Material, Scene, Texture, TextureSlot
 
 _LEAST_TRANSMITTANCE = 1e-6  # of a black attenuation colour, whose absorption would be infinite
@@ -157,20 +157,22 @@ class DeviceScene:
         return other
 
     def _move(self) -> None:
-        """Have arrays of its own of where things are."""
+        """Have arrays of its own of where things are; its trees are those of the state that it is a copy of."""
         self._lent -= {"vertices"}
         for name in ("solid_radius", "_with_panes"):
             self.__dict__.pop(name, None)
         self.data.vertices = self._upload(self.scene.vertices, wp.vec3)
         self.data.normals = self._upload(self.scene.normals, wp.vec3)
-        self._set_trees()
+        self._set_trees(known=True)
 
-    def _set_trees(self) -> None:
+    def _set_trees(self, *, known: bool = False) -> None:
+        """known: there are trees, of where the same triangles were."""
         data, begin = self.data, 0
         counts = data.opaque_count, data.pane_count, data.masked_count, data.backdrop_count
         for name, count in zip(("opaque", "panes", "masked", "backdrop"), counts, strict=True):
             if count:
-                setattr(data, name, self._tree(begin, begin + count, looks=name == "masked"))
+                before = getattr(data, name) if known else None
+                setattr(data, name, self._tree(begin, begin + count, looks=name == "masked", known=before))
             begin += count
 
     def can_become(self, other: DeviceScene) -> bool:
@@ -236,10 +238,12 @@ class DeviceScene:
         DEVICE_SHARING.pause()
         return array
 
-    def _tree(self, begin: int, end: int, *, looks: bool = False) -> Bvh:
-        """As `tree_over`; SceneError where rays would have to look at too much."""
-        tree = tree_over(self.data, self._culled, begin, end, looks=looks)
-        check_ray_cost(self.scene, tree)
+    def _tree(self, begin: int, end: int, *, looks: bool = False, known: Bvh | None = None) -> Bvh:
+        """As `tree_over`, or what is `known` where that still fits; SceneError where rays would look at too much."""
+        tree = known and tree_of_moved(self.data, known, begin, end, looks=looks)
+        if tree is None:
+            tree = tree_over(self.data, self._culled, begin, end, looks=looks)
+            check_ray_cost(self.scene, tree)
         return tree
 
     @cached_property

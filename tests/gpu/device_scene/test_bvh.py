@@ -198,3 +198,24 @@ def test_cuda_meets_the_same() -> None:
     assert same.mean() > 0.9999
     assert hits[same] == pytest.approx(others[same], abs=1e-3)
     assert hits[same, 0] == pytest.approx(others[same, 0], abs=1e-5)
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_what_is_met_first_does_not_depend_on_the_tree(device: str) -> None:
+    """Where triangles share edges and corners, lie in one plane or one in the place of another, too."""
+    rng = np.random.default_rng(11)
+    flat = soup(rng, 60, 0.6)
+    flat[:, :, 2] = 0.1
+    tilted = flat @ np.linalg.qr(rng.normal(size=(3, 3)))[0].T
+    ball = sphere(16)
+    triangles = np.concatenate([ball, flat, tilted, ball[:40], flat[:20, ::-1], soup(rng, 200)]).astype(np.float32)
+    count, order = len(triangles), rng.permutation(len(triangles))
+    one, other = tree(triangles, wp.get_device(device)), tree(triangles[order], wp.get_device(device))
+    other.faces = wp.array(order[other.faces.numpy()], dtype=int, device=device)
+    origins = rng.uniform(-0.7, 0.7, (20_000, 3))
+    chosen = triangles[rng.integers(count, size=len(origins))]
+    share = rng.choice([0.0, 0.5, 1.0, 0.3], (len(origins), 1))
+    aims = share * chosen[:, 0] + (1.0 - share) * chosen[:, 1]
+    found = [shoot(bvh, origins, unit(aims - origins)) for bvh in (one, other)]
+    for values, others in zip(*found, strict=True):
+        assert np.array_equal(values, others)
