@@ -1,6 +1,6 @@
 /** What is chosen in a scene: where its handles are, and the edits that moving and turning it make. */
 
-import { middleOf, offsetWithin, rounded, sum } from "./moving.js";
+import { middleOf, offsetWithin, rounded, scaled, scaleWithin, sum } from "./moving.js";
 import { about, direction, fromAngles, then, toAim, toAngles, turned } from "./turning.js";
 
 /** @typedef {import("./messages.js").ObjectEdit} ObjectEdit */
@@ -18,6 +18,7 @@ import { about, direction, fromAngles, then, toAim, toAngles, turned } from "./t
  * @property {Vec3[] | null} corners  of the box around it, if it has an extent: as middleOf's box, in binary order of x, y, z
  * @property {Vec3 | null} direction  where it shines
  * @property {Vec3 | null} angles  about each axis, as far as they tell how it is turned; null: it cannot be turned [°]
+ * @property {number | null} size  times as large as in its file; null: it has none
  */
 
 /** @param {Chosen | null} chosen @param {SceneInfo | null} scene @param {Edits} edits @returns {Target | null} */
@@ -28,22 +29,23 @@ export function targetOf(chosen, scene, { lights, objects, suns }) {
     const edit = lights[chosen.id];
     const [at, shines] = [light.position && (edit?.position ?? light.position), light.direction && (edit?.direction ?? suns[light.id] ?? light.direction)];
     const [azimuth, elevation] = shines ? toAim(shines) : [0, 0];
-    return { name: light.id, at, corners: null, direction: shines, angles: shines && [elevation, azimuth, elevation] };
+    return { name: light.id, at, corners: null, direction: shines, angles: shines && [elevation, azimuth, elevation], size: null };
   }
   const box = chosen && scene?.objects.find(({ id }) => id === chosen.id)?.box;
   if (!box) return null;
-  const angles = objects[chosen.id]?.rotation ?? [0, 0, 0];
-  const [rotation, middle] = [fromAngles(angles), middleOf(box)];
+  const { rotation: turn, scale: by } = objects[chosen.id] ?? {};
+  const [angles, size] = [turn ?? /** @type {Vec3} */ ([0, 0, 0]), by ?? 1];
+  const [rotation, middle, { min, max }] = [fromAngles(angles), middleOf(box), scaled(box, size)];
   const at = sum(middle, objects[chosen.id]?.offset ?? [0, 0, 0]);
   const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((number) => {
-    const corner = /** @type {Vec3} */ (box.min.map((low, axis) => (number & (1 << axis) ? (box.max[axis] ?? low) : low)));
+    const corner = /** @type {Vec3} */ (min.map((low, axis) => (number & (1 << axis) ? (max[axis] ?? low) : low)));
     return sum(at, turned(sum(corner, [-middle[0], -middle[1], -middle[2]]), rotation));
   });
-  return { name: chosen.id, at, corners, direction: null, angles };
+  return { name: chosen.id, at, corners, direction: null, angles, size };
 }
 
-/** Has what is chosen be there, as far as it can. @param {Chosen} chosen @param {SceneInfo} scene @param {Vec3} to @returns {ScenePatch} */
-export function movedTo({ kind, id }, { bounds, objects }, to) {
+/** Has what is chosen be there, as far as it can. @param {Chosen} chosen @param {SceneInfo} scene @param {Edits} edits @param {Vec3} to @returns {ScenePatch} */
+export function movedTo({ kind, id }, { bounds, objects }, edits, to) {
   if (kind === "light") {
     const size = Math.max(...bounds.max.map((high, axis) => high - (bounds.min[axis] ?? high)));
     return { lights: { [id]: { position: /** @type {Vec3} */ (to.map((value) => rounded(value, size))) } } };
@@ -51,7 +53,13 @@ export function movedTo({ kind, id }, { bounds, objects }, to) {
   const box = objects.find((object) => object.id === id)?.box;
   if (!box) return {};
   const [x, y, z] = middleOf(box);
-  return { objects: { [id]: { offset: offsetWithin(box, bounds, [to[0] - x, to[1] - y, to[2] - z]) } } };
+  return { objects: { [id]: { offset: offsetWithin(scaled(box, edits.objects[id]?.scale ?? 1), bounds, [to[0] - x, to[1] - y, to[2] - z]) } } };
+}
+
+/** Has an object that is chosen be so many times as large as in its file, as far as it can. @param {Chosen} chosen @param {SceneInfo} scene @param {Edits} edits @param {number} size @returns {ScenePatch} */
+export function sizedTo({ id }, { bounds, objects }, edits, size) {
+  const box = objects.find((object) => object.id === id)?.box;
+  return box ? { objects: { [id]: { scale: scaleWithin(box, bounds, edits.objects[id]?.offset ?? [0, 0, 0], size) } } } : {};
 }
 
 /** Turns what is chosen on from where it was. @param {Chosen} chosen @param {Target} from @param {0 | 1 | 2} axis @param {number} angle [rad] @returns {ScenePatch} */

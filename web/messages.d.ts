@@ -126,6 +126,8 @@ export interface ObjectEdit {
   offset?: [number, number, number] | null;
   /** by which it is turned about the world's X, Y and Z through its box's middle [°], Z first */
   rotation?: [number, number, number] | null;
+  /** how many times as large it is, about its box's middle, within the box of the scene */
+  scale?: number | null;
 }
 
 /** Whether this viewer's edits are its own, or those of all. */

@@ -5,6 +5,9 @@
 
 /** Of a scene's diagonal, about what a step is. */
 const STEP_SHARE = 0.01;
+/** As the server has them: how many times as large an object can be. */
+const LEAST_SCALE = 0.1;
+const MOST_SCALE = 10;
 
 /** A step for a scene so large: 1, 2 or 5 times a power of ten [m]. @param {number} diagonal [m] */
 export function stepIn(diagonal) {
@@ -16,6 +19,27 @@ export function stepIn(diagonal) {
 
 /** The middle of a box. @param {Bounds} box @returns {Vec3} */
 export const middleOf = ({ min, max }) => [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, (min[2] + max[2]) / 2];
+
+/** A box that is made so many times as large about its middle. @param {Bounds} box @param {number} scale @returns {Bounds} */
+export function scaled(box, scale) {
+  const middle = middleOf(box);
+  const corner = (/** @type {Vec3} */ at) => /** @type {Vec3} */ (at.map((value, axis) => (middle[axis] ?? 0) + scale * (value - (middle[axis] ?? 0))));
+  return { min: corner(box.min), max: corner(box.max) };
+}
+
+/**
+ * The scale nearest to `wanted` that an object can have whose box, which is moved by `offset`, stays within a scene's
+ * bounds, as the server demands.
+ * @param {Bounds} box as the file has it @param {Bounds} bounds @param {Vec3} offset @param {number} wanted
+ */
+export function scaleWithin(box, bounds, offset, wanted) {
+  const middle = sum(middleOf(box), offset);
+  const room = middle.map((at, axis) => {
+    const half = ((box.max[axis] ?? 0) - (box.min[axis] ?? 0)) / 2;
+    return half > 0 ? Math.min(at - (bounds.min[axis] ?? at), (bounds.max[axis] ?? at) - at) / half : MOST_SCALE;
+  });
+  return rounded(Math.max(Math.min(wanted, MOST_SCALE, ...room), LEAST_SCALE), 1);
+}
 
 /**
  * The offset nearest to `wanted` with which a box stays within a scene's bounds, as the server demands. What is not

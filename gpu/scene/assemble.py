@@ -7,7 +7,7 @@ import numpy as np
 
 from gpu.errors import SceneError
 from gpu.scene import validate
-from gpu.scene.boxes import box, lengths
+from gpu.scene.boxes import box
 from gpu.scene.bulk import bulk_of
 from gpu.scene.default_light import with_default_light
 from gpu.scene.default_view import default_camera
@@ -21,6 +21,7 @@ from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.objects import numbered
 from gpu.scene.precision import device_precision, file_precision
 from gpu.scene.sky_dome import sky_notes, with_sky_dome
+from gpu.scene.soundness import sound
 from gpu.scene.to_world import as_vector, camera_in_world, light_in_unit_space
 from gpu.scene.types import (
     Camera,
@@ -38,8 +39,6 @@ from gpu.scene.types import (
     Texture,
 )
 
-# Twice a triangle's area in unit space, relative to its longest edge squared and absolute: below, float32 sees a line.
-_RELATIVE_AREA, _ABSOLUTE_AREA = 1e-12, 1e-24
 _MOST_UV = 1e30  # texture coordinates are of single precision on the device, which repeats a texture long before
 
 
@@ -270,15 +269,6 @@ def _check_some(name: str, kept: Mask) -> None:
     """Raise SceneError when no triangle is left, of which `kept` (triangle,) says whether it is."""
     if not kept.any():
         raise SceneError(name, "", f"none of its {len(kept)} triangles has an area")
-
-
-def sound(unit: Doubles, triangles: Integers) -> Mask:
-    """Which triangles, (triangle, 3) indices of unit-space positions, are more than a point or a line."""
-    a, b, c = (unit.take(triangles[:, corner], axis=0) for corner in range(3))
-    with np.errstate(over="ignore", invalid="ignore"):  # what is too far away for numbers is not sound
-        longest = np.maximum.reduce([np.einsum("tc,tc->t", edge, edge) for edge in (b - a, c - b, a - c)])
-        area = lengths(area_vectors(unit, triangles))
-        return np.asarray(area > np.maximum(_RELATIVE_AREA * longest, _ABSOLUTE_AREA))
 
 
 def _merged_uvs(parts: Sequence[MeshPart], materials: Sequence[Material]) -> Floats:

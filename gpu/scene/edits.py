@@ -125,6 +125,17 @@ class ObjectEdit(_Edit):
         default=None,
         description="by which it is turned about the world's X, Y and Z through its box's middle [°], Z first",
     )
+    scale: FiniteFloat | None = Field(
+        default=None,
+        ge=0.1,
+        le=10.0,
+        description="how many times as large it is, about its box's middle, within the box of the scene",
+    )
+
+    @property
+    def move(self) -> Move:
+        """What it does with where the object is."""
+        return Move(self.rotation or (0.0, 0.0, 0.0), self.offset or (0.0, 0.0, 0.0), self.scale or 1.0)
 
 
 class SceneEdits(Moment):
@@ -243,12 +254,16 @@ def _check_shape(edits: SceneEdits, objects: Mapping[str, Box], bounds: Box, ani
     low, high = bounds
     most = _BOX_TOLERANCE * max(b - a for a, b in zip(low, high, strict=True))
     for one, change in edits.objects.items():
-        if change.offset is None:
+        if change.offset is None and change.scale is None:
             continue
-        sides = zip(low, high, *objects[one], change.offset, strict=True)
-        beyond = max(max(a - (c + by), d + by - b) for a, b, c, d, by in sides)
+        move = change.move
+        sides = zip(low, high, *objects[one], move.offset, strict=True)
+        # Half of what its box grows by goes to each side.
+        grown = [(a, b, c + by, d + by, 0.5 * (move.scale - 1.0) * (d - c)) for a, b, c, d, by in sides]
+        beyond = max(max(a - c, d - b) + by for a, b, c, d, by in grown)
         if beyond > most:
-            raise UserError(f"objects.{one}.offset: takes it {beyond:.3g} m beyond the box of the scene")
+            field = "scale" if change.offset is None else "offset"
+            raise UserError(f"objects.{one}.{field}: takes it {beyond:.3g} m beyond the box of the scene")
     if edits.objects and sum(change.visible is False for change in edits.objects.values()) == len(objects):
         raise UserError("objects: one at least must stay visible")
 
@@ -264,11 +279,7 @@ def _check_ids(field: str, edits: Collection[str], there: Collection[str]) -> No
 def _edited_objects(scene: Scene, edits: Mapping[str, ObjectEdit]) -> Scene:
     numbers = {one: number for number, one in enumerate(scene.objects)}
     hidden = [numbers[one] for one, edit in edits.items() if edit.visible is False]
-    moves = {
-        numbers[one]: Move(edit.rotation or (0.0, 0.0, 0.0), edit.offset or (0.0, 0.0, 0.0))
-        for one, edit in edits.items()
-        if edit.rotation is not None or edit.offset is not None
-    }
+    moves = {numbers[one]: move for one, edit in edits.items() if (move := edit.move) != Move()}
     return with_objects(scene, hidden, moves) if hidden or moves else scene
 
 

@@ -5,19 +5,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gpu.errors import brief
+from gpu.errors import UserError, brief
 from gpu.scene.parts import MOST_ID
+from gpu.scene.soundness import sound
 from gpu.scene.types import Doubles, Ints, Mask, Rgb, Scene
 
 
 @dataclass(frozen=True)
 class Move:
-    """How an object is moved, in the world: turned about the middle of its box, by `rotation` about the axes X, Y and
-    Z [°], of which Z comes first and Y, which is up, last; then moved by `offset` [m].
+    """How an object is moved, in the world: made `scale` times as large about the middle of its box, turned about it by
+    `rotation` about the axes X, Y and Z [°], of which Z comes first and Y, which is up, last; then moved by `offset`
+    [m].
     """
 
     rotation: Rgb = (0.0, 0.0, 0.0)
     offset: Rgb = (0.0, 0.0, 0.0)
+    scale: float = 1.0
 
 
 def numbered(names: Iterable[str], counts: Iterable[int], used: Mask) -> tuple[tuple[str, ...], Ints]:
@@ -34,13 +37,23 @@ def numbered(names: Iterable[str], counts: Iterable[int], used: Mask) -> tuple[t
 
 
 def with_objects(scene: Scene, hidden: Collection[int], moves: Mapping[int, Move]) -> Scene:
-    """`scene` without its `hidden` objects, by number, and with others moved."""
+    """`scene` without its `hidden` objects, by number, and with others moved; without triangles that lose their area.
+
+    Raises UserError where nothing is left.
+    """
     scene = _moved(scene, moves) if moves else scene
-    if not hidden:
-        return scene
-    shown = np.ones(len(scene.objects), bool)
+    shown, scaled = np.ones(len(scene.objects), bool), np.zeros(len(scene.objects), bool)
     shown[list(hidden)] = False
-    kept = shown[scene.vertex_object[scene.triangles[:, 0]]]
+    scaled[[number for number, move in moves.items() if move.scale != 1.0]] = True
+    if shown.all() and not scaled.any():
+        return scene
+    owner = scene.vertex_object[scene.triangles[:, 0]]
+    kept, made = shown[owner], np.flatnonzero(scaled[owner])
+    kept[made] &= sound(scene.vertices.astype(np.float64), scene.triangles[made])
+    if not kept.any():
+        raise UserError("objects: nothing that is visible has an area")
+    if kept.all():
+        return scene
     return replace(scene, triangles=scene.triangles[kept], triangle_material=scene.triangle_material[kept])
 
 
@@ -49,9 +62,10 @@ def _moved(scene: Scene, moves: Mapping[int, Move]) -> Scene:
     for number, move in moves.items():
         own = np.flatnonzero(scene.vertex_object == number)
         positions = scene.vertices[own].astype(np.float64)
-        if any(move.rotation):
+        if any(move.rotation) or move.scale != 1.0:
             matrix, middle = rotation_matrix(move.rotation), (positions.min(axis=0) + positions.max(axis=0)) / 2.0
-            positions = (positions - middle) @ matrix.T + middle
+            positions = move.scale * (positions - middle) @ matrix.T + middle
+        if any(move.rotation):
             normals = normals.copy() if normals is scene.normals else normals
             normals[own] = normals[own] @ matrix.T
         vertices[own] = positions + np.array(move.offset) * scene.placement.scale

@@ -9,10 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from gpu.errors import UserError
-from gpu.scene.assemble import MeshPart, sound
+from gpu.scene.assemble import MeshPart
 from gpu.scene.motion import STILL, Animation, Body, Motion
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.pose import Pose, at_rest, in_world, pose_at
+from gpu.scene.soundness import sound
 from gpu.scene.to_world import matrix_in_world, placed_light
 from gpu.scene.transforms import mirrored, rigid
 from gpu.scene.types import Camera, Doubles, Floats, Integers, Ints, Light, Mask, Scene

@@ -110,6 +110,22 @@ def test_what_is_dragged_about_an_axis_turns(page: Page, stage: Stage) -> None:
     hears(stage, {"objects": {"chair": {"rotation": [0, 0, 5]}}})
 
 
+def test_what_is_dragged_by_its_grip_is_made_larger(page: Page, stage: Stage) -> None:
+    page.mouse.click(*CHAIR_AT)
+    page.get_by_label("Size", exact=True).check()
+    drag(page, "Make chair larger", right=24, down=-24)  # from 84 px of the middle to 118
+    scale = float(page.get_by_label("times as large").input_value())
+    assert scale == pytest.approx(1.4, abs=0.05)
+    hears(stage, {"objects": {"chair": {"scale": scale}}})
+    page.get_by_role("slider", name="Make chair larger").press("ArrowUp")
+    expect(page.get_by_label("times as large")).to_have_value(f"{round(1.05 * scale, 5):g}")
+    page.keyboard.press("Control+z")
+    page.keyboard.press("Control+z")
+    hears(stage, {"objects": {"chair": {"scale": None}}})
+    page.get_by_label("times as large").press("ArrowUp")
+    hears(stage, {"objects": {"chair": {"scale": 1.05}}})
+
+
 def test_a_sun_is_turned_where_the_viewer_looks(page: Page, stage: Stage) -> None:
     sun = {"id": "sun", "form": "directional", "color": [1, 1, 1], "direction": [0.0, -1.0, 0.0]}
     stage.scene(lights=[sun])

@@ -37,6 +37,7 @@ OBJECTS = st.builds(
     visible=st.sampled_from([None, False]),
     offset=st.sampled_from([None, (0.1, 0.0, -0.1), (0.0, -0.2, 0.0)]),
     rotation=st.sampled_from([None, (0.0, 30.0, 0.0), (-90.0, 0.0, 45.0)]),
+    scale=st.sampled_from([None, 0.5, 1.2]),
 )
 EDITS = st.builds(
     SceneEdits,

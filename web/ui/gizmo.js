@@ -1,10 +1,10 @@
 /**
- * Handles over the picture that move what is chosen along the world's axes, or turn it about them, by dragging or by arrow
- * keys; its box, and where it shines.
+ * Handles over the picture that move what is chosen along the world's axes, turn it about them, or make it larger, by
+ * dragging or by arrow keys; its box, and where it shines.
  */
 
 import { add, scale } from "../viewer/camera.js";
-import { arrow, NAMES, ring } from "./handles.js";
+import { arrow, grip, NAMES, ring } from "./handles.js";
 import { set, shape, strokes } from "./svg.js";
 
 /** @typedef {import("../chosen.js").Target} Target */
@@ -16,6 +16,7 @@ import { set, shape, strokes } from "./svg.js";
  * @typedef {object} GizmoEvents
  * @property {(to: Vec3) => void} move  what is chosen is to be there; many times until `end`
  * @property {(from: Target, axis: 0 | 1 | 2, angle: number) => void} turn  and to be turned on from there [rad]
+ * @property {(size: number) => void} size  and to be so many times as large as in its file
  * @property {() => void} end  a drag, or a key, is over
  * @property {() => number} step  of an arrow key [m]
  * @property {() => number} turnStep  and [rad]
@@ -24,6 +25,8 @@ import { set, shape, strokes } from "./svg.js";
 /** CSS pixels of the line that tells where a light shines. */
 const SHINES = 120;
 const KEYS = new Map([["ArrowRight", 1], ["ArrowUp", 1], ["ArrowLeft", -1], ["ArrowDown", -1], ["PageUp", 10], ["PageDown", -10]]);
+/** What a step of an arrow key makes larger by, as a logarithm. */
+const SIZE_STEP = Math.log(1.05);
 /** Corners of a box that have edges between them. */
 const EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((corner) => [1, 2, 4].filter((bit) => !(corner & bit)).map((bit) => [corner, corner | bit]));
 
@@ -48,17 +51,21 @@ export class Gizmo {
     this.#shines = shape(parent, "path", { class: "shines" });
     this.#group = shape(parent, "g", { class: "gizmo" });
     this.#handles = /** @type {const} */ ([0, 1, 2]).flatMap((axis) => [arrow(this.#group, axis), ring(this.#group, axis)]);
+    this.#handles.push(grip(this.#group));
     for (const handle of this.#handles) this.#listen(handle);
   }
 
-  /** @param {Target | null} target @param {"move" | "turn"} kind of the handles that it has, if it can have them */
+  /** @param {Target | null} target @param {"move" | "turn" | "size"} kind of the handles that it has, if it can have them */
   show(target, kind) {
     this.#target = target;
+    const name = target?.name ?? "nothing";
     for (const { kind: own, axis, group } of this.#handles) {
-      group.toggleAttribute("data-off", own !== kind || !(own === "move" ? target?.at : target?.angles));
-      const value = (own === "move" ? target?.at : target?.angles)?.[axis] ?? 0;
-      const label = `${own === "move" ? "Move" : "Turn"} ${target?.name ?? "nothing"} ${own === "move" ? "along" : "about"} ${NAMES[axis]}`;
-      set(group, { "aria-label": label, "aria-valuenow": value, "aria-valuetext": own === "move" ? `${Number(value.toFixed(3))} m` : `${value}°` });
+      const values = { move: target?.at, turn: target?.angles, size: target?.size === null ? null : [target?.size ?? 1] }[own];
+      group.toggleAttribute("data-off", own !== kind || !values);
+      const value = values?.[axis] ?? 0;
+      const label = { move: `Move ${name} along ${NAMES[axis]}`, turn: `Turn ${name} about ${NAMES[axis]}`, size: `Make ${name} larger` }[own];
+      const words = { move: `${Number(value.toFixed(3))} m`, turn: `${value}°`, size: `${Number(value.toFixed(3))} times` }[own];
+      set(group, { "aria-label": label, "aria-valuenow": value, "aria-valuetext": words });
     }
     if (this.#projection) this.draw(this.#projection);
   }
@@ -124,11 +131,13 @@ export class Gizmo {
     const steps = KEYS.get(event.key);
     if (steps === undefined || !this.#target || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault(); // the camera stays
-    this.#change(handle, this.#target, steps * (handle.kind === "move" ? this.#events.step() : this.#events.turnStep()));
+    const step = { move: this.#events.step, turn: this.#events.turnStep, size: () => SIZE_STEP }[handle.kind];
+    this.#change(handle, this.#target, steps * step());
   }
 
-  /** @param {Handle} handle @param {Target} from @param {number} by [m, rad] */
+  /** @param {Handle} handle @param {Target} from @param {number} by [m, rad, logarithm of size] */
   #change({ kind, axis }, from, by) {
+    if (kind === "size") return this.#events.size((from.size ?? 1) * Math.exp(by));
     if (kind === "turn") return this.#events.turn(from, axis, by);
     if (!from.at) return;
     const to = /** @type {Vec3} */ ([...from.at]);

@@ -1,7 +1,7 @@
-/** The shapes of the handles that the gizmo has: an arrow along an axis of the world, which moves, a ring about it, which turns. */
+/** The shapes of the handles that the gizmo has: an arrow along an axis of the world, which moves, a ring about it, which turns, and a grip, which makes larger. */
 
 import { add, dot, scale } from "../viewer/camera.js";
-import { alongAxis, aroundAxis } from "../viewer/projection.js";
+import { alongAxis, aroundAxis, besides } from "../viewer/projection.js";
 import { set, shape, strokes } from "./svg.js";
 
 /** @typedef {import("../viewer/camera.js").Vec3} Vec3 */
@@ -11,11 +11,11 @@ import { set, shape, strokes } from "./svg.js";
 
 /**
  * @typedef {object} Handle
- * @property {"move" | "turn"} kind
+ * @property {"move" | "turn" | "size"} kind
  * @property {Axis} axis
  * @property {SVGGElement} group
  * @property {(projection: Projection, at: Vec3) => void} draw
- * @property {(ray: Ray, projection: Projection, at: Vec3) => number | null} measure  where the pointer holds it, to be compared with where it held it before [m, rad]
+ * @property {(ray: Ray, projection: Projection, at: Vec3) => number | null} measure  where the pointer holds it, to be compared with where it held it before [m, rad, logarithm of size]
  */
 
 export const NAMES = /** @type {const} */ (["X", "Y", "Z"]);
@@ -74,10 +74,28 @@ export function ring(parent, axis) {
   };
 }
 
-/** @param {SVGElement} parent @param {Axis} axis @param {"line" | "path"} of */
-function handle(parent, axis, of) {
-  const name = NAMES[axis];
-  const group = shape(parent, "g", { class: `axis axis-${name.toLowerCase()}`, role: "slider", tabindex: 0, "aria-valuenow": 0 });
+/** @param {SVGElement} parent @returns {Handle} */
+export function grip(parent) {
+  const group = handle(parent, 0, "line", "size", "↔");
+  return {
+    kind: "size",
+    axis: 0,
+    group,
+    draw(projection, at) {
+      const foot = projection.point(at);
+      group.toggleAttribute("hidden", !foot);
+      if (!foot) return;
+      const tip = { x: foot.x + LENGTH * Math.SQRT1_2, y: foot.y - LENGTH * Math.SQRT1_2 };
+      for (const line of group.querySelectorAll("line")) set(line, { x1: foot.x, y1: foot.y, x2: tip.x, y2: tip.y });
+      placeKnob(group, tip);
+    },
+    measure: (ray, projection, at) => Math.log(Math.max(besides(ray, at), projection.pixelAt(at))),
+  };
+}
+
+/** @param {SVGElement} parent @param {Axis} axis @param {"line" | "path"} of @param {string} kind @param {string} name */
+function handle(parent, axis, of, kind = NAMES[axis].toLowerCase(), name = NAMES[axis]) {
+  const group = shape(parent, "g", { class: `axis axis-${kind}`, role: "slider", tabindex: 0, "aria-valuenow": 0 });
   shape(group, of, { class: "reach" });
   shape(group, of, { class: "shaft" });
   shape(group, "circle", { r: 11 });

@@ -3,7 +3,7 @@
  * for each light. What can be moved or turned has handles over the picture.
  */
 
-import { movedTo, targetOf, turnedFrom } from "../chosen.js";
+import { movedTo, sizedTo, targetOf, turnedFrom } from "../chosen.js";
 import { toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
 import { stepIn } from "../moving.js";
@@ -38,6 +38,7 @@ export class Mixer {
   #step = byId("move-step", HTMLInputElement);
   #turnStep = byId("turn-step", HTMLInputElement);
   #turns = byId("handles-turn", HTMLInputElement);
+  #sizes = byId("handles-size", HTMLInputElement);
   #undo = button("undo");
   #redo = button("redo");
   #reset = button("edits-reset");
@@ -73,13 +74,14 @@ export class Mixer {
     }, this.#moveStep, this.#angleStep);
     this.#marks = new Marks(this.#overlay, (id) => this.#choose({ kind: "light", id }));
     this.#gizmo = new Gizmo(this.#overlay, {
-      move: (to) => this.#handle("move", (chosen, scene) => movedTo(chosen, scene, to)),
+      move: (to) => this.#handle("move", (chosen, scene) => movedTo(chosen, scene, this.#differences, to)),
       turn: (from, axis, angle) => this.#handle("turn", (chosen) => turnedFrom(chosen, from, axis, angle)),
+      size: (size) => this.#handle("scale", (chosen, scene) => sizedTo(chosen, scene, this.#differences, size)),
       end: () => this.#history.end(),
       step: this.#moveStep,
       turnStep: () => (this.#angleStep() * Math.PI) / 180,
     });
-    for (const id of ["handles-move", "handles-turn"]) byId(id, HTMLInputElement).addEventListener("change", () => this.#show());
+    for (const id of ["handles-move", "handles-turn", "handles-size"]) byId(id, HTMLInputElement).addEventListener("change", () => this.#show());
     this.#object.addEventListener("change", () => {
       this.#choose(this.#object.value ? { kind: "object", id: this.#object.value } : null);
     });
@@ -193,6 +195,11 @@ export class Mixer {
     });
   }
 
+  /** Where things and lights are. */
+  get #differences() {
+    return { ...this.#history.edits, suns: this.#history.suns };
+  }
+
   /** Of an arrow key [m]. */
   #moveStep = () => this.#step.valueAsNumber || 1;
   /** And [°]. */
@@ -225,11 +232,13 @@ export class Mixer {
         return at ? [{ id: row.light.id, at, color, on: edit?.on ?? true, chosen: row.light.id === light }] : [];
       }),
     );
-    const target = targetOf(this.#chosen, this.#scene, { lights, objects, suns: this.#history.suns });
+    const target = targetOf(this.#chosen, this.#scene, this.#differences);
     text("moving").hidden = !target;
     text("handles-kind").hidden = !target?.at || !target.angles;
     text("pick-hint").hidden = target !== null;
-    this.#gizmo.show(target, target?.angles && (this.#turns.checked || !target.at) ? "turn" : "move");
+    text("sizes").hidden = target?.size === null;
+    const kind = this.#sizes.checked && target?.size !== null ? "size" : "move";
+    this.#gizmo.show(target, target?.angles && (this.#turns.checked || !target.at) ? "turn" : kind);
     this.#events.redraw();
   }
 }

@@ -103,6 +103,12 @@ export function alongAxis(ray, at, axis) {
   return (cosine * dot(ray.along, between) - dot(axis, between)) / square;
 }
 
+/** How far from a point a ray passes [m]. @param {Ray} ray @param {Vec3} at */
+export function besides(ray, at) {
+  const between = add(at, scale(ray.from, -1));
+  return Math.hypot(...add(between, scale(ray.along, -dot(ray.along, between))));
+}
+
 /**
  * The angle about an axis of the world of the point that a ray holds of a ball around `at`: where it meets the ball, or
  * passes nearest to it [rad].

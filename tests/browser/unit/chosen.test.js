@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { movedTo, targetOf, turnedFrom } from "../../../web/chosen.js";
+import { movedTo, sizedTo, targetOf, turnedFrom } from "../../../web/chosen.js";
 
 /** @typedef {import("../../../web/messages.js").SceneInfo} SceneInfo */
 /** @typedef {[number, number, number]} Vec3 */
@@ -21,7 +21,7 @@ test("an object is turned about the middle of its box, then moved, with its box"
   assert.deepEqual(chair?.at, [0.2, 0.6, 0.1]);
   const corner = chair?.corners?.[0]?.map((value) => Number(value.toFixed(9)));
   assert.deepEqual(corner, [0.1, 0.5, 0.3]);
-  assert.deepEqual(movedTo({ kind: "object", id: "chair" }, scene, [0.3, 0.1, 9]), { objects: { chair: { offset: [0.1, 0, 0.8] } } });
+  assert.deepEqual(movedTo({ kind: "object", id: "chair" }, scene, none, [0.3, 0.1, 9]), { objects: { chair: { offset: [0.1, 0, 0.8] } } });
 });
 
 test("what is turned goes on from how it was", () => {
@@ -39,4 +39,15 @@ test("lights are turned that shine somewhere, and moved that have a place", () =
   assert.deepEqual(targetOf({ kind: "light", id: "spot" }, scene, { ...none, lights: { spot: { position: [1, 1, 1] } } })?.at, [1, 1, 1]);
   assert.equal(targetOf({ kind: "light", id: "lamp" }, scene, none), null);
   assert.deepEqual(targetOf({ kind: "light", id: "sun" }, scene, { ...none, suns: { sun: [1, 0, 0] } })?.direction, [1, 0, 0]);
+});
+
+test("an object is made larger about the middle of its box, within the scene", () => {
+  const chosen = /** @type {const} */ ({ kind: "object", id: "chair" });
+  const edits = { ...none, objects: { chair: { offset: /** @type {Vec3} */ ([0, 0.5, 0]), scale: 2 } } };
+  const chair = targetOf(chosen, scene, edits);
+  assert.deepEqual([chair?.at, chair?.size], [[0.2, 0.6, 0.1], 2]);
+  assert.deepEqual([0, 7].map((corner) => chair?.corners?.[corner]?.map((value) => Number(value.toFixed(9)))), [[-0.2, 0.4, -0.1], [0.6, 0.8, 0.3]]);
+  assert.deepEqual(movedTo(chosen, scene, edits, [9, 0.6, 0.1]), { objects: { chair: { offset: [0.4, 0.5, 0] } } });
+  const sizes = [0.01, 1.5, 99].map((size) => sizedTo(chosen, scene, edits, size).objects?.chair?.scale);
+  assert.deepEqual(sizes, [0.1, 1.5, 4]);
 });

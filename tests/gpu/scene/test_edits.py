@@ -122,6 +122,7 @@ def test_objects_go_and_move_within_the_box_of_the_scene(scene: Scene) -> None:
     [
         ({"block": {"offset": [0.0, 0.0, -9.0]}}, "objects.block.offset: takes it 8.7 m beyond the box of the scene"),
         ({"mesh": {"offset": [0.01, 0.0, 0.0]}}, "objects.mesh.offset: takes it 0.01 m beyond the box of the scene"),
+        ({"mesh": {"scale": 1.5}}, r"objects.mesh.scale: takes it [\d.]+ m beyond the box of the scene"),
         ({"block": {"visible": False}, "mesh": {"visible": False}}, "objects: one at least must stay visible"),
         ({"chair": {}}, "objects.chair: the scene has no such object; it has block, mesh"),
     ],
@@ -171,6 +172,7 @@ def test_what_is_not_there_is_named(scene: Scene, parts: dict[str, dict[str, dic
         ({"lights": {"sun": {"direction": [0, 1e200, 0]}}}, "lights.sun.direction"),
         ({"lights": {"bulb": {"position": [1e300, 0, 0]}}}, "lights.bulb.position.0"),
         ({"objects": {"block": {"rotation": [0, 361, 0]}}}, "objects.block.rotation.1"),
+        ({"objects": {"block": {"scale": 0.0}}}, "objects.block.scale"),
         ({"materials": {"wall": {"roughness": 1.5}}}, "materials.wall.roughness"),
         ({"materials": {"wall": {"emission": [1e9, 0, 0]}}}, "materials.wall.emission.0"),
     ],

@@ -5,6 +5,7 @@ import pytest
 from gltf_file import GltfFile
 from scenes import grey, quad, scene_of
 
+from gpu.errors import UserError
 from gpu.scene.objects import Move, numbered, rotation_matrix, with_objects
 from gpu.scene.types import Placement, Scene
 
@@ -52,6 +53,26 @@ def test_an_object_is_turned_about_the_middle_of_its_box_and_its_normals_with_it
     tables = scene.vertex_object == 1
     assert np.allclose(turned.normals[~tables], scene.normals[~tables], atol=1e-6)
     assert np.allclose(turned.normals[tables], scene.normals[tables] @ rotation_matrix((90.0, 0.0, 0.0)).T, atol=1e-6)
+
+
+def test_an_object_is_made_larger_about_the_middle_of_its_box_before_it_is_turned(scene: Scene) -> None:
+    made = with_objects(scene, [], {1: Move((0.0, 90.0, 0.0), (0.0, 0.0, 0.25), 0.5)})
+    low, high = made.object_boxes
+    assert np.allclose([low[1], high[1]], [[3.25, 0.0, 0.5], [3.75, 0.0, 1.0]])
+    assert np.array_equal(low[0], scene.object_boxes[0][0])
+    assert made.triangles is scene.triangles
+    assert np.allclose(np.linalg.norm(made.normals, axis=1), 1.0)
+
+
+def test_what_is_made_too_small_to_have_an_area_is_left_out() -> None:
+    """As if a file had it so: a quarter of a metre from the middle of a scene of a metre steps are 3e-8 m."""
+    grain = replace(quad([0.8, 0.0, 0.8], [1e-6, 0, 0], [0, 0, 1e-6]), name="grain")
+    room = scene_of([replace(quad([0, 0, 0], [1, 0, 0], [0, 0, 1]), name="floor"), grain], [grey(0.5)])
+    assert len(room.triangles) == 4
+    made = with_objects(room, [], {room.objects.index("grain"): Move(scale=0.001)})
+    assert (made.vertex_object[made.triangles] == made.objects.index("floor")).all()
+    with pytest.raises(UserError, match="nothing that is visible has an area"):
+        with_objects(room, [room.objects.index("floor")], {room.objects.index("grain"): Move(scale=0.001)})
 
 
 def test_rotations_are_about_the_axes_of_the_world_z_first_and_y_last() -> None:
