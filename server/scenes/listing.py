@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 from stat import S_ISREG
 from time import monotonic
 
+from gpu.errors import brief
 from gpu.scene.load import SUFFIXES
 from server.scenes.clutter import is_clutter
 
@@ -21,7 +22,8 @@ def scene_files(folder: Path) -> dict[str, str]:
     """Whole paths of the scene files in `folder` by their path inside it, in the order of that.
 
     Left out are links that lead out of the folder, what is no plain file, what cannot be read, and names that cannot be
-    shown; where there is too much, what is deepest. Folders that are links are not entered.
+    shown (not UTF-8, with control characters, or with turns of the direction of writing); where there is too much, what
+    is deepest. Folders that are links are not entered.
     """
     root = os.path.realpath(folder)
     found: dict[str, str] = {}
@@ -50,10 +52,11 @@ def scene_files(folder: Path) -> dict[str, str]:
 
 def _is_scene(entry: "os.DirEntry[str]", inside: str, root: str) -> bool:
     try:
-        inside.encode()
+        if brief(inside, len(inside)) != inside:  # what would be shown is another name
+            return False
         path = PurePosixPath(inside)
         if is_clutter(path) or path.suffix.lower() not in SUFFIXES or not S_ISREG(entry.stat().st_mode):
             return False
         return not entry.is_symlink() or Path(entry.path).resolve().is_relative_to(root)
-    except (OSError, ValueError, RuntimeError):  # gone, not ours to see, not UTF-8, or a link to itself
+    except (OSError, ValueError, RuntimeError):  # gone, not ours to see, or a link to itself
         return False

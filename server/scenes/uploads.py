@@ -330,7 +330,7 @@ def _recorded(folder: Path, names: list[str]) -> Iterator[Upload]:
             log.warning("%r is not the record of an upload and is left alone: %s", str(record), why)
             continue
         known.add(upload.id)
-        yield upload
+        yield upload.model_copy(update={"bytes": _size(home)})  # whatever the record says, by which others make room
 
 
 def _content(record: Path) -> bytes:

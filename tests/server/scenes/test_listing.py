@@ -25,6 +25,8 @@ def folder(tmp_path: Path) -> Path:
     (folder / "folder.glb").mkdir()
     os.mkfifo(folder / "pipe.glb")
     Path(os.fsdecode(os.fsencode(folder) + b"/\xff\xfe.glb")).write_bytes(b"")
+    for name in ("\x1b[2J.glb", "line\nbreak.glb", "\u202eblg.glb"):
+        (folder / name).write_bytes(b"")
     return folder
 
 

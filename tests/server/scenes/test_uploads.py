@@ -106,6 +106,13 @@ def test_uploads_are_found_again(make: Make, tmp_path: Path) -> None:
     assert not (tmp_path / "uploads" / ".upload-unfinished").exists()
 
 
+def test_a_record_that_claims_all_room_makes_none_for_itself(make: Make, tmp_path: Path) -> None:
+    upload = add(make())
+    (record,) = (tmp_path / "uploads").glob("*.upload.json")
+    record.write_text(upload.model_copy(update={"bytes": 10**18}).model_dump_json())
+    assert make().all == {upload.id: upload}
+
+
 def test_a_removed_upload_leaves_nothing(make: Make, tmp_path: Path) -> None:
     uploads = make()
     asyncio.run(uploads.remove(add(uploads).id))
