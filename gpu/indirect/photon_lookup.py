@@ -1,15 +1,20 @@
-"""What a final-gather ray reads of the full photon map: the irradiance at the photon nearest to where it ends.
+"""What a final-gather ray reads of the full photon map: the irradiance at the nearest of the photons where it is known.
 
-2009 paper, section 3.3, without its illumination cut.
+2009 paper, section 3.3, without its illumination cut. It is known at every fourth photon (P. Christensen, Faster Photon
+Map Global Illumination, 1999): those are in Morton order, so every fourth lies among the others all over a surface. A
+grid of disks tells which ones are near.
 """
 
 from dataclasses import dataclass
 
 import warp as wp
 
+from gpu.clustering.grid import separation
+from gpu.core.constants import FAR_AWAY
 from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import SceneData
+from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at
 from gpu.lights.photon_density import (
     DENSITY_PARAMETERS,
     PhotonSites,
@@ -17,9 +22,9 @@ from gpu.lights.photon_density import (
     answers,
     estimate_irradiance,
 )
-from gpu.lights.photon_tree import PhotonTree, photon_search
+from gpu.lights.photon_tree import PhotonTree
 
-nearest_photon = photon_search(1)
+PHOTONS_A_SITE = wp.constant(4)
 
 
 @wp.struct
@@ -27,71 +32,112 @@ nearest_photon = photon_search(1)
 class LookupParameters:
     """reach: a photon answers for points within so many radii of its estimate; farther ones are in the dark.
 
-    What light then spreads beyond its edges is about what estimates across them lack within.
+    What light then spreads beyond its edges is about what estimates across them lack within. Of points among photons
+    one in a hundred is farther from all that answer; with 0.45, one in twelve.
     """
 
-    reach: float = 0.45
+    reach: float = 0.7
 
 
 LOOKUP_PARAMETERS: LookupParameters = parameters(LookupParameters)
 
 
-@wp.kernel
-def every_photon_kernel(first: int, tree: PhotonTree, sites: PhotonSites) -> None:
-    """One thread a photon: makes it the site of its own number."""
-    photon = first + wp.tid()
-    sites.photon[photon] = photon
-    if photon == 0:
-        sites.count[0] = tree.photons.count[0]
-
-
-def choose_every_photon(tree: PhotonTree, sites: PhotonSites) -> None:
-    """Make all photons of `tree` sites."""
-    launch(every_photon_kernel, len(sites.photon), [tree, sites], sites.photon.device)
-
-
 @wp.struct
 class FullMap:
-    """All photons and the irradiance at each; most_radius: of their estimates."""
+    """Photons with the irradiance at each, and what is read of them first. position, normal, reach (site,): of the disk
+    that one answers for; grid: of these disks.
+    """
 
+    chosen: LookupParameters
     tree: PhotonTree
     sites: PhotonSites
-    chosen: LookupParameters
-    most_radius: float
+    grid: DiskGrid
+    position: wp.array[wp.vec3]
+    normal: wp.array[wp.vec3]
+    reach: wp.array[float]
 
 
-def full_map(tree: PhotonTree, sites: PhotonSites, chosen: LookupParameters = LOOKUP_PARAMETERS) -> FullMap:
-    """The map of `sites`, which are all photons of `tree`."""
-    lit = FullMap()
-    lit.tree, lit.sites, lit.chosen, lit.most_radius = tree, sites, chosen, float(DENSITY_PARAMETERS.most_radius)
-    return lit
+@wp.kernel
+def choose_sites_kernel(first: int, tree: PhotonTree, sites: PhotonSites) -> None:
+    """One thread a site: the photon that it is: every fourth one, or fewer where there is no room for so many."""
+    site = first + wp.tid()
+    photons = tree.photons.count[0]
+    count = wp.min((photons + PHOTONS_A_SITE - 1) // PHOTONS_A_SITE, sites.photon.shape[0])
+    if site == 0:
+        sites.count[0] = count
+    if site < count:
+        middle = (wp.int64(2 * site + 1) * wp.int64(photons)) // wp.int64(2 * count)
+        sites.photon[site] = int(middle)
+
+
+def choose_sites(tree: PhotonTree, sites: PhotonSites) -> None:
+    """Choose `sites` among the photons of `tree`, evenly in their order."""
+    launch(choose_sites_kernel, len(sites.photon), [tree, sites], sites.photon.device)
+
+
+@wp.kernel
+def site_disk_kernel(first: int, lit: FullMap) -> None:
+    """One thread a site: the disk that it answers for."""
+    site = first + wp.tid()
+    if site >= lit.sites.count[0]:
+        return
+    photon = lit.sites.photon[site]
+    lit.position[site] = lit.tree.photons.position[photon]
+    lit.normal[site] = lit.tree.photons.normal[photon]
+    lit.reach[site] = wp.max(lit.chosen.reach * lit.sites.radius[site], lit.grid.reach / float(1 << LEVELS))
 
 
 @wp.func
 def irradiance_in_full_map(scene: SceneData, lit: FullMap, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
     """Irradiance of a surface point [W/m²]."""
-    found = nearest_photon(lit.tree, lit.sites.alike, position, normal, lit.chosen.reach * lit.most_radius, -1)
-    photon = found.photon[0]
-    if photon < 0:
+    nearest = float(FAR_AWAY)
+    found = int(-1)
+    for level in range(LEVELS):
+        bucket = bucket_at(lit.grid, position, level, 1.0)
+        for place in range(lit.grid.starts[bucket], lit.grid.starts[bucket + 1]):
+            site = lit.grid.entries[place] // CORNERS
+            other = lit.normal[site]
+            away = separation(lit.sites.alike, position, normal, lit.position[site], other)
+            if away < wp.min(lit.reach[site], nearest) and wp.dot(normal, other) > lit.sites.alike.normal_threshold:
+                nearest = away
+                found = site
+    if found < 0:
         return wp.vec3(0.0, 0.0, 0.0)
-    if found.distance[0] > lit.chosen.reach * lit.sites.radius[photon]:
+    if not answers(scene, lit.tree, lit.sites, found, position, normal):
         return wp.vec3(0.0, 0.0, 0.0)
-    if not answers(scene, lit.tree, lit.sites, photon, position, normal):
-        return wp.vec3(0.0, 0.0, 0.0)
-    return lit.sites.irradiance[photon]
+    return lit.sites.irradiance[found]
 
 
 class FullMapLight:
-    """What rays read of all photons of `tree`: `lookup` of `lit`, of struct `data`, after `estimate`."""
+    """What rays read of all photons of `tree`: `lookup` of `lit`, of struct `data`, after `estimate`.
+
+    usual: how many photons there mostly are, where that is less than there may be.
+    """
 
     data, lookup = FullMap, irradiance_in_full_map
 
-    def __init__(self, tree: PhotonTree) -> None:
-        self._tree = tree
-        self._sites = allocate_sites(len(tree.photons.flux), tree.flow.device)
-        self.lit = full_map(tree, self._sites)
+    def __init__(
+        self, tree: PhotonTree, usual: int | None = None, chosen: LookupParameters = LOOKUP_PARAMETERS
+    ) -> None:
+        device, most = tree.flow.device, len(tree.photons.flux)
+        room = -(-min(usual or most, most) // int(PHOTONS_A_SITE))
+        self._tree, self._sites = tree, allocate_sites(room, device)
+        reach, flatness = float(chosen.reach * DENSITY_PARAMETERS.most_radius), float(self._sites.alike.plane_weight)
+        self._disks = DiskGridBuilder(room, reach, flatness, device)
+        self._whole = wp.ones(1, dtype=float, device=device)
+        self.lit = FullMap()
+        self.lit.chosen, self.lit.tree, self.lit.sites, self.lit.grid = chosen, tree, self._sites, self._disks.grid
+        self.lit.position, self.lit.normal = (wp.zeros(room, dtype=wp.vec3, device=device) for _ in range(2))
+        self.lit.reach = wp.zeros(room, dtype=float, device=device)
 
     def estimate(self, scene: SceneData) -> None:
-        """Tell the irradiance at the photons that there are now."""
-        choose_every_photon(self._tree, self._sites)
+        """Tell the irradiance at some of the photons that there are now."""
+        choose_sites(self._tree, self._sites)
         estimate_irradiance(scene, self._tree, self._sites)
+        self.sort()
+
+    def sort(self) -> None:
+        """Have the sites found, whose radii are known."""
+        lit = self.lit
+        launch(site_disk_kernel, len(lit.reach), [lit], lit.reach.device)
+        self._disks.build(lit.position, lit.normal, lit.reach, self._whole, lit.sites.count)

@@ -76,9 +76,9 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._paths, self._number = paths, new_number()
         if paths > 0:
             self._map = PhotonMap(paths, setup.bounces, setup.device)
-            self._tree = allocate_tree(self._map.photons, setup.sample_counts.photons)
-            cut = settings.cut_nodes
-            self._light = CutLight(self._tree, cut) if cut else FullMapLight(self._tree)
+            cut, photons = settings.cut_nodes, setup.sample_counts.photons
+            self._tree = allocate_tree(self._map.photons, photons)
+            self._light = CutLight(self._tree, cut) if cut else FullMapLight(self._tree, photons)
             self._gather = FinalGather(self._clustering.clusters, setup.sample_counts.gather_rays, self._light)
 
     @staticmethod

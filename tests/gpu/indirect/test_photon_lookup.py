@@ -1,23 +1,22 @@
 import numpy as np
 import pytest
-import warp as wp
 from photons import lattice, photons_of, read_at, tree_of
 from scenes import grey, quad, resident_of
 
-from gpu.indirect.photon_lookup import FullMapLight, choose_every_photon, full_map
-from gpu.lights.photon_density import DENSITY_PARAMETERS, allocate_sites
+from gpu.indirect.photon_lookup import FullMapLight, choose_sites
 from gpu.lights.photon_tree import allocate_tree
 
 
-def test_all_photons_there_are_are_sites() -> None:
+@pytest.mark.parametrize(("count", "usual", "wanted"), [(7, None, [1, 5]), (12, None, [2, 6, 10]), (12, 8, [3, 9])])
+def test_every_fourth_photon_is_a_site_or_as_many_as_there_is_room_for(
+    count: int, usual: int | None, wanted: list[int]
+) -> None:
     """How they answer is told in test_final_gather.py."""
-    tree = allocate_tree(photons_of(np.zeros((9, 3)), np.zeros((9, 3)), np.zeros((9, 3))))
-    tree.photons.count.fill_(7)
-    sites = allocate_sites(9, wp.get_device("cpu"))
-    choose_every_photon(tree, sites)
-    assert sites.count.numpy()[0] == 7
-    assert sites.photon.numpy().tolist() == list(range(9))
-    assert full_map(tree, sites).most_radius == np.float32(DENSITY_PARAMETERS.most_radius)
+    tree = allocate_tree(photons_of(np.zeros((12, 3)), np.zeros((12, 3)), np.zeros((12, 3))))
+    tree.photons.count.fill_(count)
+    sites = FullMapLight(tree, usual).lit.sites
+    choose_sites(tree, sites)
+    assert sites.photon.numpy()[: sites.count.numpy()[0]].tolist() == wanted
 
 
 @pytest.mark.parametrize("count", [500, 2000])

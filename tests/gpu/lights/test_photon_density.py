@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
+import warp as wp
 from photons import photons_of, separations, two_sided_square
 from scenes import grey, quad, resident_of
 
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
-from gpu.indirect.photon_lookup import choose_every_photon
 from gpu.lights.photon_density import NEIGHBOURS, DensityParameters, PhotonSites, allocate_sites, estimate_irradiance
 from gpu.lights.photon_map import Photons
 from gpu.lights.photon_tree import allocate_tree, build_tree
@@ -24,7 +24,8 @@ def estimated(scene: DeviceScene, photons: Photons, **chosen: float) -> PhotonSi
     tree = allocate_tree(photons)
     build_tree(tree)
     sites = allocate_sites(len(photons.flux), scene.device)
-    choose_every_photon(tree, sites)
+    sites.photon.assign(np.arange(len(photons.flux), dtype=np.int32))
+    wp.copy(sites.count, photons.count)
     estimate_irradiance(scene.view(lambertian=True), tree, sites, parameters(DensityParameters, **chosen))
     return sites
 
