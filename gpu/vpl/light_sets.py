@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from typing import Any
+from weakref import WeakValueDictionary
 
 import warp as wp
 
@@ -40,11 +41,12 @@ class LightSets:
     def __init__(self, device_scene: DeviceScene) -> None:
         self._device_scene = device_scene
         self._sets: dict[LightSetChoice, LightSet] = {}
-        # How many light paths there are, and what traces them, of sets that differ by their seed.
+        # How many light paths there are, and what traces them as long as it has traced a set, of sets that differ by
+        # their seed.
         self._paths: dict[LightSetChoice, int] = {}
         self._views: dict[bool, SceneData] = {}  # by whether they are Lambertian
         self._pilots: dict[int, PathEnds] = {}  # by bounces
-        self._makers: dict[LightSetChoice, VplMaker] = {}
+        self._makers: WeakValueDictionary[LightSetChoice, VplMaker] = WeakValueDictionary()
         self._made = wp.Event(device_scene.device) if device_scene.device.is_cuda else None
         self._busy = False
         self.version = self.surface_version = self._path_version = 0

@@ -177,6 +177,15 @@ def test_few_sets_are_kept_and_the_longest_unused_goes_first(
     assert light_sets.clusters(replace(CHOICE, seed=3), silent) is sets[3]
 
 
+def test_what_has_made_a_set_goes_with_it(device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Viewers may ask for any number of VPLs, one after the other."""
+    monkeypatch.setattr("gpu.vpl.light_sets.KEPT_VPLS", 2 * CHOICE.vpls)
+    light_sets = LightSets(device_scene)
+    for number in range(5):
+        light_sets.clusters(replace(CHOICE, vpls=CHOICE.vpls - number), silent)
+    assert len(light_sets._makers) == 2
+
+
 def test_a_set_larger_than_what_is_kept_is_still_made(
     device_scene: DeviceScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
