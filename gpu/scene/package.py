@@ -6,15 +6,17 @@ import zipfile
 import zlib
 from pathlib import Path
 
-from gpu.errors import SceneError
+from gpu.errors import ForbiddenError, SceneError
 from gpu.scene.limits import SceneLimits
 from gpu.scene.validate import check_count
 
+MAX_RATIO = 200  # of unpacked to packed bytes: textures and meshes stay far below, bombs do not
 _BROKEN = (EOFError, NotImplementedError, OSError, RuntimeError, ValueError, lzma.LZMAError, zlib.error)
 
 
 class Package:
-    """The zip file at `path`, which has `content`. What is read of it is no more than one file may have, in all.
+    """The zip file at `path`, which has `content`. What is read of it is no more than one file may have, in all, and no
+    more than `MAX_RATIO` times what it is packed in.
 
     names: of its files, as they stand in it.
     """
@@ -22,6 +24,7 @@ class Package:
     def __init__(self, path: Path, content: bytes, limits: SceneLimits) -> None:
         """Raises SceneError when it is no zip file."""
         self.path, self._limits, self._unpacked = path, limits, 0
+        self._most = MAX_RATIO * len(content)
         try:
             self._archive = zipfile.ZipFile(io.BytesIO(content))
         except (zipfile.BadZipFile, *_BROKEN) as error:
@@ -35,6 +38,8 @@ class Package:
         self._unpacked += entry.file_size
         source, limit = str(self.path), self._limits.max_file_bytes
         check_count(source, "bytes unpacked", self._unpacked, limit, "max_file_bytes")
+        if self._unpacked > self._most:
+            raise ForbiddenError(source, "", f"unpacks to more than {MAX_RATIO} times its size, as no scene does")
         try:
             return self._archive.read(entry)
         except (zipfile.BadZipFile, *_BROKEN) as error:

@@ -8,12 +8,12 @@ from shutil import copyfileobj
 
 from gpu.errors import SceneError
 from gpu.scene.load import LAYERED, SUFFIXES
+from gpu.scene.package import MAX_RATIO
 from server.scenes.clutter import is_clutter
 
 MAX_FILES = 2000
 MAX_DEPTH = 16
 MAX_NAMED = 10  # scenes of an archive that has more than one
-MAX_RATIO = 200  # of unpacked to packed bytes: textures and meshes stay far below, bombs do not
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED, _MARKED_UTF8 = 0x1, 0x800
 

@@ -34,6 +34,13 @@ def test_no_more_is_unpacked_than_a_file_may_have() -> None:
         package.read("folder/b.txt")
 
 
+def test_no_more_is_unpacked_than_scenes_are_packed() -> None:
+    package = Package(PATH, zipped(a=b"a", b=bytes(1_000_000)), DEFAULT_LIMITS)
+    package.read("folder/a.txt")
+    with pytest.raises(ForbiddenError, match="more than 200 times its size"):
+        package.read("folder/b.txt")
+
+
 @pytest.mark.parametrize("content", [b"", b"<a/>", zipped(a=b"1" * 999)[:-30]])
 def test_what_is_no_zip_file_is_refused(content: bytes) -> None:
     with pytest.raises(SceneError, match=r"not a \.zae file that can be unpacked"):
