@@ -70,7 +70,9 @@ class Metrics:
         for name, ms in stages.items():
             self._stage(name).observe(ms / 1e3)
         for name, count in skips.items():
-            self._skip(name).inc(count)
+            skip = self._skip(name)  # which is told of, though it be 0
+            if count:
+                skip.inc(count)
 
     def acknowledged(self, age_ms: float | None, network_ms: float | None, decode_ms: float | None) -> None:
         """A viewer has shown a frame; None is what it did not say."""

@@ -383,15 +383,14 @@ class Error(Message):
 
 def check_rigid(matrix: tuple[float, ...]) -> None:
     """ValueError unless a column-major 4×4 is a rotation (unit axes, right-handed) and a translation, not too far."""
-    x, y, z = matrix[0:3], matrix[4:7], matrix[8:11]
-    cross = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
-    errors = [abs(matrix[3]), abs(matrix[7]), abs(matrix[11]), abs(matrix[15] - 1.0)]
-    errors += [abs(sum(a * a for a in axis) - 1.0) for axis in (x, y)]
-    errors += [abs(sum(a * b for a, b in zip(x, y, strict=True)))]
-    errors += [abs(a - b) for a, b in zip(cross, z, strict=True)]
-    if max(abs(place) for place in matrix[12:15]) > MAX_DISTANCE:
+    x1, x2, x3, x4, y1, y2, y3, y4, z1, z2, z3, z4, *place, one = matrix
+    if max(map(abs, place)) > MAX_DISTANCE:
         raise ValueError(f"must be within {MAX_DISTANCE:g} of the origin")
-    if max(errors) > RIGID_TOLERANCE:
+    # Written out: every viewer's every pose is checked, and loops take ten times as long.
+    lengths = x1 * x1 + x2 * x2 + x3 * x3 - 1.0, y1 * y1 + y2 * y2 + y3 * y3 - 1.0
+    cosine = x1 * y1 + x2 * y2 + x3 * y3
+    cross = x2 * y3 - x3 * y2 - z1, x3 * y1 - x1 * y3 - z2, x1 * y2 - x2 * y1 - z3
+    if max(map(abs, (x4, y4, z4, one - 1.0, *lengths, cosine, *cross))) > RIGID_TOLERANCE:
         raise ValueError("must be a rotation and a translation, column after column, without scale or mirroring")
 
 
