@@ -230,15 +230,13 @@ def test_the_page_loads_nothing_from_elsewhere() -> None:
     assert "unsafe" not in HEADERS["Content-Security-Policy"]
 
 
-@pytest.mark.parametrize(
-    "name", ["../outside.glb", "/etc/passwd", "a/../../outside.glb", "link.glb", "%2e%2e/outside.glb"]
-)
-def test_no_path_leaves_the_scenes_folder(tmp_path: Path, name: str) -> None:
+def test_no_path_leaves_the_scenes_folder(tmp_path: Path) -> None:
     folder = tmp_path / "scenes"
     folder.mkdir()
     (tmp_path / "outside.glb").write_bytes(b"")
     (folder / "link.glb").symlink_to(tmp_path / "outside.glb")
     with run(ServerSettings(port=0, scenes_dir=folder)) as running:
         running.wait_ready()
-        assert running.http.post("/api/v1/render", json={"scene": name, "size": [8, 8]}).status_code == 404
-        assert running.http.get(f"/api/v1/scenes/{name}").status_code == 404
+        for name in ("../outside.glb", "/etc/passwd", "a/../../outside.glb", "link.glb", "%2e%2e/outside.glb"):
+            assert running.http.post("/api/v1/render", json={"scene": name, "size": [8, 8]}).status_code == 404, name
+            assert running.http.get(f"/api/v1/scenes/{name}").status_code == 404, name
