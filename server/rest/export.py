@@ -5,7 +5,9 @@ from typing import Annotated
 from urllib.parse import quote
 
 from fastapi import APIRouter, Query, Request, Response
+from pydantic import Field, Json
 
+from gpu.scene.edits import SceneEdits
 from server.addresses import client_network
 from server.errors import refusals
 from server.refusals import ForbiddenError
@@ -19,6 +21,14 @@ from server.wire.browser import SceneId
 from server.wire.worker import STILLS, Export
 
 GLB = "model/gltf-binary"
+
+
+class ExportQuery(Reading):
+    """How the scene is read, and what differs of it."""
+
+    edits: Json[SceneEdits] | None = Field(None, description="all that differs of it, as JSON, instead of what all see")
+
+
 router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 408, 422, 507))
 
 
@@ -29,20 +39,21 @@ router = APIRouter(prefix="/api/v1/scenes", responses=refusals(404, 408, 422, 50
     responses={200: {"content": {GLB: {"schema": {"type": "string", "format": "binary"}}}}},
 )
 async def export(
-    scene_id: SceneId, request: Request, service: TheService, reading: Annotated[Reading, Query()]
+    scene_id: SceneId, request: Request, service: TheService, query: Annotated[ExportQuery, Query()]
 ) -> Response:
     """The scene as it is edited now, as a GLB file in metres with +Y up; 403 unless this service gives scenes out.
 
-    It is loaded for that. Skies and animations stay out. The parameters say how its file is read, as for GET.
+    It is loaded for that. Skies and animations stay out. The parameters say how its file is read, as for GET, and what
+    differs of it, where that is not what all see.
     """
     if not service.settings.exports:
         raise ForbiddenError("this server gives no scenes out; its option --exports allows that")
     with service.exporting.taken(client_network(request.client.host if request.client else "")):
-        ref = await service.catalogue.look_up(scene_id, reading.options)
+        ref = await service.catalogue.look_up(scene_id, query.options)
         if not service.engines.ready:
             raise WorkerLostError(f"the renderer is not ready: {service.engines.activity.text}")
         await service.residency.open(ref)
-        job = Export(ref, service.edited.of(ref))
+        job = Export(ref, service.edits_of(ref, query.edits))
         reply = await service.engines.submit(STILLS, ref, Urgency.REFINING, lambda: job)
         if reply is None:
             raise WorkerLostError("the renderer was lost; it is being started again")

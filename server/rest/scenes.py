@@ -37,9 +37,8 @@ class Reading(ImportOptions):
     @property
     def options(self) -> ImportOptions | None:
         """What is said of it; None where nothing is."""
-        return (
-            ImportOptions(**self.model_dump(include=set(ImportOptions.model_fields))) if self.model_fields_set else None
-        )
+        said = self.model_fields_set & set(ImportOptions.model_fields)
+        return ImportOptions(**self.model_dump(include=said)) if said else None
 
 
 class UploadQuery(Reading):

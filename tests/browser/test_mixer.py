@@ -183,6 +183,8 @@ def test_a_scene_is_downloaded_where_the_server_gives_it_out(page: Page, gradien
     page.keyboard.press("KeyG")
     link = page.get_by_role("link", name="Download as GLB")
     expect(link).to_have_attribute("href", re.compile(r"/api/v1/scenes/cornell-box/export\.glb$"))
+    page.get_by_label("for me alone").check()
+    expect(link).to_have_attribute("href", re.compile(r"/cornell-box/export\.glb\?edits=%7B"))
     stage.gives_exports = False
     stage.reload()
     page.keyboard.press("KeyG")

@@ -1,11 +1,12 @@
 /**
  * The sheet of the scene's objects, materials and lights: fields of what is chosen here or picked in the picture, a row
- * for each light. What can be moved or turned has handles over the picture.
+ * for each light. What can be moved, turned or made larger has handles over the picture.
  */
 
 import { movedTo, sizedTo, targetOf, turnedFrom } from "../chosen.js";
 import { toHex } from "../colors.js";
 import { EditHistory } from "../edits.js";
+import { withEdits } from "../export.js";
 import { stepIn } from "../moving.js";
 import { offer } from "./choice.js";
 import { Gizmo } from "./gizmo.js";
@@ -110,10 +111,9 @@ export class Mixer {
     return !button("toggle-mixer").hidden;
   }
 
-  /** Where the scene can be downloaded, as all see it; null where it cannot. @param {string | null} address */
+  /** Where the scene can be downloaded, as all see it, if not with its own edits; null where it cannot. @param {string | null} address */
   set download(address) {
     this.#address = address;
-    if (address !== null) this.#export.href = address;
     this.#show();
   }
 
@@ -222,7 +222,8 @@ export class Mixer {
     this.#own.checked = own;
     this.#share.hidden = !own;
     text("own-hint").textContent = own ? "Only you see these changes, and none of others." : "All who look at this scene see these changes.";
-    this.#export.hidden = this.#address === null || own;
+    this.#export.hidden = this.#address === null;
+    if (this.#address !== null) this.#export.href = own ? withEdits(this.#address, this.#history.edits) : this.#address;
     this.#reset.disabled = time === null && [lights, materials, objects].every((parts) => Object.keys(parts).length === 0);
     this.#marks.show(
       this.#rows.flatMap((row) => {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { exportAddress } from "../../../web/export.js";
+import { exportAddress, withEdits } from "../../../web/export.js";
 
 const API = new URL("http://here/walk/api/v1/");
 
@@ -15,4 +15,11 @@ test("a scene is named by its id, and by how it is read", () => {
   assert.equal(words.get("up"), "z");
   assert.equal(words.get("origin"), "1,2,3");
   assert.deepEqual(words.getAll("storeys"), ["ground, east", "first"]);
+});
+
+test("a viewer's own edits go along", () => {
+  const edits = { time: null, animation: null, lights: { "a & b": { on: false } }, materials: {}, objects: {} };
+  const url = new URL(withEdits(address("a.ifc", { up: "z" }), edits));
+  assert.deepEqual(JSON.parse(url.searchParams.get("edits") ?? ""), edits);
+  assert.equal(url.searchParams.get("up"), "z");
 });

@@ -21,6 +21,10 @@ def test_a_scene_is_downloaded_with_its_edits(serve: Callable[..., Running], tmp
     assert (answer.status_code, answer.content) == (200, b"glTF with lamp")
     assert answer.headers["Content-Type"] == "model/gltf-binary"
     assert answer.headers["Content-Disposition"] == "attachment; filename*=UTF-8''a%20hall.glb"
+    own = service.http.get(f"{place}/export.glb", params={"edits": '{"lights": {"sky": {"on": false}}}'})
+    assert own.content == b"glTF with sky"
+    for wrong in ("{", '{"lights": {"sky": {"on": 5}}}'):
+        assert service.http.get(f"{place}/export.glb", params={"edits": wrong}).status_code == 422
     assert service.http.get("/api/v1/scenes/nowhere.glb/export.glb").status_code == 404
     with service.service.exporting.taken("127.0.0.1"):
         assert service.http.get(f"{place}/export.glb").status_code == 429
