@@ -49,8 +49,8 @@ _pool = ThreadPoolExecutor(CORES, thread_name_prefix="warp-cpu")
 def choose_device(name: str | None) -> wp.Device:
     """The device called `name` ("cpu", "cuda:0", …), or the first CUDA device, or the CPU when there is none.
 
-    On a CUDA device the current stream becomes one of high priority. Raises DeviceError, which lists the devices there
-    are, when `name` is not one of them.
+    A CUDA device becomes the current one, and its current stream one of high priority. Raises DeviceError, which lists
+    the devices there are, when `name` is not one of them.
     """
     if name is None:
         name = "cuda:0" if wp.is_cuda_available() else "cpu"
@@ -60,6 +60,9 @@ def choose_device(name: str | None) -> wp.Device:
     if name not in available:
         raise DeviceError(f"no device {name!r} here; available: {', '.join(available)}")
     device = available[name]
+    if device.is_cuda:
+        # Page-locked memory is made by the current device: by another one it would take memory of that, too.
+        wp.set_device(device)
     if device.is_cuda and device.alias not in _prioritised:
         # What is forked (gpu.core.stages.Stages.fork) runs on streams of usual priority, on what the stages leave free.
         wp.set_stream(wp.Stream(device, priority=-1), device)

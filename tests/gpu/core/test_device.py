@@ -1,5 +1,6 @@
 from collections.abc import Callable
 from os import environ
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -49,6 +50,17 @@ def count_kernel(first: int, visits: wp.array[int]) -> None:
 def test_an_unknown_device_is_refused_with_those_there_are() -> None:
     with pytest.raises(DeviceError, match="cpu"):
         choose_device("cuda:77")
+
+
+def test_a_gpu_that_is_chosen_becomes_the_current_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    gpus, current = [SimpleNamespace(alias=f"cuda:{number}", is_cuda=True) for number in range(2)], []
+    monkeypatch.setattr(wp, "get_devices", lambda: gpus)
+    monkeypatch.setattr(wp, "set_device", current.append)
+    monkeypatch.setattr(wp, "set_stream", lambda _stream, _device: None)
+    monkeypatch.setattr(wp, "Stream", lambda _device, priority: None)
+    monkeypatch.setattr(launching, "_prioritised", set())
+    assert choose_device("cuda:1") is gpus[1]
+    assert current == [gpus[1]]
 
 
 @pytest.mark.parametrize("count", [0, 1, MIN_SLICE - 1, MIN_SLICE + 1, 50_001])
