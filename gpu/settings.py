@@ -111,7 +111,10 @@ class RenderSettings(BaseModel):
     vpls: int | None = Field(None, ge=1, le=4_194_304, description="virtual point lights (VPLs), about")
     vpl_clusters: int | None = Field(None, ge=1, le=65_536, description="clusters of VPLs")
     shadow_map: int | None = Field(
-        None, ge=64, le=512, description="rsm-disks: pixels along each side of a light's reflective shadow map, 64 · 2ⁿ"
+        None,
+        ge=64,
+        le=512,
+        description="rsm-disks: pixels along each side of the strongest light's reflective shadow map, 64 · 2ⁿ",
     )
     indirect_shadows: bool = Field(
         True, description="rsm-disks: what stands in the way hides indirect light, which is left out in its paper"
