@@ -10,6 +10,7 @@ import warp as wp
 
 from gpu.device_scene.bsdf import MIN_COSINE, BsdfSample, facet_density, largest, sample_specular, specular_lobe
 from gpu.device_scene.surface import Surface
+from gpu.sampling.sobol import BELOW_ONE
 
 
 @wp.func
@@ -153,4 +154,27 @@ def sample_glass(surface: Surface, view: wp.vec3, choice: float, x: float, y: fl
     sample.density = glass_density(surface, view, light)
     if sample.density > 0.0:
         sample.weight = glass_value(surface, view, light) / sample.density
+    return sample
+
+
+@wp.func
+def side_share(surface: Surface, view: wp.vec3, light: wp.vec3) -> float:
+    """The share of the light that glass sends to `view` from the side that unit `light` is on."""
+    reflects = glass_fresnel(surface, wp.dot(view, facet_of(surface, view, light)))
+    return wp.where(wp.dot(surface.normal, light) > 0.0, reflects, 1.0 - reflects)
+
+
+@wp.func
+def sample_side(surface: Surface, view: wp.vec3, side: int, x: float, y: float) -> BsdfSample:
+    """A direction on one side of glass, the viewer's (0) or the other (1), and what light from there counts when both
+    sides have a sample; x, y: uniform in [0, 1).
+    """
+    sample = sample_glass(surface, view, float(side) * BELOW_ONE, x, y)
+    crosses = wp.dot(surface.normal, sample.direction) < 0.0
+    if crosses != (side == 1):
+        return BsdfSample()  # all is reflected
+    share = side_share(surface, view, sample.direction)
+    sample.weight = sample.weight * share
+    if share > 0.0:
+        sample.density = sample.density / share
     return sample

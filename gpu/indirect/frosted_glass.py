@@ -1,20 +1,21 @@
-"""Frosted glass: what it shows in frames whose chains are not drawn, by two rays of each pixel.
+"""Frosted glass: what it shows in frames whose chains are not drawn, by two rays of each pixel, three of a body.
 
 They are drawn as a microfacet reflects and refracts and end in the light that VPLs know; emitters are sampled, too.
-Pixels share what they find as those of glossy surfaces do.
+What is refracted into a body is seen by both ways on from the face where it would leave: drawn by chance, the few that
+reflect into a window would be sparks. Pixels share what they find as those of glossy surfaces do.
 """
 
 from functools import cache
 
 import warp as wp
 
-from gpu.core.constants import RAY_LENGTH
 from gpu.core.image_size import ImageSize
 from gpu.core.morton import morton_2d
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, Hit, SceneData
-from gpu.device_scene.glass import facet_of, glass_density, glass_fresnel, glass_value, sample_glass
-from gpu.device_scene.panes import transmittance
+from gpu.device_scene.glass import attenuated, glass_density, glass_value, sample_side, side_share
+from gpu.device_scene.panes import meet, met_surface, transmittance
+from gpu.device_scene.rays import offset_origin
 from gpu.device_scene.surface import Surface, surface_at
 from gpu.direct.direct_light import DirectSamples
 from gpu.gbuffer.camera_rays import CameraData
@@ -23,6 +24,7 @@ from gpu.indirect.lobe_light import (
     LOBE_PAIR,
     LOBE_VERTICES,
     NO_EMISSION,
+    NO_REACH,
     GlossParameters,
     KnownLight,
     LobeLight,
@@ -32,10 +34,13 @@ from gpu.indirect.lobe_light import (
 )
 from gpu.lights.light_sampling import sample_light
 from gpu.lights.light_table import LightTable
-from gpu.sampling.sobol import BELOW_ONE, pixel_seed, sobol_pair, sobol_pair_at
+from gpu.sampling.sobol import pixel_seed, sobol_pair, sobol_pair_at
 
 # Sequences beside those of the ray.
 GLASS_PAIR = wp.constant(int(LOBE_PAIR) + 2 * int(LOBE_VERTICES) + 3)
+FACE_PAIR = wp.constant(int(GLASS_PAIR) + 2)
+# Against division by zero [W/m²/sr].
+LEAST_BRIGHT = wp.constant(1.0e-12)
 
 
 @wp.func
@@ -55,10 +60,28 @@ def hit_at(scene: SceneData, face: int, position: wp.vec3) -> Hit:
 
 
 @wp.func
-def side_share(surface: Surface, view: wp.vec3, light: wp.vec3) -> float:
-    """The share of the light that glass sends to `view` from the side that unit `light` is on."""
-    reflects = glass_fresnel(surface, wp.dot(view, facet_of(surface, view, light)))
-    return wp.where(wp.dot(surface.normal, light) > 0.0, reflects, 1.0 - reflects)
+def beyond_face(scene: SceneData, ray: LobeRay, side: int, x: float, y: float) -> LobeRay:
+    """A ray in a body, from where it meets the face of glass: reflected there (side 0) or refracted (1), by its share;
+    (x, y) is the sample of the facet. `ray` itself (0), or none (1), where it meets something else.
+    """
+    met = meet(scene, offset_origin(ray.position, ray.normal, ray.direction), ray.direction, False)
+    face = Surface()
+    if met.hit.face != NO_HIT:
+        face = met_surface(scene, met.hit, ray.direction)
+    if face.glass < 1.0 or face.thin or largest(face.emission) > 0.0:
+        ray.throughput = ray.throughput * float(1 - side)
+        return ray
+    view = -ray.direction
+    sample = sample_side(face, view, side, x, y)
+    left = wp.cw_mul(attenuated(ray.absorption, met.hit.t), sample.weight)
+    ray.throughput = wp.cw_mul(ray.throughput, left)
+    ray.inside = side == 0
+    if ray.density > 0.0:
+        ray.density = 0.0  # samples of emitters find none past a body's faces
+    ray.position = face.position
+    ray.normal = face.geometric_normal
+    ray.direction = sample.direction
+    return ray
 
 
 @wp.func
@@ -125,28 +148,38 @@ def frosted_ray_kernel(texels: bool, panes: bool, backdrop: bool, environment: b
         place = morton_2d(pixel % image.width, pixel // image.width)
         moment = samples.moment[0]
         point = sobol_pair_at(place, moment, LOBE_PAIR, samples.seed)
-        ray = LobeRay()
-        ray.position = surface.position
-        ray.normal = surface.geometric_normal
-        ray.place = place
-        ray.moment = moment
-        ray.seed = samples.seed
+        face_point = sobol_pair_at(place, moment, FACE_PAIR, samples.seed)
         light = wp.vec3(0.0, 0.0, 0.0)
-        nearest = float(RAY_LENGTH)
-        for side in range(2):
-            sample = sample_glass(surface, view, float(side) * BELOW_ONE, point.x, point.y)
-            if largest(sample.weight) > 0.0:
-                part = side_share(surface, view, sample.direction)
+        distance = float(0.0)
+        bright = float(0.0)
+        for way in range(3):
+            sample = sample_side(surface, view, wp.min(way, 1), point.x, point.y)
+            if largest(sample.weight) > 0.0 and not (way == 2 and surface.thin):
+                ray = LobeRay()
+                ray.position = surface.position
+                ray.normal = surface.geometric_normal
+                ray.place = place
+                ray.moment = moment
+                ray.seed = samples.seed
                 ray.direction = sample.direction
-                ray.density = wp.where(known.direct, sample.density / part, NO_EMISSION)
-                if side == 1 and not surface.thin:
+                ray.density = wp.where(known.direct, sample.density, NO_EMISSION)
+                ray.throughput = sample.weight
+                if way > 0 and not surface.thin:
+                    ray.inside = True
                     ray.absorption = surface.absorption
-                seen = light_along(scene, known, ray)
-                light += wp.cw_mul(sample.weight, seen.light) * part
-                nearest = wp.min(nearest, seen.distance)
+                    ray = beyond_face(scene, ray, way - 1, face_point.x, face_point.y)
+                if largest(ray.throughput) > 0.0:
+                    seen = light_along(scene, known, ray)
+                    arrives = wp.cw_mul(ray.throughput, seen.light)
+                    light += arrives
+                    # What shows most decides how far it is the same. Some way, where all is dark.
+                    weight = largest(arrives) + LEAST_BRIGHT
+                    distance += weight * seen.distance
+                    bright += weight
         if known.direct:
             light += sampled_through(scene, known.table, surface, view, moment, pixel_seed(pixel, samples.seed))
         out.light[pixel] = light * share
-        out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, nearest, chosen)
+        distance = distance / wp.max(bright, LEAST_BRIGHT)
+        out.reach[pixel] = wp.max(lobe_reach(gbuffer, pixel, cameras[0], image, distance, chosen), NO_REACH)
 
     return frosted_ray_kernel

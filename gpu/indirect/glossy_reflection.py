@@ -30,6 +30,7 @@ from gpu.indirect.lobe_light import (
     GLOSS_PARAMETERS,
     LOBE_PAIR,
     NO_EMISSION,
+    NO_REACH,
     GlossParameters,
     KnownLight,
     LobeLight,
@@ -41,8 +42,6 @@ from gpu.sampling.sobol import sobol_pair_at
 
 # Of the à-trous transform, each twice the one before; a launch each.
 STEPS = (1, 2, 4, 8)
-# Of a ray into the surface itself, which others may still hear of.
-NO_REACH = wp.constant(1.0e-6)
 
 
 @wp.func

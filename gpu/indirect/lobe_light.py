@@ -31,6 +31,8 @@ from gpu.vpl.radiosity_mean import mean_irradiance
 LOBE_PAIR = wp.constant(32)
 # In place of a density: what emits counts elsewhere.
 NO_EMISSION = wp.constant(-1.0)
+# Of a ray into the surface itself, which others may still hear of.
+NO_REACH = wp.constant(1.0e-6)
 
 
 @wp.struct
@@ -106,15 +108,18 @@ def known_light(table: LightTable, lit: RadiosityCache, *, direct: bool) -> Know
 @wp.struct
 class LobeRay:
     """A ray from a surface of `normal` (geometric) along unit `direction`. density: of this direction [1/sr], by which
-    emitters are weighed against samples of them; 0: they count whole, NO_EMISSION: not at all. absorption: of the body
-    that the ray runs through. place, moment, seed: of its samples (gpu.sampling.sobol.sobol_pair_at).
+    emitters are weighed against samples of them; 0: they count whole, NO_EMISSION: not at all. inside: whether it runs
+    through a body, of this absorption. throughput: of what is seen along it, for its caller. place, moment, seed: of
+    its samples (gpu.sampling.sobol.sobol_pair_at).
     """
 
     position: wp.vec3
     normal: wp.vec3
     direction: wp.vec3
     density: float
+    inside: bool
     absorption: wp.vec3
+    throughput: wp.vec3
     place: int
     moment: int
     seed: int
@@ -122,7 +127,9 @@ class LobeRay:
 
 @wp.struct
 class SeenLight:
-    """Light along a ray [W/m²/sr], and how far off the first surface is, 1 where there is none."""
+    """Light along a ray [W/m²/sr], and how far off the first surface is, 1 where there is none. Of a ray in a body, the
+    first outside.
+    """
 
     light: wp.vec3
     distance: float
@@ -147,6 +154,8 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
     direction = ray.direction
     density = ray.density
     absorption = ray.absorption
+    inside = ray.inside
+    way = float(0.0)
     for vertex in range(LOBE_VERTICES + 1):
         if vertex == LOBE_VERTICES:
             scene.pane_count = 0
@@ -161,8 +170,9 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
             if density >= 0.0:
                 seen.light += wp.cw_mul(throughput, background(scene, origin, direction)) * weight
             return seen
-        if vertex == 0:
-            seen.distance = met.hit.t
+        way += met.hit.t
+        if not inside and seen.distance == 1.0:
+            seen.distance = way
         throughput = wp.cw_mul(throughput, attenuated(absorption, met.hit.t))
         surface = met_surface(scene, met.hit, direction)
         surface.coat = 0.0
@@ -185,6 +195,7 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
             density = 0.0  # samples of emitters, which go straight through clear glass, find none by way of this
         if wp.dot(sample.direction, part.geometric_normal) < 0.0 and not part.thin:
             absorption = part.absorption
+            inside = not inside
         position = part.position
         normal = part.geometric_normal
         direction = sample.direction

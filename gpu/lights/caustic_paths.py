@@ -158,7 +158,7 @@ def caustic_path_kernel(texels: bool, environment: bool) -> wp.Kernel:
                     out.normal[path] = surface.geometric_normal
                     out.flux[path] = flux
                 return
-            flight = sent_on(part, to_light, flux, absorption, chosen.rest)
+            flight = sent_on(part, to_light, flux, absorption, chosen.rest, 0.5, 0.5)
             absorption = flight.absorption
             arrival = arrived(scene, flight, ray_coverage(path, vertex + 1, seed))
             if arrival.face == NO_HIT:

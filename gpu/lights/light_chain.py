@@ -51,16 +51,19 @@ def arrived(scene: SceneData, flight: Flight, coverage: wp.uint32) -> Arrival:
 
 
 @wp.func
-def sent_on(part: Surface, to_light: wp.vec3, flux: wp.vec3, absorption: wp.vec3, choice: float) -> Flight:
-    """How light of `flux` from unit `to_light` goes on from a perfect part of a surface, without flux if it does not.
+def sent_on(part: Surface, to_light: wp.vec3, flux: wp.vec3, absorption: wp.vec3, choice: float, x: float,
+            y: float) -> Flight:  # fmt: skip
+    """How light of `flux` from unit `to_light` goes on from a perfect part of a surface, or from glass, without flux if
+    it does not.
 
-    absorption: of where it comes from; choice: of the side of glass, uniform in [0, 1).
+    absorption: of where it comes from; choice: of the side of glass; x, y: of the facet of frosted
+    glass; all uniform in [0, 1).
     """
-    sample = sample_scattering(part, to_light, choice, 0.5, 0.5)
+    sample = sample_scattering(part, to_light, choice, x, y)
     if largest(sample.weight) <= 0.0:
         # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.
         part.normal = part.geometric_normal
-        sample = sample_scattering(part, to_light, choice, 0.5, 0.5)
+        sample = sample_scattering(part, to_light, choice, x, y)
     flight = Flight()
     flight.direction = sample.direction
     flight.origin = offset_origin(part.position, part.geometric_normal, sample.direction)
@@ -103,5 +106,5 @@ def unscattered(scene: SceneData, begin: Flight, path: int, first_pair: int, bou
             chain.flight.flux = arrival.flux
             chain.bounce = bounce
             return chain
-        chain.flight = sent_on(part, to_light, arrival.flux, chain.flight.absorption, chosen.rest)
+        chain.flight = sent_on(part, to_light, arrival.flux, chain.flight.absorption, chosen.rest, 0.5, 0.5)
     return nowhere

@@ -15,11 +15,12 @@ from gpu.core.radix_sort import iota_kernel
 from gpu.device_scene.bsdf import even_reflectance, largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.glass import attenuated
 from gpu.device_scene.rays import closest_hit, offset_origin
 from gpu.device_scene.surface import surface_at
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.emission import emit
-from gpu.lights.light_chain import Flight, unscattered
+from gpu.lights.light_chain import Flight, sent_on, unscattered
 from gpu.lights.light_table import LightTable
 from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
@@ -50,9 +51,10 @@ def allocate_vpls(count: int, device: wp.Device) -> Vpls:
 
 
 @cache
-def light_path_kernel(texels: bool, environment: bool, specular: bool, arriving: bool) -> wp.Kernel:
+def light_path_kernel(texels: bool, environment: bool, specular: bool, frosted: bool, arriving: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, with an environment or not,
-    and with mirrors or clear glass or not; arriving: flux is what arrives, as photons have it, else what is reflected.
+    with mirrors or clear glass or not, and with frosted glass or not; arriving: flux is what arrives, as photons have
+    it, else what is reflected.
     """
 
     @wp.kernel(module="unique")
@@ -70,6 +72,7 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, arriving:
 
         Russian roulette on the albedo's largest channel keeps the flux of surviving particles about equal. Light goes
         on from mirrors and clear glass that emitters light; what other surfaces send finds these matt, or not there.
+        Of frosted glass, a face reflects or lets through; what it does is sent to that side as from a matt surface.
         """
         path = first + wp.tid()
         if wp.static(not texels):
@@ -101,12 +104,39 @@ def light_path_kernel(texels: bool, environment: bool, specular: bool, arriving:
             direction = chain.flight.direction
             flux = chain.flight.flux
             begin = chain.bounce
+        absorption = wp.vec3(0.0, 0.0, 0.0)
         for bounce in range(begin, bounces):
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
             if hit.face == NO_HIT:
                 return
             surface = surface_at(scene, hit, direction)
             slot = path * bounces + bounce
+            if wp.static(frosted):
+                flux = wp.cw_mul(flux, attenuated(absorption, hit.t))
+                absorption = wp.vec3(0.0, 0.0, 0.0)
+                choice = sobol_pair(path, 4 + 2 * bounce, seed).y
+                if not surface.clear and choice < surface.glass:
+                    facet = sobol_pair(path, 3 + 2 * bounce, seed)
+                    choice = choice / surface.glass
+                    surface.glass = 1.0
+                    # Light crosses clear faces of a body straight, and would be caught between them and bent ones.
+                    surface.thin = True
+                    surface.eta = wp.max(surface.eta, 1.0 / surface.eta)
+                    flight = sent_on(surface, -direction, flux, absorption, choice, facet.x, facet.y)
+                    if largest(flight.flux) <= 0.0:
+                        return
+                    crosses = wp.dot(flight.direction, surface.geometric_normal) < 0.0
+                    out.position[slot] = surface.position
+                    out.normal[slot] = wp.where(crosses, -surface.geometric_normal, surface.geometric_normal)
+                    out.bounce[slot] = bounce
+                    out.light[slot] = particle.light
+                    out.flux[slot] = flight.flux
+                    flux = flight.flux
+                    direction = flight.direction
+                    origin = flight.origin
+                    if crosses:
+                        absorption = surface.absorption
+                    continue
             out.position[slot] = surface.position
             out.normal[slot] = surface.geometric_normal
             out.bounce[slot] = bounce
@@ -187,7 +217,8 @@ class PathEnds:
 
     def trace(self, scene: SceneData, table: LightTable, seed: wp.array, features: SceneFeatures) -> None:
         """Trace new paths by `seed` (1,)."""
-        kernel = light_path_kernel(features.texels, features.environment, features.specular, self._arriving)
+        has = features
+        kernel = light_path_kernel(has.texels, has.environment, has.specular, has.frosted, self._arriving)
         launch(kernel, self.room, [scene, table, self._paths, self._bounces, seed, self.raw], self.device)
         self.put_in_order()
 

@@ -24,6 +24,7 @@ from gpu.core.device import launch, launch_together
 from gpu.core.morton import dominant_axis
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
+from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.disk_coverage import surface_beside
 from gpu.device_scene.features import SceneFeatures
@@ -126,13 +127,23 @@ def neighbour_spacing_kernel(first: int, clusters: VplClusters, most_area: float
         vpls.spacing[member] = radius / vpls.chosen.cell_per_spacing
 
 
+@wp.func
+def is_glass(lit: RadiosityCache, vpl: int) -> bool:
+    """Whether a VPL lies on frosted glass, whose light is not that of what is close behind."""
+    if lit.reflectance.shape[0] == 0:
+        return False
+    return largest(lit.reflectance[vpl]) == 0.0
+
+
 @wp.kernel
 def radiosity_kernel(first: int, vpls: Representatives, clusters: VplClusters, lit: RadiosityCache) -> None:
-    """One thread a VPL: flux per area of the disk that its neighbours fill, and that disk's radius."""
+    """One thread a VPL: flux per area of the disk that its neighbours fill, and that disk's radius; none on glass."""
     vpl = first + wp.tid()
     lit.radius[vpl] = 0.0
     lit.radiosity[vpl] = wp.vec3(0.0, 0.0, 0.0)
     if vpls.spacing[vpl] <= 0.0:
+        return
+    if is_glass(lit, vpl):
         return
     level = vpls.level[vpl]
     found = neighbours(vpls, vpls.position[vpl], vpls.normal[vpl], level)
@@ -149,7 +160,7 @@ def radiosity_kernel(first: int, vpls: Representatives, clusters: VplClusters, l
         if found.distance[place] < disk:
             other = found.cluster[place]
             off = wp.dot(vpls.position[other] - vpls.position[vpl], vpls.normal[vpl])
-            if wp.abs(off) < lit.chosen.plane_share * disk:
+            if wp.abs(off) < lit.chosen.plane_share * disk and not is_glass(lit, other):
                 flux = clusters.members.flux[other]
                 path_flux = clusters.path_flux[other]
                 total += flux
@@ -258,11 +269,11 @@ class RadiosityBuilder:
         inputs = [clusters, self._chosen.most_area, self._number, vpls]
         launch(neighbour_spacing_kernel, clusters.count, inputs, device)
         self._grid.build()
+        if self._lobes:
+            find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance)
         launch(radiosity_kernel, count, [vpls, clusters, lit], device)
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
         launch(covered_radiosity_kernel, count, [covered, lit], device)
-        if self._lobes:
-            find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance)
         self._cells.sort()
 
     def relight(self) -> None:

@@ -1,4 +1,4 @@
-"""What surfaces reflect where VPLs lie, which VPLs themselves do not keep."""
+"""What surfaces reflect where VPLs lie, which VPLs themselves do not keep: of glass, what of it is none."""
 
 from functools import cache
 
@@ -36,7 +36,8 @@ def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
         hit = closest_hit(scene, above, -normal[vpl], BELOW)
         reflectance[vpl] = wp.vec3(0.0, 0.0, 0.0)
         if hit.face != NO_HIT:
-            reflectance[vpl] = even_reflectance(surface_at(scene, hit, -normal[vpl]), normal[vpl])
+            surface = surface_at(scene, hit, -normal[vpl])
+            reflectance[vpl] = even_reflectance(surface, normal[vpl]) * (1.0 - surface.glass)
 
     return vpl_reflectance_kernel
 

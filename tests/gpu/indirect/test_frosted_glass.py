@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 import warp as wp
 from frame_view import FrameView
-from scenes import box, grey, quad, resident_of
+from scenes import box, grey, quad, resident_of, results
 from walls import CPU
 
+from gpu.device_scene.data import SceneData
 from gpu.direct.direct_light import direct_samples
-from gpu.indirect.lobe_light import known_light
+from gpu.indirect.frosted_glass import beyond_face
+from gpu.indirect.lobe_light import LobeRay, known_light
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Material
 from gpu.vpl.light_sets import LightSetChoice, LightSets
@@ -54,3 +56,28 @@ def test_the_rest_of_what_is_partly_glass_is_matt() -> None:
     light, matt = shown(0.3)
     assert np.allclose(matt, 0.7 * COLOUR, atol=1e-3)
     assert light.mean(axis=0) == pytest.approx(0.3 * (0.08 + 0.9 * COLOUR), rel=0.06)
+
+
+@wp.kernel
+def beyond_kernel(first: int, scene: SceneData, out: wp.array[wp.vec4]) -> None:
+    """One thread a way: where a ray in a slab, from its front face straight to the other, goes and what that counts."""
+    way = first + wp.tid()
+    ray = LobeRay()
+    ray.normal = wp.vec3(0.0, 0.0, -1.0)
+    ray.direction = wp.vec3(0.0, 0.0, -1.0)
+    ray.throughput = wp.vec3(1.0, 1.0, 1.0)
+    beyond = beyond_face(scene, ray, way, 0.1, 0.3)
+    out[way] = wp.vec4(beyond.direction[2], beyond.throughput[0], beyond.throughput[2], float(beyond.inside))
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.2])
+def test_a_body_shows_what_its_far_face_reflects_and_lets_through(roughness: float) -> None:
+    """Each by its share, without a choice; past another surface there is one way only."""
+    glass = Material(base_color=(*COLOUR, 1.0), transmission=1.0, roughness=roughness, thickness=1.0)
+    for material, expected in (
+        (glass, [[1.0, 0.04, 0.04, 1.0], [-1.0, 0.96 * 2.25, 0.96 * 2.25 * 0.9, 0.0]]),
+        (grey(0.5), [[-1.0, 1.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0]]),
+    ):
+        far = quad([-0.4, -0.4, -0.1], [0, 0.8, 0], [0.8, 0, 0], 1)
+        scene = resident_of([*box(), far], [grey(0.5), material]).view(lambertian=False)
+        assert results(beyond_kernel, 2, [scene], wp.vec4) == pytest.approx(np.array(expected), abs=0.12)

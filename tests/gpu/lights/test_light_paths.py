@@ -56,6 +56,17 @@ def test_a_sheet_is_lit_on_the_side_of_the_light() -> None:
     assert np.allclose(vpls.flux.numpy().sum(axis=0), 0.5, rtol=0.03)
 
 
+@pytest.mark.parametrize("thickness", [0.0, 1.0])
+def test_frosted_glass_sends_what_it_reflects_and_what_it_lets_through(thickness: float) -> None:
+    sheet = quad([-0.5, 0.0, 0.5], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+    above = Light("sun", LightKind.DIRECTIONAL, (1.0, 1.0, 1.0), direction=(0.0, -1.0, 0.0))
+    glass = Material(base_color=(1.0, 1.0, 0.5, 1.0), transmission=1.0, roughness=0.3, thickness=thickness)
+    vpls = paths_in(resident_of([sheet], [glass], lights=[above]), 2)
+    up, flux = vpls.normal.numpy()[:, 1] > 0.0, vpls.flux.numpy()
+    assert flux[up].sum(axis=0) == pytest.approx([0.08, 0.08, 0.08], abs=0.02)
+    assert flux[~up].sum(axis=0) == pytest.approx([0.91, 0.91, 0.455], rel=0.05)
+
+
 def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
     device_scene = resident_of(box(), [grey(0.7)], lights=[BULB])
     first, again, other = (paths_in(device_scene, 3, seed) for seed in (5, 5, 6))

@@ -8,7 +8,7 @@ from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.light_paths import Vpls, allocate_vpls
-from gpu.scene.types import Doubles, Ints
+from gpu.scene.types import Doubles, Ints, Material
 from gpu.vpl.clustering import cluster_vpls
 from gpu.vpl.light_set import LightSetChoice
 from gpu.vpl.light_sets import LightSets
@@ -259,3 +259,22 @@ def test_a_surface_is_looked_for_at_the_middle_of_a_disks_area() -> None:
 def test_what_is_off_by_a_third_of_a_disks_radius_is_another_surface() -> None:
     assert covered_places(0.5, 0.02).all()
     assert not covered_places(0.5, 0.04).any()
+
+
+def test_frosted_glass_before_a_wall_adds_nothing_to_the_light_of_the_wall() -> None:
+    """What comes back through it faces the way of the wall, nearer than VPLs are apart."""
+    sheet = quad((-0.5, -0.497, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0), 1)
+    glass = Material(transmission=1.0, roughness=0.3, specular=0.0)
+    device_scene = resident_of([*box(), sheet], [grey(0.5, emission=1.0 / np.pi), glass])
+    sets = LightSets(device_scene)
+    lit = sets.radiosity(sets.made(LightSetChoice(4000, 100, 8, 0, lambertian=False), lambda what, fraction: None))
+    position, reflects = lit.position.numpy(), lit.reflectance.numpy()[:, 0]
+    up = lit.normal.numpy()[:, 1] > 0.9
+    on_glass = (np.abs(position[:, 1] + 0.497) < 1e-4) & (np.abs(lit.normal.numpy()[:, 1]) > 0.9)
+    assert (up & on_glass).sum() > 100
+    assert not lit.radius.numpy()[on_glass].any()
+    floor = up & ~on_glass & (lit.radius.numpy() > 0.0)
+    assert reflects[floor] == pytest.approx(0.5)
+    middle = floor & (np.abs(position[:, [0, 2]]).max(axis=1) < 0.4)
+    # 1, and a quarter more, since there are more VPLs where estimates of few are high; with the glass' it would be 3.
+    assert lit.radiosity.numpy()[middle].mean() == pytest.approx(1.1, abs=0.3)
