@@ -51,13 +51,15 @@ DENSITY_PARAMETERS: DensityParameters = parameters(DensityParameters)
 class PhotonSites:
     """Photons at which the irradiance is known.
 
-    alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; radius (site,): of
-    the estimate's disk, unit space; whole (site,): 1 where all of that is surface; irradiance (site,) [W/m²].
+    alike: which surface points are alike; photon (site,): which ones they are; count (1,): how many; known (1,): how
+    many of them were estimated before; radius (site,): of the estimate's disk, unit space; whole (site,): 1 where all
+    of that is surface; irradiance (site,) [W/m²].
     """
 
     alike: ClusteringParameters
     photon: wp.array[int]
     count: wp.array[int]
+    known: wp.array[int]
     radius: wp.array[float]
     whole: wp.array[int]
     irradiance: wp.array[wp.vec3]
@@ -66,7 +68,7 @@ class PhotonSites:
 def allocate_sites(capacity: int, device: wp.Device) -> PhotonSites:
     """Room for so many sites."""
     sites: PhotonSites = allocate(PhotonSites, capacity, device)
-    sites.count = wp.zeros(1, dtype=int, device=device)
+    sites.count, sites.known = (wp.zeros(1, dtype=int, device=device) for _ in range(2))
     sites.alike = CLUSTERING_PARAMETERS
     return sites
 
@@ -85,7 +87,7 @@ def answers(scene: SceneData, tree: PhotonTree, sites: PhotonSites, site: int, p
 def photon_density_kernel(first: int, tree: PhotonTree, chosen: DensityParameters, sites: PhotonSites) -> None:
     """One thread a site: flux per area of the disk that the photons nearest to it fill."""
     site = first + wp.tid()
-    if site >= sites.count[0]:
+    if site < sites.known[0] or site >= sites.count[0]:
         return
     own = sites.photon[site]
     photons = tree.photons
@@ -145,7 +147,7 @@ def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chose
                            sites: PhotonSites) -> None:  # fmt: skip
     """One thread a site: its irradiance becomes that of the part of its disk that is surface."""
     site = first + wp.tid()
-    if site >= sites.count[0]:
+    if site < sites.known[0] or site >= sites.count[0]:
         return
     position = tree.photons.position[sites.photon[site]]
     normal = tree.photons.normal[sites.photon[site]]
@@ -157,12 +159,12 @@ def covered_density_kernel(first: int, scene: SceneData, tree: PhotonTree, chose
 
 
 def estimate_density(tree: PhotonTree, sites: PhotonSites, chosen: DensityParameters = DENSITY_PARAMETERS) -> None:
-    """Fill in radius and irradiance of the `sites` as if their disks were surface all over."""
+    """Fill in radius and irradiance of the `sites` that are not known, as if their disks were surface all over."""
     launch(photon_density_kernel, len(sites.photon), [tree, chosen, sites], sites.photon.device)
 
 
 def estimate_irradiance(scene: SceneData, tree: PhotonTree, sites: PhotonSites,
                         chosen: DensityParameters = DENSITY_PARAMETERS) -> None:  # fmt: skip
-    """Fill in radius and irradiance of the `sites`, on the surfaces of `scene`."""
+    """Fill in radius and irradiance of the `sites` that are not known, on the surfaces of `scene`."""
     estimate_density(tree, sites, chosen)
     launch(covered_density_kernel, len(sites.photon), [scene, tree, chosen, sites], sites.photon.device)

@@ -6,6 +6,8 @@ from scenes import grey, quad, resident_of
 from gpu.indirect.photon_lookup import FullMapLight, choose_sites
 from gpu.lights.photon_tree import allocate_tree
 
+FLOOR = [quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))]
+
 
 @pytest.mark.parametrize(("count", "usual", "wanted"), [(7, None, [1, 5]), (12, None, [2, 6, 10]), (12, 8, [3, 9])])
 def test_every_fourth_photon_is_a_site_or_as_many_as_there_is_room_for(
@@ -19,12 +21,24 @@ def test_every_fourth_photon_is_a_site_or_as_many_as_there_is_room_for(
     assert sites.photon.numpy()[: sites.count.numpy()[0]].tolist() == wanted
 
 
+def test_photons_that_none_of_these_answers_for_are_sites_too() -> None:
+    places = np.zeros((12, 3))
+    places[[0, 5], 0] = -0.3, 0.3
+    places[:, 2] = 1e-3 * np.arange(12)
+    light = FullMapLight(tree_of(places, np.ones(12)))
+    light.estimate(resident_of(FLOOR, [grey(0.7)]).view(lambertian=True))
+    sites = light.lit.sites
+    chosen = light.lit.tree.photons.position.numpy()[sites.photon.numpy()[: sites.count.numpy()[0]], 0]
+    assert sorted(chosen.tolist()) == pytest.approx([-0.3, 0.0, 0.0, 0.0, 0.3])
+    assert (sites.radius.numpy()[: len(chosen)] > 0.0).all()
+
+
 @pytest.mark.parametrize("count", [500, 2000])
 def test_a_fleck_of_light_is_no_brighter_or_darker_for_its_edges(count: int) -> None:
     """What its photons bring is what is read all over the floor."""
     fleck = np.random.default_rng(1).uniform(-0.2, 0.2, (count, 3)) * (1.0, 0.0, 1.0)
     light = FullMapLight(tree_of(fleck, np.full(count, 1.0 / count)))
-    floor = resident_of([quad((-0.5, 0.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))], [grey(0.7)])
+    floor = resident_of(FLOOR, [grey(0.7)])
     light.estimate(floor.view(lambertian=True))
     irradiance, _ = read_at(lattice(60), floor, 0.7, light)
     assert irradiance.mean() == pytest.approx(1.0, abs=0.07)
