@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Protocol
 
-from gpu.device_scene.features import SceneFeatures
 from gpu.settings import Quality, RenderSettings
 
 
@@ -14,6 +13,18 @@ class Device(Protocol):
     @property
     def is_cuda(self) -> bool:
         """Whether it is a GPU."""
+
+
+class Surfaces(Protocol):
+    """What is asked of a scene's features: the web process, which imports no Warp, counts, too."""
+
+    @property
+    def lobes(self) -> bool:
+        """Whether some are glossy."""
+
+    @property
+    def specular(self) -> bool:
+        """Whether some are mirrors or glass."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +119,6 @@ def sample_counts_of(settings: RenderSettings, device: Device, pixels: int | Non
     )
 
 
-def bounces_of(settings: RenderSettings, has: SceneFeatures) -> int:
+def bounces_of(settings: RenderSettings, has: Surfaces) -> int:
     """The indirect bounces of `settings`; where they are left open, as a scene of these features needs."""
     return settings.bounces or (GLOSSY_BOUNCES if has.lobes or has.specular else BOUNCES)
