@@ -1,5 +1,6 @@
 """The service as a process: what it prints, what it imports, and how it ends."""
 
+import asyncio
 import os
 import re
 import signal
@@ -14,10 +15,11 @@ from pathlib import Path
 import httpx
 import pytest
 from harness import GRADIENT_WORKER, Walker
+from pydantic import TypeAdapter
 from websockets.sync.client import connect
 
 from gpu.errors import UserError
-from server.app import _url, create_app, serve, server_config
+from server.app import _url, create_app, prepare, serve, server_config
 from server.settings import ServerSettings
 
 TOKEN = "correct-horse-battery-staple"
@@ -104,6 +106,28 @@ def test_proxies_and_rest_are_as_the_settings_say() -> None:
     config = server_config(create_app(settings), settings)
     assert config.ws_ping_interval == 7.0
     assert not config.proxy_headers  # read once only, by server.http.forwarded
+
+
+def test_the_first_request_finds_all_made_that_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    app, made, make, frozen = create_app(ServerSettings()), list[object](), TypeAdapter.__init__, list[bool]()
+
+    def count(adapter: object, *args: object, **options: object) -> None:
+        made.append(adapter)
+        make(adapter, *args, **options)
+
+    monkeypatch.setattr(TypeAdapter, "__init__", count)
+    monkeypatch.setattr("gc.freeze", lambda: frozen.append(True))
+    prepare(app)
+    assert made
+    assert frozen
+    made.clear()
+
+    async def ask() -> int:
+        async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://127.0.0.1") as client:
+            return (await client.get("/healthz")).status_code
+
+    assert asyncio.run(ask()) == 200
+    assert not made
 
 
 def test_an_address_of_another_machine_is_said() -> None:
