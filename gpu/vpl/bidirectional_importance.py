@@ -9,6 +9,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.device import launch
 from gpu.core.image_size import ImageSize, image_size
+from gpu.core.intrinsics import float_sum, lanes_of
 from gpu.core.parameters import parameters
 from gpu.device_scene.data import NO_HIT
 from gpu.gbuffer.gbuffer import GBuffer
@@ -49,19 +50,23 @@ def view_sample_kernel(
 
 @wp.kernel
 def bidirectional_importance_kernel(first: int, vpls: Vpls, position: wp.array[wp.vec3], normal: wp.array[wp.vec3],
-                                    chosen: BidirectionalImportanceParameters,
+                                    chosen: BidirectionalImportanceParameters, lanes: int,
                                     importance: wp.array[float]) -> None:  # fmt: skip
-    """One thread a VPL: its flux times the mean geometry term of it and the view's samples, visibility aside."""
-    vpl = first + wp.tid()
+    """`lanes` threads a VPL: its flux times the mean geometry term of it and the view's samples, visibility aside."""
+    index = first + wp.tid()
+    vpl = index // lanes
+    lane = index % lanes
     flux = brightness(vpls.flux[vpl])
-    importance[vpl] = 0.0
     if flux <= 0.0:
+        importance[vpl] = 0.0
         return
     total = float(0.0)
-    for sample in range(position.shape[0]):
+    for sample in range(lane, position.shape[0], lanes):
         way = vpls.position[vpl] - position[sample]
         total += disk_transfer(way, normal[sample], vpls.normal[vpl], chosen.area)
-    importance[vpl] = flux * (total / float(position.shape[0]) + chosen.unseen)
+    total = float_sum(total, lanes)
+    if lane == 0:
+        importance[vpl] = flux * (total / float(position.shape[0]) + chosen.unseen)
 
 
 class BidirectionalImportance:
@@ -77,5 +82,6 @@ class BidirectionalImportance:
         """Write the `importance` (vpl,) of `vpls` to the picture of `size` (width, height) that `gbuffer` is of."""
         samples = [self._position, self._normal]
         launch(view_sample_kernel, VIEW_SAMPLES, [gbuffer, image_size(size), *samples], self.device)
-        inputs = [vpls, *samples, self._chosen, importance]
-        launch(bidirectional_importance_kernel, vpls.count, inputs, self.device)
+        lanes = lanes_of(self.device, few=True)
+        inputs = [vpls, *samples, self._chosen, lanes, importance]
+        launch(bidirectional_importance_kernel, lanes * vpls.count, inputs, self.device)

@@ -14,7 +14,7 @@ from warp.utils import radix_sort_pairs
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY
 from gpu.core.device import allocate, launch
-from gpu.core.intrinsics import four_at, lanes_of, vector_sum
+from gpu.core.intrinsics import four_at, lanes_of, place_of_least, vector_sum
 from gpu.core.morton import morton_key
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups, iota_kernel
@@ -123,22 +123,26 @@ def order_clusters_kernel(first: int, started: MapClusters, order: wp.array[int]
 
 @wp.kernel(module="unique", module_options={"fast_math": True})
 def assign_to_clusters_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: ShadowMapClusterParameters,
-                              keys: wp.array[int]) -> None:  # fmt: skip
-    """One thread a pixel: keys[pixel] becomes the most like of the clusters, their number where it is dark."""
-    pixel = first + wp.tid()
+                              lanes: int, keys: wp.array[int]) -> None:  # fmt: skip
+    """`lanes` threads a pixel: keys[pixel] becomes the most like of the clusters, their number where it is dark."""
+    index = first + wp.tid()
+    pixel = index // lanes
+    lane = index % lanes
     count = clusters.members.shape[0]
-    keys[pixel] = count
     if brightness(vpls.flux[pixel]) <= 0.0:
+        keys[pixel] = count
         return
     traits = traits_of(vpls, pixel)
-    best = int(0)
+    best = int(-1)
     least = float(FAR_AWAY)
-    for cluster in range(count):
+    for cluster in range(lane, count, lanes):
         unlike = difference(chosen, traits, traits_at(clusters, cluster))
         if unlike < least:
             least = unlike
             best = cluster
-    keys[pixel] = best
+    best = place_of_least(least, best, lanes)
+    if lane == 0:
+        keys[pixel] = best
 
 
 @wp.kernel
@@ -176,21 +180,29 @@ def move_clusters_kernel(first: int, vpls: Vpls, items: wp.array[int], starts: w
 
 @wp.kernel
 def map_medoid_kernel(first: int, vpls: Vpls, clusters: MapClusters, chosen: ShadowMapClusterParameters,
-                      items: wp.array[int], starts: wp.array[int], medoids: wp.array[int]) -> None:  # fmt: skip
-    """One thread a cluster: the member that is most like its means, −1 if there is none: these may lie in no surface.
+                      items: wp.array[int], starts: wp.array[int], lanes: int,
+                      medoids: wp.array[int]) -> None:  # fmt: skip
+    """`lanes` threads a cluster: the member that is most like its means, −1 if there is none: these may lie in no
+    surface.
 
     items, starts: members of each.
     """
-    cluster = first + wp.tid()
+    index = first + wp.tid()
+    cluster = index // lanes
+    lane = index % lanes
     traits = traits_at(clusters, cluster)
     best = int(-1)
     least = float(FAR_AWAY)
-    for entry in range(starts[cluster], starts[cluster + 1]):
+    for entry in range(starts[cluster] + lane, starts[cluster + 1], lanes):
         unlike = difference(chosen, traits_of(vpls, items[entry]), traits)
         if unlike < least:
             least = unlike
-            best = items[entry]
-    medoids[cluster] = best
+            best = entry
+    best = place_of_least(least, best, lanes)
+    if lane == 0:
+        medoids[cluster] = -1
+        if best >= 0:
+            medoids[cluster] = items[best]
 
 
 class ShadowMapClustering:
@@ -224,14 +236,16 @@ class ShadowMapClustering:
         launch(start_clusters_kernel, self.count, inputs, device)
         self._sort(self._keys, self._order, self.count)
         launch(order_clusters_kernel, self.count, [self._started, self._order, clusters], device)
-        launch(assign_to_clusters_kernel, groups.capacity, [vpls, clusters, chosen, groups.keys], device)
+        lanes = lanes_of(device, few=True)
+        inputs = [vpls, clusters, chosen, lanes, groups.keys]
+        launch(assign_to_clusters_kernel, lanes * groups.capacity, inputs, device)
         inputs = [vpls.position, vpls.normal, vpls.flux, self._pixel_keys]
         launch(surface_key_kernel, groups.capacity, inputs, device)
         self._sort(self._pixel_keys, self._pixels, groups.capacity)
         groups.sort(self._pixels)
-        members, lanes = [groups.items, groups.starts], lanes_of(device, few=True)
-        launch(move_clusters_kernel, lanes * self.count, [vpls, *members, lanes, clusters], device)
-        launch(map_medoid_kernel, self.count, [vpls, clusters, chosen, *members, self.medoids], device)
+        members = [groups.items, groups.starts, lanes]
+        launch(move_clusters_kernel, lanes * self.count, [vpls, *members, clusters], device)
+        launch(map_medoid_kernel, lanes * self.count, [vpls, clusters, chosen, *members, self.medoids], device)
 
     def _sort(self, keys: wp.array, order: wp.array, count: int) -> None:
         launch(iota_kernel, count, [order], self.device)
