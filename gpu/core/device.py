@@ -32,8 +32,9 @@ MIN_SLICE = 1024
 # kernel takes, a slice has few items.
 CPU_SLICE_SECONDS, CUDA_SLICE_SECONDS = 0.05, 0.01
 FIRST_CPU_SLICE, FIRST_CUDA_SLICE = 64, 1 << 20
-# Fewer items leave some of a GPU idle; a launch with less to do than LONG_LAUNCH is over before anybody waits.
-LEAST_CUDA_SLICE, LONG_LAUNCH = 1 << 19, 1 << 21
+# Fewer items leave some of a GPU idle, or few, where a kernel is slow and needs many registers: four paths for each of
+# 1280×720 pixels took an H100 118 ms. A launch with less to do than LONG_LAUNCH is over before anybody waits.
+LEAST_CUDA_SLICE, LONG_LAUNCH = 1 << 17, 1 << 21
 # Threads of a block, which end together: small, so that few wait for the longest where times differ, as with rays.
 BLOCK = 128
 # Blocks of a launch; with more items, each thread takes several. So a launch sized for the most items there may be
@@ -115,7 +116,7 @@ def _launch_on_cuda(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device
     first = 0
     while first < count:
         cost = _costs.get(kernel)
-        wanted = FIRST_CUDA_SLICE if cost is None else int(CUDA_SLICE_SECONDS / (cost * weight))
+        wanted = FIRST_CUDA_SLICE // weight if cost is None else int(CUDA_SLICE_SECONDS / (cost * weight))
         size = min(max(wanted // BLOCK * BLOCK, LEAST_CUDA_SLICE), count - first)
         begun = perf_counter()
         wp.launch(kernel, dim=size, inputs=[first, *inputs], device=device, block_dim=BLOCK, max_blocks=blocks)
