@@ -232,18 +232,6 @@ class PathEnds:
         launch(count_filled_kernel, capacity, [keys, self.filled], self.device)
 
 
-def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
-                      seed: int, features: SceneFeatures = EVERYTHING) -> Vpls:  # fmt: skip
-    """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
-    device = device_scene.device
-    ends = PathEnds(paths, bounces, device, arriving=False)
-    ends.trace(scene, table, wp.full(1, seed, dtype=int, device=device), features)
-    count = int(ends.filled.numpy()[0])
-    vpls = allocate_vpls(count, device)
-    launch(gather_vpls_kernel, count, [ends.order, ends.raw, vpls], device)
-    return vpls
-
-
 def pilot_of(bounces: int, device: wp.Device, paths: int = 4096) -> PathEnds:
     """What a pilot run works with."""
     return PathEnds(paths, bounces, device, arriving=False)

@@ -8,10 +8,12 @@ import warp as wp
 
 from gpu.core.device import launch
 from gpu.device_scene.data import SceneData
+from gpu.device_scene.features import EVERYTHING
 from gpu.device_scene.upload import DeviceScene
 from gpu.gbuffer.camera_rays import CameraData, camera_data
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import Vpls, allocate_vpls, paths_for, trace_light_paths
+from gpu.lights.light_paths import PathEnds, Vpls, allocate_vpls, gather_vpls_kernel, paths_for
+from gpu.lights.light_table import LightTable
 from gpu.scene.assemble import MeshPart, SceneParts, assemble
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Doubles, Light, Material, Scene, Sky, Texture
@@ -126,6 +128,18 @@ def slats(resident_size: tuple[int, int] = (64, 48), count: int = 24) -> tuple[D
         parts.append(quad((x, -0.4, -0.3), (0.02, 0.0, 0.02), (0.0, 0.8, 0.0), 0))
     device_scene = resident_of(parts, [grey(0.6), grey(0.0, 8.0)])
     return device_scene, look_at((0.0, 0.0, 0.48), (0.0, 0.0, -0.5), yfov_degrees=70.0), resident_size
+
+
+def trace_light_paths(device_scene: DeviceScene, scene: SceneData, table: LightTable, paths: int, bounces: int,
+                      seed: int) -> Vpls:  # fmt: skip
+    """The VPLs of `paths` light paths of at most `bounces` hits, sorted; none when nothing is lit."""
+    device = device_scene.device
+    ends = PathEnds(paths, bounces, device, arriving=False)
+    ends.trace(scene, table, wp.full(1, seed, dtype=int, device=device), EVERYTHING)
+    count = int(ends.filled.numpy()[0])
+    vpls = allocate_vpls(count, device)
+    launch(gather_vpls_kernel, count, [ends.order, ends.raw, vpls], device)
+    return vpls
 
 
 def traced_vpls(device_scene: DeviceScene, scene: SceneData, wanted: int, bounces: int) -> Vpls:

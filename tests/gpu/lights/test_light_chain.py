@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 from glass import bulb, mirror_over_floor
+from scenes import trace_light_paths
 
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import trace_light_paths
 
 PATHS = 1 << 14
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 import warp as wp
-from scenes import box, grey, quad, resident_of, traced_vpls
+from scenes import box, grey, quad, resident_of, trace_light_paths, traced_vpls
 
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import Vpls, paths_for, pilot_of, trace_light_paths
+from gpu.lights.light_paths import Vpls, paths_for, pilot_of
 from gpu.scene.types import Light, LightKind, Material
 
 PATHS = 8192

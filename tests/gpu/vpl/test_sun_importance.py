@@ -6,12 +6,12 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scenes import box, grey, quad, scene_of
+from scenes import box, grey, quad, scene_of, trace_light_paths
 
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
 from gpu.lights.build import build_light_table
-from gpu.lights.light_paths import Vpls, trace_light_paths
+from gpu.lights.light_paths import Vpls
 from gpu.scene.camera import look_at
 from gpu.scene.types import Camera, Light, LightKind
 from gpu.vpl.light_sets import LightSets

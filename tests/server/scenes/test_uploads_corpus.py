@@ -88,7 +88,7 @@ def check(service: Running, cases: Sequence[Case]) -> Counter[int]:
 def test_malformed_files_are_refused_with_their_problem(real: Running, shared: Path) -> None:
     cases = malformed(shared)
     assert len(cases) > 300
-    check(real, part([case for case in cases if not case.valid], 8))
+    check(real, part([case for case in cases if not case.valid], 5))
 
 
 def test_valid_files_load_if_there_is_anything_in_them(real: Running, shared: Path) -> None:
@@ -96,7 +96,7 @@ def test_valid_files_load_if_there_is_anything_in_them(real: Running, shared: Pa
 
 
 def test_mutated_files_load_or_are_refused(real: Running, shared: Path) -> None:
-    statuses = check(real, list(mutated(shared, 1000 if ALL else 6)))
+    statuses = check(real, list(mutated(shared, 1000 if ALL else 4)))
     assert set(statuses) == {201, 422}
 
 
