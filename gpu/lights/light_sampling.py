@@ -25,7 +25,7 @@ from gpu.lights.light_table import (
     sky_radiance,
     spot_falloff,
 )
-from gpu.sampling.sobol import Pair
+from gpu.sampling.sobol import BELOW_ONE, TO_UNIT, Pair
 from gpu.sampling.spherical_triangle import Corners, triangle_direction, triangle_solid_angle
 from gpu.sampling.warps import sky_direction, triangle_barycentrics
 
@@ -126,6 +126,19 @@ def triangle_density(table: LightTable, emitter: int, probability: float, solid_
 
 
 @wp.func
+def place_in_sky(place: Pair, pick: wp.uint32) -> Pair:
+    """`place`, moved by a fraction of 2³² along a lattice: eight strata of `pick` have eight places far apart, of which
+    the receiver's cosine may choose. (1, 5) generates Fibonacci's lattice of eight points.
+    """
+    moved = Pair()
+    moved.a = place.a + pick
+    moved.b = place.b + pick * wp.uint32(5)
+    moved.x = wp.min(float(moved.a) * TO_UNIT, BELOW_ONE)
+    moved.y = wp.min(float(moved.b) * TO_UNIT, BELOW_ONE)
+    return moved
+
+
+@wp.func
 def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: wp.vec3, pick: wp.uint32,
                  place: Pair) -> LightSample:  # fmt: skip
     """A sample of the light that reaches `position` from the emitters of `cdf`, as if nothing were in between."""
@@ -153,13 +166,14 @@ def sample_light(scene: SceneData, table: LightTable, cdf: PowerCdf, position: w
             sample.irradiance = emission_at(scene, face, uv[0], uv[1]) * sample.solid_angle
         return sample
     if scene.has_environment:
-        drawn = sample_environment(scene.environment, place)
+        drawn = sample_environment(scene.environment, place_in_sky(place, pick))
         sample.direction = drawn.direction
         sample.point = position + drawn.direction * FAR
         sample.solid_angle = 1.0 / (drawn.density * choice.probability)
         sample.irradiance = sky_radiance(scene, drawn.direction) * sample.solid_angle
         return sample
-    sample.direction = sky_direction(place.x, place.y)
+    above = place_in_sky(place, pick)
+    sample.direction = sky_direction(above.x, above.y)
     sample.point = position + sample.direction * FAR
     sample.irradiance = scene.sky[0] * (2.0 * PI / choice.probability)
     sample.solid_angle = 4.0 * PI / (wp.max(1.0 + sample.direction[1], 1.0e-6) * choice.probability)

@@ -165,6 +165,15 @@ def test_emitters_and_the_sky_are_shown() -> None:
     assert np.allclose(picture[15, 31], np.array([1.0, 2.0, 3.0]) / 2.0, rtol=0.02)
 
 
+def test_a_sample_of_the_sky_is_one_that_faces_the_surface() -> None:
+    """With one shadow ray a pixel, samples that are spread over the whole sky deviate by 1.3 of the mean."""
+    wall = quad([-1, -1, 0], [2, 0, 0], [0, 2, 0], 0)
+    camera = look_at((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), yfov_degrees=10.0, aspect=1.0)
+    picture = direct(resident_of([wall], [grey(0.5)], sky=Sky((1.0, 1.0, 1.0))), camera)[..., 0]
+    assert picture.mean() == pytest.approx(0.25, rel=0.01)
+    assert picture.std() < 0.15 * picture.mean()
+
+
 def test_a_flat_lamp_does_not_light_itself() -> None:
     lamp = Material(base_color=(0.9, 0.9, 0.9, 1.0), emission=(2.0, 2.0, 2.0), roughness=0.3)
     for edge_u, edge_v in (([0.7, 0.1, 0.2], [0.1, 0.3, -0.9]), ([0.3, 0.7, 0.0], [0.0, 0.1, 0.6])):
