@@ -16,7 +16,7 @@ from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import SceneFeatures
 from gpu.gbuffer.gbuffer import GBuffer, reflectance
 from gpu.lights.caustic_map import CausticLight
-from gpu.lights.disk_grid import CORNERS, LEVELS, bucket_at, disk_level
+from gpu.lights.disk_grid import CORNERS, LEVELS, bucket_at, disk_level, reaches
 from gpu.lights.photon_density import answers
 
 
@@ -30,18 +30,17 @@ def caustic_irradiance(scene: SceneData, lit: CausticLight, position: wp.vec3, n
     for level in range(LEVELS):
         bucket = bucket_at(lit.grid, position, level, share)
         for place in range(lit.grid.starts[bucket], lit.grid.starts[bucket + 1]):
-            photon = lit.grid.entries[place] // CORNERS
-            radius = lit.sites.radius[photon]
-            if disk_level(lit.grid, radius) == level:
-                radius *= share
+            if reaches(lit.grid, place, position):
+                photon = lit.grid.entries[place] // CORNERS
+                radius = lit.sites.radius[photon] * share
                 photon_normal = lit.tree.photons.normal[photon]
                 away = separation(lit.sites.alike, position, normal, lit.tree.photons.position[photon], photon_normal)
                 lights = wp.dot(photon_normal, normal) > lit.sites.alike.normal_threshold and away < radius
-                if lights:
-                    lights = answers(scene, lit.tree, lit.sites, photon, position, normal)
-                if lights:
-                    weight = 2.0 - 2.0 * (away * away) / (radius * radius)
-                    total += lit.tree.photons.flux[photon] * (weight / (PI * radius * radius))
+                if lights and disk_level(lit.grid, radius, share) == level:
+                    open_way = answers(scene, lit.tree, lit.sites, photon, position, normal)
+                    if open_way:
+                        weight = 2.0 - 2.0 * (away * away) / (radius * radius)
+                        total += lit.tree.photons.flux[photon] * (weight / (PI * radius * radius))
     return total
 
 

@@ -16,7 +16,7 @@ from gpu.core.device import launch
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import running_total
 from gpu.device_scene.data import SceneData
-from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at
+from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, reaches
 from gpu.lights.photon_density import (
     DENSITY_PARAMETERS,
     PhotonSites,
@@ -106,12 +106,14 @@ def nearest_site(scene: SceneData, lit: FullMap, position: wp.vec3, normal: wp.v
     for level in range(LEVELS):
         bucket = bucket_at(lit.grid, position, level, 1.0)
         for place in range(lit.grid.starts[bucket], lit.grid.starts[bucket + 1]):
-            site = lit.grid.entries[place] // CORNERS
-            other = lit.normal[site]
-            away = separation(lit.sites.alike, position, normal, lit.position[site], other)
-            if away < wp.min(lit.reach[site], nearest) and wp.dot(normal, other) > lit.sites.alike.normal_threshold:
-                nearest = away
-                found = site
+            if reaches(lit.grid, place, position):
+                site = lit.grid.entries[place] // CORNERS
+                other = lit.normal[site]
+                away = separation(lit.sites.alike, position, normal, lit.position[site], other)
+                alike = wp.dot(normal, other) > lit.sites.alike.normal_threshold
+                if alike and away < wp.min(lit.reach[site], nearest):
+                    nearest = away
+                    found = site
     if found >= 0:
         open_way = answers(scene, lit.tree, lit.sites, found, position, normal)
         found = wp.where(open_way, found, -1)

@@ -10,6 +10,7 @@ import warp as wp
 
 from gpu.clustering.grid import bucket_of, cell_at
 from gpu.core.device import launch
+from gpu.core.intrinsics import four_at
 from gpu.core.radix_sort import Groups
 
 # Grids, each with cells half as wide as those of the one before.
@@ -24,20 +25,21 @@ CELL_MARGIN = wp.constant(1.001)
 class DiskGrid:
     """reach: of the widest disks, unit space; flatness: how much less a disk reaches along its normal; buckets: in the
     table of all cells, a power of two; entries (place,): disk · CORNERS + corner, grouped by the hash of their cell;
-    starts (bucket + 1,).
+    disks (place,): position and radius of these, side by side as a search reads them; starts (bucket + 1,).
     """
 
     reach: float
     flatness: float
     buckets: int
     entries: wp.array[int]
+    disks: wp.array[wp.vec4]
     starts: wp.array[int]
 
 
 @wp.func
-def disk_level(grid: DiskGrid, radius: float) -> int:
-    """The grid that a disk stands in."""
-    return wp.clamp(int(wp.floor(wp.log2(grid.reach / radius))), 0, LEVELS - 1)
+def disk_level(grid: DiskGrid, radius: float, share: float) -> int:
+    """The grid that a disk stands in whose radius is such a share of what it was."""
+    return wp.clamp(int(wp.floor(wp.log2(grid.reach * share / radius))), 0, LEVELS - 1)
 
 
 @wp.func
@@ -72,7 +74,7 @@ def disk_key_kernel(first: int, grid: DiskGrid, position: wp.array[wp.vec3], nor
     keys[entry] = grid.buckets
     if disk >= count[0]:
         return
-    level = disk_level(grid, radius[disk])
+    level = disk_level(grid, radius[disk] * share[0], share[0])
     scale = cells_a_unit(grid, level, share[0])
     extent = wp.vec3(0.0, 0.0, 0.0)
     for axis in range(3):
@@ -89,6 +91,27 @@ def disk_key_kernel(first: int, grid: DiskGrid, position: wp.array[wp.vec3], nor
     keys[entry] = bucket_of_cell(grid, cell, level)
 
 
+@wp.kernel
+def disk_entry_kernel(first: int, grid: DiskGrid, position: wp.array[wp.vec3], radius: wp.array[float],
+                      share: wp.array[float]) -> None:  # fmt: skip
+    """One thread a place among the entries: writes the disk that is there."""
+    place = first + wp.tid()
+    if place >= grid.starts[grid.buckets]:
+        return
+    disk = grid.entries[place] // CORNERS
+    p = position[disk]
+    grid.disks[place] = wp.vec4(p[0], p[1], p[2], radius[disk] * share[0])
+
+
+@wp.func
+def reaches(grid: DiskGrid, place: int, position: wp.vec3) -> bool:
+    """Whether a point is no farther from the disk at a place than that is wide: where that is not so, nothing else of
+    the disk need be read.
+    """
+    disk = four_at(grid.disks, place)
+    return wp.length_sq(wp.vec3(disk[0], disk[1], disk[2]) - position) < disk[3] * disk[3]
+
+
 class DiskGridBuilder:
     """Sorts up to `capacity` disks no wider than `reach` into `grid`. All is allocated once."""
 
@@ -98,6 +121,7 @@ class DiskGridBuilder:
         self.grid = DiskGrid()
         self.grid.reach, self.grid.flatness, self.grid.buckets = reach, flatness, buckets
         self.grid.entries, self.grid.starts = self._groups.items, self._groups.starts
+        self.grid.disks = wp.zeros(self._groups.capacity, dtype=wp.vec4, device=device)
 
     def build(self, position: wp.array, normal: wp.array, radius: wp.array, share: wp.array, count: wp.array) -> None:
         """Sort the first `count` (1,) disks in, each with a `share` (1,) of its `radius` (disk,)."""
@@ -105,3 +129,4 @@ class DiskGridBuilder:
         inputs = [self.grid, position, normal, radius, share, count, groups.keys]
         launch(disk_key_kernel, groups.capacity, inputs, groups.device)
         groups.sort()
+        launch(disk_entry_kernel, groups.capacity, [self.grid, position, radius, share], groups.device)

@@ -69,7 +69,7 @@ class RenderMethod(ABC, Generic[View]):
     specular_pixel_bytes: ClassVar[int] = 12
     gloss_pixel_bytes: ClassVar[int] = 0
     gloss_view_pixel_bytes: ClassVar[int] = 0
-    caustic_photon_bytes: ClassVar[int] = 280
+    caustic_photon_bytes: ClassVar[int] = 408
 
     @abstractmethod
     def __init__(self, setup: RenderSetup) -> None:

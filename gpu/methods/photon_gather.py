@@ -87,7 +87,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         gloss; of a cut next to nothing.
         """
         rays = sample_counts.sp_clusters * sample_counts.gather_rays
-        return 212 * sample_counts.photons + 475 * sample_counts.sp_clusters + 16 * rays, 52 * sample_counts.sp_clusters
+        return 260 * sample_counts.photons + 475 * sample_counts.sp_clusters + 16 * rays, 52 * sample_counts.sp_clusters
 
     def new_view(self) -> GatherViewState:
         """One whose walk keeps the places where light is gathered."""

@@ -3,7 +3,7 @@ import warp as wp
 from scenes import column, results
 
 from gpu.clustering.grid import CLUSTERING_PARAMETERS, separation
-from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, disk_level
+from gpu.lights.disk_grid import CORNERS, LEVELS, DiskGrid, DiskGridBuilder, bucket_at, disk_level, reaches
 
 DISKS, POINTS, REACH = 400, 3000, 0.05
 alike = CLUSTERING_PARAMETERS
@@ -25,9 +25,10 @@ def found_kernel(first: int, grid: DiskGrid, share: float, places: wp.array[wp.v
         bucket = bucket_at(grid, places[index], level, share)
         for place in range(grid.starts[bucket], grid.starts[bucket + 1]):
             disk = grid.entries[place] // CORNERS
-            if disk_level(grid, radius[disk]) == level:
+            if disk_level(grid, radius[disk] * share, share) == level:
                 looked_at += 1
-                told += int(inside(places[index], position[disk], normal[disk], radius[disk] * share))
+                if reaches(grid, place, places[index]):
+                    told += int(inside(places[index], position[disk], normal[disk], radius[disk] * share))
     for disk in range(radius.shape[0]):
         there += int(inside(places[index], position[disk], normal[disk], radius[disk] * share))
     out[index] = wp.vec3i(told, there, looked_at)
