@@ -9,6 +9,7 @@ from functools import cache
 
 import warp as wp
 
+from gpu.core.color import brightness
 from gpu.core.device import allocate, launch
 from gpu.core.image_size import ImageSize, image_size
 from gpu.core.morton import morton_2d
@@ -106,6 +107,33 @@ def glossy_ray_kernel(alpha: bool, textures: bool, panes: bool, glass: bool) -> 
 
 
 @wp.kernel
+def bound_sparks_kernel(first: int, image: ImageSize, chosen: GlossParameters, reach: wp.array[float],
+                        light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """One thread a pixel: its light, bounded by the brightest of the eight around whose rays found some.
+
+    One ray in hundreds that ends in a lamp by way of a mirror is a spark that no neighbour would outweigh.
+    """
+    pixel = first + wp.tid()
+    out[pixel] = light[pixel]
+    if reach[pixel] == 0.0:
+        return
+    x = pixel % image.width
+    y = pixel // image.width
+    most = float(0.0)
+    for neighbour in range(9):
+        column = x + neighbour % 3 - 1
+        row = y + neighbour // 3 - 1
+        if neighbour != 4 and column >= 0 and column < image.width and row >= 0 and row < image.height:
+            other = row * image.width + column
+            if reach[other] > 0.0:
+                most = wp.max(most, brightness(light[other]))
+    most *= chosen.most_of_brightest
+    own = brightness(light[pixel])
+    if most > 0.0 and own > most:
+        out[pixel] = light[pixel] * (most / own)
+
+
+@wp.kernel
 def share_gloss_kernel(first: int, gbuffer: GBuffer, image: ImageSize, step: int, chosen: GlossParameters,
                        reach: wp.array[float], light: wp.array[wp.vec3], out: wp.array[wp.vec3]) -> None:  # fmt: skip
     """One thread a pixel: its light mixed with that of the eight pixels `step` away, as far as their lobes overlap."""
@@ -179,8 +207,15 @@ class GlossyReflection:
             launch(frosted, len(self.light), [*seen_by, self._chosen, self._found], self._device)
 
     def share(self, gbuffer: GBuffer) -> None:
-        """Share the light between pixels of one surface."""
+        """Bound sparks, and share the light between pixels of one surface."""
         source, target = self.light, self._other
+        launch(
+            bound_sparks_kernel,
+            len(source),
+            [self._image, self._chosen, self._found.reach, source, target],
+            self._device,
+        )
+        wp.copy(source, target)
         for step in STEPS:
             inputs = [gbuffer, self._image, step, self._chosen, self._found.reach, source, target]
             launch(share_gloss_kernel, len(source), inputs, self._device)

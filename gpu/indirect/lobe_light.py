@@ -42,12 +42,13 @@ class GlossParameters:
 
     lobe_share: of a lobe's width where its ray ends, over which lobes are alike; plane_tolerance: how far off its plane
     a pixel still shows a surface, in its spacings a step; roughness_tolerance: roughness that differs by this is of
-    another surface.
+    another surface; most_of_brightest: of the light of the brightest pixel around; what is brighter is cut off.
     """
 
     lobe_share: float = 0.5
     plane_tolerance: float = 0.5
     roughness_tolerance: float = 0.05
+    most_of_brightest: float = 2.0
 
 
 GLOSS_PARAMETERS: GlossParameters = parameters(GlossParameters)

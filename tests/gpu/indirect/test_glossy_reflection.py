@@ -11,7 +11,7 @@ from gpu.core.device import launch
 from gpu.core.image_size import image_size
 from gpu.direct.direct_light import direct_samples
 from gpu.gbuffer.gbuffer import GBuffer
-from gpu.indirect.glossy_reflection import GLOSS_PARAMETERS, GlossyReflection, share_gloss_kernel
+from gpu.indirect.glossy_reflection import GLOSS_PARAMETERS, GlossyReflection, bound_sparks_kernel, share_gloss_kernel
 from gpu.indirect.lobe_light import known_light
 from gpu.scene.camera import look_at
 from gpu.scene.types import Doubles, Floats, Material
@@ -101,3 +101,22 @@ def test_narrow_lobes_are_not_shared() -> None:
     assert (shared(wall(), 0.5, light) == light).all()
     assert shared(wall(), 2.0, light)[20, WIDTH // 2 - 1] == pytest.approx(0.25, rel=0.02)
     assert (shared(wall(), 0.0, light) == light).all()
+
+
+def test_sparks_are_bounded_by_the_pixels_around_and_edges_stay() -> None:
+    """One pixel; those beside a bright half stay, and so does one that no other ray is near."""
+
+    def bounded(light: Doubles, reach: Doubles) -> Doubles:
+        out = wp.zeros(WIDTH * HEIGHT, dtype=wp.vec3, device=CPU)
+        reaches = wp.array(reach.ravel(), dtype=float, device=CPU)
+        inputs = [image_size((WIDTH, HEIGHT)), GLOSS_PARAMETERS, reaches, grey_values(light), out]
+        launch(bound_sparks_kernel, WIDTH * HEIGHT, inputs, CPU)
+        return np.asarray(numbers(out))
+
+    everywhere, light = np.ones((HEIGHT, WIDTH)), np.where(LEFT, 1.0, 5.0)
+    assert (bounded(light, everywhere) == light).all()
+    light[4, 3] = 50.0
+    assert bounded(light, everywhere)[4, 3] == pytest.approx(2.0)
+    alone = np.zeros((HEIGHT, WIDTH))
+    alone[4, 3] = 1.0
+    assert (bounded(light, alone) == light).all()
