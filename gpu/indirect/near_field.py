@@ -24,6 +24,7 @@ from gpu.sampling.sobol import sobol_pair
 from gpu.sampling.warps import cosine_direction
 from gpu.vpl.form_factor import disk_area
 from gpu.vpl.radiosity_cache import RadiosityCache, vpl_around
+from gpu.vpl.radiosity_reach import is_apart_of
 from gpu.vpl.vpl_clusters import VplClusters
 
 # Of the sample sequences of a frame's seed, one that nothing else takes.
@@ -131,19 +132,8 @@ def near_field_vpl_kernel(first: int, lit: RadiosityCache, radius_share: float, 
 
 @cache
 def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
-    """The kernel that looks along the surface with `blocked`, one of gpu.device_scene.rays.occluded and
-    occluded_solid.
-    """
-
-    @wp.func
-    def is_apart(scene: SceneData, rays: NearRays, sp: int, other: wp.vec3, clearance: float) -> bool:
-        position = rays.position[sp]
-        way = other - position
-        length = wp.length(way)
-        if length == 0.0:
-            return False
-        lift = rays.normal[sp] * wp.min(clearance * length, 0.5 * rays.distance[sp])
-        return blocked(scene, position + lift, way / length, length)
+    """The kernel that looks along the surface with `blocked`, as of is_apart_of."""
+    is_apart = is_apart_of(blocked)
 
     @wp.kernel(module="unique")
     def near_field_light_kernel(
@@ -169,8 +159,11 @@ def near_field_light_kernel(blocked: wp.Function) -> wp.Kernel:
         pixel = points.pixels[sp]
         rays.light[pixel] = wp.vec3(0.0, 0.0, 0.0)
         near = rays.vpl[sp]
-        if near >= 0 and not is_apart(scene, rays, sp, lit.position[near], chosen.clearance):
-            distance = rays.distance[sp]
+        distance = rays.distance[sp]
+        apart = bool(True)
+        if near >= 0:
+            apart = is_apart(scene, rays.position[sp], rays.normal[sp], distance, lit.position[near], chosen.clearance)
+        if not apart:
             squared = distance * distance
             area = disk_area(gbuffer.position[pixel], vpls, near)
             share = float(ray_period(frames[pixel], chosen)) * area / (PI * squared + area)

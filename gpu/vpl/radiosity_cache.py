@@ -5,6 +5,7 @@ kept at the VPLs (P. Christensen, Faster Photon Map Global Illumination, 1999), 
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import warp as wp
 
@@ -54,7 +55,8 @@ class RadiosityParameters:
 
     plane_share: of the disk's radius; VPLs farther off the plane are of another surface. They bound the disk all the
     same, which is so no wider than slats are apart. most_area: neighbours are searched for no farther than if all VPLs
-    lay evenly on so many unit squares. least_covered: of the PLACES; fewer that are surface are not believed.
+    lay evenly on so many unit squares. least_covered: of the PLACES; fewer that are surface are not believed, and a
+    light set's VPLs there are gathered for (gpu.vpl.gathered_radiosity).
     reach: a VPL answers for points within so many of its radii, stretched along the normals. cell_share: of radii, in
     spacings of gpu.clustering.grid: the smallest cell of a VPL has 0.75 to 1.5 radii, so that in its cells 2 to 140
     VPLs of a surface are about, of which a look-up reads most_read. levels_searched: what few VPLs far around say of a
@@ -197,13 +199,20 @@ def disk_coverage_kernel(first: int, scene: SceneData, lit: RadiosityCache, cove
         covered[index] = 1
 
 
+@wp.func
+def places_covered(covered: wp.array[int], vpl: int) -> int:
+    """How many of the PLACES around a VPL are surface."""
+    number = int(0)
+    for place in range(PLACES):
+        number += covered[vpl * PLACES + place]
+    return number
+
+
 @wp.kernel
 def covered_radiosity_kernel(first: int, covered: wp.array[int], lit: RadiosityCache) -> None:
     """One thread a VPL: its radiosity is that of the part of its disk that is surface."""
     vpl = first + wp.tid()
-    number = int(0)
-    for place in range(PLACES):
-        number += covered[vpl * PLACES + place]
+    number = places_covered(covered, vpl)
     lit.radiosity[vpl] = lit.radiosity[vpl] * float(PLACES) / float(wp.max(number, lit.chosen.least_covered))
 
 
@@ -228,11 +237,19 @@ def radiosity_bucket_kernel(first: int, lit: RadiosityCache, buckets: wp.array[i
         buckets[entry] = bucket_around(lit, lit.position[vpl], lit.normal[vpl], level)
 
 
+class Gather(Protocol):
+    """What tells the radiosity of narrow surfaces: gpu.vpl.gathered_radiosity."""
+
+    def run(self, lit: RadiosityCache, covered: wp.array) -> None:
+        """Have it in `lit`; covered: as of disk_coverage_kernel."""
+
+
 class RadiosityBuilder:
     """Estimates the radiosity at the members of `clusters`, of which there is one or more: `cache`, in arrays that
     stay, for whatever these members are at the time.
 
-    lobes: the scene's features where rays of specular lobes read the cache (gpu.vpl.radiosity_mean), else None.
+    lobes: the scene's features where rays of specular lobes read the cache (gpu.vpl.radiosity_mean), else None;
+    gather: what tells the radiosity of narrow surfaces instead, None where nothing does.
     """
 
     def __init__(
@@ -243,11 +260,13 @@ class RadiosityBuilder:
         number: wp.array | None = None,
         usual: int = 0,
         lobes: SceneFeatures | None = None,
+        gather: Gather | None = None,
     ) -> None:
         """`number` (1,): of the members that there are at the time, if not all; usual: about how many that is."""
         members, count = clusters.members, len(clusters.member_area)
         self._number = wp.full(1, count, dtype=int, device=device) if number is None else number
         self._clusters, self._chosen, self._lobes, self.device = clusters, chosen, lobes, device
+        self._gather = gather
         self._grid = Grid(count, device)
         vpls = self._grid.data
         vpls.position, vpls.normal = members.position, members.normal
@@ -275,12 +294,18 @@ class RadiosityBuilder:
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
         launch(covered_radiosity_kernel, count, [covered, lit], device)
         self._cells.sort()
+        self._gather_narrow()
 
     def relight(self) -> None:
         """Estimate it again, where nothing but the members' flux has changed."""
         lit, count = self.cache, len(self.cache.radius)
         launch(radiosity_kernel, count, [self._grid.data, self._clusters, lit], self.device)
         launch(covered_radiosity_kernel, count, [self._covered, lit], self.device)
+        self._gather_narrow()
+
+    def _gather_narrow(self) -> None:
+        if self._gather:
+            self._gather.run(self.cache, self._covered)
 
 
 def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,

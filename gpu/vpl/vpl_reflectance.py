@@ -15,6 +15,16 @@ from gpu.device_scene.surface import surface_at
 BELOW = wp.constant(1.0e-4)
 
 
+@wp.func
+def reflectance_at(scene: SceneData, position: wp.vec3, normal: wp.vec3) -> wp.vec3:
+    """What the surface at a VPL reflects of even light, without its glass; zero where there is none."""
+    hit = closest_hit(scene, lifted(position, normal), -normal, BELOW)
+    if hit.face == NO_HIT:
+        return wp.vec3(0.0, 0.0, 0.0)
+    surface = surface_at(scene, hit, -normal)
+    return even_reflectance(surface, normal) * (1.0 - surface.glass)
+
+
 @cache
 def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks."""
@@ -32,12 +42,7 @@ def vpl_reflectance_kernel(texels: bool) -> wp.Kernel:
         if wp.static(not texels):
             scene.ignore_alpha = True
             scene.textured = False
-        above = lifted(position[vpl], normal[vpl])
-        hit = closest_hit(scene, above, -normal[vpl], BELOW)
-        reflectance[vpl] = wp.vec3(0.0, 0.0, 0.0)
-        if hit.face != NO_HIT:
-            surface = surface_at(scene, hit, -normal[vpl])
-            reflectance[vpl] = even_reflectance(surface, normal[vpl]) * (1.0 - surface.glass)
+        reflectance[vpl] = reflectance_at(scene, position[vpl], normal[vpl])
 
     return vpl_reflectance_kernel
 

@@ -1,0 +1,163 @@
+"""Radiosity at VPLs of narrow surfaces, told by rays: of how densely VPLs lie, the few there tell little.
+
+A fifth to a half of a room's near-field light comes from these: frames, edges of shelves, mouldings.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import warp as wp
+
+from gpu.core.constants import RAY_LENGTH
+from gpu.core.device import launch
+from gpu.core.parameters import parameters
+from gpu.device_scene.bsdf import largest
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.panes import transmittance
+from gpu.device_scene.rays import blocking, closest_hit, lifted
+from gpu.device_scene.sides import triangle_normal
+from gpu.lights.light_sampling import sample_light
+from gpu.lights.light_table import LightTable
+from gpu.sampling.sobol import pixel_seed, sobol_pair
+from gpu.sampling.warps import cosine_direction
+from gpu.vpl.radiosity_cache import RadiosityCache, places_covered, vpl_around
+from gpu.vpl.radiosity_reach import is_apart_of
+from gpu.vpl.vpl_reflectance import reflectance_at
+
+GATHER_SEED = wp.constant(0x2E5B)
+
+
+@wp.struct
+@dataclass
+class GatherParameters:
+    """least_vpls: of a light set. Of fewer, disks are wide, and what a point of one has is not what all of it has,
+    above all where the sun makes patches. samples: of the emitters, and as many rays for what surfaces send; rounds: of
+    these rays, so that light goes so often from one narrow surface to the next; radius_share: VPLs that answer for
+    where rays end have radii of about this share of their length; clearance: as of gpu.vpl.radiosity_reach.
+    """
+
+    least_vpls: int = 65_536
+    samples: int = 8
+    rounds: int = 2
+    radius_share: float = 0.06
+    clearance: float = 0.1
+
+
+GATHER_PARAMETERS: GatherParameters = parameters(GatherParameters)
+
+
+@wp.func
+def is_gathered(lit: RadiosityCache, covered: wp.array[int], vpl: int) -> bool:
+    """Whether so few places around a VPL are surface that its radiosity is gathered.
+
+    covered: as of gpu.vpl.radiosity_cache.disk_coverage_kernel.
+    """
+    return lit.radius[vpl] > 0.0 and places_covered(covered, vpl) < lit.chosen.least_covered
+
+
+@cache
+def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with an environment or
+    not.
+    """
+
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    def emitters_kernel(first: int, scene: SceneData, table: LightTable, covered: wp.array[int],
+                        chosen: GatherParameters, lit: RadiosityCache) -> None:  # fmt: skip
+        """One thread a VPL: where it is gathered, its radiosity is what it reflects of emitters [W/m²]."""
+        vpl = first + wp.tid()
+        if not is_gathered(lit, covered, vpl):
+            return
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        if wp.static(not environment):
+            scene.has_environment = False
+        position = lit.position[vpl]
+        normal = lit.normal[vpl]
+        reflectance = reflectance_at(scene, position, normal)
+        if largest(reflectance) <= 0.0:  # glass, which lets through what is not gathered here
+            return
+        seed = pixel_seed(vpl, GATHER_SEED)
+        irradiance = wp.vec3(0.0, 0.0, 0.0)
+        for number in range(chosen.samples):
+            pick = sobol_pair(number, 0, seed)
+            place = sobol_pair(number, 1, seed)
+            sample = sample_light(scene, table, table.all_emitters, position, pick.a, place)
+            cosine = wp.dot(sample.direction, normal)
+            if cosine > 0.0:
+                reached = transmittance(scene, position, normal, sample.point, sample.normal)
+                irradiance += wp.cw_mul(sample.irradiance, reached) * cosine
+        lit.radiosity[vpl] = wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
+
+    return emitters_kernel
+
+
+@cache
+def surfaces_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks; blocked: as of is_apart_of."""
+    is_apart = is_apart_of(blocked)
+
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    def surfaces_kernel(first: int, scene: SceneData, covered: wp.array[int], chosen: GatherParameters,
+                        lit: RadiosityCache, emitted: wp.array[wp.vec3],
+                        radiosity: wp.array[wp.vec3]) -> None:  # fmt: skip
+        """One thread a VPL: adds to `emitted` what it reflects of other surfaces, where that is gathered.
+
+        emitted, radiosity (vpl,) [W/m²]: without and with that; the others' is in `lit`.
+        """
+        vpl = first + wp.tid()
+        radiosity[vpl] = emitted[vpl]
+        if not is_gathered(lit, covered, vpl):
+            return
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        normal = lit.normal[vpl]
+        origin = lifted(lit.position[vpl], normal)
+        seed = pixel_seed(vpl, GATHER_SEED)
+        irradiance = wp.vec3(0.0, 0.0, 0.0)
+        for number in range(chosen.samples):
+            place = sobol_pair(number, 2, seed)
+            direction = cosine_direction(normal, place.x, place.y)
+            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+            if hit.face != NO_HIT:
+                side = triangle_normal(scene, hit.face)
+                side = wp.where(wp.dot(side, direction) < 0.0, side, -side)
+                end = origin + direction * hit.t
+                other = vpl_around(lit, end, side, chosen.radius_share * hit.t)
+                if other < 0:
+                    continue
+                if is_apart(scene, end, side, hit.t, lit.position[other], chosen.clearance):
+                    continue
+                irradiance += lit.radiosity[other]
+        reflectance = reflectance_at(scene, lit.position[vpl], normal)
+        radiosity[vpl] += wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
+
+    return surfaces_kernel
+
+
+class RadiosityGather:
+    """Gathers the radiosity at up to `room` VPLs of `scene` on narrow surfaces; arrays are allocated once.
+
+    table: of the scene's emitters; features: the scene's; bounces: with one, VPLs have no light but that of emitters.
+    With more, what they gather has one bounce too many.
+    """
+
+    def __init__(self, scene: SceneData, table: LightTable, features: SceneFeatures, bounces: int, room: int,
+                 device: wp.Device, chosen: GatherParameters = GATHER_PARAMETERS) -> None:  # fmt: skip
+        self._emitters = emitters_kernel(features.texels, features.environment)
+        self._surfaces = surfaces_kernel(features.texels, blocking(scene))
+        self._scene, self._table, self._chosen, self.device = scene, table, chosen, device
+        self._rounds = chosen.rounds if bounces > 1 else 0
+        self._emitted, self._gathered = (wp.zeros(room, dtype=wp.vec3, device=device) for _ in range(2))
+
+    def run(self, lit: RadiosityCache, covered: wp.array) -> None:
+        """Have it in `lit`; covered: as of disk_coverage_kernel."""
+        scene, chosen, count, device = self._scene, self._chosen, len(lit.radius), self.device
+        launch(self._emitters, count, [scene, self._table, covered, chosen, lit], device)
+        wp.copy(self._emitted, lit.radiosity)
+        for _ in range(self._rounds):
+            launch(self._surfaces, count, [scene, covered, chosen, lit, self._emitted, self._gathered], device)
+            wp.copy(lit.radiosity, self._gathered)
