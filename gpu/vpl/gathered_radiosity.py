@@ -10,6 +10,7 @@ import warp as wp
 
 from gpu.core.constants import RAY_LENGTH
 from gpu.core.device import launch
+from gpu.core.intrinsics import lanes_of, vector_sum
 from gpu.core.parameters import parameters
 from gpu.device_scene.bsdf import largest
 from gpu.device_scene.data import NO_HIT, SceneData
@@ -63,10 +64,12 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
     """
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
-    def emitters_kernel(first: int, scene: SceneData, table: LightTable, covered: wp.array[int],
+    def emitters_kernel(first: int, lanes: int, scene: SceneData, table: LightTable, covered: wp.array[int],
                         chosen: GatherParameters, lit: RadiosityCache) -> None:  # fmt: skip
-        """One thread a VPL: where it is gathered, its radiosity is what it reflects of emitters [W/m²]."""
-        vpl = first + wp.tid()
+        """`lanes` threads a VPL: where it is gathered, its radiosity is what it reflects of emitters [W/m²]."""
+        index = first + wp.tid()
+        vpl = index // lanes
+        lane = index % lanes
         if not is_gathered(lit, covered, vpl):
             return
         if wp.static(not texels):
@@ -81,7 +84,7 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
             return
         seed = pixel_seed(vpl, GATHER_SEED)
         irradiance = wp.vec3(0.0, 0.0, 0.0)
-        for number in range(chosen.samples):
+        for number in range(lane, chosen.samples, lanes):
             pick = sobol_pair(number, 0, seed)
             place = sobol_pair(number, 1, seed)
             sample = sample_light(scene, table, table.all_emitters, position, pick.a, place)
@@ -89,7 +92,9 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
             if cosine > 0.0:
                 reached = transmittance(scene, position, normal, sample.point, sample.normal)
                 irradiance += wp.cw_mul(sample.irradiance, reached) * cosine
-        lit.radiosity[vpl] = wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
+        irradiance = vector_sum(irradiance, lanes)
+        if lane == 0:
+            lit.radiosity[vpl] = wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
 
     return emitters_kernel
 
@@ -100,15 +105,18 @@ def surfaces_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
     is_apart = is_apart_of(blocked)
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
-    def surfaces_kernel(first: int, scene: SceneData, covered: wp.array[int], chosen: GatherParameters,
+    def surfaces_kernel(first: int, lanes: int, scene: SceneData, covered: wp.array[int], chosen: GatherParameters,
                         lit: RadiosityCache, emitted: wp.array[wp.vec3],
                         radiosity: wp.array[wp.vec3]) -> None:  # fmt: skip
-        """One thread a VPL: adds to `emitted` what it reflects of other surfaces, where that is gathered.
+        """`lanes` threads a VPL: adds to `emitted` what it reflects of other surfaces, where that is gathered.
 
         emitted, radiosity (vpl,) [W/m²]: without and with that; the others' is in `lit`.
         """
-        vpl = first + wp.tid()
-        radiosity[vpl] = emitted[vpl]
+        index = first + wp.tid()
+        vpl = index // lanes
+        lane = index % lanes
+        if lane == 0:
+            radiosity[vpl] = emitted[vpl]
         if not is_gathered(lit, covered, vpl):
             return
         if wp.static(not texels):
@@ -118,7 +126,7 @@ def surfaces_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
         origin = lifted(lit.position[vpl], normal)
         seed = pixel_seed(vpl, GATHER_SEED)
         irradiance = wp.vec3(0.0, 0.0, 0.0)
-        for number in range(chosen.samples):
+        for number in range(lane, chosen.samples, lanes):
             place = sobol_pair(number, 2, seed)
             direction = cosine_direction(normal, place.x, place.y)
             hit = closest_hit(scene, origin, direction, RAY_LENGTH)
@@ -132,8 +140,10 @@ def surfaces_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
                 if is_apart(scene, end, side, hit.t, lit.position[other], chosen.clearance):
                     continue
                 irradiance += lit.radiosity[other]
-        reflectance = reflectance_at(scene, lit.position[vpl], normal)
-        radiosity[vpl] += wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
+        irradiance = vector_sum(irradiance, lanes)
+        if lane == 0:
+            reflectance = reflectance_at(scene, lit.position[vpl], normal)
+            radiosity[vpl] += wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
 
     return surfaces_kernel
 
@@ -155,9 +165,12 @@ class RadiosityGather:
 
     def run(self, lit: RadiosityCache, covered: wp.array) -> None:
         """Have it in `lit`; covered: as of disk_coverage_kernel."""
-        scene, chosen, count, device = self._scene, self._chosen, len(lit.radius), self.device
-        launch(self._emitters, count, [scene, self._table, covered, chosen, lit], device)
+        scene, chosen, device = self._scene, self._chosen, self.device
+        lanes = lanes_of(device, few=True)  # of the VPLs, one in ten is gathered
+        threads = lanes * len(lit.radius)
+        launch(self._emitters, threads, [lanes, scene, self._table, covered, chosen, lit], device)
         wp.copy(self._emitted, lit.radiosity)
+        inputs = [scene, covered, chosen, lit, self._emitted, self._gathered]
         for _ in range(self._rounds):
-            launch(self._surfaces, count, [scene, covered, chosen, lit, self._emitted, self._gathered], device)
+            launch(self._surfaces, threads, [lanes, *inputs], device)
             wp.copy(lit.radiosity, self._gathered)
