@@ -33,13 +33,14 @@ class Turn(Enum):
 
 
 class Task:
-    """A job under way. waits_for: another one that has to end first; until: what has to be so before it goes on, in the
-    turn of a request; idle: that needs no device.
+    """A job under way. wants: what another one, waits_for, has to let go first; until: what has to be so before it goes
+    on, in the turn of a request; idle: that needs no device.
     """
 
     def __init__(self, request: int, work: Callable[[], None]) -> None:
         self.request = request
         self.cancelled = self.gives_back = False
+        self.wants: Hashable = None
         self.waits_for: Task | None = None
         self.until: Callable[[int], bool] | None = None
         self.idle = False
@@ -53,8 +54,7 @@ class Task:
     @property
     def first(self) -> "Task":
         """What has to go on first: it, or what it waits for."""
-        waits_for = self.waits_for
-        return self if waits_for is None or waits_for.done else waits_for.first
+        return self if self.waits_for is None else self.waits_for.first
 
     def can_go_on(self, request: int) -> bool:
         """Whether it has something to do in the turn of a request."""
@@ -146,13 +146,16 @@ class Tasks:
     def holding(self, what: Hashable) -> Iterator[None]:
         """Have `what` for the job that runs; one that comes for it meanwhile waits, and lends its turns."""
         while (holder := self._holders.get(what)) is not None and (task := self._current) is not None:
-            task.waits_for = holder
+            task.wants, task.waits_for = what, holder
             self._leave(task)
         self._holders[what] = self._current
         try:
             yield
         finally:
             del self._holders[what]
+            for other in self._tasks.values():
+                if other.wants == what:
+                    other.wants = other.waits_for = None
 
     def due(self, *, idle: bool = False) -> bool:
         """Whether the job that runs is to leave the host now; idle: it has nothing to do with it."""

@@ -88,6 +88,30 @@ def test_what_one_holds_another_waits_for_and_lends_its_turns() -> None:
     assert said[5:] == ["a2", "b0", "b1", "b2"]
 
 
+def test_one_who_waited_goes_on_once_the_other_has_let_go_though_that_has_more_to_do() -> None:
+    tasks, said = Tasks(), list[str]()
+
+    def long(name: str) -> Callable[[], None]:
+        def work() -> None:
+            with tasks.holding("it"):
+                stepping(tasks, said, f"{name} holds ", 2)()
+            stepping(tasks, said, f"{name} goes on ", 3)()
+
+        return work
+
+    tasks.ask_back(1)
+    assert tasks.start(1, long("a")) is GIVEN_BACK
+    assert tasks.start(2, long("b")) is OPEN  # has to wait
+    tasks.ask_back(2)
+    assert tasks.resume(2) is GIVEN_BACK  # a's second step
+    tasks.ask_back(1)
+    assert tasks.resume(1) is GIVEN_BACK
+    assert said == ["a holds 0", "a holds 1", "a goes on 0"]
+    assert not tasks.waits(2)
+    assert tasks.resume(2) is ENDED
+    assert said[3:] == ["b holds 0", "b holds 1", "b goes on 0", "b goes on 1", "b goes on 2"]
+
+
 def test_one_who_waits_can_be_cancelled_and_what_was_held_is_free_after_an_error() -> None:
     tasks, said = Tasks(), list[str]()
 
