@@ -27,6 +27,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Row]]:
         patch.setattr(skips, "switches", lambda _: ("near_field", "skip.unchanged_camera"))
         patch.setattr(Suite, "frames", 2)
         patch.setattr(targets, "QUICK_FRAMES", 3)
+        patch.setattr(targets, "REACH_EVERY", 2)
         patch.setattr(targets, "TIMES", targets.TIMES[:1])
         patch.setattr(targets, "ERRORS", targets.ERRORS[:1])
         options = ["--groups", "paper", "exact", "--scenes-named", "cornell-box", "--size", "32x24", "--device", "cpu"]

@@ -65,8 +65,11 @@ def test_an_object_is_made_larger_about_the_middle_of_its_box_before_it_is_turne
 
 
 def test_what_is_made_too_small_to_have_an_area_is_left_out() -> None:
-    """As if a file had it so: a quarter of a metre from the middle of a scene of a metre steps are 3e-8 m."""
-    grain = replace(quad([0.8, 0.0, 0.8], [1e-6, 0, 0], [0, 0, 1e-6]), name="grain")
+    """As if a file had it so: a quarter of a metre from the middle of a scene of a metre steps are 3e-8 m, and one of
+    them is the middle of what is small.
+    """
+    size = 2.0**-20
+    grain = replace(quad([0.75, 0.0, 0.75], [size, 0, 0], [0, 0, size]), name="grain")
     room = scene_of([replace(quad([0, 0, 0], [1, 0, 0], [0, 0, 1]), name="floor"), grain], [grey(0.5)])
     assert len(room.triangles) == 4
     made = with_objects(room, [], {room.objects.index("grain"): Move(scale=0.001)})
