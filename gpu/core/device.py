@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from gpu.core.kernel_loading import is_noted
+from gpu.core.kernel_loading import compile_beside, is_noted
 from gpu.core.sharing import DEVICE_SHARING
 from gpu.errors import DeviceError
 
@@ -82,6 +82,7 @@ def launch(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device: wp.Devi
     """
     if is_noted(kernel):
         return
+    compile_beside(kernel, device, BLOCK if device.is_cuda else 1)
     if device.is_cuda:
         _launch_on_cuda(kernel, count, inputs, device, blocks, weight)
     elif count > 0:
@@ -95,6 +96,7 @@ def launch_together(
     """As `launch`, for a kernel whose items add to the same elements: the CPU runs it on one core."""
     if is_noted(kernel):
         return
+    compile_beside(kernel, device, BLOCK if device.is_cuda else 1)
     if device.is_cuda:
         _launch_on_cuda(kernel, count, inputs, device, blocks, 1)
     elif count > 0:

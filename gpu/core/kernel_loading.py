@@ -2,15 +2,25 @@
 
 import sys
 from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from os import cpu_count
+from pathlib import Path
 
 import warp as wp
+
+from gpu.core.sharing import DEVICE_SHARING
 
 WORKERS = cpu_count() or 1
 PACKAGE = __name__.partition(".")[0]
 
 _noted: set[wp.Kernel] | None = None
+# Modules that need no compiler any more, and those that one is at, whoever waits for them; each for a device.
+_Build = tuple[wp.Module, str]
+_built: set[_Build] = set()
+_builds: dict[_Build, Future[None]] = {}
+_builders = ThreadPoolExecutor(2, thread_name_prefix="compile")
 
 
 @contextmanager
@@ -46,3 +56,28 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: wp.Device, block: int) ->
     modules = list(dict.fromkeys(kernel.module for kernel in kernels))
     if modules:
         wp.force_load(device, modules, block_dim=block, max_workers=WORKERS)
+
+
+def compile_beside(kernel: wp.Kernel, device: wp.Device, block: int) -> None:
+    """Compile a kernel for blocks of so many threads, if Warp's cache has it not, while others have the device.
+
+    Where it is not shared, or not to be given away now, nothing is done: the launch does it. Loading is left to that in
+    any case, since it must not meet the capture of a graph. One who is interrupted leaves the compiler to go on.
+    """
+    build = kernel.module, device.alias
+    if build in _built or not DEVICE_SHARING.active:
+        return
+    if (device.context, block) not in kernel.module.execs:
+        if (future := _builds.get(build)) is None:
+            future = _builds[build] = _builders.submit(partial(_compile, kernel.module, device, block))
+        DEVICE_SHARING.wait_for(future.done)
+        _builds.pop(build, None)
+    _built.add(build)  # what a compiler had to say against it, the launch says
+
+
+def _compile(module: wp.Module, device: wp.Device, block: int) -> None:
+    """As the first part of `wp.Module.load`."""
+    folder = Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block)
+    name = module._get_compile_output_name(device, block_dim=block)
+    options = module.resolved_options[block]
+    module._compile(device, folder, name, module._get_compile_arch(device), options=options)

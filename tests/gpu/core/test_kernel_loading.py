@@ -1,3 +1,7 @@
+from collections.abc import Callable, Iterator
+from secrets import randbits
+from threading import Event, current_thread
+
 import pytest
 import warp as wp
 
@@ -5,6 +9,7 @@ from gpu.core import kernel_loading
 from gpu.core.device import launch, launch_together
 from gpu.core.kernel_loading import imported_kernels, load_kernels, noted_kernels
 from gpu.core.radix_sort import iota_kernel
+from gpu.core.sharing import DEVICE_SHARING
 
 
 def test_what_is_noted_is_not_run(cpu: str) -> None:
@@ -43,3 +48,95 @@ def test_imported_kernels_are_the_packages_own() -> None:
     assert iota_kernel in kernels
     assert all(kernel.func.__module__.startswith("gpu.") for kernel in kernels)
     assert imported_kernels("server") == []
+
+
+def new_kernel() -> wp.Kernel:
+    """One that no cache has."""
+    number = wp.constant(randbits(30))
+
+    @wp.kernel(module="unique")
+    def new_kernel(first: int, out: wp.array[int]) -> None:
+        """One thread an item."""
+        out[first + wp.tid()] = number
+
+    return new_kernel
+
+
+class Others:
+    """They have the device as often as it is left to them, and do `then`."""
+
+    def __init__(self) -> None:
+        self.turns = 0
+        self.then: Callable[[], None] = lambda: None
+
+    def due(self, *, idle: bool = False) -> bool:
+        return False
+
+    def give(self) -> None:
+        raise AssertionError
+
+    def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+        assert idle
+        self.turns += 1
+        self.then()
+
+
+@pytest.fixture
+def others() -> Iterator[Others]:
+    others = Others()
+    DEVICE_SHARING.begin(others)
+    yield others
+    DEVICE_SHARING.begin(None)
+
+
+def test_others_have_the_device_while_a_kernel_is_compiled_once(
+    monkeypatch: pytest.MonkeyPatch, cpu: str, others: Others
+) -> None:
+    compiled, inner = [], wp.Module._compile
+
+    def compiling(module: wp.Module, *arguments: object, **options: object) -> bool:
+        made = bool(inner(module, *arguments, **options))
+        compiled.append((made, current_thread().name.startswith("compile")))
+        return made
+
+    monkeypatch.setattr(wp.Module, "_compile", compiling)
+    out, kernel = wp.zeros(1, dtype=int, device=cpu), new_kernel()
+    launch(kernel, 1, [out], out.device)
+    assert compiled == [(True, True), (False, False)]  # the launch finds it in the cache
+    assert others.turns > 0
+    assert out.numpy()[0] > 0
+    turns = others.turns
+    launch(kernel, 1, [out], out.device)
+    assert (others.turns, len(compiled)) == (turns, 2)
+
+
+def test_one_who_is_interrupted_leaves_the_compiler_to_whoever_comes_next(
+    monkeypatch: pytest.MonkeyPatch, cpu: str, others: Others
+) -> None:
+    may_end, begun = Event(), list[wp.Module]()
+
+    def compiling(module: wp.Module, device: wp.Device, block: int) -> None:
+        begun.append(module)
+        may_end.wait(10.0)
+
+    def interrupt() -> None:
+        raise InterruptedError
+
+    monkeypatch.setattr(kernel_loading, "_compile", compiling)
+    out, kernel = wp.zeros(1, dtype=int, device=cpu), new_kernel()
+    others.then = interrupt
+    for _ in range(2):
+        with pytest.raises(InterruptedError):
+            launch(kernel, 1, [out], out.device)
+    others.then = may_end.set
+    launch(kernel, 1, [out], out.device)
+    assert begun == [kernel.module]
+    assert out.numpy()[0] > 0
+
+
+def test_a_launch_that_gives_nothing_away_compiles_itself(cpu: str, others: Others) -> None:
+    out = wp.zeros(1, dtype=int, device=cpu)
+    with DEVICE_SHARING.keep():
+        launch(new_kernel(), 1, [out], out.device)
+    assert others.turns == 0
+    assert out.numpy()[0] > 0
