@@ -1,6 +1,7 @@
 from collections.abc import Callable, Iterator
 from secrets import randbits
 from threading import Event, current_thread
+from time import sleep
 
 import pytest
 import warp as wp
@@ -77,6 +78,7 @@ class Others:
 
     def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
         assert idle
+        sleep(0.002)
         self.turns += 1
         self.then()
 
