@@ -23,8 +23,7 @@ def violations(page: Page) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+@pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
 def test_no_violations(page: Page, gradients: Running, size: dict[str, int], scheme: str) -> None:
     if not AXE.exists():
         pytest.skip("needs axe-core: npm ci --prefix tests/browser")
