@@ -118,6 +118,41 @@ def followed_share(surface: Surface, view: wp.vec3) -> float:
     return wp.min(specular_share(surface, view), wp.static(CHAIN_PARAMETERS.most_followed))
 
 
+@wp.struct
+class FirstWay:
+    """One of the two ways at the first glass: the light's `share` that comes by it, and the number that chooses it."""
+
+    share: float
+    rest: float
+
+
+@wp.func
+def first_way(part: Surface, to_viewer: wp.vec3, rest: float, other: bool) -> FirstWay:
+    """The way that `rest` chooses at glass, or the other one."""
+    share = glass_fresnel(part, wp.dot(part.normal, to_viewer))
+    crosses = rest >= share
+    way = FirstWay()
+    way.rest = rest
+    if other:
+        crosses = not crosses
+        way.rest = wp.where(crosses, 1.0, 0.0)
+    way.share = wp.where(crosses, 1.0 - share, share)
+    return way
+
+
+@wp.func
+def onward(part: Surface, to_viewer: wp.vec3, rest: float, follows: bool, drawn: wp.vec2) -> BsdfSample:
+    """Where a chain goes on from `part`, by its specular lobe if it `follows` that; without weight it goes nowhere."""
+    if follows:
+        return sample_lobe(part, to_viewer, drawn[0], drawn[1])
+    sample = sample_scattering(part, to_viewer, rest, drawn[0], drawn[1])
+    if largest(sample.weight) <= 0.0 and is_perfect(part):
+        # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.
+        part.normal = part.geometric_normal
+        sample = sample_scattering(part, to_viewer, rest, 0.5, 0.5)
+    return sample
+
+
 @wp.func
 def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples,
              other: bool) -> ChainEnd:  # fmt: skip
@@ -187,34 +222,21 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
             return end
         if splits and part.glass > 0.0:
             splits = False
-            share = glass_fresnel(part, wp.dot(part.normal, -direction))
-            crosses = chosen.rest >= share
-            if other and not part.crossed:
-                crosses = not crosses
-                chosen.rest = wp.where(crosses, 1.0, 0.0)
-            end.throughput = end.throughput * wp.where(crosses, 1.0 - share, share)
+            way = first_way(part, -direction, chosen.rest, other and not part.crossed)
+            chosen.rest = way.rest
+            end.throughput = end.throughput * way.share
             if largest(end.throughput) <= 0.0:
                 return end
         drawn = wp.vec2(0.5, 0.5)
         if samples.lobes:
             pair = sobol_pair_at(place, samples.moment[0], DIRECTION_PAIR + vertex, samples.seed)
             drawn = wp.vec2(pair.x, pair.y)
-        sample = BsdfSample()
-        if follows:
-            # Of emitters and the sky, which chains that do not go on find as direct light.
-            shows = False
-            sample = sample_lobe(part, -direction, drawn[0], drawn[1])
-        else:
-            # Nothing else finds these in mirrors and behind frosted glass.
-            shows = shows or part.glass == 0.0 or not part.clear
-            sample = sample_scattering(part, -direction, chosen.rest, drawn[0], drawn[1])
-        if not is_perfect(part):
-            if largest(sample.weight) <= 0.0:
-                return end
-        elif largest(sample.weight) <= 0.0:
-            # Where a bent normal sends light through the surface that reflects it, or back, the true one does not.
-            part.normal = part.geometric_normal
-            sample = sample_scattering(part, -direction, chosen.rest, 0.5, 0.5)
+        # Nothing else finds emitters and the sky in mirrors and behind frosted glass; those of other lobes are direct
+        # light of chains that do not go on.
+        shows = not follows and (shows or part.glass == 0.0 or not part.clear)
+        sample = onward(part, -direction, chosen.rest, follows, drawn)
+        if largest(sample.weight) <= 0.0 and not is_perfect(part):
+            return end
         end.throughput = wp.cw_mul(end.throughput, sample.weight)
         if wp.dot(sample.direction, part.geometric_normal) < 0.0 and not part.thin:
             absorption = part.absorption

@@ -30,6 +30,7 @@ from gpu.indirect.lobe_light import (
     LobeLight,
     LobeRay,
     light_along,
+    lobe_ray,
     lobe_reach,
 )
 from gpu.lights.light_sampling import sample_light
@@ -155,14 +156,8 @@ def frosted_ray_kernel(texels: bool, panes: bool, backdrop: bool, environment: b
         for way in range(3):
             sample = sample_side(surface, view, wp.min(way, 1), point.x, point.y)
             if largest(sample.weight) > 0.0 and not (way == 2 and surface.thin):
-                ray = LobeRay()
-                ray.position = surface.position
-                ray.normal = surface.geometric_normal
-                ray.place = place
-                ray.moment = moment
-                ray.seed = samples.seed
-                ray.direction = sample.direction
-                ray.density = wp.where(known.direct, sample.density, NO_EMISSION)
+                density = wp.where(known.direct, sample.density, NO_EMISSION)
+                ray = lobe_ray(surface, sample.direction, density, place, moment, samples.seed)
                 ray.throughput = sample.weight
                 if way > 0 and not surface.thin:
                     ray.inside = True

@@ -35,8 +35,8 @@ from gpu.indirect.lobe_light import (
     GlossParameters,
     KnownLight,
     LobeLight,
-    LobeRay,
     light_along,
+    lobe_ray,
     lobe_reach,
 )
 from gpu.sampling.sobol import sobol_pair_at
@@ -91,14 +91,7 @@ def glossy_ray_kernel(alpha: bool, textures: bool, panes: bool, glass: bool) -> 
         out.reach[pixel] = NO_REACH
         if lobe.density == 0.0:
             return
-        ray = LobeRay()
-        ray.position = surface.position
-        ray.normal = surface.geometric_normal
-        ray.direction = lobe.direction
-        ray.density = NO_EMISSION
-        ray.place = place
-        ray.moment = samples.moment[0]
-        ray.seed = samples.seed
+        ray = lobe_ray(surface, lobe.direction, NO_EMISSION, place, samples.moment[0], samples.seed)
         seen = light_along(scene, known, ray)
         out.reach[pixel] = lobe_reach(gbuffer, pixel, cameras[0], image, seen.distance, chosen)
         out.light[pixel] = wp.cw_div(wp.cw_mul(lobe.weight, seen.light), even_specular(surface, view))

@@ -126,6 +126,20 @@ class LobeRay:
     seed: int
 
 
+@wp.func
+def lobe_ray(surface: Surface, direction: wp.vec3, density: float, place: int, moment: int, seed: int) -> LobeRay:
+    """A ray from `surface` along unit `direction`, outside of any body."""
+    ray = LobeRay()
+    ray.position = surface.position
+    ray.normal = surface.geometric_normal
+    ray.direction = direction
+    ray.density = density
+    ray.place = place
+    ray.moment = moment
+    ray.seed = seed
+    return ray
+
+
 @wp.struct
 class SeenLight:
     """Light along a ray [W/m²/sr], and how far off the first surface is, 1 where there is none. Of a ray in a body, the

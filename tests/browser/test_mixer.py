@@ -1,6 +1,7 @@
 """Lights and materials in a real browser: changed by pointer and keyboard, undone, and seen by others."""
 
 import re
+from collections.abc import Iterator
 from contextlib import closing
 from typing import Any
 
@@ -21,53 +22,53 @@ def stage(page: Page, gradients: Running) -> Stage:
     return stage
 
 
+@pytest.fixture
+def other(page: Page, browser: Browser, gradients: Running) -> Iterator[Page]:
+    """A second viewer's page beside `page`; the sheets of both are open."""
+    with closing(browser.new_context(viewport={"width": 800, "height": 600})) as context:
+        second = context.new_page()
+        for one in (page, second):
+            one.goto(str(gradients.http.base_url))
+            expect(one.locator("body[data-picture]")).to_be_attached()
+            one.keyboard.press("KeyG")
+        yield second
+
+
 def patches(stage: Stage, count: int) -> list[dict[str, Any]]:
     stage.hear("edit", count)
     return [message["patch"] for message in stage.all("edit")]
 
 
-def test_what_one_does_all_see(page: Page, browser: Browser, gradients: Running) -> None:
-    with closing(browser.new_context(viewport={"width": 800, "height": 600})) as context:
-        other = context.new_page()
-        for one in (page, other):
-            one.goto(str(gradients.http.base_url))
-            expect(one.locator("body[data-picture]")).to_be_attached()
-            one.keyboard.press("KeyG")
-        assert pixel(other, 0.9)[0] > 200
-        page.get_by_label("lamp", exact=True).focus()
-        page.keyboard.press("Space")
-        for one in (page, other):
-            wait_for(one, lambda one=one: pixel(one, 0.9)[0] < 30)
-        expect(other.get_by_label("lamp", exact=True)).not_to_be_checked()
-        expect(other.get_by_role("button", name="Undo")).to_be_disabled()
-        page.keyboard.press("Control+z")
-        wait_for(other, lambda: pixel(other, 0.9)[0] > 200)
-        expect(other.get_by_label("lamp", exact=True)).to_be_checked()
-        page.keyboard.press("Control+Shift+Z")
-        wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
-        other.get_by_role("button", name="All as the file says").click()
-        wait_for(page, lambda: pixel(page, 0.9)[0] > 200)
+def test_what_one_does_all_see(page: Page, other: Page) -> None:
+    assert pixel(other, 0.9)[0] > 200
+    page.get_by_label("lamp", exact=True).focus()
+    page.keyboard.press("Space")
+    for one in (page, other):
+        wait_for(one, lambda one=one: pixel(one, 0.9)[0] < 30)
+    expect(other.get_by_label("lamp", exact=True)).not_to_be_checked()
+    expect(other.get_by_role("button", name="Undo")).to_be_disabled()
+    page.keyboard.press("Control+z")
+    wait_for(other, lambda: pixel(other, 0.9)[0] > 200)
+    expect(other.get_by_label("lamp", exact=True)).to_be_checked()
+    page.keyboard.press("Control+Shift+Z")
+    wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
+    other.get_by_role("button", name="All as the file says").click()
+    wait_for(page, lambda: pixel(page, 0.9)[0] > 200)
 
 
-def test_what_one_does_alone_others_see_once_it_is_shared(page: Page, browser: Browser, gradients: Running) -> None:
-    with closing(browser.new_context(viewport={"width": 800, "height": 600})) as context:
-        other = context.new_page()
-        for one in (page, other):
-            one.goto(str(gradients.http.base_url))
-            expect(one.locator("body[data-picture]")).to_be_attached()
-            one.keyboard.press("KeyG")
-        page.get_by_label("changes for me alone").check()
-        page.get_by_label("lamp", exact=True).click()
-        wait_for(page, lambda: pixel(page, 0.9)[0] < 30)
-        other.get_by_label("Intensity of lamp").fill("25")  # a quarter as bright, which only others see
-        wait_for(other, lambda: 30 < pixel(other, 0.9)[0] < 100)
-        expect(other.get_by_label("lamp", exact=True)).to_be_checked()
-        expect(page.get_by_label("Intensity of lamp")).to_have_value("50")
-        page.get_by_role("button", name="Show mine to all").click()
-        wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
-        expect(page.get_by_label("changes for me alone")).not_to_be_checked()
-        page.get_by_role("button", name="All as the file says").click()
-        wait_for(other, lambda: pixel(other, 0.9)[0] > 200)
+def test_what_one_does_alone_others_see_once_it_is_shared(page: Page, other: Page) -> None:
+    page.get_by_label("changes for me alone").check()
+    page.get_by_label("lamp", exact=True).click()
+    wait_for(page, lambda: pixel(page, 0.9)[0] < 30)
+    other.get_by_label("Intensity of lamp").fill("25")  # a quarter as bright, which only others see
+    wait_for(other, lambda: 30 < pixel(other, 0.9)[0] < 100)
+    expect(other.get_by_label("lamp", exact=True)).to_be_checked()
+    expect(page.get_by_label("Intensity of lamp")).to_have_value("50")
+    page.get_by_role("button", name="Show mine to all").click()
+    wait_for(other, lambda: pixel(other, 0.9)[0] < 30)
+    expect(page.get_by_label("changes for me alone")).not_to_be_checked()
+    page.get_by_role("button", name="All as the file says").click()
+    wait_for(other, lambda: pixel(other, 0.9)[0] > 200)
 
 
 def test_a_slider_that_is_dragged_is_one_step(page: Page, stage: Stage) -> None:
