@@ -160,6 +160,7 @@ class Renderer:
             self._method.render(view, stages, sample)
         radiance = view.radiance
         if accumulation:
+            stages.flush()
             accumulation.add(radiance)
             radiance = accumulation.mean
 
@@ -171,6 +172,7 @@ class Renderer:
         stages.run("display", display, repeats=accumulation is None)
         if not unchanged:
             stages.run_untimed(partial(self._method.count, view))
+        stages.flush()
         return _Launched(radiance, shown, sample, walks=walks, unchanged=unchanged)
 
     def _finish(self, view: ViewState, launched: "_Launched", begun: float) -> Frame:

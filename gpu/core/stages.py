@@ -1,6 +1,7 @@
 """A frame's stages: run by name, timed, and on CUDA replayed as graphs."""
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from itertools import count
 from threading import Lock
 
@@ -15,27 +16,42 @@ CAPTURING = Lock()
 new_number = count().__next__
 
 
+@dataclass(frozen=True)
+class _Part:
+    """What a stage launches, or a part of it: its name, which of several things, and whether that repeats, as key."""
+
+    key: tuple[str, Hashable, bool]
+    graph_key: tuple[int, ...]
+    work: Callable[[], None]
+
+
 class Stages:
     """Runs and times the named stages of one renderer's frames.
 
-    On CUDA a stage is captured as a graph, so that its many small launches cost the host nothing: what it launches must
-    be the same in every frame of one `graph_key`, and what differs must come through arrays. Times are of device events
-    there, of the wall clock on the CPU. stepwise: frames are so long that others may have the device between the stages
-    and within them: nothing is captured, nothing runs beside a stage, and times are of the wall clock, as always on a
-    CPU. steady: whether the last frame's stages did nothing that only a first frame does; captured: whether the host
-    captured any of them in that frame. lane: where they run, or None: on the device's current stream.
+    On CUDA stages that follow one another are launched together, as one graph that was captured of them, so that their
+    many small launches cost the host nothing: what they launch must be the same in every frame of one `graph_key`, and
+    what differs must come through arrays. They are launched by `flush`, and before a stage that does not repeat: until
+    then nothing may be launched that is to come after them. Times are of device events there, of the wall clock on the
+    CPU. stepwise: frames are so long that others may have the device between the stages and within them: nothing is
+    captured, nothing runs beside a stage, and times are of the wall clock, as always on a CPU. steady: whether the last
+    frame's stages did nothing that only a first frame does; captured: whether the host captured any of them in that
+    frame. lane: where they run, or None: on the device's current stream.
     """
 
     def __init__(self, device: wp.Device, lane: Lane | None = None) -> None:
         self._device = device
         self._events: dict[str, tuple[wp.Event, wp.Event]] = {}
-        self._graphs: dict[tuple[str, Hashable, tuple[int, ...]], wp.Graph] = {}
+        self._graphs: dict[tuple[tuple[str, Hashable, tuple[int, ...]], ...], wp.Graph] = {}
+        self._parts: list[_Part] = []  # that are not launched yet
         self._loaded: set[tuple[str, Hashable, bool]] = set()
         self._order: list[str] = []
         self._seconds: dict[str, float] = {}
-        # What was forked runs on a stream of its own.
+        # What was forked runs on a stream of its own. Of two events that say when it is over, one tells the time, and
+        # the other what has to come after it: in a graph none does both.
         self._lane = lane or Lane(device)
         self._forked: wp.Event | None = None
+        self._over: wp.Event | None = None
+        self._is_open = False  # something was forked that nothing has waited for
         self._joined: set[str] = set()
         self._forked_seconds: dict[str, float] = {}
         self.graph_key: tuple[int, ...] = ()
@@ -48,11 +64,14 @@ class Stages:
         self._seconds.clear()
         self._joined.clear()
         self._forked_seconds.clear()
+        self._parts, self._is_open = [], False  # of a frame that failed
         self.steady, self.captured = True, False
 
     def forget(self, number: int) -> None:
         """Free the graphs whose key has this number, since arrays that they read are freed, too."""
-        self._graphs = {key: graph for key, graph in self._graphs.items() if number not in key[2]}
+        self._graphs = {
+            parts: graph for parts, graph in self._graphs.items() if all(number not in key for _, _, key in parts)
+        }
 
     def run(self, name: str, work: Callable[[], None], *, repeats: bool = True, branch: Hashable = None,
             waits_for_fork: bool = False) -> None:  # fmt: skip
@@ -71,18 +90,20 @@ class Stages:
         if name not in self._events:
             pair = wp.Event(self._device, enable_timing=True), wp.Event(self._device, enable_timing=True)
             self._events[name] = pair
-        stream, (begin, end) = wp.get_stream(self._device), self._events[name]
+        begin, end = self._events[name]
         if waits_for_fork:
-            stream.wait_event(self._forked)
             self._joined.add(name)
 
         def timed() -> None:
+            if waits_for_fork:
+                self._join()
             # Events are part of the graph: what the host does for its first launch is no time of the device.
+            stream = wp.get_stream(self._device)
             stream.record_event(begin)
             work()
             stream.record_event(end)
 
-        self._launch((name, branch, repeats), timed)
+        self._add((name, branch, repeats), timed)
 
     def fork(self, name: str, part: str, work: Callable[[], None], *, repeats: bool = True,
              branch: Hashable = None) -> None:  # fmt: skip
@@ -97,10 +118,16 @@ class Stages:
             self._note(key)
             return
         if self._forked is None:
-            self._forked = wp.Event(self._device, enable_timing=True)
-        with wp.ScopedStream(self._lane.side):
-            self._launch(key, work)
-            self._lane.side.record_event(self._forked)
+            self._forked, self._over = wp.Event(self._device, enable_timing=True), wp.Event(self._device)
+
+        def beside() -> None:
+            with wp.ScopedStream(self._lane.side):
+                work()
+                self._lane.side.record_event(self._forked)
+                self._lane.side.record_event(self._over)
+            self._is_open = True
+
+        self._add(key, beside)
 
     def run_untimed(self, work: Callable[[], None], *, branch: Hashable = None) -> None:
         """Run `work`, the same in every frame of one `graph_key`, in no stage's time.
@@ -110,7 +137,7 @@ class Stages:
         if self.stepwise:
             work()
         else:
-            self._launch(("", branch, True), work)
+            self._add(("", branch, True), work)
 
     def _duration(self, work: Callable[[], None]) -> float:
         """What `work` takes by the wall clock, but for turns of others [s]; then others may have one."""
@@ -128,19 +155,46 @@ class Stages:
         self.steady &= loaded
         return loaded
 
-    def _launch(self, key: tuple[str, Hashable, bool], work: Callable[[], None]) -> None:
-        """Launch on the current stream what `work` does, by a graph if it repeats and its kernels are loaded."""
-        (name, branch, repeats), loaded = key, self._note(key)
-        graph = self._graphs.get((name, branch, self.graph_key)) if repeats else None
-        if repeats and loaded and graph is None:
+    def _add(self, key: tuple[str, Hashable, bool], work: Callable[[], None]) -> None:
+        """Have `work` launched with the parts before it, or at once, after them, if it does not repeat."""
+        if key[2]:
+            self._parts.append(_Part(key, self.graph_key, work))
+            return
+        self.flush()
+        self._note(key)
+        work()
+
+    def flush(self) -> None:
+        """Launch the stages so far on the current stream: by a graph, if their kernels are loaded."""
+        parts, self._parts = self._parts, []
+        if not parts:
+            return
+        key = tuple((*part.key[:2], part.graph_key) for part in parts)
+        first = {part.key for part in parts} - self._loaded
+        for part in parts:
+            self._note(part.key)
+        if first:
+            self._launch(parts)
+            return
+        graph = self._graphs.get(key)
+        self._join()
+        if graph is None:
             self.captured = True
             with CAPTURING, wp.ScopedCapture(self._device) as capture:
-                work()
-            graph = self._graphs[name, branch, self.graph_key] = capture.graph
-        if graph is None:
-            work()
-        else:
-            wp.capture_launch(graph)
+                self._launch(parts)
+            graph = self._graphs[key] = capture.graph
+        wp.capture_launch(graph)
+
+    def _launch(self, parts: list[_Part]) -> None:
+        for part in parts:
+            part.work()
+        self._join()
+
+    def _join(self) -> None:
+        """Have what follows on the current stream come after what was forked."""
+        if self._is_open:
+            wp.get_stream(self._device).wait_event(self._over)
+            self._is_open = False
 
     def milliseconds(self) -> dict[str, float]:
         """The stages' times [ms] in the order they ran, once the frame is ready."""

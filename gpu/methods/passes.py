@@ -148,6 +148,7 @@ def keeps_lights(setup: RenderSetup, light_set: LightSet, stages: Stages, *, cap
         def run(name: str, part: Callable[[], None]) -> None:
             stages.graph_key = light_set.numbers
             stages.run(name, part, repeats=captured)
+            stages.flush()  # what it made is read
 
         sets.renew(light_set, setup.progress, run)
         stages.graph_key = key

@@ -90,6 +90,7 @@ def test_what_was_forked_comes_after_the_stages_before_and_before_the_one_that_j
         stages.fork("four", "two more", lambda: turn(two, None), repeats=repeats)
         stages.run("three", lambda: turn(three, one), repeats=repeats)
         stages.run("four", lambda: turn(three, two), repeats=repeats, waits_for_fork=True)
+        stages.flush()
         wp.synchronize_device(device)
         expected = [20 * frame, 20 * frame + 40, 20 * frame + 60]
         assert [int(values.numpy()[-1]) for values in (one, two, three)] == expected
@@ -113,6 +114,7 @@ def test_a_stage_that_joins_takes_what_it_waits_for_but_not_what_its_capture_tak
         stages.run("first", lambda: turn(1))
         stages.fork("second", "beside", lambda: turn(beside), branch=beside)
         stages.run("second", work, waits_for_fork=True)
+        stages.flush()
         wp.synchronize_device(device)
         return stages.milliseconds()["second"]
 
@@ -138,6 +140,7 @@ def test_each_variant_of_a_stage_is_captured_once_and_forgotten() -> None:
         stages.start_frame()
         stages.graph_key = (size,)
         stages.run("turn", work)
+        stages.flush()
         wp.synchronize_device(device)
         stages.milliseconds()
         return stages.steady
@@ -164,11 +167,39 @@ def test_each_way_of_a_stage_is_captured_once() -> None:
 
         stages.start_frame()
         stages.run("turn", work, branch=branch)
+        stages.flush()
 
     for branch in (False, True, True, False, True, False, True):
         frame(branch)
     assert works == [False, True, True, False]
     assert [int(array.numpy()[-1]) for array in values.values()] == [3, 4]
+
+
+@NEEDS_CUDA
+def test_stages_that_follow_one_another_are_one_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And a fork that nothing waited for is over when a stage begins that does not repeat."""
+    device, count = wp.get_device("cuda:0"), 1 << 24
+    stages, graphs, launch_graph = Stages(device), [], wp.capture_launch
+    monkeypatch.setattr(wp, "capture_launch", lambda graph: (graphs.append(graph), launch_graph(graph)))
+    one, two = (wp.zeros(count, dtype=int, device=device) for _ in range(2))
+
+    def turn(values: wp.array) -> None:
+        for _ in range(20):
+            launch(next_probes_kernel, count, [values], device)
+
+    for frame in range(1, 6):
+        graphs.clear()
+        stages.start_frame()
+        stages.run("one", lambda: turn(one))
+        stages.fork("four", "beside", lambda: turn(two))
+        stages.run("two", lambda: turn(one))
+        stages.run("three", lambda: wp.copy(one, two), repeats=False)
+        stages.run("four", lambda: turn(one), waits_for_fork=True)
+        stages.flush()
+        wp.synchronize_device(device)
+        assert len(graphs) == (2 if frame > 1 else 0)
+        assert [int(values.numpy()[-1]) for values in (one, two)] == [20 * frame + 20, 20 * frame]
+        assert all(ms >= 0.0 for ms in stages.milliseconds().values())
 
 
 @NEEDS_CUDA
