@@ -22,7 +22,7 @@ from gpu.scene.objects import numbered
 from gpu.scene.precision import device_precision, file_precision
 from gpu.scene.sky_dome import sky_notes, with_sky_dome
 from gpu.scene.soundness import sound
-from gpu.scene.to_world import as_vector, camera_in_world, light_in_unit_space
+from gpu.scene.to_world import as_vector, camera_in_world, intensity_scale, light_in_unit_space
 from gpu.scene.types import (
     Camera,
     Doubles,
@@ -130,7 +130,8 @@ def assemble(
 
     used = np.zeros(len(world), bool)
     used[triangles] = True
-    motion = found.motion and replace(found.motion, bodies=_bodies(meshes, used))
+    scale = intensity_scale(frame, placement, metres)
+    motion = found.motion and replace(found.motion, bodies=_bodies(meshes, used), intensity_scale=scale)
     triangles = (np.cumsum(used) - 1)[triangles].astype(np.int32)
     vertices = np.ascontiguousarray(vertices[used])
     normals = frame.turned(np.concatenate([np.asarray(part.normals, np.float64) for part in parts])[used])

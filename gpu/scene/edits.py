@@ -17,7 +17,7 @@ from gpu.errors import UserError
 from gpu.scene.moment import Moment
 from gpu.scene.objects import Move, with_objects
 from gpu.scene.parts import MOST_ID, LightForm, lights_of, material_ids
-from gpu.scene.path_light import with_path_light
+from gpu.scene.path_light import path_light, with_path_light
 from gpu.scene.posed import posed
 from gpu.scene.sun import sun_direction, sun_position, sun_strength
 from gpu.scene.to_world import as_vector
@@ -208,6 +208,8 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
     materials = dict(zip(material_ids(scene), scene.materials, strict=True))
     lights = {part.id: part for part in lights_of(scene)}
     _check_look(edits, {one: part.form for one, part in lights.items()}, materials)
+    if not (edits.materials or edits.lights):
+        return scene
     for one, change in edits.materials.items():
         materials[one] = _edited_material(materials[one], change)
     made, punctual, sky = list(materials.values()), list(scene.lights), scene.sky
@@ -220,7 +222,8 @@ def shown(scene: Scene, edits: SceneEdits) -> Scene:
                 sky = _edited_sky(sky, edit)
             case _:
                 punctual[index] = _edited_light(punctual[index], edit, scene.placement)
-    return with_path_light(replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky), scene)
+    lit = replace(scene, materials=tuple(made), lights=tuple(punctual), sky=sky)
+    return with_path_light(lit, path_light(scene))
 
 
 def check(edits: SceneEdits, there: Editable) -> None:

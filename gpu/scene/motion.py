@@ -1,8 +1,9 @@
-"""What of a scene moves as time goes by: nodes, what hangs on them, and the animations of these.
+"""What of a scene moves as time goes by: nodes, what hangs on them, materials, lights, and the animations of these.
 
 All is in the file's own coordinates, as readers leave it, so that a pose is made as if the file had been read in it.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -14,12 +15,48 @@ STILL = -1
 
 
 class Property(StrEnum):
-    """What of a node changes: translation, rotation (x, y, z, w) and scale, or the weights of its morph targets."""
+    """What changes: of a node translation, rotation (x, y, z, w) and scale, the weights of its morph targets, and
+    whether it is visible, with what is in it; of a material and of a light what glTF calls so.
+    """
 
     TRANSLATION = "translation"
     ROTATION = "rotation"
     SCALE = "scale"
     WEIGHTS = "weights"
+    VISIBLE = "visible"
+    BASE_COLOR = "baseColorFactor"
+    METALLIC = "metallicFactor"
+    ROUGHNESS = "roughnessFactor"
+    EMISSIVE = "emissiveFactor"
+    EMISSIVE_STRENGTH = "emissiveStrength"
+    ALPHA_CUTOFF = "alphaCutoff"
+    NORMAL_SCALE = "normalScale"
+    TRANSMISSION = "transmissionFactor"
+    IOR = "ior"
+    ATTENUATION_COLOR = "attenuationColor"
+    SPECULAR = "specularFactor"
+    SPECULAR_COLOR = "specularColorFactor"
+    CLEARCOAT = "clearcoatFactor"
+    CLEARCOAT_ROUGHNESS = "clearcoatRoughnessFactor"
+    LIGHT_COLOR = "color"
+    INTENSITY = "intensity"
+    INNER_CONE = "innerConeAngle"
+    OUTER_CONE = "outerConeAngle"
+
+
+LIGHT_PROPERTIES = frozenset({Property.LIGHT_COLOR, Property.INTENSITY, Property.INNER_CONE, Property.OUTER_CONE})
+NODE_PROPERTIES = frozenset(
+    {Property.TRANSLATION, Property.ROTATION, Property.SCALE, Property.WEIGHTS, Property.VISIBLE}
+)
+MATERIAL_PROPERTIES = frozenset(Property) - NODE_PROPERTIES - LIGHT_PROPERTIES
+COMPONENTS: Mapping[Property, int | None] = {
+    **dict.fromkeys(Property, 1),
+    **dict.fromkeys((Property.TRANSLATION, Property.SCALE, Property.EMISSIVE, Property.LIGHT_COLOR), 3),
+    **dict.fromkeys((Property.ATTENUATION_COLOR, Property.SPECULAR_COLOR), 3),
+    **dict.fromkeys((Property.ROTATION, Property.BASE_COLOR), 4),
+    Property.WEIGHTS: None,
+}
+"""How many numbers a value has; None: as many as there are morph targets."""
 
 
 class Interpolation(StrEnum):
@@ -32,13 +69,13 @@ class Interpolation(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """How a property of a node changes.
+    """How a property changes: of a node, or of a material or a light of the scene, whose number is `part`.
 
     times (key,): not decreasing [s]; values (key, 1, component), of a cubic spline (key, 3, component): the tangent
     towards a key, its value, the tangent from it.
     """
 
-    node: int
+    part: int
     changes: Property
     interpolation: Interpolation
     times: NDArray[np.float64]
@@ -100,7 +137,7 @@ class Motion:
 
     parents (node,); local (node, 4, 4): to the parent where nothing moves it; rest (node, 10): what that is made of,
     translation, rotation and scale, for nodes that an animation moves; lights, cameras: of the first of a scene's, the
-    node of each or STILL.
+    node of each or STILL; intensity_scale: what a point or spot light of 1 W/sr in the file has in unit space.
     """
 
     parents: NDArray[np.int32]
@@ -110,3 +147,4 @@ class Motion:
     bodies: tuple[Body, ...] = ()
     lights: tuple[int, ...] = ()
     cameras: tuple[int, ...] = ()
+    intensity_scale: float = 1.0

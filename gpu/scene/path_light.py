@@ -53,7 +53,7 @@ def with_path_light(lit: Scene, filed: Scene, chosen: PathLightParameters = PATH
     return replace(
         lit,
         materials=_marked(lit.materials, colors[:sky]),
-        sky=lit.sky if lit.sky is None or colors[sky] is None else replace(lit.sky, path_color=colors[sky]),
+        sky=None if lit.sky is None else replace(lit.sky, path_color=colors[sky]),
         lights=_marked(lit.lights, colors[sky + 1 :]),
     )
 
@@ -97,7 +97,7 @@ def path_light_shares(scene: Scene) -> Doubles:
 
 def _marked(parts: Sequence[Part], colors: Sequence[Rgb | None]) -> tuple[Part, ...]:
     pairs = zip(parts, colors, strict=True)
-    return tuple(part if color is None else replace(part, path_color=color) for part, color in pairs)
+    return tuple(part if color == part.path_color else replace(part, path_color=color) for part, color in pairs)
 
 
 def _color(part: Material | Light | Sky | Environment) -> Rgb:

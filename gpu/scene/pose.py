@@ -1,6 +1,6 @@
 """Where nodes, and the meshes that hang on them, are at a time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,22 +16,27 @@ _PARTS = {Property.TRANSLATION: slice(0, 3), Property.ROTATION: slice(3, 7), Pro
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Matrices (node, 4, 4) of nodes to the file's coordinates, and the weights of those that are not as at rest."""
+    """Matrices (node, 4, 4) of nodes to the file's coordinates, the weights of those that are not as at rest, and those
+    that are not visible.
+    """
 
     to_world: Doubles
     weights: Mapping[int, Sequence[float]] = field(default_factory=dict)
+    hidden: Collection[int] = ()
 
 
 def pose_at(motion: Motion, animation: Animation, time: float) -> Pose:
     """The pose at `time` [s] of an animation of `motion`."""
-    rest, moved, weights = motion.rest.copy(), set[int](), dict[int, Sequence[float]]()
+    rest, moved, weights, hidden = motion.rest.copy(), set[int](), dict[int, Sequence[float]](), set[int]()
     for channel in animation.channels:
         value = value_at(channel, time)
         if channel.changes is Property.WEIGHTS:
-            weights[channel.node] = value.tolist()
-        else:
-            rest[channel.node, _PARTS[channel.changes]] = value
-            moved.add(channel.node)
+            weights[channel.part] = value.tolist()
+        elif channel.changes is Property.VISIBLE and value[0] < 0.5:
+            hidden.add(channel.part)
+        elif channel.changes in _PARTS:
+            rest[channel.part, _PARTS[channel.changes]] = value
+            moved.add(channel.part)
     local = motion.local.copy()
     for node in moved:
         parts = (rest[node : node + 1, part] for part in _PARTS.values())
@@ -40,7 +45,9 @@ def pose_at(motion: Motion, animation: Animation, time: float) -> Pose:
     for node, parent in enumerate(motion.parents.tolist()):
         above = np.eye(4) if parent == STILL else to_world[parent]
         to_world[node] = above @ local[node]
-    return Pose(to_world, weights)
+        if parent in hidden:
+            hidden.add(node)
+    return Pose(to_world, weights, hidden)
 
 
 def at_rest(motion: Motion) -> Pose:

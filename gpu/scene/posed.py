@@ -10,9 +10,10 @@ import numpy as np
 
 from gpu.errors import UserError
 from gpu.scene.assemble import MeshPart
-from gpu.scene.motion import STILL, Animation, Body, Motion
+from gpu.scene.motion import NODE_PROPERTIES, STILL, Animation, Body, Motion
 from gpu.scene.normals import area_vectors, repaired_normals
 from gpu.scene.pose import Pose, at_rest, in_world, pose_at
+from gpu.scene.posed_look import with_look
 from gpu.scene.soundness import sound
 from gpu.scene.to_world import matrix_in_world, placed_light
 from gpu.scene.transforms import mirrored, rigid
@@ -27,7 +28,16 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
 
     Raises UserError, which names the field, where it takes something too far away or leaves nothing to see.
     """
-    pose, rest = pose_at(motion, animation, time), at_rest(motion)
+    pose = pose_at(motion, animation, time)
+    if any(channel.changes in NODE_PROPERTIES for channel in animation.channels):
+        scene = _moved(scene, motion, pose, time)
+    dark = [index for index, node in enumerate(motion.lights) if node in pose.hidden]
+    return with_look(scene, motion, animation, time, dark)
+
+
+def _moved(scene: Scene, motion: Motion, pose: Pose, time: float) -> Scene:
+    """`scene` with what moves with nodes where that is in `pose`, and without meshes that are hidden."""
+    rest = at_rest(motion)
     vertices, normals, triangles = scene.vertices.copy(), scene.normals.copy(), scene.triangles
     kept = np.ones(len(triangles), bool)
     for body, faces in scene.body_triangles:
@@ -45,9 +55,9 @@ def posed(scene: Scene, motion: Motion, animation: Animation, time: float) -> Sc
         _check_near(unit, time)
         vertices[own] = unit
         normals[own] = repaired_normals(scene.frame.turned(turned), vertices[own], local)
-        kept[faces] = sound(vertices[own].astype(np.float64), local)
+        kept[faces] = sound(vertices[own].astype(np.float64), local) & (body.node not in pose.hidden)
     if not kept.any():
-        raise UserError(f"time: at {time:g} s nothing of the scene has an area")
+        raise UserError(f"time: at {time:g} s nothing of the scene is visible and has an area")
     material = scene.triangle_material
     if not kept.all():
         triangles, material = triangles[kept], material[kept]

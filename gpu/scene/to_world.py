@@ -31,8 +31,13 @@ def light_in_unit_space(light: Light, frame: FileFrame, placement: Placement, sa
     light = placed_light(light, np.array(light.position), np.array(light.direction), frame, placement)
     if light.kind is LightKind.DIRECTIONAL:
         return light
-    shrunk = placement.scale * frame.metres_per_unit / said_metres
-    return replace(light, intensity=as_vector(np.array(light.intensity) * shrunk**2))
+    scale = intensity_scale(frame, placement, said_metres)
+    return replace(light, intensity=as_vector(np.array(light.intensity) * scale))
+
+
+def intensity_scale(frame: FileFrame, placement: Placement, said_metres: float) -> float:
+    """How many times its intensity in the file a point or spot light has in unit space."""
+    return (placement.scale * frame.metres_per_unit / said_metres) ** 2
 
 
 def placed_light(light: Light, position: Doubles, direction: Doubles, frame: FileFrame, placement: Placement) -> Light:

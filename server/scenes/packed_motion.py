@@ -12,6 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from gpu.scene.moment import AnimationId
 from gpu.scene.motion import (
+    COMPONENTS,
+    NODE_PROPERTIES,
     STILL,
     Animation,
     Body,
@@ -23,7 +25,6 @@ from gpu.scene.motion import (
     Skin,
 )
 
-_COMPONENTS = {Property.TRANSLATION: 3, Property.ROTATION: 4, Property.SCALE: 3, Property.WEIGHTS: None}
 _Number = Annotated[int, Field(ge=0)]
 _Node = Annotated[int, Field(ge=STILL)]
 
@@ -33,7 +34,7 @@ class _Packed(BaseModel):
 
 
 class _Channel(_Packed):
-    node: _Number
+    part: _Number
     changes: Property
     interpolation: Interpolation
     times: _Number
@@ -81,6 +82,7 @@ class PackedMotion(_Packed):
     bodies: tuple[_Body, ...]
     lights: tuple[_Node, ...]
     cameras: tuple[_Node, ...]
+    intensity_scale: Annotated[FiniteFloat, Field(gt=0.0)]
 
 
 def pack_motion(motion: Motion, number_of: Callable[[NDArray[Any]], int]) -> Any:
@@ -116,6 +118,7 @@ def unpack_motion(packed: PackedMotion, arrays: Sequence[NDArray[Any]]) -> Motio
         tuple(_body(body, found, nodes) for body in packed.bodies),
         packed.lights,
         packed.cameras,
+        packed.intensity_scale,
     )
 
 
@@ -145,10 +148,11 @@ class _Arrays:
 def _channel(packed: _Channel, found: _Arrays, nodes: int) -> Channel:
     times = found.take(packed.times, "<f8", None)
     parts = 3 if packed.interpolation is Interpolation.CUBICSPLINE else 1
-    values = found.take(packed.values, "<f8", len(times), parts, _COMPONENTS[packed.changes])
-    if packed.node >= nodes or not len(times) or (np.diff(times) < 0.0).any():
+    values = found.take(packed.values, "<f8", len(times), parts, COMPONENTS[packed.changes])
+    nowhere = packed.changes in NODE_PROPERTIES and packed.part >= nodes
+    if nowhere or not len(times) or (np.diff(times) < 0.0).any():
         raise ValueError("a channel has no node, no keys, or keys that go back")
-    return Channel(packed.node, packed.changes, packed.interpolation, times, values)
+    return Channel(packed.part, packed.changes, packed.interpolation, times, values)
 
 
 def _body(packed: _Body, found: _Arrays, nodes: int) -> Body:

@@ -7,6 +7,7 @@ import json
 import mmap
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
+from math import inf
 from typing import Annotated, Any, BinaryIO, Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from gpu.errors import SceneError
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.limits import SceneLimits
-from gpu.scene.motion import Motion
+from gpu.scene.motion import LIGHT_PROPERTIES, MATERIAL_PROPERTIES, Motion
 from gpu.scene.types import Camera, Light, LoadReport, Material, Placement, Rgb, Scene, Sky, Texture, Wrap
 from gpu.scene.validate import (
     check_cameras,
@@ -216,6 +217,11 @@ def _check_motion(scene: Scene, motion: Motion, source: str) -> None:
             raise SceneError(source, "motion", "its reader left bodies that share vertices")
         begin = body.first_vertex + len(body.vertices)
     more = len(motion.lights) > len(scene.lights) or len(motion.cameras) > len(scene.cameras)
+    there = dict.fromkeys(MATERIAL_PROPERTIES, len(scene.materials)) | dict.fromkeys(
+        LIGHT_PROPERTIES, len(scene.lights)
+    )
+    channels = (channel for animation in motion.animations for channel in animation.channels)
+    more = more or any(channel.part >= there.get(channel.changes, inf) for channel in channels)
     if begin > len(scene.vertices) or more:
         raise SceneError(source, "motion", "its reader left more that moves than there is")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gpu.scene.assemble import MeshPart, SceneParts, assemble
-from gpu.scene.gltf.animations import motion_of, moved_nodes, read_animations
+from gpu.scene.gltf.animations import Movable, motion_of, moved_nodes, read_animations
 from gpu.scene.gltf.buffers import Buffers
 from gpu.scene.gltf.cameras_and_lights import read_cameras, read_lights
 from gpu.scene.gltf.document import Document, open_document
@@ -39,12 +39,12 @@ def gltf_parts(document: Document, variant: str | None = None) -> SceneParts:
     images = Images(buffers)
     materials = [*read_materials(images), DEFAULT_MATERIAL]
     placed = placed_nodes(document)
-    animations = read_animations(buffers, placed)
+    lights = read_lights(document, placed.values())
+    animations = read_animations(buffers, Movable(placed, [light.number for light in lights]))
     moved = moved_nodes(animations, placed)
     parts = list(Geometry(buffers, materials, chosen_variant(document, variant), moved).parts(placed))
     if not any(part.material == len(materials) - 1 for part in parts):
         materials.pop()
-    lights = read_lights(document, placed.values())
     cameras = read_cameras(document, placed.values(), _box(parts))
     say_unused(document, placed.values(), materials)
     # The format's metre is not what every file keeps to: it is taken where the size is likely.
@@ -52,13 +52,13 @@ def gltf_parts(document: Document, variant: str | None = None) -> SceneParts:
         parts,
         materials,
         images.textures,
-        [light for light, _ in lights],
+        [light.light for light in lights],
         [camera for camera, _ in cameras],
         ignored=document.ignored.sentences(),
         notes=document.notes.sentences(),
         up="y",
         choices={"variant": variants} if (variants := variant_names(document)) else {},
-        motion=motion_of(animations, placed, [number for _, number in lights], [number for _, number in cameras]),
+        motion=motion_of(animations, placed, [light.node for light in lights], [number for _, number in cameras]),
     )
 
 

@@ -1,6 +1,7 @@
 """Cameras and lights of a glTF scene, in world space."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import partial
 from math import cos, inf, pi, tan
 
@@ -18,6 +19,15 @@ _MOST = 1e30  # W/sr: so that float32 holds what is computed with it
 _EXTENSION = "KHR_lights_punctual"
 
 
+@dataclass(frozen=True)
+class PlacedLight:
+    """A light, its number in the file, and that of its node."""
+
+    light: Light
+    number: int
+    node: int
+
+
 def read_cameras(document: Document, nodes: Iterable[PlacedNode], bounds: Doubles) -> list[tuple[Camera, int]]:
     """The cameras of `nodes`, with their nodes' numbers; those that are broken are left out and said.
 
@@ -28,14 +38,14 @@ def read_cameras(document: Document, nodes: Iterable[PlacedNode], bounds: Double
     return [(camera, number) for camera, number in found if camera is not None]
 
 
-def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[tuple[Light, int]]:
-    """The KHR_lights_punctual lights of `nodes`, with their nodes' numbers; broken ones are left out and said.
+def read_lights(document: Document, nodes: Iterable[PlacedNode]) -> list[PlacedLight]:
+    """The KHR_lights_punctual lights of `nodes`; broken ones are left out and said.
 
     Units are taken as radiometric: intensity [W/sr], of directional lights irradiance [W/m²].
     """
     placed = (node for node in nodes if node.visible and node.entry.part("extensions").has(_EXTENSION))
-    found = ((document.attempt(partial(_light, document, it), "the light"), it.number) for it in placed)
-    return [(light, number) for light, number in found if light is not None]
+    found = (document.attempt(partial(_light, document, it), "the light") for it in placed)
+    return [light for light in found if light is not None]
 
 
 def _camera(document: Document, node: PlacedNode, bounds: Doubles) -> Camera:
@@ -61,9 +71,10 @@ def _camera(document: Document, node: PlacedNode, bounds: Doubles) -> Camera:
     raise camera.get("type").error(f"must be perspective or orthographic, not {kind!r:.40}")
 
 
-def _light(document: Document, node: PlacedNode) -> Light:
+def _light(document: Document, node: PlacedNode) -> PlacedLight:
     lights = document.root.named_extension(_EXTENSION).items("lights")
-    entry = lights[node.entry.named_extension(_EXTENSION).get("light").as_index(len(lights))]
+    number = node.entry.named_extension(_EXTENSION).get("light").as_index(len(lights))
+    entry = lights[number]
     kind = entry.text("type")
     if kind not in _KINDS:
         raise entry.get("type").error(f"must be one of {', '.join(_KINDS)}, not {kind!r:.40}")
@@ -75,7 +86,7 @@ def _light(document: Document, node: PlacedNode) -> Light:
         problem = "its range was ignored: light has no end but falls with the square of the distance"
         document.ignored.add(problem, entry.name(entry.path), kind="range")
     axes = rigid(node.to_world)
-    return Light(
+    light = Light(
         name=entry.name() or node.entry.name(entry.path),
         kind=_KINDS[kind],
         intensity=_rgb(np.minimum(color, _MOST)),
@@ -84,6 +95,7 @@ def _light(document: Document, node: PlacedNode) -> Light:
         cos_inner=cos(inner),
         cos_outer=cos(outer),
     )
+    return PlacedLight(light, number, node.number)
 
 
 def _rgb(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> Rgb:

@@ -9,6 +9,7 @@ SUPPORTED = frozenset(
         "EXT_mesh_gpu_instancing",
         "EXT_meshopt_compression",
         "EXT_texture_webp",
+        "KHR_animation_pointer",
         "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
         "KHR_materials_clearcoat",
@@ -36,10 +37,9 @@ _LIBRARIES = {
 """The module that reads what an extension packs, and the extra that installs it."""
 
 
-# Without these a surface has less gloss, or colour in its gloss, and a file is only described or moved less.
+# Without these a surface has less gloss, or colour in its gloss, and a file is only described.
 _DISPENSABLE = frozenset(
     {
-        "KHR_animation_pointer",
         "KHR_materials_anisotropy",
         "KHR_materials_diffuse_transmission",
         "KHR_materials_dispersion",

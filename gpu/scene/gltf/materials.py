@@ -6,6 +6,7 @@ import numpy as np
 
 from gpu.scene.colors import mean_color
 from gpu.scene.gltf.images import Images
+from gpu.scene.gltf.pointers import shining_materials
 from gpu.scene.gltf.specular_glossiness import converted
 from gpu.scene.gltf.values import Value
 from gpu.scene.types import AlphaMode, Material, Rgb, TextureSlot
@@ -24,10 +25,12 @@ DEFAULT_MATERIAL = Material(name="glTF default", metallic=1.0, double_sided=Fals
 def read_materials(images: Images) -> list[Material]:
     """All materials of the file, in its order; what is broken in one is mended or left out. Raises ForbiddenError."""
     entries = images.buffers.document.root.parts("materials")
-    return [_material(images, entry, number) for number, entry in enumerate(entries)]
+    shining = shining_materials(images.buffers.document)
+    return [_material(images, entry, number, number in shining) for number, entry in enumerate(entries)]
 
 
-def _material(images: Images, entry: Value, number: int) -> Material:
+def _material(images: Images, entry: Value, number: int, shines: bool) -> Material:
+    """shines: at some time, whatever its emission is now."""
     glossy = entry.part("extensions").has(_GLOSSY)
     base = entry.part("pbrMetallicRoughness") if not glossy else Value(entry.source, entry.path, {})
     transmission, volume, specular, strength, ior, coat = (
@@ -48,7 +51,7 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         base_color_slot=_slot(images, base, "baseColorTexture", srgb=True),
         metallic_roughness_slot=_slot(images, base, "metallicRoughnessTexture"),
         normal_slot=_slot(images, entry, "normalTexture"),
-        emission_slot=_slot(images, entry, "emissiveTexture", srgb=True) if any(emission) else None,
+        emission_slot=_slot(images, entry, "emissiveTexture", srgb=True) if any(emission) or shines else None,
         transmission_slot=_slot(images, transmission, "transmissionTexture"),
         normal_scale=normal.factor("scale", 1.0, -_LARGE, _LARGE),
         alpha_mode=entry.choice("alphaMode", _ALPHA_MODES, AlphaMode.OPAQUE),
@@ -66,6 +69,7 @@ def _material(images: Images, entry: Value, number: int) -> Material:
         clearcoat_roughness=coat.factor("clearcoatRoughnessFactor", 0.0, 0.0, 1.0),
         clearcoat_slot=_slot(images, coat, "clearcoatTexture"),
         clearcoat_roughness_slot=_slot(images, coat, "clearcoatRoughnessTexture"),
+        stays_light=shines,
     )
     if material.transmission > 0.0 and not material.is_clear:
         problem = "lets light through (KHR_materials_transmission), which --method path shows; to others it is opaque"

@@ -87,5 +87,5 @@ def test_lights_and_cameras_that_go_too_far_away_are_refused(tmp_path: Path, hun
 def test_a_scene_of_which_nothing_is_left_is_refused(tmp_path: Path) -> None:
     scene = scaled(GltfFile(tmp_path), [0, 0, 0])
     alone = replace(scene, triangles=scene.triangles[1:], triangle_material=scene.triangle_material[1:])
-    with pytest.raises(UserError, match=r"^time: at 1 s nothing of the scene has an area"):
+    with pytest.raises(UserError, match=r"^time: at 1 s nothing of the scene is visible and has an area"):
         at(alone, 1.0)

@@ -91,7 +91,7 @@ def test_arrays_that_are_not_sound_are_refused(
         lambda words: words.update(parents=999),
         lambda words: words["bodies"][0].update(node=99),
         lambda words: words["animations"][0].update(seconds=float("inf")),
-        lambda words: words["animations"][0]["channels"][0].update(node=99),
+        lambda words: words["animations"][0]["channels"][0].update(part=99),
         lambda words: words["animations"][0]["channels"][0].update(interpolation="CUBICSPLINE"),
     ],
 )

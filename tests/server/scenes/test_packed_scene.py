@@ -13,7 +13,7 @@ from gpu.scene.edits import SceneEdits, edited
 from gpu.scene.file_frame import FileFrame
 from gpu.scene.limits import DEFAULT_LIMITS, SceneLimits
 from gpu.scene.load import load_scene
-from gpu.scene.motion import STILL
+from gpu.scene.motion import STILL, Animation, Channel, Interpolation, Property
 from gpu.scene.types import Camera, Light, LightKind, LoadReport, Scene, Sky, Texture, Wrap
 from server.scenes.packed_scene import LENGTH_BYTES, read_scene, write_scene
 
@@ -136,3 +136,13 @@ def test_more_that_moves_than_there_is_is_refused(change: dict[str, Any], tmp_pa
     change = {"bodies": scene.motion.bodies * 2} if "bodies" in change else change
     with pytest.raises(SceneError, match="hall: motion: its reader left"):
         read(written(replace(scene, motion=replace(scene.motion, **change)), tmp_path))
+
+
+@pytest.mark.parametrize("changes", [Property.ROUGHNESS, Property.OUTER_CONE])
+def test_channels_of_materials_and_lights_that_there_are_not_are_refused(changes: Property, tmp_path: Path) -> None:
+    scene = moving(tmp_path).load()
+    assert scene.motion is not None
+    channel = Channel(9, changes, Interpolation.STEP, np.zeros(1), np.zeros((1, 1, 1)))
+    motion = replace(scene.motion, animations=(Animation("turns", 0.0, (channel,)),))
+    with pytest.raises(SceneError, match="more that moves than there is"):
+        read(written(replace(scene, motion=motion), tmp_path))

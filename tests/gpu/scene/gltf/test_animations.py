@@ -98,15 +98,53 @@ def test_channels_that_move_what_cannot_be_moved_are_said(gltf: GltfFile, target
     assert words in said
 
 
-def test_pointers_and_nodes_that_are_not_shown_move_nothing(gltf: GltfFile) -> None:
+def test_nodes_that_are_not_shown_move_nothing(gltf: GltfFile) -> None:
     gltf.mesh_node()
     gltf.add("nodes")
     gltf.add("scenes", nodes=[0])
-    pointer = {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": "/materials/0/alphaCutoff"}}}
-    animate(gltf, (sampler(gltf), pointer), (sampler(gltf), {"node": 1, "path": "scale"}))
+    animate(gltf, (sampler(gltf), {"node": 1, "path": "scale"}), (sampler(gltf), pointer("/nodes/1/translation")))
     scene = gltf.load()
     assert scene.motion is None
-    assert "extension KHR_animation_pointer is not supported and was ignored (1 target)" in scene.report.ignored
+    assert "animations[0]: moves nothing that is shown and was left out" in scene.report.ignored
+
+
+def pointer(text: str) -> dict[str, Any]:
+    return {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": text}}}
+
+
+def test_pointers_are_of_nodes_materials_and_each_light_of_an_entry(gltf: GltfFile) -> None:
+    lamp = {"extensions": {"KHR_lights_punctual": {"light": 1}}}
+    gltf.json["extensions"] = {
+        "KHR_lights_punctual": {"lights": [{"type": "point"}, {"type": "point", "color": [1, 0, 0]}]}
+    }
+    gltf.add("materials")
+    gltf.add("materials", emissiveFactor=[0, 0.5, 0])
+    gltf.mesh_node(gltf.primitive(material=1), **lamp)
+    gltf.add("nodes", **lamp)
+    grow = sampler(gltf, np.float32([1, 2]))
+    lights = pointer("/extensions/KHR_lights_punctual/lights/1/intensity")
+    strength = pointer("/materials/1/extensions/KHR_materials_emissive_strength/emissiveStrength")
+    animate(gltf, (sampler(gltf), pointer("/nodes/0/scale")), (grow, strength), (grow, lights))
+    found = motion_of(gltf).animations[0].channels
+    assert [(one.changes, one.part, one.values[:, 0].tolist()) for one in found] == [
+        (Property.SCALE, 0, SLIDE.tolist()),
+        (Property.EMISSIVE_STRENGTH, 1, [[1.0], [2.0]]),
+        (Property.INTENSITY, 0, [[1.0], [2.0]]),
+        (Property.INTENSITY, 1, [[1.0], [2.0]]),
+        (Property.EMISSIVE, 1, [[0.0, 0.5, 0.0]]),
+        (Property.LIGHT_COLOR, 0, [[1.0, 0.0, 0.0]]),
+        (Property.LIGHT_COLOR, 1, [[1.0, 0.0, 0.0]]),
+    ]
+
+
+def test_nodes_that_a_file_hides_stay_hidden_and_that_is_said(gltf: GltfFile) -> None:
+    gltf.mesh_node()
+    gltf.mesh_node(extensions={"KHR_node_visibility": {"visible": False}})
+    shows = pointer("/nodes/1/extensions/KHR_node_visibility/visible")
+    animate(gltf, (sampler(gltf, np.uint8([0, 1]), interpolation="STEP"), shows))
+    scene = gltf.load()
+    assert scene.motion is None
+    assert any("target: shows a node that its file hides, which stays hidden" in said for said in scene.report.ignored)
 
 
 def test_so_many_animations_are_offered(gltf: GltfFile, monkeypatch: pytest.MonkeyPatch) -> None:
