@@ -11,6 +11,7 @@ import logging
 import os
 import signal
 import socket
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -67,6 +68,9 @@ from server.worker.turn_clock import TurnClock
 PR_SET_PDEATHSIG = 1  # of <sys/prctl.h>
 FAULT = 70  # exit status after a fault that only a new process can mend
 MOST_WORDS = 4000  # characters of a failure's text
+# That a thread in Python, such as one at the source of a kernel, may hold up the one that renders, which leaves the
+# interpreter for each of a frame's many launches.
+SWITCH_SECONDS = 0.0005
 QUIET_SECONDS = 0.3  # work shorter than this reports no progress
 INTERNAL = "an internal error of the renderer; the server's log has the details"
 
@@ -333,5 +337,6 @@ def work(descriptor: int, backend: Backend) -> int:
     # An interrupt from the terminal goes to both processes: the web process ends this one when it is done.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_parent()
+    sys.setswitchinterval(SWITCH_SECONDS)
     with socket.socket(fileno=descriptor) as connection:
         return Worker(connection, backend).run()

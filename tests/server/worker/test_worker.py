@@ -246,6 +246,25 @@ def test_the_log_has_the_format_of_the_service(capfd: pytest.CaptureFixture[str]
     assert json.loads(line)["message"] == "request 1 failed"
 
 
+SWITCHING = """
+import socket, sys
+from server.wire.worker import Leave, pack
+from server.worker.worker import work
+ours, theirs = socket.socketpair()
+ours.sendall(pack(Leave(1)))
+try:
+    work(theirs.detach(), None)
+except TypeError:  # not Start
+    print(sys.getswitchinterval())
+"""
+
+
+def test_a_thread_in_python_holds_up_launches_for_a_moment_each() -> None:
+    """By the interpreter's own 5 ms each, a frame with 50 launches would take a quarter of a second."""
+    run = subprocess.run([sys.executable, "-c", SWITCHING], capture_output=True, text=True, check=True)
+    assert float(run.stdout) <= 0.001
+
+
 PARENT = """
 import socket, subprocess, sys
 ours, theirs = socket.socketpair()
