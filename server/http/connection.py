@@ -88,7 +88,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         self._debt, self._debt_at = 0.0, self.since  # s of a core
         self._timer: asyncio.TimerHandle | None = None  # until it is read again
         self._stopped = False  # by the parser
-        self._kept = b""  # what has come and waits for the gate
+        self._kept = b""  # what has come and waits for the gate, or for the parser
         self._gated = 0.0  # s of a core that this request has taken of what those without a token may
         self._closing = False
         self._thrown = 0  # bytes, since then
@@ -169,8 +169,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
             self._set_reading()
 
     def _set_reading(self) -> None:
-        held = self._timer is not None or bool(self._kept)
-        if held or (self._stopped and not self._closing) or self._thrown > LINGER_BYTES:
+        if self._timer is not None or self._kept or self._thrown > LINGER_BYTES:
             self._tcp.pause_reading()
         else:
             self._tcp.resume_reading()
@@ -196,17 +195,22 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
             return
         self.heard = True
         data = bytes(self._registry.buffer[:nbytes])
-        if self.trusted or self._registry.gate.is_open:
+        if not self._stopped and (self.trusted or self._registry.gate.is_open):
             self._parse(data)
         else:
             self._kept = data
-            self._registry.gate.wait(self)
             self._set_reading()
+            if not self._stopped:
+                self._registry.gate.wait(self)
 
     def proceed(self) -> None:
-        """The gate is open. Who has left meanwhile, which is not heard while nothing is read, is not parsed."""
+        """The gate is open, or the parser goes on. Who has no token and has left meanwhile, which is not heard while
+        nothing is read, is not parsed.
+        """
+        if self._stopped:
+            return
         data, self._kept = self._kept, b""
-        if data and _has_left(self._tcp.get_extra_info("socket")):
+        if data and not self.trusted and _has_left(self._tcp.get_extra_info("socket")):
             self._tcp.abort()
             return
         try:
@@ -267,14 +271,18 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         return self._tcp.get_write_buffer_size()
 
     def pause_reading(self) -> None:
-        """Until `resume_reading`."""
+        """Until `resume_reading`: what comes first meanwhile is kept, and the system is asked for no more. A WebSocket
+        pauses at each message, most of which are dealt with before the next one comes.
+        """
         self._stopped = True
-        self._set_reading()
 
     def resume_reading(self) -> None:
         """As far as this connection may."""
         self._stopped = False
-        self._set_reading()
+        if self._kept and (self.trusted or self._registry.gate.is_open):
+            self._loop.call_soon(self.proceed)
+        elif self._kept:
+            self._registry.gate.wait(self)
 
     def is_closing(self) -> bool:
         """Whether nothing can be written any more."""
@@ -287,6 +295,7 @@ class Connection(asyncio.BufferedProtocol, asyncio.Transport):
         if self.is_closing():
             return
         self._closing = True
+        self._kept = b""
         if not self.unread or not self._tcp.can_write_eof():
             self._tcp.close()
             return

@@ -22,4 +22,5 @@ class Activity:
     fraction: float = 0.0
 
 
+READY = Activity(EngineState.READY)
 RECOVERING = Activity(EngineState.RECOVERING, "starting the renderer again")

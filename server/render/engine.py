@@ -15,11 +15,12 @@ import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from time import monotonic
 
 from gpu.child_process import module_command
 from gpu.errors import UserError
-from server.render.activity import RECOVERING, Activity, EngineState
+from server.render.activity import READY, RECOVERING, Activity, EngineState
 from server.render.cost import Speeds
 from server.render.heartbeat import heartbeat, is_warm
 from server.render.pending import ERRORS, Answer, PendingJob, Reply
@@ -109,6 +110,7 @@ class Engine:
         self._listening = False  # the worker takes jobs
         self._running = RunningTurns()
         self._asks_later: asyncio.TimerHandle | None = None
+        self._all_short_until = inf  # before which no turn that was not asked back can be [s]
         self._paused: dict[QueueEntry, RunningTurn] = {}  # what has more turns to come
         self._pending: dict[int, PendingJob] = {}
         self._last_heard = 0.0  # when the worker last said something, or was told to start [s]
@@ -296,7 +298,7 @@ class Engine:
                 self._take_note_of(message.holdings)
                 self._failures = 0
                 self._listening = self._was_ready = True
-                self._set_activity(Activity(EngineState.READY))
+                self._set_activity(READY)
                 self._dispatch()
                 self._queue_heartbeat()
             case Failed(request, text, cause) if request == START_UP and not self._listening:
@@ -317,7 +319,7 @@ class Engine:
             case Free(request) if turn := self._running.get(request):
                 self._take_note_of(message.holdings)
                 self._end_turn(turn, message.busy_ms / 1e3)
-                self._set_activity(Activity(EngineState.READY))
+                self._set_activity(READY)
                 # Whoever has just been told of a failure says first whether he still wants what he waits for.
                 asyncio.get_running_loop().call_soon(self._dispatch)
             case Free(request) if paused := self._paused_job(request):  # it ended in the turn of one that waited for it
@@ -384,7 +386,9 @@ class Engine:
         return entry, waiting
 
     def _dispatch(self) -> None:
-        while self._listening and (entry := self._schedule.next(self._running.admit)) is not None:
+        while self._listening and not self._running.full:
+            if (entry := self._schedule.next(self._running.admit)) is None:
+                break
             if (paused := self._paused.pop(entry, None)) is not None:
                 self._begin_turn(replace(paused, began=monotonic(), asked_back=False), Resume(paused.request))
                 continue
@@ -417,19 +421,39 @@ class Engine:
         assert self._link is not None
         self._running.begin(turn)
         self._link.send(message)
+        free = turn.free_at(cuda=self.cuda)
+        self._all_short_until = min(self._all_short_until, free)
+        self._look_again_at(free)
         self._ask_back_for_others()
 
     def _ask_back_for_others(self) -> None:
-        """Ask turns back that others wait for, but for short ones."""
-        if self._asks_later is not None:
-            self._asks_later.cancel()
-        wanted, now = self._running.to_ask_back((*self._waiting, *self._paused)), monotonic()
-        early = [free - now for turn in wanted if (free := turn.free_at(cuda=self.cuda)) > now]
-        for turn in wanted:
-            if turn.free_at(cuda=self.cuda) <= now:
-                self._ask_back(turn)
-        if early:
-            self._asks_later = asyncio.get_running_loop().call_later(min(early), self._ask_back_for_others)
+        """Ask turns back that others wait for, but for short ones: who waits for those is seen when they are so no
+        more, by when most have ended.
+        """
+        cuda, now = self.cuda, monotonic()
+        if now < self._all_short_until:
+            return
+        due = min((turn.free_at(cuda=cuda) for turn in self._running if not turn.asked_back), default=inf)
+        self._all_short_until = due
+        if due <= now:
+            wanted = self._running.to_ask_back((*self._waiting, *self._paused))
+            for turn in wanted:
+                if turn.free_at(cuda=cuda) <= now:
+                    self._ask_back(turn)
+            due = min((turn.free_at(cuda=cuda) for turn in wanted if not turn.asked_back), default=inf)
+        self._look_again_at(due)
+
+    def _look_again_at(self, due: float) -> None:
+        """See at that time [s], or before, which turns are to be asked back."""
+        later = self._asks_later
+        if due < (inf if later is None else later.when()):
+            if later is not None:
+                later.cancel()
+            self._asks_later = asyncio.get_running_loop().call_at(due, self._look_again)
+
+    def _look_again(self) -> None:
+        self._asks_later = None
+        self._ask_back_for_others()
 
     def _ask_back(self, turn: RunningTurn) -> None:
         if self._link is not None and not turn.asked_back:

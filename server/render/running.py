@@ -49,6 +49,7 @@ class RunningTurns:
     def __init__(self) -> None:
         self.lanes = 1
         self._turns: dict[int, RunningTurn] = {}
+        self._clients: set[int] = set()  # whose turns they are
 
     def __len__(self) -> int:
         return len(self._turns)
@@ -63,10 +64,17 @@ class RunningTurns:
     def begin(self, turn: RunningTurn) -> None:
         """One more."""
         self._turns[turn.request] = turn
+        self._clients.add(turn.entry.client)
 
     def end(self, turn: RunningTurn) -> None:
         """One less."""
         del self._turns[turn.request]
+        self._clients = {it.entry.client for it in self._turns.values()}
+
+    @property
+    def full(self) -> bool:
+        """Whether none may begin beside these."""
+        return len(self._turns) >= self.lanes
 
     @property
     def began(self) -> float | None:
@@ -84,7 +92,7 @@ class RunningTurns:
         A client has one at a time: its next frame is to have the pose that is newest when the last one is done, and
         stills must not fill all lanes. What refines begins beside nothing that is more urgent.
         """
-        if len(self) >= self.lanes or any(turn.entry.client == entry.client for turn in self):
+        if self.full or entry.client in self._clients:
             return False
         return entry.urgency is not Urgency.REFINING or all(turn.entry.urgency >= entry.urgency for turn in self)
 
@@ -99,5 +107,4 @@ class RunningTurns:
         own = turn.entry
         if own.urgency is Urgency.REFINING and any(other.entry.urgency < own.urgency for other in self):
             return True
-        full = len(self) >= self.lanes
-        return any(turn.gives_way_to(entry) and (full or entry.client == own.client) for entry in waiting)
+        return any(turn.gives_way_to(entry) and (self.full or entry.client == own.client) for entry in waiting)

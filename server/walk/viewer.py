@@ -2,11 +2,10 @@
 
 import asyncio
 import logging
-from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from fastapi import WebSocketDisconnect
 
@@ -25,6 +24,7 @@ from server.video.live_video import can_encode_video
 from server.walk.frame_request import FrameRequest
 from server.walk.frame_times import FrameTimes
 from server.walk.session import MAX_LOSSES, Qualities, Session
+from server.walk.stirring import Stirring
 from server.walk.viewer_socket import ViewerSocket
 from server.wire.browser import (
     Ack,
@@ -56,6 +56,17 @@ FAULT_RATE, FAULT_BURST = 0.5, 5.0  # and so many of a viewer's mistakes
 log = logging.getLogger("lumenwalk.viewer")
 
 
+class _State(NamedTuple):
+    """What the server is doing for a viewer: the fields of `Status`, which takes ten times as long to make."""
+
+    state: State
+    text: str = ""
+    fraction: float = 0.0
+
+
+_READY = _State(State.READY)
+
+
 class Viewer:
     """Serves one viewer whose hello was accepted."""
 
@@ -84,8 +95,9 @@ class Viewer:
         self._messages = Bucket(MESSAGE_RATE, MESSAGE_BURST)
         self._faults = Bucket(FAULT_RATE, FAULT_BURST)
         self._awaited = 0  # frames asked for and not yet sent, but for those that refine
-        self._stirred = asyncio.Event()  # something changed that a task may wait for
+        self._stirring = Stirring(lambda: self._session.rest_seconds)  # a view that comes to rest stirs nothing
         self._news = asyncio.Event()  # something changed that the viewer may have to be told
+        self._told: _State | None = None  # of what is going on
 
     async def run(self) -> None:
         """Serve until the viewer leaves."""
@@ -219,7 +231,7 @@ class Viewer:
 
     async def _request_frames(self) -> None:
         while True:
-            await self._until(lambda: self._wanted is not None or self._session.due is not None)
+            await self._stirring.until(lambda: self._wanted is not None or self._session.due is not None)
             if self._wanted is not None:
                 await self._open(self._wanted)
             else:
@@ -241,9 +253,9 @@ class Viewer:
             return job
 
         turn = asyncio.ensure_future(self._service.engines.submit(self._session.viewer, scene, urgency, newest))
-        turn.add_done_callback(lambda _: self._stirred.set())
+        turn.add_done_callback(lambda _: self._stirring.stir())
         try:
-            await self._until(lambda: turn.done() or (not requests and self._overtaken(urgency)))
+            await self._stirring.until(lambda: turn.done() or (not requests and self._overtaken(urgency)))
             reply = turn.result() if turn.done() else None
         finally:
             turn.cancel()
@@ -330,14 +342,13 @@ class Viewer:
     # --- what the viewer is told ---
 
     async def _report(self) -> None:
-        told = None
         while True:
-            status = self._status()
-            if status != told:
-                await self._socket.send(status)
-                told = status
+            if (state := self._state) != self._told:
+                await self._socket.send(Status(state=state.state, text=state.text, fraction=state.fraction))
+                self._told = state
                 await asyncio.sleep(STATUS_SECONDS)
-            await self._news.wait()
+            else:
+                await self._news.wait()
             self._news.clear()
 
     async def _tell_edits(self) -> None:
@@ -353,15 +364,16 @@ class Viewer:
                 await self._socket.send(Edits(scene=scene.id, edits=edits, edit=self._last_edit, own=own, suns=suns))
             await asyncio.sleep(EDITS_SECONDS)
 
-    def _status(self) -> Status:
+    @property
+    def _state(self) -> "_State":
         activity = self._service.engines.activity_of(self._session.viewer)
-        words = {"text": activity.text, "fraction": activity.fraction}
-        if activity.state is EngineState.READY:
-            due = self._session.due in (Urgency.MOVING, Urgency.STILL)
-            waiting = due or self._wanted is not None or self._awaited > 0
-            slow = bool(activity.text) or self._wanted is not None
-            return Status(state=State.LOADING, **words) if waiting and slow else Status(state=State.READY)
-        return Status(state=State.LOADING if activity.state is EngineState.STARTING else State.RECOVERING, **words)
+        words = activity.text, activity.fraction
+        if activity.state is not EngineState.READY:
+            return _State(State.LOADING if activity.state is EngineState.STARTING else State.RECOVERING, *words)
+        if not activity.text and self._wanted is None:
+            return _READY
+        waits = self._wanted is not None or self._awaited > 0 or self._session.due in (Urgency.MOVING, Urgency.STILL)
+        return _State(State.LOADING, *words) if waits else _READY
 
     async def _fail(self, code: ErrorCode, error: Exception) -> None:
         if code is not ErrorCode.BAD_MESSAGE and self._faults.spend():
@@ -369,16 +381,9 @@ class Viewer:
         await self._socket.send(Error(code=code, message=str(error)))
 
     def _stir(self) -> None:
-        self._stirred.set()
-        self._news.set()
-
-    async def _until(self, condition: Callable[[], bool]) -> None:
-        while not condition():
-            self._stirred.clear()
-            rest = self._session.rest_seconds  # a view that comes to rest stirs nothing
-            with suppress(TimeoutError):
-                async with asyncio.timeout(rest if rest > 0.0 else None):
-                    await self._stirred.wait()
+        self._stirring.stir()
+        if self._state != self._told:
+            self._news.set()
 
 
 @cache

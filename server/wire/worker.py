@@ -389,6 +389,6 @@ async def receive(stream: StreamReader, most_bytes: Callable[[], int]) -> tuple[
     than one: its JSON than MAX_TEXT_BYTES, its bytes than `most_bytes` allows now.
     """
     text, payload = _lengths.unpack(await stream.readexactly(_lengths.size))
-    if text > MAX_TEXT_BYTES or payload > most_bytes():
+    if text > MAX_TEXT_BYTES or (payload and payload > most_bytes()):
         raise ValueError(f"{text} bytes of text and {payload} of image are too many")
     return _adapter.validate_json(await stream.readexactly(text)), await stream.readexactly(payload)

@@ -100,8 +100,13 @@ def tcp() -> Tcp:
 
 
 @pytest.fixture
-def connection(clock: Clock, tcp: Tcp) -> Connection:
-    made = Connection(Registry(), Parser(), clock)
+def parser() -> Parser:
+    return Parser()
+
+
+@pytest.fixture
+def connection(clock: Clock, tcp: Tcp, parser: Parser) -> Connection:
+    made = Connection(Registry(), parser, clock)
     made.connection_made(tcp)
     return made
 
@@ -166,13 +171,30 @@ def test_many_who_are_held_back_share_what_there_is(
     assert not tcp.reading
 
 
-def test_the_parser_can_stop_reading_too(connection: Connection, tcp: Tcp) -> None:
-    connection.pause_reading()
+def test_the_parser_can_stop_reading_too(connection: Connection, tcp: Tcp, parser: Parser, clock: Clock) -> None:
     connection.serve()
     connection.trust()
+    connection.pause_reading()
+    assert tcp.reading  # the next message mostly comes when this one is dealt with
+    feed(connection, b"x")
     assert not tcp.reading
+    assert not parser.data
     connection.resume_reading()
+    clock.pass_(0.0)
     assert tcp.reading
+    assert parser.data == [b"x"]
+
+
+def test_what_the_parser_has_not_taken_goes_with_a_connection_that_closes(
+    connection: Connection, tcp: Tcp, parser: Parser
+) -> None:
+    connection.unread = True
+    connection.pause_reading()
+    feed(connection, b"x")
+    connection.close()
+    assert tcp.reading  # to throw away what still comes
+    connection.resume_reading()
+    assert not parser.data
 
 
 def test_only_bodies_that_may_come_in_are_read_in_large_pieces(connection: Connection) -> None:
