@@ -76,6 +76,7 @@ class Renderer:
         self._stages = Stages(self._device, self._lane)
         self._tonemap = Tonemap(self._pixels, self._device)
         self._display, self._downloads = StagingBuffer(self._tonemap.pixels), downloads
+        DEVICE_SHARING.pause()
         self._light_sets = light_sets or LightSets(device_scene)
         counts = sample_counts_of(settings, self._device, self._pixels)
         setup = RenderSetup(device_scene, self._light_sets, size, settings, counts, progress or _silent)

@@ -159,11 +159,16 @@ def _launch_on_cpu(kernel: wp.Kernel, count: int, inputs: Sequence[Any], device:
             DEVICE_SHARING.pause()
 
 
-def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0) -> Any:
-    """An instance of the Warp struct `struct` of zeros: arrays of `count` elements, 2D ones of `rows` by `count`."""
+def allocate(struct: Any, count: int, device: wp.Device, rows: int = 0, *, pauses: bool = False) -> Any:
+    """An instance of the Warp struct `struct` of zeros: arrays of `count` elements, 2D ones of `rows` by `count`.
+
+    pauses: others may have the device between arrays, each of which may take a GPU's driver some milliseconds to find.
+    """
     instance = struct()
     for name, variable in struct.vars.items():
         if hasattr(variable.type, "dtype"):
+            if pauses:
+                DEVICE_SHARING.pause()
             shape = (rows, count) if variable.type.ndim == 2 else count
             setattr(instance, name, wp.zeros(shape, dtype=variable.type.dtype, device=device))
     return instance

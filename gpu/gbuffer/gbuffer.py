@@ -50,7 +50,7 @@ class GBuffer:
 
 def allocate_gbuffer(pixels: int, device: wp.Device, features: SceneFeatures, *, traces_gloss: bool = False) -> GBuffer:
     """One of so many pixels, for a scene of these `features`; traces_gloss: for gpu.indirect.glossy_reflection, too."""
-    gbuffer: GBuffer = allocate(GBuffer, pixels, device)
+    gbuffer: GBuffer = allocate(GBuffer, pixels, device, pauses=True)
     gbuffer.gloss = features.gloss
     gbuffer.chains, gbuffer.traces_gloss = features.specular or traces_gloss, traces_gloss
     if not gbuffer.chains:

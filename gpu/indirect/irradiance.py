@@ -36,6 +36,6 @@ class Indirect:
 
 def allocate_indirect(pixels: int, device: wp.Device) -> Indirect:
     """Indirect light of `pixels` pixels."""
-    indirect: Indirect = allocate(Indirect, pixels, device, CHECKS)
+    indirect: Indirect = allocate(Indirect, pixels, device, CHECKS, pauses=True)
     indirect.unoccluded_prefix = wp.zeros((NEAR_PARTS, pixels), dtype=float, device=device)
     return indirect

@@ -184,7 +184,7 @@ class NearField:
     def __init__(self, capacity: int, smoothing: Smoothing, device: wp.Device,
                  chosen: NearFieldParameters = NEAR_FIELD_PARAMETERS) -> None:  # fmt: skip
         self.device, self._smoothing, self._chosen = device, smoothing, chosen
-        self._rays: NearRays = allocate(NearRays, capacity, device)
+        self._rays: NearRays = allocate(NearRays, capacity, device, pauses=True)
         self.light, self.found = self._rays.light, self._rays.found
 
     def trace(self, scene: SceneData, gbuffer: GBuffer, sps: ShadingPoints, vpls: VplClusters, lit: RadiosityCache,

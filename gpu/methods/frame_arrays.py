@@ -1,7 +1,12 @@
-"""What frames of one size work with: arrays that every frame writes anew, whoever looks. Allocated once."""
+"""What frames of one size work with: arrays that every frame writes anew, whoever looks. Allocated once.
+
+A GPU's driver takes 15 ms to find a gigabyte, which pictures of many pixels need several of: others have the device in
+between.
+"""
 
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.staging_buffer import StagingBuffer
 from gpu.correction.brightness import MeanBrightness
 from gpu.denoise.atrous import Smoothing
@@ -57,10 +62,14 @@ class FrameArrays:
         self.reads_radiosity = reads_radiosity
         glossy = reads_radiosity and self.features.lobes
         self.gloss = GlossyReflection(size, self.device, self.features) if glossy else None
+        DEVICE_SHARING.pause()
         self.gbuffer = allocate_gbuffer(self.pixels, self.device, self.features, traces_gloss=glossy)
         self.area_light = wp.zeros(self.pixels, dtype=wp.vec3, device=self.device)
-        self.smoothing, self.side_smoothing = Smoothing(size, self.device), Smoothing(size, self.device)
+        self.smoothing = Smoothing(size, self.device)
+        DEVICE_SHARING.pause()
+        self.side_smoothing = Smoothing(size, self.device)
         self.indirect = allocate_indirect(self.pixels, self.device)
+        DEVICE_SHARING.pause()
         self.shading_points = ShadingPoints(size, stride, self.device)
         self.brightness = MeanBrightness(self.device)
 

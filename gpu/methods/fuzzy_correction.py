@@ -5,6 +5,7 @@ from functools import cache, partial
 
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages
 from gpu.correction.adaptive_rays import BrightPoints
 from gpu.correction.near_paths import NearPaths, trace_near_paths
@@ -83,7 +84,9 @@ class FuzzyCorrection:
         if shared:
             self._rays, self.clustered_irradiance = shared._rays, shared.clustered_irradiance
         else:
+            DEVICE_SHARING.pause()
             self._rays = Correction(frame.pixels, device, passes)
+            DEVICE_SHARING.pause()
             self.clustered_irradiance = wp.zeros(frame.pixels, dtype=wp.vec3, device=device)
         suspects, worst = (int(sp_clusters * share) for share in (quality.suspected, quality.refined))
         self.suspected = OutlierPoints(frame.pixels, suspects, device)

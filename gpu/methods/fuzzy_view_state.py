@@ -6,6 +6,7 @@ from weakref import WeakKeyDictionary, WeakSet
 
 import warp as wp
 
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.staging_buffer import StagingBuffer
 from gpu.denoise.antialiasing import PictureHistory
 from gpu.denoise.direct_history import DirectHistory
@@ -83,10 +84,13 @@ class FuzzyViewState(ViewState):
             indirect = histories.indirect.for_another_viewer()
             pictures = histories.pictures and histories.pictures.for_another_viewer()
         else:
+            DEVICE_SHARING.pause()
             self.clustering = make_clustering()
+            DEVICE_SHARING.pause()
             direct = DirectHistory(size, self.device) if frame.features.soft else None
             gloss = DirectHistory(size, self.device) if frame.gloss else None
             indirect = IndirectHistory(size, self.device)
+            DEVICE_SHARING.pause()
             pictures = PictureHistory(size, self.device) if antialiases else None
         self.histories = Histories(direct, gloss, indirect, pictures, previous)
 

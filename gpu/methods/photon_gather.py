@@ -5,6 +5,7 @@ gathered are kept in a walk.
 """
 
 from gpu.core.reduce import Counter
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.core.stages import Stages, new_number
 from gpu.device_scene.data import NO_HIT
 from gpu.indirect.cut_lookup import CutLight
@@ -51,6 +52,7 @@ class PhotonGather(RenderMethod[GatherViewState]):
         self._passes = Passes(setup, self._frame)
         self._caustics = caustics_of(setup, self._frame)
         self._counter = Counter(1, setup.device)
+        DEVICE_SHARING.pause()
         self._clustering = ShadingClustering(self._frame.shading_points, counts.sp_clusters)
         self._receivers = None
         if self._frame.features.gloss:

@@ -258,8 +258,11 @@ class GpuBackend:
         camera = view_camera(loaded.scene, job.view, job.size)
         if job.viewer > STILLS:
             self._viewed[job.viewer] = job.scene
-        with self._tasks.holding(("lights", loaded.number)):  # that a first renderer makes for all lanes
-            renderer, view = self._renderers.get(job.viewer, lane, loaded, job.size, job.settings, report)
+        what = job.viewer, lane, loaded, job.size, job.settings
+        if (found := self._renderers.find(*what)) is None:
+            with self._tasks.holding(("lights", loaded.number)):  # that a first renderer makes for all lanes
+                found = self._renderers.get(*what, report)
+        renderer, view = found
         try:
             frame = renderer.render(camera, self._accumulation(job, loaded), view=view, walks=job.walks)
         except BaseException:

@@ -54,6 +54,11 @@ class _Key:
     lane: int = 0
 
 
+def _key(lane: int, scene: LoadedScene, size: tuple[int, int], settings: RenderSettings) -> _Key:
+    features = scene.features(lambertian=settings.lambertian)
+    return _Key(scene.ref, size, lasting(settings), features, scene.number, lane)
+
+
 @dataclass
 class _Entry:
     renderer: Renderer
@@ -98,23 +103,35 @@ class RendererPool:
         Both are made when there are none yet. Views that the viewer has of other scenes and settings are freed.
         Raises OutOfMemoryError, with a size that would do, where the device has too little memory left.
         """
-        features = scene.features(lambertian=settings.lambertian)
-        key = _Key(scene.ref, size, lasting(settings), features, scene.number, lane)
+        if (found := self.find(viewer, lane, scene, size, settings)) is not None:
+            return found
+        key = _key(lane, scene, size, settings)
         self._leave_others(viewer, key)
         entry = self._entries.pop(key, None)
         views = entry.views if entry else {}
-        view = views.pop(viewer, None)
-        if entry is None or view is None:
-            self._make_room(key, views)
-            self._check_memory(key, self._bytes_of(key, 1) - (self._bytes_of(key, 0) if entry else 0))
+        self._make_room(key, views)
+        self._check_memory(key, self._bytes_of(key, 1) - (self._bytes_of(key, 0) if entry else 0))
         if entry is None:
             shared = scene.device_scene, size, key.settings, progress, scene.light_sets
             entry = _Entry(Renderer(*shared, self._lanes[lane], downloads=self._downloads))
             # Warp compiles a kernel at its first launch, and says nothing meanwhile.
             progress("compiling kernels, which the first time takes a minute", 0.0)
         self._entries[key] = entry
-        entry.views[viewer] = view or entry.renderer.new_view()
-        return entry.renderer, entry.views[viewer]
+        entry.views[viewer] = view = entry.renderer.new_view()
+        return entry.renderer, view
+
+    def find(
+        self, viewer: int, lane: int, scene: LoadedScene, size: tuple[int, int], settings: RenderSettings
+    ) -> tuple[Renderer, ViewState] | None:
+        """What `get` returns, where it is there already."""
+        key = _key(lane, scene, size, settings)
+        entry = self._entries.get(key)
+        if entry is None or viewer not in entry.views:
+            return None
+        self._leave_others(viewer, key)
+        self._entries[key] = self._entries.pop(key)
+        entry.views[viewer] = view = entry.views.pop(viewer)
+        return entry.renderer, view
 
     def leave(self, viewer: int) -> None:
         """Free a viewer's views, and its place in a lane."""

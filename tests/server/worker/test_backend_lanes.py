@@ -3,6 +3,7 @@
 import gc
 import weakref
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,6 +13,7 @@ from harness import IDENTITY
 import server.worker.renderer_pool
 from gpu.core.lane import Lane
 from gpu.core.sharing import DEVICE_SHARING
+from gpu.renderer import Renderer
 from gpu.settings import RenderSettings
 from server.wire.worker import CameraMatrix, Render, SceneRef, Start
 from server.worker.backend import GpuBackend
@@ -163,3 +165,25 @@ def test_a_frame_that_fails_takes_nothing_from_those_of_other_lanes(backend: Gpu
     Sky.broken = None
     frames.begin(job(1))
     assert frames.end() == expected[:1]  # by arrays that are new
+
+
+def test_who_walks_does_not_wait_for_another_s_renderer_to_be_made(
+    backend: GpuBackend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Frames(backend).begin(job(1))
+    found = False
+
+    class SlowRenderer(Renderer):
+        def __init__(self, *args: Any, **kwargs: Any) -> None:
+            DEVICE_SHARING.leave_until(lambda: found)
+            super().__init__(*args, **kwargs)
+
+    monkeypatch.setattr(server.worker.renderer_pool, "Renderer", SlowRenderer)
+    frames = Frames(backend)
+    frames.begin(replace(job(2), size=(40, 20)), job(1, 1))
+    while (request := backend._tasks.ready()) is not None:
+        backend._tasks.resume(request)
+    assert frames.pictures[0] == b""
+    assert frames.pictures[1]
+    found = True
+    assert frames.end()[0]

@@ -1,12 +1,15 @@
 import gc
 import re
 import weakref
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 import warp as wp
 
 import server.worker.renderer_pool
+from gpu.core.sharing import DEVICE_SHARING
 from gpu.device_scene.features import SceneFeatures
 from gpu.errors import OutOfMemoryError
 from gpu.methods.fuzzy_vpl import FuzzyVpl
@@ -244,3 +247,37 @@ def test_what_is_there_already_is_not_weighed_again(scene: LoadedScene, monkeypa
     kept = pool.take()
     monkeypatch.setattr(pool, "_bytes_of", None)
     assert pool.take() == kept
+
+
+@pytest.mark.parametrize("method", [Method.FUZZY_VPL, Method.EXACT_VPL])
+def test_others_have_the_device_while_arrays_of_many_pixels_are_found(
+    scene: LoadedScene, monkeypatch: pytest.MonkeyPatch, method: Method
+) -> None:
+    size, most = (320, 240), 120  # bytes a pixel: a GPU's driver finds 4 GB in some 60 ms
+    settings = SETTINGS.model_copy(update={"method": method})
+    pool, found, pieces = Pool(scene), wp.zeros, [0]
+    pool.take(settings=settings)  # what it shares with others is there
+
+    class Others:
+        def due(self, *, idle: bool = False) -> bool:
+            return not idle
+
+        def give(self) -> None:
+            pieces.append(0)
+
+        def leave_until(self, over: Callable[[], bool], *, idle: bool = False) -> None:
+            assert over()
+
+    def counted(*args: Any, **kwargs: Any) -> wp.array:
+        array = found(*args, **kwargs)
+        pieces[-1] += array.capacity
+        return array
+
+    monkeypatch.setattr(wp, "zeros", counted)
+    DEVICE_SHARING.begin(Others())
+    try:
+        pool.take(size=size, settings=settings)
+    finally:
+        DEVICE_SHARING.begin(None)
+    assert sum(pieces) > 3 * most * size[0] * size[1]
+    assert max(pieces) < most * size[0] * size[1]
