@@ -8,7 +8,7 @@ import warp as wp
 from gpu.core.color import brightness
 from gpu.core.constants import FAR_AWAY, PI
 from gpu.core.device import allocate, launch
-from gpu.core.intrinsics import float_least
+from gpu.core.intrinsics import float_least, float_sum, vector_sum
 from gpu.core.kahan import Sum, kahan_add
 from gpu.core.parameters import parameters
 from gpu.device_scene.upload import DeviceScene
@@ -69,20 +69,23 @@ def neighbour_area_kernel(first: int, vpls: Vpls, medoids: wp.array[int], starts
 
 
 @wp.kernel
-def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], least_areas: wp.array[float],
+def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], least_areas: wp.array[float], lanes: int,
                             out: VplClusters) -> None:  # fmt: skip
-    """One thread a cluster: the disk light that stands for its members, of which each has its flux's share of the area;
-    but for its flux.
+    """`lanes` threads a cluster: the disk light that stands for its members, of which each has its flux's share of the
+    area; but for its flux.
 
     least_areas (cluster,): that it has at least; medoids (cluster,): indices of `vpls`, −1 for a cluster without
     members, whose disk sends nothing anywhere.
     """
-    cluster = first + wp.tid()
+    index = first + wp.tid()
+    cluster = index // lanes
+    lane = index % lanes
     if medoids[cluster] < 0:
-        out.disks[cluster] = Disk()
-        out.normal_cone_cos[cluster] = 1.0
-        out.extent[cluster] = 0.0
-        out.thickness[cluster] = 0.0
+        if lane == 0:
+            out.disks[cluster] = Disk()
+            out.normal_cone_cos[cluster] = 1.0
+            out.extent[cluster] = 0.0
+            out.thickness[cluster] = 0.0
         return
     centre = vpls.position[medoids[cluster]]
     normal = vpls.normal[medoids[cluster]]
@@ -92,8 +95,10 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], leas
     normal_cone_cos = float(1.0)
     extent = float(0.0)
     thickness = float(0.0)
-    number = float(out.starts[cluster + 1] - out.starts[cluster])
-    for member in range(out.starts[cluster], out.starts[cluster + 1]):
+    begin = out.starts[cluster]
+    end = out.starts[cluster + 1]
+    number = float(end - begin)
+    for member in range(begin + lane, end, lanes):
         flux = kahan_add(flux, out.path_flux[member])
         # By number: one VPL that carries most of the flux stands for a wide surface, not for a point.
         offset = out.members.position[member] - centre
@@ -102,10 +107,17 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], leas
         normal_cone_cos = wp.min(normal_cone_cos, wp.dot(normal, out.members.normal[member]))
         extent = wp.max(extent, wp.length(offset))
         thickness = wp.max(thickness, wp.abs(wp.dot(offset, normal)))
-    variance = wp.max(square - wp.length_sq(mean), 0.0)
+    total = vector_sum(flux.total, lanes)
+    mean = vector_sum(mean, lanes)
+    variance = wp.max(float_sum(square, lanes) - wp.length_sq(mean), 0.0)
     area = wp.max(2.0 * PI * variance, least_areas[cluster])
-    for member in range(out.starts[cluster], out.starts[cluster + 1]):
-        out.member_area[member] = area * brightness(out.path_flux[member]) / brightness(flux.total)
+    for member in range(begin + lane, end, lanes):
+        out.member_area[member] = area * brightness(out.path_flux[member]) / brightness(total)
+    normal_cone_cos = float_least(normal_cone_cos, lanes)
+    extent = -float_least(-extent, lanes)
+    thickness = -float_least(-thickness, lanes)
+    if lane != 0:
+        return
     out.disks[cluster] = disk_of(centre, normal, wp.vec3(0.0, 0.0, 0.0), area, variance, normal_cone_cos)
     out.normal_cone_cos[cluster] = normal_cone_cos
     out.extent[cluster] = extent
@@ -113,14 +125,16 @@ def vpl_cluster_disk_kernel(first: int, vpls: Vpls, medoids: wp.array[int], leas
 
 
 @wp.kernel
-def vpl_subcluster_disk_kernel(first: int, out: VplClusters) -> None:
-    """One thread a cluster: the disks that stand for its subclusters, each with its members' area, but for their
+def vpl_subcluster_disk_kernel(first: int, lanes: int, out: VplClusters) -> None:
+    """`lanes` threads a cluster: the disks that stand for its subclusters, each with its members' area, but for their
     flux.
     """
-    cluster = first + wp.tid()
-    begin = out.starts[cluster]
+    index = first + wp.tid()
+    cluster = index // lanes
     end = out.starts[cluster + 1]
-    for subcluster in range(out.subcluster_starts[cluster], out.subcluster_starts[cluster + 1]):
+    own = out.subcluster_starts[cluster]
+    for subcluster in range(own + index % lanes, out.subcluster_starts[cluster + 1], lanes):
+        begin = out.starts[cluster] + PER_SUBCLUSTER * (subcluster - own)
         position = wp.vec3(0.0, 0.0, 0.0)
         normal = wp.vec3(0.0, 0.0, 0.0)
         total = float(0.0)
@@ -145,7 +159,6 @@ def vpl_subcluster_disk_kernel(first: int, out: VplClusters) -> None:
             area += out.member_area[member]
         disk = disk_of(position, normal, wp.vec3(0.0, 0.0, 0.0), area, square / total, normal_cone_cos)
         out.subclusters[subcluster] = disk
-        begin = last
 
 
 @wp.kernel
@@ -156,21 +169,25 @@ def member_flux_kernel(first: int, shares: wp.array[wp.vec3], out: VplClusters) 
 
 
 @wp.kernel
-def disk_flux_kernel(first: int, out: VplClusters) -> None:
-    """One thread a cluster: the flux of its disk and of those of its subclusters, of their members."""
-    cluster = first + wp.tid()
-    begin = out.starts[cluster]
+def disk_flux_kernel(first: int, lanes: int, out: VplClusters) -> None:
+    """`lanes` threads a cluster: the flux of its disk and of those of its subclusters, of their members."""
+    index = first + wp.tid()
+    cluster = index // lanes
+    lane = index % lanes
     end = out.starts[cluster + 1]
+    own = out.subcluster_starts[cluster]
     whole = Sum()
-    for subcluster in range(out.subcluster_starts[cluster], out.subcluster_starts[cluster + 1]):
+    for subcluster in range(own + lane, out.subcluster_starts[cluster + 1], lanes):
+        begin = out.starts[cluster] + PER_SUBCLUSTER * (subcluster - own)
         flux = wp.vec3(0.0, 0.0, 0.0)
         last = wp.min(begin + PER_SUBCLUSTER, end)
         for member in range(begin, last):
             whole = kahan_add(whole, out.members.flux[member])
             flux += out.members.flux[member]
         out.subclusters[subcluster].flux = flux
-        begin = last
-    out.disks[cluster].flux = whole.total
+    total = vector_sum(whole.total, lanes)
+    if lane == 0:
+        out.disks[cluster].flux = total
 
 
 @wp.kernel
@@ -225,8 +242,8 @@ def set_subclusters(clusters: VplClusters, starts: Ints, device: wp.Device) -> N
     subcluster_starts = np.append(0, np.cumsum(-(-np.diff(starts) // PER_SUBCLUSTER)))
     clusters.subcluster_starts = wp.array(subcluster_starts, dtype=int, device=device)
     clusters.subclusters = wp.zeros(int(subcluster_starts[-1]), dtype=Disk, device=device)
-    launch(vpl_subcluster_disk_kernel, clusters.count, [clusters], device)
-    launch(disk_flux_kernel, clusters.count, [clusters], device)
+    launch(vpl_subcluster_disk_kernel, clusters.count, [1, clusters], device)
+    launch(disk_flux_kernel, clusters.count, [1, clusters], device)
 
 
 def no_clusters() -> VplClusters:

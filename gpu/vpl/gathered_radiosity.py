@@ -58,6 +58,48 @@ def is_gathered(lit: RadiosityCache, covered: wp.array[int], vpl: int) -> bool:
 
 
 @cache
+def ray_ends_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks; blocked: as of is_apart_of."""
+    is_apart = is_apart_of(blocked)
+
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    def ray_ends_kernel(first: int, lanes: int, scene: SceneData, covered: wp.array[int], chosen: GatherParameters,
+                        lit: RadiosityCache, reflectance: wp.array[wp.vec3], ends: wp.array[int]) -> None:  # fmt: skip
+        """`lanes` threads a VPL: where it is gathered, the reflectance of its surface, and for each ray the VPL that
+        answers for where it ends, −1 for none: ends (vpl, sample), flattened.
+        """
+        index = first + wp.tid()
+        vpl = index // lanes
+        lane = index % lanes
+        if not is_gathered(lit, covered, vpl):
+            return
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        normal = lit.normal[vpl]
+        if lane == 0:
+            reflectance[vpl] = reflectance_at(scene, lit.position[vpl], normal)
+        origin = lifted(lit.position[vpl], normal)
+        seed = pixel_seed(vpl, GATHER_SEED)
+        for number in range(lane, chosen.samples, lanes):
+            place = sobol_pair(number, 2, seed)
+            direction = cosine_direction(normal, place.x, place.y)
+            other = int(-1)
+            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
+            if hit.face != NO_HIT:
+                side = triangle_normal(scene, hit.face)
+                side = wp.where(wp.dot(side, direction) < 0.0, side, -side)
+                end = origin + direction * hit.t
+                found = vpl_around(lit, end, side, chosen.radius_share * hit.t)
+                if found >= 0:
+                    apart = is_apart(scene, end, side, hit.t, lit.position[found], chosen.clearance)
+                    other = wp.where(apart, -1, found)
+            ends[vpl * chosen.samples + number] = other
+
+    return ray_ends_kernel
+
+
+@cache
 def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with an environment or
     not.
@@ -65,7 +107,8 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
 
     @wp.kernel(module="unique", module_options={"max_unroll": 1})
     def emitters_kernel(first: int, lanes: int, scene: SceneData, table: LightTable, covered: wp.array[int],
-                        chosen: GatherParameters, lit: RadiosityCache) -> None:  # fmt: skip
+                        chosen: GatherParameters, reflectance: wp.array[wp.vec3],
+                        lit: RadiosityCache) -> None:  # fmt: skip
         """`lanes` threads a VPL: where it is gathered, its radiosity is what it reflects of emitters [W/m²]."""
         index = first + wp.tid()
         vpl = index // lanes
@@ -77,11 +120,10 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
             scene.textured = False
         if wp.static(not environment):
             scene.has_environment = False
+        if largest(reflectance[vpl]) <= 0.0:  # glass, which lets through what is not gathered here
+            return
         position = lit.position[vpl]
         normal = lit.normal[vpl]
-        reflectance = reflectance_at(scene, position, normal)
-        if largest(reflectance) <= 0.0:  # glass, which lets through what is not gathered here
-            return
         seed = pixel_seed(vpl, GATHER_SEED)
         irradiance = wp.vec3(0.0, 0.0, 0.0)
         for number in range(lane, chosen.samples, lanes):
@@ -94,58 +136,34 @@ def emitters_kernel(texels: bool, environment: bool) -> wp.Kernel:
                 irradiance += wp.cw_mul(sample.irradiance, reached) * cosine
         irradiance = vector_sum(irradiance, lanes)
         if lane == 0:
-            lit.radiosity[vpl] = wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
+            lit.radiosity[vpl] = wp.cw_mul(reflectance[vpl], irradiance) / float(chosen.samples)
 
     return emitters_kernel
 
 
-@cache
-def surfaces_kernel(texels: bool, blocked: wp.Function) -> wp.Kernel:
-    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks; blocked: as of is_apart_of."""
-    is_apart = is_apart_of(blocked)
+@wp.kernel
+def surfaces_kernel(first: int, lanes: int, covered: wp.array[int], chosen: GatherParameters, ends: wp.array[int],
+                    reflectance: wp.array[wp.vec3], lit: RadiosityCache, emitted: wp.array[wp.vec3],
+                    radiosity: wp.array[wp.vec3]) -> None:  # fmt: skip
+    """`lanes` threads a VPL: adds to `emitted` what it reflects of other surfaces, where that is gathered.
 
-    @wp.kernel(module="unique", module_options={"max_unroll": 1})
-    def surfaces_kernel(first: int, lanes: int, scene: SceneData, covered: wp.array[int], chosen: GatherParameters,
-                        lit: RadiosityCache, emitted: wp.array[wp.vec3],
-                        radiosity: wp.array[wp.vec3]) -> None:  # fmt: skip
-        """`lanes` threads a VPL: adds to `emitted` what it reflects of other surfaces, where that is gathered.
-
-        emitted, radiosity (vpl,) [W/m²]: without and with that; the others' is in `lit`.
-        """
-        index = first + wp.tid()
-        vpl = index // lanes
-        lane = index % lanes
-        if lane == 0:
-            radiosity[vpl] = emitted[vpl]
-        if not is_gathered(lit, covered, vpl):
-            return
-        if wp.static(not texels):
-            scene.ignore_alpha = True
-            scene.textured = False
-        normal = lit.normal[vpl]
-        origin = lifted(lit.position[vpl], normal)
-        seed = pixel_seed(vpl, GATHER_SEED)
-        irradiance = wp.vec3(0.0, 0.0, 0.0)
-        for number in range(lane, chosen.samples, lanes):
-            place = sobol_pair(number, 2, seed)
-            direction = cosine_direction(normal, place.x, place.y)
-            hit = closest_hit(scene, origin, direction, RAY_LENGTH)
-            if hit.face != NO_HIT:
-                side = triangle_normal(scene, hit.face)
-                side = wp.where(wp.dot(side, direction) < 0.0, side, -side)
-                end = origin + direction * hit.t
-                other = vpl_around(lit, end, side, chosen.radius_share * hit.t)
-                if other < 0:
-                    continue
-                if is_apart(scene, end, side, hit.t, lit.position[other], chosen.clearance):
-                    continue
-                irradiance += lit.radiosity[other]
-        irradiance = vector_sum(irradiance, lanes)
-        if lane == 0:
-            reflectance = reflectance_at(scene, lit.position[vpl], normal)
-            radiosity[vpl] += wp.cw_mul(reflectance, irradiance) / float(chosen.samples)
-
-    return surfaces_kernel
+    ends: as of ray_ends_kernel; emitted, radiosity (vpl,) [W/m²]: without and with that; the others' is in `lit`.
+    """
+    index = first + wp.tid()
+    vpl = index // lanes
+    lane = index % lanes
+    if lane == 0:
+        radiosity[vpl] = emitted[vpl]
+    if not is_gathered(lit, covered, vpl):
+        return
+    irradiance = wp.vec3(0.0, 0.0, 0.0)
+    for number in range(lane, chosen.samples, lanes):
+        other = ends[vpl * chosen.samples + number]
+        if other >= 0:
+            irradiance += lit.radiosity[other]
+    irradiance = vector_sum(irradiance, lanes)
+    if lane == 0:
+        radiosity[vpl] += wp.cw_mul(reflectance[vpl], irradiance) / float(chosen.samples)
 
 
 class RadiosityGather:
@@ -157,20 +175,35 @@ class RadiosityGather:
 
     def __init__(self, scene: SceneData, table: LightTable, features: SceneFeatures, bounces: int, room: int,
                  device: wp.Device, chosen: GatherParameters = GATHER_PARAMETERS) -> None:  # fmt: skip
+        self._ray_ends = ray_ends_kernel(features.texels, blocking(scene))
         self._emitters = emitters_kernel(features.texels, features.environment)
-        self._surfaces = surfaces_kernel(features.texels, blocking(scene))
         self._scene, self._table, self._chosen, self.device = scene, table, chosen, device
         self._rounds = chosen.rounds if bounces > 1 else 0
-        self._emitted, self._gathered = (wp.zeros(room, dtype=wp.vec3, device=device) for _ in range(2))
+        self._emitted, self._gathered, self._reflectance = (
+            wp.zeros(room, dtype=wp.vec3, device=device) for _ in range(3)
+        )
+        self._ends = wp.zeros(room * chosen.samples, dtype=int, device=device)
 
     def run(self, lit: RadiosityCache, covered: wp.array) -> None:
         """Have it in `lit`; covered: as of disk_coverage_kernel."""
-        scene, chosen, device = self._scene, self._chosen, self.device
-        lanes = lanes_of(device, few=True)  # of the VPLs, one in ten is gathered
-        threads = lanes * len(lit.radius)
-        launch(self._emitters, threads, [lanes, scene, self._table, covered, chosen, lit], device)
+        lanes, threads = self._threads(lit)
+        inputs = [lanes, self._scene, covered, self._chosen, lit, self._reflectance, self._ends]
+        launch(self._ray_ends, threads, inputs, self.device)
+        self.relight(lit, covered)
+
+    def relight(self, lit: RadiosityCache, covered: wp.array) -> None:
+        """As `run`, where nothing but light has changed since."""
+        chosen, device = self._chosen, self.device
+        lanes, threads = self._threads(lit)
+        inputs = [lanes, self._scene, self._table, covered, chosen, self._reflectance, lit]
+        launch(self._emitters, threads, inputs, device)
         wp.copy(self._emitted, lit.radiosity)
-        inputs = [scene, covered, chosen, lit, self._emitted, self._gathered]
+        inputs = [lanes, covered, chosen, self._ends, self._reflectance, lit, self._emitted, self._gathered]
         for _ in range(self._rounds):
-            launch(self._surfaces, threads, [lanes, *inputs], device)
+            launch(surfaces_kernel, threads, inputs, device)
             wp.copy(lit.radiosity, self._gathered)
+
+    def _threads(self, lit: RadiosityCache) -> tuple[int, int]:
+        """Lanes of a VPL, as one in ten is gathered, and all threads."""
+        lanes = lanes_of(self.device, few=True)
+        return lanes, lanes * len(lit.radius)

@@ -71,10 +71,10 @@ class GroupLights:
         lanes, least = lanes_of(device, few=True), self._least_areas
         inputs = [vpls, medoids, lights.starts, self.chosen, lanes, least]
         launch(neighbour_area_kernel, lanes * lights.count, inputs, device)
-        launch(vpl_cluster_disk_kernel, lights.count, [vpls, medoids, least, lights], device)
+        launch(vpl_cluster_disk_kernel, lanes * lights.count, [vpls, medoids, least, lanes, lights], device)
         launch(subcluster_count_kernel, lights.count, [lights.starts, self._counts], device)
         running_total(self._counts, lights.subcluster_starts[1:])
-        launch(vpl_subcluster_disk_kernel, lights.count, [lights], device)
+        launch(vpl_subcluster_disk_kernel, lanes * lights.count, [lanes, lights], device)
         bound_groups(lights, device)
         self.relight()
 
@@ -82,4 +82,5 @@ class GroupLights:
         """Have their flux follow the `shares`: all else is as it was."""
         if self._shares is not None:
             launch(member_flux_kernel, len(self.vpls.member_area), [self._shares, self.vpls], self.device)
-        launch(disk_flux_kernel, self.vpls.count, [self.vpls], self.device)
+        lanes = lanes_of(self.device, few=True)
+        launch(disk_flux_kernel, lanes * self.vpls.count, [lanes, self.vpls], self.device)

@@ -22,6 +22,7 @@ from gpu.clustering.nearest import nearest_search
 from gpu.core.color import brightness
 from gpu.core.constants import PI
 from gpu.core.device import launch, launch_together
+from gpu.core.intrinsics import lanes_of
 from gpu.core.morton import dominant_axis
 from gpu.core.parameters import parameters
 from gpu.core.radix_sort import Groups
@@ -113,19 +114,20 @@ class RadiosityCache:
 
 
 @wp.kernel
-def neighbour_spacing_kernel(first: int, clusters: VplClusters, most_area: float, number: wp.array[int],
+def neighbour_spacing_kernel(first: int, clusters: VplClusters, most_area: float, number: wp.array[int], lanes: int,
                              vpls: Representatives) -> None:  # fmt: skip
-    """One thread a cluster: its members' spacing, 0 if it has no extent: cells are of 1 to 2 radii of an estimate.
+    """`lanes` threads a cluster: its members' spacing, 0 if it has no extent: cells are of 1 to 2 radii of an estimate.
 
     number (1,): of all VPLs. A cluster of strays is far wider than its members are apart. Searching all of that would
     keep the others waiting.
     """
-    cluster = first + wp.tid()
+    index = first + wp.tid()
+    cluster = index // lanes
     begin = clusters.starts[cluster]
     end = clusters.starts[cluster + 1]
     area = wp.min(clusters.disks[cluster].area / float(end - begin), most_area / float(number[0]))
     radius = wp.sqrt(float(wp.static(NEIGHBOURS)) * area / PI)
-    for member in range(begin, end):
+    for member in range(begin + index % lanes, end, lanes):
         vpls.spacing[member] = radius / vpls.chosen.cell_per_spacing
 
 
@@ -243,6 +245,9 @@ class Gather(Protocol):
     def run(self, lit: RadiosityCache, covered: wp.array) -> None:
         """Have it in `lit`; covered: as of disk_coverage_kernel."""
 
+    def relight(self, lit: RadiosityCache, covered: wp.array) -> None:
+        """As `run`, where nothing but light has changed since."""
+
 
 class RadiosityBuilder:
     """Estimates the radiosity at the members of `clusters`, of which there is one or more: `cache`, in arrays that
@@ -285,8 +290,9 @@ class RadiosityBuilder:
         clusters, lit, vpls, covered, device = self._clusters, self.cache, self._grid.data, self._covered, self.device
         count = len(lit.radius)
         vpls.spacing.zero_()
-        inputs = [clusters, self._chosen.most_area, self._number, vpls]
-        launch(neighbour_spacing_kernel, clusters.count, inputs, device)
+        lanes = lanes_of(device, few=True)
+        inputs = [clusters, self._chosen.most_area, self._number, lanes, vpls]
+        launch(neighbour_spacing_kernel, lanes * clusters.count, inputs, device)
         self._grid.build()
         if self._lobes:
             find_reflectance(scene, self._lobes, lit.position, lit.normal, lit.reflectance)
@@ -294,18 +300,16 @@ class RadiosityBuilder:
         launch(disk_coverage_kernel, int(PLACES) * count, [scene, lit, covered], device)
         launch(covered_radiosity_kernel, count, [covered, lit], device)
         self._cells.sort()
-        self._gather_narrow()
+        if self._gather:
+            self._gather.run(lit, covered)
 
     def relight(self) -> None:
         """Estimate it again, where nothing but the members' flux has changed."""
         lit, count = self.cache, len(self.cache.radius)
         launch(radiosity_kernel, count, [self._grid.data, self._clusters, lit], self.device)
         launch(covered_radiosity_kernel, count, [self._covered, lit], self.device)
-        self._gather_narrow()
-
-    def _gather_narrow(self) -> None:
         if self._gather:
-            self._gather.run(self.cache, self._covered)
+            self._gather.relight(lit, self._covered)
 
 
 def radiosity_cache(device_scene: DeviceScene, scene: SceneData, clusters: VplClusters,

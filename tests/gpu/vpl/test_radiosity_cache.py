@@ -231,7 +231,7 @@ def test_twelve_neighbours_are_searched_no_farther_than_sixteen_unit_squares_hol
     disks["area"] = area
     clusters.disks = wp.array(disks, dtype=clusters.disks.dtype, device="cpu")
     vpls = Grid(100, wp.get_device("cpu")).data
-    inputs = [clusters, RADIOSITY_PARAMETERS.most_area, column([100], wp.int32), vpls]
+    inputs = [clusters, RADIOSITY_PARAMETERS.most_area, column([100], wp.int32), 1, vpls]
     launch(neighbour_spacing_kernel, 1, inputs, wp.get_device("cpu"))
     assert vpls.spacing.numpy() == pytest.approx(2.0 / 3.0 * np.sqrt(12.0 * taken / 100.0 / np.pi), rel=1e-5)
 
