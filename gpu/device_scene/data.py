@@ -46,7 +46,8 @@ class MaterialData:
     """A material. base_color: linear RGBA; emission: radiance [W/m²/sr]; double_sided: the back emits, too.
 
     transmission: share that is glass; thin: of a sheet, else of a body that absorbs `absorption` [1/unit length];
-    blend: alpha is the share of the surface that is there; coat, coat_roughness: KHR_materials_clearcoat.
+    blend: alpha is the share of the surface that is there; coat, coat_roughness, coat_normal_scale:
+    KHR_materials_clearcoat.
     """
 
     base_color: wp.vec4
@@ -58,6 +59,7 @@ class MaterialData:
     specular_color: wp.vec3
     coat: float
     coat_roughness: float
+    coat_normal_scale: float
     transmission: float
     thin: bool
     absorption: wp.vec3
@@ -71,8 +73,11 @@ class MaterialData:
     normal_slot: SlotData
     emission_slot: SlotData
     transmission_slot: SlotData
+    specular_slot: SlotData
+    specular_color_slot: SlotData
     coat_slot: SlotData
     coat_roughness_slot: SlotData
+    coat_normal_slot: SlotData
 
 
 @wp.struct
@@ -103,10 +108,10 @@ class SceneData:
     triangles (triangle,) vertex indices; texels (texel,) RGBA8, least significant byte red; decode (256,) sRGB to
     linear; sky (1,): radiance of gpu.scene.types.Sky, or the tint of the `environment` that there is instead where
     has_environment says so. alpha: rays must test masks;
-    textured, glossy, transmissive, specular: rays may hit textures, narrow specular lobes, glass, mirrors or clear
-    glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is Lambertian with its
-    geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND surfaces are there or
-    not with the probability alpha, 0: they are where alpha is one half or more.
+    textured, glossy, coated, transmissive, specular: rays may hit textures, narrow specular lobes, clear coats, glass,
+    mirrors or clear glass; one_sided: cameras do not see the backs of some surfaces; lambertian: every surface is
+    Lambertian with its geometric normal; ignore_alpha: masks let no light through; coverage: a seed by which BLEND
+    surfaces are there or not with the probability alpha, 0: they are where alpha is one half or more.
     """
 
     opaque: Bvh
@@ -134,6 +139,7 @@ class SceneData:
     alpha: bool
     textured: bool
     glossy: bool
+    coated: bool
     transmissive: bool
     specular: bool
     one_sided: bool

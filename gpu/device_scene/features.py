@@ -21,7 +21,8 @@ class SceneFeatures:
     alpha: masks that let light through; glass: any that transmits; panes: as Material.is_clear tells; textures;
     one_sided: backs that cameras do not see; backdrop: a sky of triangles; gloss: lobes so narrow that they get rays of
     their own; environment: a picture of the light around; soft: as `has_soft_light` tells; specular: as
-    `has_specular` tells; frosted: glass that scatters what goes through.
+    `has_specular` tells; frosted: glass that scatters what goes through; coats: clear ones over other
+    surfaces, which are glossy.
     """
 
     alpha: bool = True
@@ -35,6 +36,7 @@ class SceneFeatures:
     soft: bool = True
     specular: bool = True
     frosted: bool = True
+    coats: bool = True
 
     @property
     def texels(self) -> bool:
@@ -50,7 +52,13 @@ class SceneFeatures:
 EVERYTHING = SceneFeatures()
 
 
+def _coated(material: Material) -> bool:
+    return material.clearcoat > 0.0 and not material.unlit
+
+
 def _glossy(material: Material) -> bool:
+    if _coated(material):
+        return True
     reflects = not material.unlit and (material.specular > 0.0 or material.metallic > 0.0)
     return reflects and (
         material.roughness < BSDF_PARAMETERS.glossy_roughness or material.metallic_roughness_slot is not None
@@ -99,4 +107,5 @@ def scene_features(scene: Scene, *, lambertian: bool, assume_alpha: bool = False
         soft=has_soft_light(scene),
         specular=not lambertian and has_specular(scene),
         frosted=not lambertian and any(_frosted(material) for material in materials),
+        coats=not lambertian and any(_coated(material) for material in materials),
     )

@@ -27,7 +27,7 @@ class PartChoice:
 @wp.func
 def coat_share(surface: Surface, view: wp.vec3) -> float:
     """What the coat takes of the light that reaches unit `view` (KHR_materials_clearcoat, Layering)."""
-    rise = wp.pow(1.0 - wp.clamp(wp.dot(surface.normal, view), 0.0, 1.0), 5.0)
+    rise = wp.pow(1.0 - wp.clamp(wp.dot(surface.coat_normal, view), 0.0, 1.0), 5.0)
     return surface.coat * (COAT_F0 + (1.0 - COAT_F0) * rise)
 
 
@@ -61,6 +61,7 @@ def part_of(surface: Surface, chosen: PartChoice) -> Surface:
         surface.f0 = wp.vec3(1.0, 1.0, 1.0)
         surface.f90 = 1.0
         surface.roughness = surface.coat_roughness
+        surface.normal = surface.coat_normal
         surface.mirror = False
     return surface
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from gpu.device_scene.data import NO_TEXTURE, Hit, SceneData
+from gpu.device_scene.data import NO_TEXTURE, Hit, SceneData, SlotData
 from gpu.device_scene.sides import emits_from_back, is_solid, triangle_normal
 from gpu.device_scene.textures import sample_slot
 from gpu.scene.types import CLEAR_ROUGHNESS
@@ -38,7 +38,7 @@ class Surface:
     glass: share of the surface that is glass, the rest reflects as above; clear: its rays stay sharp; thin: of a sheet;
     eta: refractive index behind the surface over that before it; absorption: in what is behind it [1/unit length];
     crossed: its glass only reflects, since rays that go through have not met it. coat: how much of a clear coat is over
-    all that, of roughness coat_roughness.
+    all that, of roughness coat_roughness and with a normal of its own.
     """
 
     position: wp.vec3
@@ -59,13 +59,12 @@ class Surface:
     crossed: bool
     coat: float
     coat_roughness: float
+    coat_normal: wp.vec3
 
 
 @wp.func
-def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3) -> wp.vec3:
-    """The interpolated `normal` bent by the material's normal map, if it has one."""
-    material = scene.materials[scene.triangle_material[hit.face]]
-    slot = material.normal_slot
+def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3, slot: SlotData, scale: float) -> wp.vec3:
+    """The interpolated `normal` bent by the normal map in a slot of the material, if there is one."""
     if not scene.textured or slot.texture == NO_TEXTURE:
         return normal
     corner = scene.triangles[hit.face]
@@ -84,9 +83,24 @@ def bent_normal(scene: SceneData, hit: Hit, normal: wp.vec3) -> wp.vec3:
     # glTF: green points up in the image, against v. Where u × v points along the normal, that is against normal × u.
     bitangent = wp.cross(normal, tangent) * -wp.sign(determinant)
     place = sample_slot(scene, slot, hit.face, hit.u, hit.v)
-    x = (2.0 * place[0] - 1.0) * material.normal_scale
-    y = (2.0 * place[1] - 1.0) * material.normal_scale
+    x = (2.0 * place[0] - 1.0) * scale
+    y = (2.0 * place[1] - 1.0) * scale
     return wp.normalize(tangent * x + bitangent * y + normal * wp.max(2.0 * place[2] - 1.0, 0.01))
+
+
+@wp.func
+def shading_normal(surface: Surface, bent: wp.vec3, seen_front: bool, direction: wp.vec3) -> wp.vec3:
+    """A `bent` normal of a triangle's front on the side of `surface` that a ray along unit `direction` sees; the
+    geometric one where it would face away from that.
+    """
+    normal = wp.where(seen_front, bent, -bent)
+    if wp.dot(normal, surface.geometric_normal) <= 0.0:
+        return surface.geometric_normal
+    # A shading normal that faces away from the viewer would shade black; tilt it back to the horizon.
+    facing = wp.dot(normal, direction)
+    if facing > 0.0:
+        normal = wp.normalize(normal - direction * (1.001 * facing))
+    return normal
 
 
 @wp.func
@@ -142,30 +156,30 @@ def surface_at(scene: SceneData, hit: Hit, direction: wp.vec3) -> Surface:
         return surface
     smooth = scene.normals[corner[0]] * hit.u + scene.normals[corner[1]] * hit.v + scene.normals[corner[2]] * w
     if wp.length_sq(smooth) > 0.0:
-        smooth = bent_normal(scene, hit, wp.normalize(smooth))
-        smooth = wp.where(seen_front, smooth, -smooth)
-        if wp.dot(smooth, surface.geometric_normal) > 0.0:
-            # A shading normal that faces away from the viewer would shade black; tilt it back to the horizon.
-            facing = wp.dot(smooth, direction)
-            if facing > 0.0:
-                smooth = wp.normalize(smooth - direction * (1.001 * facing))
-            surface.normal = smooth
+        smooth = wp.normalize(smooth)
+        bent = bent_normal(scene, hit, smooth, material.normal_slot, material.normal_scale)
+        surface.normal = shading_normal(surface, bent, seen_front, direction)
     texture = sample_slot(scene, material.metallic_roughness_slot, hit.face, hit.u, hit.v)
     metallic = material.metallic * texture[2]
     roughness = material.roughness * texture[1]
     surface.roughness = wp.max(roughness, wp.static(SURFACE_PARAMETERS.least))
     surface.mirror = metallic == 1.0 and roughness < wp.static(SURFACE_PARAMETERS.mirror)
     reflectance = (material.ior - 1.0) / (material.ior + 1.0)
-    dielectric = (
-        wp.min(material.specular_color * (reflectance * reflectance), wp.vec3(1.0, 1.0, 1.0)) * material.specular
-    )
+    specular = material.specular * sample_slot(scene, material.specular_slot, hit.face, hit.u, hit.v)[3]
+    tint = sample_slot(scene, material.specular_color_slot, hit.face, hit.u, hit.v)
+    color = wp.cw_mul(material.specular_color, wp.vec3(tint[0], tint[1], tint[2]))
+    dielectric = wp.min(color * (reflectance * reflectance), wp.vec3(1.0, 1.0, 1.0)) * specular
     surface.f0 = dielectric * (1.0 - metallic) + base * metallic
-    surface.f90 = material.specular * (1.0 - metallic) + metallic
+    surface.f90 = specular * (1.0 - metallic) + metallic
     surface.diffuse = base * (1.0 - metallic)
-    if material.coat > 0.0:
+    if scene.coated and material.coat > 0.0:
         surface.coat = material.coat * sample_slot(scene, material.coat_slot, hit.face, hit.u, hit.v)[0]
         coat_texture = sample_slot(scene, material.coat_roughness_slot, hit.face, hit.u, hit.v)
         surface.coat_roughness = wp.max(material.coat_roughness * coat_texture[1], wp.static(SURFACE_PARAMETERS.least))
+        surface.coat_normal = surface.geometric_normal
+        if wp.length_sq(smooth) > 0.0:
+            bent = bent_normal(scene, hit, smooth, material.coat_normal_slot, material.coat_normal_scale)
+            surface.coat_normal = shading_normal(surface, bent, seen_front, direction)
     if scene.transmissive and material.transmission > 0.0:
         share = sample_slot(scene, material.transmission_slot, hit.face, hit.u, hit.v)[0]
         surface.glass = material.transmission * share * (1.0 - metallic)

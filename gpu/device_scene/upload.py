@@ -24,7 +24,8 @@ _MATERIAL = layout_of(MaterialData)
 # What materials and their rows call the same.
 _SAME = ("base_color", "emission", "metallic", "roughness", "ior", "specular", "specular_color", "transmission",
          "normal_scale", "unlit")  # fmt: skip
-_SAME_SLOTS = "base_color_slot", "metallic_roughness_slot", "normal_slot", "emission_slot", "transmission_slot"
+_SAME_SLOTS = ("base_color_slot", "metallic_roughness_slot", "normal_slot", "emission_slot", "transmission_slot",
+               "specular_slot", "specular_color_slot")  # fmt: skip
 
 
 def _set_slot(row: Any, slot: TextureSlot | None) -> None:
@@ -49,11 +50,13 @@ def _set_material(row: Any, material: Material, units_per_length: float) -> None
     row["thin"], row["absorption"] = material.thickness == 0.0, _absorption(material, units_per_length)
     row["alpha_cutoff"], row["blend"] = material.solid_alpha, material.alpha_mode is AlphaMode.BLEND
     row["coat"], row["coat_roughness"] = material.clearcoat, material.clearcoat_roughness
+    row["coat_normal_scale"] = material.clearcoat_normal_scale
     row["double_sided"] = bool(material.double_sided)
     for name in _SAME_SLOTS:
         _set_slot(row[name], getattr(material, name))
     _set_slot(row["coat_slot"], material.clearcoat_slot)
     _set_slot(row["coat_roughness_slot"], material.clearcoat_roughness_slot)
+    _set_slot(row["coat_normal_slot"], material.clearcoat_normal_slot)
 
 
 def _kind(material: Material) -> int:
@@ -220,7 +223,7 @@ class DeviceScene:
         for number in changed:
             _set_material(self._material_rows[number], scene.materials[number], units)
         data.materials = struct_array(MaterialData, self._material_rows, self.device)
-        data.specular = has_specular(scene)
+        data.specular, data.coated = has_specular(scene), any(material.clearcoat > 0.0 for material in scene.materials)
 
     def _set_sky(self, known: DeviceScene | None = None) -> None:
         """`known`: a state of the same scene, whose sky shows the same picture, if any."""

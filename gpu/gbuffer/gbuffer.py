@@ -1,5 +1,6 @@
 """Shading points (SPs): primary rays, and what is needed to shade where they end. Step 3 of the 2022 paper."""
 
+from enum import Enum
 from functools import cache
 
 import warp as wp
@@ -10,6 +11,7 @@ from gpu.core.image_size import ImageSize, image_size
 from gpu.device_scene.bsdf import even_matt, even_reflectance, is_followed, traced_share
 from gpu.device_scene.data import NO_HIT, SceneData
 from gpu.device_scene.features import EVERYTHING, SceneFeatures
+from gpu.device_scene.scattering import coat_share
 from gpu.device_scene.surface import Surface
 from gpu.gbuffer.camera_rays import CameraData, pixel_ray
 from gpu.gbuffer.specular_chain import ChainSamples, seen_end
@@ -23,7 +25,8 @@ class GBuffer:
     normals on the side it is seen from; to_camera: unit direction to where the SP is seen from; spacing: size of a
     pixel there; albedo: its gpu.device_scene.bsdf.even_reflectance, where `traces_gloss` without what rays of its
     specular lobe look for, of frosted glass without the glass (gpu.indirect.frosted_glass); diffuse, f0, f90,
-    roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera;
+    roughness: as gpu.device_scene.surface.Surface; throughput: share of the SP's light that reaches the camera,
+    where `traces_gloss` without what a clear coat reflects;
     emitted: radiance that reaches the camera from emitters and the sky without the SP [W/m²/sr]. chains: whether SPs
     are seen in mirrors and through glass, too (gpu.gbuffer.specular_chain); apparent: then the places where they seem
     to be, as far along the pixel's ray as light has come. gloss: whether there may be narrow specular lobes.
@@ -88,11 +91,21 @@ def reflectance(gbuffer: GBuffer, pixel: int) -> wp.vec3:
     return wp.cw_mul(gbuffer.throughput[pixel], gbuffer.albedo[pixel]) / PI
 
 
+class Lobes(Enum):
+    """What becomes of narrow specular lobes, coats and frosted glass: they count as even, have rays of their own
+    besides, or chains go on in them.
+    """
+
+    EVEN = "even"
+    TRACED = "traced"
+    FOLLOWED = "followed"
+
+
 @cache
 def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: bool, environment: bool,
-                       traces_gloss: bool, frosted: bool, lobes: bool) -> wp.Kernel:  # fmt: skip
+                       lobes: Lobes, frosted: bool, coats: bool) -> wp.Kernel:  # fmt: skip
     """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
-    of gpu.device_scene.features; traces_gloss: as GBuffer; lobes: as ChainSamples.
+    of gpu.device_scene.features.
     """
 
     @wp.kernel(module="unique")
@@ -119,13 +132,18 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
         ray = pixel_ray(camera, pixel, image)
         if wp.static(not specular):
             scene.specular = False
-        if wp.static(lobes):
+        if wp.static(lobes is Lobes.FOLLOWED):
             scene.specular = True
-        samples.lobes = wp.static(lobes)
+        if wp.static(not coats):
+            scene.coated = False
+        samples.lobes = wp.static(lobes is Lobes.FOLLOWED)
         end = seen_end(scene, ray, pixel, image, samples, False)
         out.face[pixel] = end.face
         out.to_camera[pixel] = end.to_viewer
         out.throughput[pixel] = end.throughput
+        if wp.static(coats and lobes is Lobes.TRACED):
+            # What the coat reflects is seen besides (gpu.indirect.clear_coat).
+            out.throughput[pixel] = end.throughput * (1.0 - coat_share(end.surface, end.to_viewer))
         out.emitted[pixel] = end.emitted
         if end.face == NO_HIT:
             return
@@ -138,12 +156,12 @@ def primary_ray_kernel(texels: bool, one_sided: bool, backdrop: bool, specular: 
         distance = wp.where(camera.orthographic, 1.0, ray.start + end.length)
         out.spacing[pixel] = distance * 2.0 * camera.half_height / float(image.height)
         even = even_reflectance(surface, end.to_viewer)
-        if wp.static(lobes):
+        if wp.static(lobes is Lobes.FOLLOWED):
             if is_followed(surface):
                 even = even_matt(surface)
-        elif wp.static(traces_gloss):
+        elif wp.static(lobes is Lobes.TRACED):
             even -= (even - even_matt(surface)) * traced_share(surface.roughness, surface.f90)
-        if wp.static(traces_gloss and frosted and not lobes):
+        if wp.static(frosted and lobes is Lobes.TRACED):
             # Of what is no glass the lobes count as even.
             matt = even_reflectance(surface, end.to_viewer) * (1.0 - surface.glass)
             even = wp.where(surface.glass > 0.0, matt, even)
@@ -162,7 +180,9 @@ def trace_primary_rays(scene: SceneData, camera: wp.array, size: tuple[int, int]
                        features: SceneFeatures = EVERYTHING) -> None:  # fmt: skip
     """Fill `out` for an image of `size` (width, height) through `camera`, (1,) CameraData; samples: of its chains."""
     inputs, has = [scene, camera, image_size(size), samples, out], features
+    lobes = Lobes.TRACED if out.traces_gloss else Lobes.EVEN
+    if samples.lobes:
+        lobes = Lobes.FOLLOWED
     variant = has.texels, has.one_sided, has.backdrop, has.specular, has.environment
-    # Fields that nobody has set are objects of their own, for each of which there would be another kernel.
-    kernel = primary_ray_kernel(*variant, bool(out.traces_gloss), has.frosted, bool(samples.lobes))
+    kernel = primary_ray_kernel(*variant, lobes, has.frosted, has.coats)
     launch(kernel, size[0] * size[1], inputs, out.face.device)

@@ -50,8 +50,8 @@ class ChainSamples:
     """How chains choose. moment (1,): the number of a frame among those that complement each other, whose chains are
     drawn; LIKELIER, below zero: they take the likelier way, of which two frames alike show the same. seed. splits:
     where they are not drawn, the first glass shows both ways, each by its share: the likelier, and the other in a chain
-    of its own (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes and through frosted
-    glass, too.
+    of its own (gpu.indirect.other_branch). lobes: they are drawn, and go on in specular lobes, at clear coats and
+    through frosted glass, too.
     """
 
     moment: wp.array[int]
@@ -156,7 +156,8 @@ def onward(part: Surface, to_viewer: wp.vec3, rest: float, follows: bool, drawn:
 @wp.func
 def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, samples: ChainSamples,
              other: bool) -> ChainEnd:  # fmt: skip
-    """Where the camera's ray of `pixel` ends after any mirrors and clear glass. There are no clear coats to it.
+    """Where the camera's ray of `pixel` ends after any mirrors and clear glass. Drawn chains with lobes
+    end at a clear coat or at what is below, by chance; to others coats are nothing.
 
     other: by the way that the first glass leaves out, if samples split; nothing is seen there if there is none.
     """
@@ -197,7 +198,9 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
         surface = met_surface(scene, met.hit, direction)
         if shows and not (other and splits):
             end.emitted += wp.cw_mul(end.throughput, surface.emission)
-        surface.coat = 0.0
+        coat = surface.coat
+        if not samples.lobes:
+            surface.coat = 0.0
         chosen = choose_part(surface, -direction, chain_choice(samples, place, vertex))
         if other and splits and surface.crossed:
             chosen.glass = 1.0
@@ -219,6 +222,10 @@ def seen_end(scene: SceneData, ray: CameraRay, pixel: int, image: ImageSize, sam
                 return end
             end.face = met.hit.face
             end.surface = surface
+            if chosen.coat:
+                end.surface = part
+            elif not samples.lobes:
+                end.surface.coat = coat
             return end
         if splits and part.glass > 0.0:
             splits = False

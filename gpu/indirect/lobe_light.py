@@ -190,7 +190,6 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
             seen.distance = way
         throughput = wp.cw_mul(throughput, attenuated(absorption, met.hit.t))
         surface = met_surface(scene, met.hit, direction)
-        surface.coat = 0.0
         if density >= 0.0:
             seen.light += wp.cw_mul(throughput, surface.emission) * weight
         choice = sobol_pair_at(ray.place, ray.moment, LOBE_PAIR + 2 * vertex + 1, ray.seed)
@@ -198,7 +197,7 @@ def light_along(scene: SceneData, known: KnownLight, ray: LobeRay) -> SeenLight:
         part = part_of(surface, chosen)
         if vertex == LOBE_VERTICES or not sends_on(part):
             arriving = mean_irradiance(known.lit, surface.position, surface.geometric_normal)
-            reflected = wp.cw_mul(even_reflectance(surface, -direction), arriving) / PI
+            reflected = wp.cw_mul(even_reflectance(part, -direction), arriving) / PI
             seen.light += wp.cw_mul(throughput, reflected)
             return seen
         point = sobol_pair_at(ray.place, ray.moment, LOBE_PAIR + 2 * vertex + 2, ray.seed)

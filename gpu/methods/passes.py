@@ -15,6 +15,7 @@ from gpu.denoise.reprojection import PreviousFrame
 from gpu.direct.direct_light import add_soft_light, direct_samples, trace_direct_light
 from gpu.gbuffer.shading_points import ShadingPoints
 from gpu.gbuffer.specular_chain import LIKELIER
+from gpu.indirect.clear_coat import add_clear_coat
 from gpu.indirect.lobe_light import known_light
 from gpu.indirect.near_field import NearField
 from gpu.indirect.other_branch import add_other_branch
@@ -266,16 +267,22 @@ class Passes:
         stages.fork("gloss", "rays", rays, repeats=kind.captured, branch=kind.read_history)
 
     def end_gloss(self, view: ViewState, cache: RadiosityCache, kind: FrameKind, stages: Stages) -> None:
-        """Have in the picture what glossy surfaces reflect, if there are any, and by the `cache` what glass shows
-        besides, if there is any.
+        """Have in the picture what glossy surfaces reflect, if there are any, and by the `cache` what clear coats and
+        glass show besides, if there are any.
         """
         frame, gloss, splits = self._frame, self._frame.gloss, self._splits and not kind.refines
+        coats = frame.features.coats and frame.gbuffer.traces_gloss
         if frame.chain_samples.lobes:
             return
 
         def add() -> None:
             if gloss is not None:
                 gloss.add(frame.gbuffer, view.radiance)
+            if coats:
+                whole = self._settings.component is Component.FULL
+                which = direct_samples(self._setup.sample_counts.samples, frame.frame_index, self._settings.seed)
+                known = known_light(self._setup.light_sets.table, cache, direct=whole)
+                add_clear_coat(frame.scene, frame.size, frame.gbuffer, known, which, view.radiance, frame.features)
             if splits:
                 seen = frame.chain_samples, frame.gbuffer, cache, view.radiance, frame.features
                 add_other_branch(frame.scene, view.camera, frame.size, *seen)

@@ -104,10 +104,14 @@ class Material:
     attenuation_distance: float = float("inf")
     specular: float = 1.0
     specular_color: Rgb = (1.0, 1.0, 1.0)
+    specular_slot: TextureSlot | None = None
+    specular_color_slot: TextureSlot | None = None
     clearcoat: float = 0.0
     clearcoat_roughness: float = 0.0
     clearcoat_slot: TextureSlot | None = None
     clearcoat_roughness_slot: TextureSlot | None = None
+    clearcoat_normal_slot: TextureSlot | None = None
+    clearcoat_normal_scale: float = 1.0
     stays_light: bool = field(default=False, compare=False)
     path_color: Rgb | None = field(default=None, compare=False, repr=False)
 

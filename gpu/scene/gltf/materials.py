@@ -37,11 +37,11 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         entry.named_extension(f"KHR_materials_{name}")
         for name in ("transmission", "volume", "specular", "emissive_strength", "ior", "clearcoat")
     )
-    _say_unused(images, entry, volume, specular, coat)
+    _say_unused(images, entry, volume)
     emission = entry.factors("emissiveFactor", _BLACK, 0.0, _MOST)
     if max(emission) > 1.0:
         entry.get("emissiveFactor").mend("is above 1, which glTF leaves to the emissive strength; it was used as it is")
-    normal = entry.part("normalTexture")
+    normal, coat_normal = entry.part("normalTexture"), coat.part("clearcoatNormalTexture")
     material = Material(
         name=entry.name(f"material {number}"),
         base_color=_rgba(base.factors("baseColorFactor", (1.0, 1.0, 1.0, 1.0), 0.0, 1.0)),
@@ -65,11 +65,15 @@ def _material(images: Images, entry: Value, number: int, shines: bool) -> Materi
         attenuation_distance=_attenuation_distance(volume),
         specular=specular.factor("specularFactor", 1.0, 0.0, 1.0),
         specular_color=_rgb(specular.factors("specularColorFactor", _WHITE, 0.0, _MOST)),
+        specular_slot=_slot(images, specular, "specularTexture"),
+        specular_color_slot=_slot(images, specular, "specularColorTexture", srgb=True),
         clearcoat=coat.factor("clearcoatFactor", 0.0, 0.0, 1.0),
         clearcoat_roughness=coat.factor("clearcoatRoughnessFactor", 0.0, 0.0, 1.0),
         clearcoat_slot=_slot(images, coat, "clearcoatTexture"),
         clearcoat_roughness_slot=_slot(images, coat, "clearcoatRoughnessTexture"),
         stays_light=shines,
+        clearcoat_normal_slot=_slot(images, coat, "clearcoatNormalTexture"),
+        clearcoat_normal_scale=coat_normal.factor("scale", 1.0, -_LARGE, _LARGE),
     )
     if material.transmission > 0.0 and not material.is_clear:
         problem = "lets light through (KHR_materials_transmission), which --method path shows; to others it is opaque"
@@ -114,15 +118,12 @@ def _read_slot(images: Images, info: Value, srgb: bool) -> TextureSlot | None:
     return TextureSlot(texture, uv_set, (cos(angle) * su, sin(angle) * sv, u, -sin(angle) * su, cos(angle) * sv, v))
 
 
-def _say_unused(images: Images, entry: Value, volume: Value, specular: Value, coat: Value) -> None:
+def _say_unused(images: Images, entry: Value, volume: Value) -> None:
     say = images.buffers.document.ignored.add
     if entry.has("occlusionTexture"):
         say("occlusion textures were ignored: the light itself is computed")
-    for place, key in ((volume, "thicknessTexture"), (specular, "specularTexture"), (specular, "specularColorTexture")):
-        if place.has(key):
-            say(f"textures of {key.removesuffix('Texture')} are not supported and were ignored; its factor counts")
-    if coat.has("clearcoatNormalTexture"):
-        say("normal maps of clearcoat are not supported and were ignored")
+    if volume.has("thicknessTexture"):
+        say("textures of thickness are not supported and were ignored; its factor counts")
 
 
 def _ior(extension: Value) -> float:

@@ -32,8 +32,7 @@ def material_entry(material: Material) -> dict[str, Any]:
     }
     if material.alpha_mode is AlphaMode.MASK:
         entry["alphaCutoff"] = material.alpha_cutoff
-    if normal := _info("normalTexture", material.normal_slot):
-        entry["normalTexture"] = {**normal["normalTexture"], "scale": material.normal_scale}
+    entry |= _normal("normalTexture", material.normal_slot, material.normal_scale)
     return {name: part for name, part in entry.items() if part != {}}
 
 
@@ -57,15 +56,27 @@ def _extensions(material: Material, strength: float) -> dict[str, Any]:
             volume["attenuationDistance"] = material.attenuation_distance
         made["volume"] = volume
     if (material.specular, material.specular_color) != (_PLAIN.specular, _PLAIN.specular_color):
-        made["specular"] = {"specularFactor": material.specular, "specularColorFactor": list(material.specular_color)}
+        made["specular"] = {
+            "specularFactor": material.specular,
+            "specularColorFactor": list(material.specular_color),
+            **_info("specularTexture", material.specular_slot),
+            **_info("specularColorTexture", material.specular_color_slot),
+        }
     if material.clearcoat > 0.0:
+        coat_normal = _normal("clearcoatNormalTexture", material.clearcoat_normal_slot, material.clearcoat_normal_scale)
         made["clearcoat"] = {
             "clearcoatFactor": material.clearcoat,
             "clearcoatRoughnessFactor": material.clearcoat_roughness,
             **_info("clearcoatTexture", material.clearcoat_slot),
             **_info("clearcoatRoughnessTexture", material.clearcoat_roughness_slot),
+            **coat_normal,
         }
     return {f"KHR_materials_{name}": part for name, part in made.items()}
+
+
+def _normal(name: str, slot: TextureSlot | None, scale: float) -> dict[str, Any]:
+    """A use of a normal map under its name; nothing where there is none."""
+    return {key: {**info, "scale": scale} for key, info in _info(name, slot).items()}
 
 
 def _info(name: str, slot: TextureSlot | None) -> dict[str, Any]:

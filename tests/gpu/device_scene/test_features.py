@@ -16,12 +16,13 @@ def test_what_a_scene_has_and_what_is_assumed_of_it() -> None:
         Material(unlit=True, backdrop=True),
         Material(transmission=1.0, roughness=0.0),
         Material(transmission=1.0, roughness=0.3),
+        Material(clearcoat=0.5),
     ]
     bulb = Light("bulb", LightKind.POINT, (0.2, 0.3, 0.1), position=(0.3, 0.2, 0.2))
     lamp = quad((-0.2, 0.45, -0.2), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4), 1)
     scene = scene_of([*box(), lamp], materials, [bulb], Sky((0.3, 0.4, 0.5)), [mask])
     assert scene_features(scene, lambertian=False) == replace(EVERYTHING, environment=False)
-    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular", "frosted")
+    hidden = ("environment", "alpha", "glass", "panes", "one_sided", "gloss", "specular", "frosted", "coats")
     assert scene_features(scene, lambertian=True) == replace(EVERYTHING, **dict.fromkeys(hidden, False))
     around = replace(scene, sky=Environment("sky", np.ones((1, 2, 3), np.float32)))
     assert scene_features(around, lambertian=True).environment
@@ -40,6 +41,12 @@ def test_only_narrow_specular_lobes_are_gloss(change: dict[str, float]) -> None:
     glossy = Material(roughness=0.49)
     assert scene_features(scene_of(box(), [glossy]), lambertian=False).gloss
     assert not scene_features(scene_of(box(), [replace(glossy, **change)]), lambertian=False).gloss
+
+
+def test_coats_are_gloss_over_anything() -> None:
+    coated = scene_features(scene_of(box(), [replace(grey(0.5), clearcoat=0.1)]), lambertian=False)
+    assert coated.coats
+    assert coated.gloss
 
 
 @pytest.mark.parametrize("change", [{"roughness": 0.2}, {"metallic": 0.6}, {"unlit": True}, {"transmission": 0.4}])

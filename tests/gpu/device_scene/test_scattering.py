@@ -206,7 +206,7 @@ def part_kernel(first: int, surface: Surface, view: wp.vec3, choices: wp.array[f
 @pytest.mark.parametrize("degrees", [0.0, 70.0])
 def test_a_coat_takes_what_it_reflects(degrees: float) -> None:
     surface = surface_of(0.6, diffuse=0.5, f0=0.04, glass=0.25)
-    surface.coat, surface.coat_roughness = 0.8, 0.1
+    surface.coat, surface.coat_roughness, surface.coat_normal = 0.8, 0.1, surface.normal
     share = 0.8 * (0.04 + 0.96 * (1.0 - np.cos(np.radians(degrees))) ** 5)
     choices = np.array([0.5 * share, share + 0.1 * (1.0 - share), share + 0.5 * (1.0 - share)])
     inputs = [surface, wp.vec3(*at_angle(degrees)), column(choices, float)]

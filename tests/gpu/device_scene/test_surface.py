@@ -106,6 +106,14 @@ def test_metals_reflect_by_their_colour_and_dielectrics_by_their_index() -> None
     assert np.allclose(surface[DIFFUSE], 0.3)
 
 
+def test_alpha_and_colour_of_textures_scale_what_dielectrics_reflect() -> None:
+    slots = {"specular_slot": TextureSlot(0), "specular_color_slot": TextureSlot(1)}
+    half = Texture("half", np.full((2, 2, 4), 102, np.uint8), srgb=False)
+    material = Material(specular=0.5, specular_color=(1.0, 1.0, 2.0), **slots)  # type: ignore[arg-type]
+    surface = seen(wall(material, textures=[half, textured((51, 255, 255))]), [0.0, 0.1, 1.0], [0, 0, -1])
+    assert np.allclose(surface[F0], 0.04 * 0.2 * np.array([0.2, 1.0, 2.0]), atol=1e-5)
+
+
 def test_green_and_blue_of_the_texture_scale_roughness_and_metal() -> None:
     material = Material(base_color=(0.8,) * 3 + (1.0,), metallic=1.0, roughness=0.8,
                         metallic_roughness_slot=TextureSlot(0))  # fmt: skip
@@ -202,6 +210,24 @@ def test_smooth_metals_are_mirrors_and_smooth_glass_is_clear() -> None:
         assert glass_of(Material(metallic=0.9, roughness=roughness))[0][3] == pytest.approx(8.0)
     for roughness, clear in ((0.099, True), (0.101, False)):
         assert glass_of(Material(transmission=1.0, thickness=1.0, roughness=roughness))[0][3] == 8.0 + clear
+
+
+@wp.kernel
+def coat_normal_kernel(first: int, scene: SceneData, out: wp.array[wp.vec3]) -> None:
+    index = first + wp.tid()
+    direction = wp.vec3(0.0, 0.0, -1.0)
+    out[index] = surface_at(scene, closest_hit(scene, wp.vec3(0.1, 0.2, 1.0), direction, 10.0), direction).coat_normal
+
+
+def test_coats_have_a_normal_map_of_their_own() -> None:
+    """They do not lie in the folds of what is below."""
+    bent, own = (
+        {"normal_slot": TextureSlot(0)},
+        {"clearcoat_normal_slot": TextureSlot(0), "clearcoat_normal_scale": 0.5},
+    )
+    for slots, expected in ((bent, [0.0, 0.0, 1.0]), (own, np.array([0.5, 0.0, 1.0]) / 1.25**0.5)):
+        data = wall(Material(clearcoat=1.0, **slots), textures=[textured((255, 128, 255))]).data
+        assert np.allclose(results(coat_normal_kernel, 1, [data], wp.vec3)[0], expected, atol=0.01)
 
 
 @wp.kernel

@@ -179,6 +179,19 @@ def test_drawn_chains_go_on_in_lobes_as_often_as_the_rest_counts_more(material: 
     assert not any(seen["emitted"].any() for seen in found)
 
 
+def test_drawn_chains_end_at_coats_go_on_by_them_or_end_below() -> None:
+    """Each by its share; a coat has the direct light of those that end there."""
+    coated = replace(grey(0.5), clearcoat=1.0)
+    device_scene = resident_of([wall(-0.3, 0), wall(0.6, 1)], [coated, grey(0.8)])
+    found = [look(device_scene, SLANTED, moment, lobes=True) for moment in range(256)]
+    light = np.array([seen["throughput"][:, 0] for seen in found])
+    ends = np.array([seen["diffuse"][:, 0] for seen in found])
+    coat = (0.04 + 0.96 * (1.0 - look(device_scene, SLANTED)["to_camera"][:, 2]) ** 5).mean()
+    assert (light * (ends == 0.5)).mean() == pytest.approx(1.0 - coat, rel=0.01)
+    for end in (0.0, 0.8):
+        assert (light * np.isclose(ends, end)).mean() == pytest.approx(coat, rel=0.1)
+
+
 def test_drawn_chains_go_through_frosted_glass() -> None:
     """What it scatters to both sides is what a sheet reflects and lets through, but for masking."""
     frosted = replace(GLASS, thickness=0.0, roughness=0.4)

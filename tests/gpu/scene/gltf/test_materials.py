@@ -225,11 +225,19 @@ def test_a_texture_transform_as_in_the_extensions_example(gltf: GltfFile) -> Non
 def test_textures_of_factors_that_are_not_supported_are_said(gltf: GltfFile) -> None:
     gltf.add("textures", source=image(gltf))
     use = {"index": 0}
-    material_of(gltf, extensions={"KHR_materials_volume": {"thicknessTexture": use},
-                                  "KHR_materials_specular": {"specularTexture": use},
-                                  "KHR_materials_clearcoat": {"clearcoatNormalTexture": use}})  # fmt: skip
-    assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == [
-        "textures of thickness",
-        "textures of specular",
-        "normal maps of clearcoat",
-    ]
+    material_of(gltf, extensions={"KHR_materials_volume": {"thicknessTexture": use}})
+    assert [sentence.split(" are")[0] for sentence in gltf.load().report.ignored] == ["textures of thickness"]
+
+
+def test_coats_and_specular_have_textures(gltf: GltfFile) -> None:
+    gltf.add("textures", source=image(gltf))
+    use, normal = {"index": 0}, {"index": 0, "scale": 0.5}
+    coat = {"clearcoatTexture": use, "clearcoatRoughnessTexture": use, "clearcoatNormalTexture": normal}
+    specular = {"specularTexture": use, "specularColorTexture": use}
+    extensions = {"KHR_materials_specular": specular, "KHR_materials_clearcoat": coat}
+    material = material_of(gltf, extensions=extensions)
+    linear = material.clearcoat_slot
+    assert linear == material.clearcoat_roughness_slot == material.clearcoat_normal_slot == material.specular_slot
+    # The colour's texture is in sRGB, the others are linear: another texture of the same image.
+    assert None is not linear != material.specular_color_slot is not None
+    assert material.clearcoat_normal_scale == 0.5

@@ -36,6 +36,11 @@ def test_every_use_of_a_texture_is_written() -> None:
         clearcoat=0.5,
         clearcoat_slot=slot,
         clearcoat_roughness_slot=slot,
+        clearcoat_normal_slot=slot,
+        clearcoat_normal_scale=0.5,
+        specular=0.5,
+        specular_slot=slot,
+        specular_color_slot=slot,
     )
     entry = material_entry(material)
     use = {"index": 3, "texCoord": 1}
@@ -44,6 +49,9 @@ def test_every_use_of_a_texture_is_written() -> None:
     assert entry["normalTexture"] == {**use, "scale": 2.0}
     assert entry["extensions"]["KHR_materials_transmission"]["transmissionTexture"] == use
     assert coat["clearcoatTexture"] == coat["clearcoatRoughnessTexture"] == use
+    assert coat["clearcoatNormalTexture"] == {**use, "scale": 0.5}
+    specular = entry["extensions"]["KHR_materials_specular"]
+    assert specular["specularTexture"] == specular["specularColorTexture"] == use
 
 
 def test_a_texture_is_moved_turned_and_scaled() -> None:

@@ -1,0 +1,97 @@
+"""What clear coats reflect in frames whose chains are not drawn (KHR_materials_clearcoat), over what is below them.
+
+A coat is a dielectric's specular lobe: direct light is found as any surface's is, indirect light by a ray of the lobe,
+mostly a sharp one, which ends in the light that VPLs know. The G-buffer's throughput leaves a place for it.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from gpu.core.device import launch
+from gpu.core.image_size import ImageSize, image_size
+from gpu.core.morton import morton_2d
+from gpu.device_scene.bsdf import sample_lobe
+from gpu.device_scene.data import NO_HIT, SceneData
+from gpu.device_scene.features import SceneFeatures
+from gpu.device_scene.scattering import PartChoice, coat_share, part_of
+from gpu.device_scene.surface import surface_at
+from gpu.direct.direct_light import DirectSamples, area_light, delta_light
+from gpu.gbuffer.gbuffer import GBuffer
+from gpu.indirect.frosted_glass import hit_at
+from gpu.indirect.lobe_light import LOBE_PAIR, NO_EMISSION, KnownLight, light_along, lobe_ray
+from gpu.sampling.sobol import sobol_pair_at
+
+# What is below a coat at grazing incidence, where there is nothing left for it.
+LEAST_BELOW = wp.constant(1.0e-3)
+
+
+@cache
+def clear_coat_kernel(texels: bool, panes: bool, glass: bool, backdrop: bool, environment: bool) -> wp.Kernel:
+    """The kernel for scenes whose surfaces show `texels`, or neither textures nor masks, and with or without the others
+    of gpu.device_scene.features.
+    """
+
+    @wp.kernel(module="unique", module_options={"max_unroll": 1})
+    def clear_coat_kernel(
+        first: int,
+        scene: SceneData,
+        image: ImageSize,
+        gbuffer: GBuffer,
+        known: KnownLight,
+        samples: DirectSamples,
+        radiance: wp.array[wp.vec3],
+    ) -> None:
+        """One thread a pixel: adds to `radiance` (pixel,) what the coat of its SP shows, if there is one [W/m²/sr]."""
+        pixel = first + wp.tid()
+        face = gbuffer.face[pixel]
+        if face == NO_HIT:
+            return
+        if scene.materials[scene.triangle_material[face]].coat == 0.0:
+            return
+        if wp.static(not texels):
+            scene.ignore_alpha = True
+            scene.textured = False
+        if wp.static(not panes):
+            scene.pane_count = 0
+        if wp.static(not glass):
+            scene.transmissive = False
+        if wp.static(not backdrop):
+            scene.backdrop_count = 0
+        if wp.static(not environment):
+            scene.has_environment = False
+        view = gbuffer.to_camera[pixel]
+        surface = surface_at(scene, hit_at(scene, face, gbuffer.position[pixel]), -view)
+        share = coat_share(surface, view)
+        if share == 0.0:
+            return
+        choice = PartChoice()
+        choice.coat = True
+        coat = part_of(surface, choice)
+        place = morton_2d(pixel % image.width, pixel // image.width)
+        moment = samples.moment[0]
+        light = wp.vec3(0.0, 0.0, 0.0)
+        if known.direct:
+            light = delta_light(scene, known.table, coat, view)
+            light += area_light(scene, known.table, coat, view, place, moment, samples.count, samples.seed)
+        point = sobol_pair_at(place, moment, LOBE_PAIR, samples.seed)
+        lobe = sample_lobe(coat, view, point.x, point.y)
+        if lobe.density > 0.0:
+            ray = lobe_ray(coat, lobe.direction, NO_EMISSION, place, moment, samples.seed)
+            light += wp.cw_mul(lobe.weight, light_along(scene, known, ray).light)
+        above = gbuffer.throughput[pixel] * (share / wp.max(1.0 - share, LEAST_BELOW))
+        radiance[pixel] += wp.cw_mul(above, light)
+
+    return clear_coat_kernel
+
+
+def add_clear_coat(scene: SceneData, size: tuple[int, int], gbuffer: GBuffer, known: KnownLight, samples: DirectSamples,
+                   radiance: wp.array, features: SceneFeatures) -> None:  # fmt: skip
+    """Add to `radiance` (pixel,) what coats of the SPs in `gbuffer` show of what is `known` [W/m²/sr].
+
+    samples: of direct light, and which of the lobes' these are; size: (width, height).
+    """
+    has = features
+    kernel = clear_coat_kernel(has.texels, has.panes, has.glass, has.backdrop, has.environment)
+    inputs = [scene, image_size(size), gbuffer, known, samples, radiance]
+    launch(kernel, size[0] * size[1], inputs, radiance.device, weight=samples.count)

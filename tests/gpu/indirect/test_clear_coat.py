@@ -1,0 +1,51 @@
+"""What clear coats show in single frames: as much as `path` says, by what is below and by the coat itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from frame_view import FrameView
+from scenes import box, grey, quad, resident_of
+
+from gpu.device_scene.upload import DeviceScene
+from gpu.direct.direct_light import direct_samples
+from gpu.indirect.clear_coat import add_clear_coat
+from gpu.indirect.lobe_light import known_light
+from gpu.scene.camera import look_at
+from gpu.scene.types import Doubles
+from gpu.vpl.light_sets import LightSetChoice, LightSets
+
+SIZE = (24, 16)
+CAMERA = look_at((0.2, 0.1, 0.3), (0.0, 0.0, -0.05), yfov_degrees=25.0)
+
+
+def room(coat_roughness: float) -> DeviceScene:
+    """A white plate with a coat in a room whose walls emit 1/π and reflect half, so that light of 2/π is all around."""
+    coated = replace(grey(1.0), clearcoat=0.8, clearcoat_roughness=coat_roughness)
+    plate = quad([-0.49, -0.49, 0.0], [0.98, 0, 0], [0, 0.98, 0], 1)
+    return resident_of([*box(), plate], [grey(0.5, emission=1.0 / np.pi), coated])
+
+
+def shown(coat_roughness: float, *, direct: bool) -> tuple[Doubles, Doubles]:
+    """Of each pixel of the plate: what the coat leaves of what is below, and what it adds, in parts of the light."""
+    device_scene = room(coat_roughness)
+    lights = LightSets(device_scene)
+    choice = LightSetChoice(vpls=20_000, vpl_clusters=200, bounces=8, seed=0, lambertian=False)
+    cache = lights.radiosity(lights.made(choice, lambda what, fraction: None))
+    view = FrameView(device_scene, SIZE, lambertian=False, reads_radiosity=True)
+    view.set_camera(CAMERA)
+    view.find_shading_points()
+    frame, known = view.frame, known_light(lights.table, cache, direct=direct)
+    samples = direct_samples(4, frame.frame_index, 0)
+    add_clear_coat(frame.scene, SIZE, frame.gbuffer, known, samples, view.radiance, frame.features)
+    return frame.gbuffer.throughput.numpy()[:, 0].astype(float), view.radiance.numpy()[:, 0] * np.pi / 2.0
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.3])
+def test_a_coat_shows_what_it_takes_from_below(roughness: float) -> None:
+    """Half of the light around is of emitters, which direct light has and indirect light has not."""
+    below, coat = shown(roughness, direct=True)
+    assert np.all((below > 0.5) & (below < 0.97))
+    assert coat.mean() == pytest.approx(1.0 - below.mean(), rel=0.05)
+    below, coat = shown(roughness, direct=False)
+    assert coat.mean() == pytest.approx((1.0 - below.mean()) / 2.0, rel=0.05)
